@@ -13,25 +13,26 @@ use crate::statics::AppliedLoad;
 /// Friction margin to jamming: the factor by which all coefficients of friction may grow together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionMargin {
-    /// Factor at which friction locks the mechanism: the solution connected with the frictionless one ends there. None if
-    /// it exists up to the largest factor that was asked for.
+    /// Factor at which friction locks the mechanism: the solution connected with the frictionless
+    /// one ends there. `None` if it exists up to the largest requested factor.
     pub locks_at: Option<f64>,
     /// Joint whose normal load grows without bound there.
     pub joint: Option<JointId>,
 }
 
-/// Starts of the search for other solutions.
+/// Number of starts of the search for other solutions.
 const STARTS: usize = 32;
-/// Newton steps from each start.
+/// Largest number of Newton steps from each start.
 const STEPS: usize = 60;
-/// Relative difference of actuator efforts below which two solutions are one.
+/// Relative difference of actuator efforts below which two solutions are equal.
 const SAME: f64 = 1e-6;
-/// Growth of the normal loads, by this factor, that counts as growth without bound.
+/// Growth factor of the normal loads that counts as unbounded.
 const UNBOUNDED: f64 = 1e6;
 
 impl InverseDynamics {
-    /// Computes the friction margin, up to a factor of `most`. Interfaces at rest have no friction. None if the position is
-    /// singular, friction is off or no interface slides. The forces of the last [`InverseDynamics::solve`] are kept.
+    /// Computes the friction margin, up to a factor of `most`. Interfaces at rest have no friction.
+    /// `None` if the position is singular, friction is off or no interface slides. The forces of
+    /// the last [`InverseDynamics::solve`] remain.
     pub fn friction_margin(
         &mut self,
         loads: &[AppliedLoad<f64>],
@@ -60,9 +61,10 @@ impl InverseDynamics {
         })
     }
 
-    /// Actuator efforts of solutions of friction and reactions other than that of the last [`InverseDynamics::solve`], found
-    /// by Newton's method from many starts; there may be more. Empty where [`InverseDynamics::coupling`] is below one:
-    /// the solution is the only one.
+    /// Searches for other solutions of friction and reactions than that of the last
+    /// [`InverseDynamics::solve`], by Newton's method from many starts, and returns their actuator
+    /// efforts; more may exist. Empty if [`InverseDynamics::coupling`] is below one: the solution
+    /// is then unique.
     pub fn other_solutions(&mut self, loads: &[AppliedLoad<f64>]) -> Vec<Vec<f64>> {
         if self.coupling().is_none_or(|coupling| coupling < 1.0) {
             return Vec::new();
@@ -82,7 +84,7 @@ impl InverseDynamics {
         let mut random = Random::new(1);
         let mut known = vec![efforts];
         for start in 0..STARTS {
-            // From wrenches of the size of the frictionless ones to larger ones.
+            // Start wrenches from the size of the frictionless ones to larger ones.
             let size = force * 4f64.powi(start as i32 / 8);
             let wrenches: Vec<Wrench<f64>> = without
                 .iter()

@@ -8,7 +8,7 @@ use crate::statics::AppliedLoad;
 /// Index of the first load with a number that is not finite.
 ///
 /// # Panics
-/// If a load is on a body that does not exist: `bodies` is their number, ground included.
+/// If a load is on a body that does not exist; `bodies` is the number of bodies, ground included.
 pub(super) fn not_finite_load(loads: &[AppliedLoad<f64>], bodies: usize) -> Option<usize> {
     loads.iter().position(|AppliedLoad { body, point, force, moment, .. }| {
         assert!(body.0 < bodies, "a load on {body:?} of a mechanism of {bodies} bodies");
@@ -27,7 +27,7 @@ pub(super) fn spring_without_direction(
     })
 }
 
-/// First friction interface whose two supports have passed each other, and by how much, m.
+/// First friction interface whose two supports have passed each other, and the distance beyond, m.
 pub(super) fn parted_supports(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,

@@ -12,10 +12,10 @@ use crate::kinematics::{Bodies, Kinematics};
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
-/// Short steps: a longer one might skip an interval without a solution, or reach another branch.
+/// Short steps: a longer step might skip an interval without a solution, or reach another branch.
 const STEPS: StepPolicy = StepPolicy { first: 0.01, growth: 2.0, longest: 0.02, shortest: 1e-5 };
 
-/// The solution in `inverse` while the coefficients of friction grow.
+/// Solution in `inverse` as a function of the part of the coefficients of friction.
 struct BalanceBranch<'a> {
     inverse: &'a mut Inverse<f64>,
     accepted: Inverse<f64>,
@@ -49,11 +49,12 @@ impl Branch for BalanceBranch<'_> {
     }
 }
 
-/// Follows the solution from frictionless joints, growing all coefficients together, to `until` times
-/// the given ones; `inverse` then contains it.
+/// Follows the solution from frictionless joints to `until` times the given coefficients of
+/// friction, with all coefficients growing together; `inverse` then contains the solution.
 ///
 /// # Errors
-/// The lock: the determinant of the coupled balance vanishes there, and the forces grow without bound.
+/// Returns the lock: the determinant of the coupled balance vanishes there, and the forces grow
+/// without bound.
 pub(super) fn follow_friction(
     inverse: &mut Inverse<f64>,
     model: &Model,
@@ -83,8 +84,9 @@ fn loads(inverse: &Inverse<f64>) -> Vec<f64> {
 }
 
 impl Inverse<f64> {
-    /// Newton's method on the tilted balance from the present normal loads, at most `steps` steps, with loads up to
-    /// `limit`. Returns whether it converges, as far as round-off allows.
+    /// Runs Newton's method on the balance with linearised friction from the present normal loads,
+    /// with at most `steps` steps and loads up to `limit`. Returns whether it converges, as far as
+    /// round-off allows.
     pub(super) fn newton(
         &mut self,
         model: &Model,

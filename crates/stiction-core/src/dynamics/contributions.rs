@@ -60,7 +60,7 @@ impl<T: Scalar> Shares<T> {
     }
 }
 
-/// Change of all forces with one newton of friction at one interface.
+/// Change of all forces per newton of friction at one interface.
 #[derive(Clone, Debug)]
 pub struct Response<T> {
     /// Change of each joint's complete wrench, predecessor on successor, about the kernel origin.

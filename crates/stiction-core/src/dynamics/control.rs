@@ -1,4 +1,5 @@
-//! Inverse dynamics in a control loop: independent coordinates in, all forces out, no allocation.
+//! Inverse dynamics in a control loop: computes all forces from independent coordinates without
+//! allocation.
 
 use super::checks;
 use super::data::Data;
@@ -11,11 +12,11 @@ use crate::parameters::Parameters;
 use crate::spatial::Vec3;
 use crate::statics::AppliedLoad;
 
-/// Newton steps for the loop closures, at most.
+/// Largest number of Newton steps for the loop closures.
 const CLOSURE_STEPS: usize = 12;
-/// One more Newton step squares an error below this (lengths over the characteristic length, rad).
+/// Error below which one more Newton step converges (lengths over the characteristic length, rad).
 const NEAR: f64 = 1e-7;
-/// Loops with an error above this are open (lengths over the characteristic length, rad).
+/// Error above which loops count as open (lengths over the characteristic length, rad).
 const CLOSED: f64 = 1e-12;
 
 /// Outcome of [`Model::inverse_dynamics`].
@@ -30,8 +31,8 @@ pub enum Status {
     /// Newton's method does not close the loops from the last closed configuration: the position is
     /// out of reach, or too far from the last one.
     LoopsOpen {
-        /// The largest error of a loop closure or a prescribed coordinate, lengths divided by the
-        /// characteristic length, angles in rad; NaN where Newton's method diverged.
+        /// Largest error of a loop closure or a prescribed coordinate, lengths divided by the
+        /// characteristic length, angles in rad; NaN if Newton's method diverged.
         error: f64,
     },
     /// The prescribed rates or accelerations would open a loop.
@@ -51,16 +52,16 @@ pub enum Status {
     /// The coupling of friction and reactions did not converge within
     /// [`Settings::friction_steps`](super::Settings::friction_steps).
     FrictionNotConverged {
-        /// The largest change of a normal force in the last step, N.
+        /// Largest change of a normal force in the last step, N.
         change: f64,
     },
-    /// The determinant of the coupled balance has another sign than without friction: friction locks
-    /// the mechanism at smaller coefficients, or this is another branch of solutions.
+    /// The determinant of the coupled balance differs in sign from the frictionless one: friction
+    /// locks the mechanism at smaller coefficients, or this is another branch of solutions.
     FrictionLocks,
     /// The forces do not balance to 1e-9: the elimination order does not suit the position. Compile a
     /// model there with [`InverseDynamics`](super::InverseDynamics).
     Unbalanced {
-        /// The relative power residual; infinite where forces are not finite or grow without bound.
+        /// Relative power residual; infinite if forces are not finite or grow without bound.
         residual: f64,
     },
 }
@@ -82,10 +83,10 @@ impl Model {
     /// successive positions must be near each other: the assembly mode is that of the warm start. The
     /// numbers are [`Self::parameters`]. Nothing is allocated.
     ///
-    /// Unless the status is [`Status::Converged`], the forces in `data` are not those of this motion;
-    /// its warm start stays at the last closed configuration. The solution of the coupling of friction
-    /// and reactions is the one reached from no friction;
-    /// [`InverseDynamics::coupling`](super::InverseDynamics::coupling) certifies where it is unique.
+    /// Unless the status is [`Status::Converged`], the forces in `data` do not belong to this
+    /// motion; the warm start remains the last closed configuration. The coupling of friction and
+    /// reactions yields the solution connected with the frictionless one;
+    /// [`InverseDynamics::coupling`](super::InverseDynamics::coupling) certifies its uniqueness.
     ///
     /// # Panics
     /// If `q`, `v` and `a` have other lengths than the coordinates, or a load is on a body that does
@@ -101,10 +102,11 @@ impl Model {
         self.inverse_dynamics_with(&self.parameters, data, q, v, a, loads)
     }
 
-    /// [`Self::inverse_dynamics`] with other numbers, such as friction coefficients tuned at run time.
+    /// Computes [`Self::inverse_dynamics`] with other numbers, such as friction coefficients tuned
+    /// at run time.
     ///
     /// # Panics
-    /// As [`Self::inverse_dynamics`], or if `parameters` belong to another mechanism.
+    /// See [`Self::inverse_dynamics`]; also if `parameters` belong to another mechanism.
     pub fn inverse_dynamics_with(
         &self,
         parameters: &Parameters<f64>,

@@ -1,4 +1,4 @@
-//! Coupling of friction and reactions: the bound on it, by the sparse balance of inverse dynamics.
+//! Bound on the coupling of friction and reactions, by the sparse balance of inverse dynamics.
 //!
 //! Equations (F6) and (F7) of the book's theory.
 
@@ -23,8 +23,8 @@ pub(super) struct CouplingWorkspace {
     bound: BoundWorkspace,
 }
 
-/// Influence of the normal loads of sliding interfaces, one solution of the frictionless balance each: its matrix is
-/// factored once.
+/// Influence of the normal loads of sliding interfaces, by one solution of the frictionless balance
+/// each; its matrix is factored once.
 struct BalanceInfluence<'a> {
     inverse: &'a Inverse<f64>,
     model: &'a Model,
@@ -61,7 +61,8 @@ impl Influence for BalanceInfluence<'_> {
 }
 
 impl CouplingWorkspace {
-    /// Bound on the coupling of friction and normal loads at the solution in `inverse`: below one it is the only one.
+    /// Computes the bound on the coupling of friction and normal loads at the solution in
+    /// `inverse`: below one the solution is unique.
     pub(super) fn bound(
         &mut self,
         inverse: &Inverse<f64>,

@@ -1,4 +1,4 @@
-//! Everything computed for a compiled model, and the kernel that computes it over any scalar.
+//! Data of a compiled model, and the kernel that computes them over any scalar.
 
 use super::forces::Forces;
 use super::inverse::Inverse;
@@ -52,13 +52,14 @@ impl Model {
         }
     }
 
-    /// Kernel of the inverse dynamics, over any scalar: from prescribed values, one target for each
-    /// coordinate, and external loads to all efforts and reactions.
+    /// Kernel of the inverse dynamics, over any scalar: computes all efforts and reactions from
+    /// prescribed values, one target for each coordinate, and external loads.
     ///
-    /// It takes [`Settings::position_steps`] Newton steps from the configuration in `data`, then solves
-    /// for rates, accelerations, reactions and friction. It neither allocates nor branches on values,
-    /// and it checks nothing: see [`Kinematics::largest_error`], [`Inverse::friction_change`] and
-    /// [`Inverse::orientation`] afterwards, or call [`Self::inverse_dynamics`].
+    /// Takes [`Settings::position_steps`] Newton steps from the configuration in `data`, then
+    /// solves for rates, accelerations, reactions and friction. It neither allocates nor branches
+    /// on values, and performs no checks: use [`Kinematics::largest_error`],
+    /// [`Inverse::friction_change`] and [`Inverse::orientation`] afterwards, or call
+    /// [`Self::inverse_dynamics`].
     pub fn evaluate<T: Scalar>(
         &self,
         parameters: &Parameters<T>,

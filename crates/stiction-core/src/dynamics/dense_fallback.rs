@@ -1,5 +1,5 @@
-//! Dense fallback: inverse dynamics by dense decompositions of the Newton-Euler equations, for positions and mechanisms
-//! that the sparse balance cannot solve, and as its test oracle.
+//! Dense fallback: inverse dynamics by dense decompositions of the Newton-Euler equations, for
+//! positions and mechanisms that the sparse balance cannot solve. It is also its test oracle.
 
 use super::contributions::Shares;
 use super::interfaces::{InterfaceState, Interfaces};
@@ -17,17 +17,18 @@ use crate::statics::{AppliedLoad, InfeasibleLoad, Statics};
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Steps of the fixed point between friction and reactions; where it needs more, Newton's method is faster.
+/// Largest number of fixed-point steps between friction and reactions; beyond it Newton's method is
+/// faster.
 const FIXED_POINT_STEPS: usize = 200;
 
-/// Steps of the continuation.
+/// Step sizes of the continuation.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.15, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6 };
 
 /// Joint wrenches as functions of the friction forces.
 struct Reactions<'a> {
     frictionless: &'a [Wrench<f64>],
-    /// Change of all joint wrenches by one newton of each interface's friction.
+    /// Change of all joint wrenches per newton of each interface's friction.
     responses: &'a [Vec<Wrench<f64>>],
 }
 
@@ -50,11 +51,11 @@ impl Influence for DenseInfluence<'_> {
 }
 
 impl Reactions<'_> {
-    /// Solves for the normal loads of `interfaces`, whose speeds and resistances are known, by continuation from
-    /// frictionless joints.
+    /// Solves for the normal loads of `interfaces` with known speeds and resistances, by
+    /// continuation from frictionless joints.
     ///
     /// # Errors
-    /// The lock.
+    /// Returns the lock at which the continuation ends.
     fn solve(&self, interfaces: &mut Interfaces<f64>, at: Configuration<'_>) -> Result<(), Lock> {
         let states = &mut interfaces.states;
         let mut base = self.frictionless.to_vec();
@@ -93,7 +94,7 @@ impl Reactions<'_> {
     }
 }
 
-/// All forces, by dense decompositions.
+/// Forces by dense decompositions.
 #[derive(Clone, Debug)]
 pub(super) struct DenseForces {
     pub(super) efforts: Vec<f64>,
@@ -104,9 +105,9 @@ pub(super) struct DenseForces {
     pub(super) shares: Shares<f64>,
     /// Motion of the bodies with the accelerations of passive spins.
     pub(super) bodies: Bodies<f64>,
-    /// True if the friction was solved for, or found to lock.
+    /// True if the friction has been solved, or found to lock.
     pub(super) settled: bool,
-    /// The lock, if friction locks the mechanism; all other results then have no meaning.
+    /// Lock, if friction locks the mechanism; all other results are then meaningless.
     pub(super) lock: Option<Lock>,
 }
 
@@ -119,12 +120,12 @@ pub(super) struct Position<'a> {
     pub(super) bodies: &'a Bodies<f64>,
 }
 
-/// Solves the Newton-Euler equations with friction by a fixed point: friction from the reactions, reactions
-/// with that friction. Passive spins accelerate as the joints let them: `accelerations` are
-/// those of the tree, `spin_responses` those for unit spins.
+/// Solves the Newton-Euler equations with friction by a fixed point: friction from the reactions,
+/// reactions with that friction. Passive spins accelerate as far as the joints permit:
+/// `accelerations` are those of the tree, `spin_responses` those for unit spins.
 ///
 /// # Errors
-/// A load that the joints cannot carry.
+/// Returns a load that the joints cannot carry.
 pub(super) fn solve(
     position: &Position<'_>,
     accelerations: &[f64],
@@ -145,7 +146,8 @@ pub(super) fn solve(
     };
     let still = spin(&[]);
     let demand = system.demand(parameters, &still, loads);
-    // The demand of spinning a body without inertia is round-off and must not be magnified.
+    // The required wrench for the spin of a body without inertia is round-off and must not be
+    // amplified.
     let masses: f64 = parameters.mass.iter().sum();
     let inertias: f64 = parameters.inertia.iter().map(|inertia| inertia.trace()).sum();
     let negligible = 1e-12 * (masses * parameters.length + inertias / parameters.length);
@@ -163,7 +165,7 @@ pub(super) fn solve(
     let mut interfaces = Interfaces::new(parameters.interfaces.len());
     interfaces.update_slip(topology, parameters, bodies, settings.rest_speed);
     let mut friction = vec![Wrench::zero(); mechanism.joints().len()];
-    // Reactions with given friction; passive spins take the moments that the joints cannot carry.
+    // Reactions for given friction; passive spins balance the moments that the joints cannot carry.
     let carry = |friction: &[Wrench<f64>]| {
         let amounts = statics.amounts_into_reach(&demand, friction, &units);
         let mut with_spins = demand.clone();
@@ -185,7 +187,7 @@ pub(super) fn solve(
     let mut settled = steps < 2 || interfaces.states.is_empty();
     for _ in 0..steps {
         interfaces.friction_at_joints(topology, parameters, bodies, &mut friction);
-        // The load was carried without friction, so frictions have grown without bound.
+        // The load was feasible without friction, so frictions have grown without bound.
         let Ok(carried) = carry(&friction) else { break };
         (unknowns, wrenches, amounts) = carried;
         if settings.friction == FrictionMode::OnePass {
@@ -213,7 +215,7 @@ pub(super) fn solve(
             Ok(wrenches.iter().zip(&frictionless).map(|(a, b)| *a - *b).collect::<Vec<_>>())
         };
         let each = parameters.interfaces.iter().zip(&interfaces.states);
-        // A friction that nothing can carry: only the fixed point may find a solution.
+        // If the joints cannot carry some friction, only the fixed point may find a solution.
         if let Ok(responses) = each.map(respond).collect::<Result<Vec<_>, InfeasibleLoad>>() {
             settled = true;
             let reactions = Reactions { frictionless: &frictionless, responses: &responses };
@@ -228,7 +230,7 @@ pub(super) fn solve(
     }
     let mut shares = Shares::new(topology.actuators.len(), parameters.interfaces.len());
     if settings.friction != FrictionMode::Off {
-        // The same frictions, one at a time, without other loads.
+        // Response to each of these frictions alone, without other loads.
         let nothing = &demand * 0.0;
         for (index, (interface, state)) in
             parameters.interfaces.iter().zip(&interfaces.states).enumerate()

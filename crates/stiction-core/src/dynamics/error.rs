@@ -85,7 +85,7 @@ pub enum InverseError {
         /// Relative power residual; infinite where forces are not finite.
         residual: f64,
     },
-    /// Friction at a singular position requires forces that nothing can balance.
+    /// Friction at a singular position requires forces that cannot be balanced.
     #[error(
         "the position is singular: without friction this load is carried by chance, but friction asks \
          there for loads that neither joints nor actuators can carry"

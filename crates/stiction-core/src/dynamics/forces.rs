@@ -7,21 +7,21 @@ use super::power::Power;
 use crate::kinematics::Bodies;
 use crate::spatial::{Vec3, Wrench};
 
-/// Largest relative power residual of accepted forces. Round-off is some 1e-15; positions near
-/// singular ones magnify it.
+/// Largest relative power residual of accepted forces. Round-off is about 1e-15; positions near
+/// singular ones amplify it.
 pub(super) const BALANCED: f64 = 1e-9;
 
 /// Forces at one friction interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceForce {
-    /// Sliding velocity at the surface, m/s; of a ball or plate its magnitude.
+    /// Sliding velocity at the surface, m/s; for a ball or plate its magnitude.
     pub velocity: f64,
     /// True if it slides.
     pub slides: bool,
     /// Normal force on the surface, N.
     pub load: f64,
     /// Friction force with the sign of the velocity, N; zero at rest, where static friction is a
-    /// set.
+    /// set of forces.
     pub friction: f64,
     /// Largest friction force for this normal force and speed, N.
     pub limit: f64,
@@ -53,7 +53,7 @@ pub struct Forces {
     /// Least and greatest effort of each actuator over the static friction of interfaces at rest;
     /// equal to `efforts` while all interfaces slide.
     pub effort_bounds: Vec<(f64, f64)>,
-    /// Guaranteed outer bounds of `effort_bounds`; infinite where [`Bounds::Attained`].
+    /// Guaranteed outer bounds of `effort_bounds`; infinite for [`Bounds::Attained`].
     pub effort_outer_bounds: Vec<(f64, f64)>,
     /// Certainty of `effort_bounds`.
     pub bounds: Bounds,
@@ -123,8 +123,8 @@ impl Forces {
         }
     }
 
-    /// Relative power residual: the residual over the turnover; infinite where a force is not
-    /// finite. `length` is characteristic.
+    /// Relative power residual: the residual over the turnover; infinite if a force is not finite.
+    /// `length` is the characteristic length, m.
     pub fn imbalance(&self, length: f64) -> f64 {
         let numbers = self.efforts.iter().chain(&self.efforts_frictionless).copied();
         let reactions = self.reactions.iter().map(|(force, moment)| {
@@ -145,7 +145,7 @@ impl Forces {
         self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
     }
 
-    /// Sets the intervals to the efforts: nothing is at rest.
+    /// Sets the intervals to the efforts, for a motion in which all interfaces slide.
     pub(super) fn close_bounds(&mut self) {
         for (bounds, &drive) in self.effort_bounds.iter_mut().zip(&self.efforts) {
             *bounds = (drive, drive);
@@ -155,7 +155,7 @@ impl Forces {
     }
 
     /// Sets the outer bounds from the largest changes of the efforts by static friction, if these
-    /// are bounded.
+    /// changes are bounded.
     pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
         let finite =
             self.effort_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());

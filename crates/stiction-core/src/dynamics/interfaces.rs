@@ -17,15 +17,15 @@ use crate::topology::Topology;
 /// resistance.coefficient * load)`, `load` the normal force.
 #[derive(Clone, Copy, Debug)]
 pub struct InterfaceState<T> {
-    /// Sliding velocity at the surface, m/s; of a ball or plate its magnitude.
+    /// Sliding velocity at the surface, m/s; for a ball or plate its magnitude.
     pub velocity: T,
-    /// One where the interface slides, zero at rest.
+    /// One during slip, zero at rest.
     pub sliding: T,
     /// For each DOF of the interface, the generalised force of one newton of friction: against the
     /// motion, with the lever arm of the surface.
     pub(crate) against: [T; 3],
-    /// With one DOF: 1 where it slides forward, -1 backward; at rest the static friction as a part
-    /// of the largest, with its sign.
+    /// For one DOF: 1 for forward, -1 for backward slip; at rest the static friction as a part of
+    /// the largest, with its sign.
     pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
     /// Normal force with its gradient, at the reaction of the last update.
@@ -94,8 +94,8 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Evaluates laws that depend on the speed or its sense, or differ at rest. Not inlined:
-    /// kernels of dual numbers grow large.
+    /// Evaluates laws that depend on the speed or its sense, or that differ at rest. Not inlined:
+    /// kernels of dual numbers would become large.
     fn evaluate_law(&mut self, interface: &InterfaceParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
@@ -107,8 +107,8 @@ impl<T: Scalar> InterfaceState<T> {
         self.resistance = forward;
         if let Some(law) = &interface.backward {
             let backward = of(law);
-            // At rest without static friction, either sense may follow: the greater coefficient is
-            // the limit.
+            // At rest without static friction, slip may begin in either sense: the greater
+            // coefficient is the limit.
             let greater = backward.coefficient - forward.coefficient;
             let pick = |backward: T, forward: T| {
                 let open = greater.if_positive(backward, forward);
@@ -178,7 +178,7 @@ impl<T: Scalar> InterfaceState<T> {
             Coupling::None => (T::zero(), Twist::zero()),
             Coupling::Frozen => (self.friction(), Twist::zero()),
             Coupling::Linear => {
-                // At the solution the wrench is that of the last update.
+                // At the solution this is the wrench of the last update.
                 let gradient = self.load.gradient.held();
                 let base = self.load.value - gradient.power(wrench);
                 (self.resistance.force(base), gradient * coefficient)
@@ -192,7 +192,7 @@ impl<T: Scalar> InterfaceState<T> {
 pub(crate) enum Coupling {
     /// No friction.
     None,
-    /// Constant friction forces, as they are.
+    /// Constant friction forces at their present values.
     Frozen,
     /// Friction linearised in the reactions.
     Linear,
@@ -255,7 +255,7 @@ impl<T: Scalar> Interfaces<T> {
             state.update_normal_forces(interface, pitch, bodies, wrenches[interface.joint]);
             let now = state.load.value;
             let moved = (now - before).abs();
-            // Comparisons ignore NaN, sums do not.
+            // Comparisons ignore NaN, sums propagate it.
             change = (moved - change).if_positive(moved, change) + now * T::zero();
             largest = (now - largest).if_positive(now, largest) + now * T::zero();
         }

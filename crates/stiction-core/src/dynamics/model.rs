@@ -9,9 +9,9 @@ use std::sync::Arc;
 
 /// A mechanism compiled for inverse dynamics: one set of prescribed coordinates, near one position.
 ///
-/// Immutable. It holds the spanning tree, the motion constraints, the static LU factorisation of the
-/// rate equations and the plan of the balance; a clone shares all of them. The numbers of a
-/// computation are [`Parameters`], everything computed is in [`Data`](super::Data).
+/// Immutable. Contains the spanning tree, the motion constraints, the static LU factorisation of
+/// the rate equations and the plan of the balance; clones share all of them. A computation takes
+/// its numbers from [`Parameters`] and writes its results to [`Data`](super::Data).
 #[derive(Clone, Debug)]
 pub struct Model {
     pub(super) mechanism: Arc<Mechanism>,
@@ -37,7 +37,7 @@ impl Model {
     }
 
     /// Nominal numbers of the mechanism. A body without inertia about the axis of a local degree of
-    /// freedom has some here; no result depends on it.
+    /// freedom has some added here; no result depends on it.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }

@@ -26,16 +26,16 @@ pub enum NotPlanned {
     /// Some motion is resisted by no actuator and no constraint.
     #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
     Singular,
-    /// Constraints and actuators are both redundant, which takes two weightings, one after the other.
+    /// Constraints and actuators are both redundant, which requires two weightings in sequence.
     #[error("constraints and actuators are both redundant: no single weighting decides")]
     TwoWeightings,
 }
 
-/// Singular values below this, relative to the largest, count as zero. Matrices are scaled to
-/// entries of order one at positions exact to 1e-13.
+/// Singular values below this part of the largest count as zero. Matrices are scaled to entries of
+/// order one at positions accurate to 1e-13.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Pivots of the scaled balance below this require the singular values. A small pivot need not mean
-/// a small singular value, but without a small pivot there is none.
+/// Pivots of the scaled balance below this require a check of the singular values. A small pivot
+/// does not imply a small singular value, but without a small pivot none is small.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
 
 impl BalancePlan {
@@ -54,8 +54,8 @@ impl BalancePlan {
         let plain = BalanceStructure::new(topology, Weighting::Determined, &spin_bodies);
         let sample = Sample { topology, parameters, bodies, spin_responses };
         let entries = sample.entries(&plain);
-        // As many unknowns as equations and no small pivot: nothing is redundant or singular. This
-        // avoids a decomposition, whose cost grows with the cube of the unknowns.
+        // As many unknowns as equations and no small pivot: the balance is neither redundant nor
+        // singular. This avoids a decomposition, whose cost grows with the cube of the unknowns.
         if plain.passive.len() == plain.unknowns() && spin_bodies.is_empty() {
             let nothing = DMatrix::zeros(0, 0);
             let (rows, columns) = scales(topology, parameters, &plain, &nothing);
@@ -85,9 +85,9 @@ impl BalancePlan {
         self.structure.weighting
     }
 
-    /// Solves for each factorisation: the solution and its refinements.
+    /// Number of solves for each factorisation: the solution and its refinements.
     pub(super) fn passes(&self) -> usize {
-        // Accelerations of local degrees of freedom change the wrenches that a weighting weighs.
+        // Accelerations of local degrees of freedom change the weighted wrenches.
         let bordered = self.structure.weighting != Weighting::Determined;
         if bordered && !self.structure.spin_nodes.is_empty() { 3 } else { 2 }
     }
@@ -98,7 +98,7 @@ impl BalancePlan {
     }
 }
 
-/// Position that supplies the numbers.
+/// Position at which the numbers are evaluated.
 struct Sample<'a> {
     topology: &'a Arc<Topology>,
     parameters: &'a Parameters<f64>,
@@ -145,7 +145,7 @@ fn accelerated_bodies(
     (1..bodies.pose.len()).filter(|&body| size(body) > NEGLIGIBLE).collect()
 }
 
-/// Factors that make rows and columns of the balance comparable.
+/// Scaling factors that make rows and columns of the balance comparable.
 fn scales(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -169,7 +169,7 @@ fn scales(
         unknowns.push(if dof.translates() { 1.0 } else { length });
     }
     for spin in 0..structure.spin_nodes.len() {
-        // Inertias have no scale of their own: their columns are normalised to size one.
+        // Inertias have no natural scale: their columns are normalised to size one.
         let column = matrix.column(structure.wrench_columns + spin);
         let size = column.iter().zip(&equations).map(|(x, s)| (x * s).abs()).fold(0.0, f64::max);
         unknowns.push(if size > 0.0 { 1.0 / size } else { 1.0 });

@@ -17,7 +17,7 @@ pub struct Power {
     pub loads: f64,
     /// Rate of change of kinetic and gravitational energy.
     pub energy: f64,
-    /// Power dissipated by friction; never negative.
+    /// Power dissipated by friction; nonnegative.
     pub dissipated: f64,
     /// Scale of the residual: the sum of all forces times velocities and moments times angular
     /// velocities, as magnitudes. It includes forces that do no work, such as centripetal ones.
@@ -25,11 +25,11 @@ pub struct Power {
 }
 
 impl Power {
-    /// All zero: nothing moves.
+    /// Power balance at rest, all zero.
     pub(super) const NONE: Self =
         Self { actuators: 0.0, loads: 0.0, energy: 0.0, dissipated: 0.0, turnover: 0.0 };
 
-    /// Residual `actuators + loads - energy - dissipated`: zero except for round-off.
+    /// Residual `actuators + loads - energy - dissipated`; zero up to round-off.
     pub fn residual(&self) -> f64 {
         self.actuators + self.loads - self.energy - self.dissipated
     }

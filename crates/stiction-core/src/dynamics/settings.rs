@@ -19,7 +19,7 @@ pub struct Settings {
     pub friction: FrictionMode,
     /// Speed at the surface, m/s, up to which a friction interface counts as at rest.
     pub rest_speed: f64,
-    /// Newton steps for the coupling of friction and reactions, at most.
+    /// Largest number of Newton steps for the coupling of friction and reactions.
     pub friction_steps: usize,
     /// Relative tolerance of the coupling: the largest change of a normal force in one step over
     /// the largest normal force.
@@ -34,7 +34,7 @@ impl Default for Settings {
             friction: FrictionMode::Converged,
             rest_speed: 1e-9,
             friction_steps: 40,
-            // Round-off of a solve is some 1e-15; Newton squares the change in each step.
+            // Round-off of a solve is about 1e-15; Newton's method squares the change in each step.
             friction_tolerance: 1e-13,
             position_steps: 3,
         }
@@ -42,8 +42,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// True if a change of normal forces is round-off, given the largest one. Infinite normal
-    /// forces are not settled.
+    /// True if a change of normal forces is round-off relative to the largest one. Infinite normal
+    /// forces have not converged.
     pub(super) fn is_settled(&self, change: f64, largest: f64) -> bool {
         change.is_finite() && change <= self.friction_tolerance * largest
     }

@@ -10,7 +10,7 @@ use crate::spatial::{Vec3, Wrench};
 pub struct SpringForce<T> {
     /// Distance between its ends, m.
     pub length: T,
-    /// Rate of that distance, m/s; zero where the ends coincide.
+    /// Rate of that distance, m/s; zero if the ends coincide.
     pub rate: T,
     /// Force along the line between the ends, N; positive in tension.
     pub tension: T,
@@ -22,7 +22,7 @@ pub struct SpringForce<T> {
 impl<T: Scalar> SpringForce<T> {
     /// Spring force from poses and twists of the bodies.
     ///
-    /// Where the ends coincide, the direction is undefined and only the linear part `stiffness *
+    /// If the ends coincide, the direction is undefined, and only the linear part `stiffness *
     /// span` of the force, which is zero, remains; see [`Self::has_direction`].
     // Not inlined: few mechanisms have springs, and every kernel of every scalar would grow.
     #[inline(never)]
@@ -45,8 +45,8 @@ impl<T: Scalar> SpringForce<T> {
 }
 
 impl SpringForce<f64> {
-    /// True if the direction of the force is defined, or the force needs none. `length` is
-    /// characteristic.
+    /// True if the direction of the force is defined, or the force needs none. `length` is the
+    /// characteristic length, m.
     pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {
         // Closer ends define no direction: it would be round-off of the poses.
         const APART: f64 = 1e-12;

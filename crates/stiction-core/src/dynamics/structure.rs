@@ -18,12 +18,12 @@ use core::ops::Range;
 /// Weighting that decides among the solutions of a redundant balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weighting {
-    /// Nothing is redundant: the balance determines all unknowns.
+    /// No redundancy: the balance determines all unknowns.
     Determined,
-    /// Constraints are redundant: the reactions minimise the sum over all joints of `|force|^2 +
-    /// |moment|^2/length^2`, moments about the joint's origin, `length` characteristic. It is the
-    /// elastic energy of equally compliant joints, and depends neither on units nor on the choice
-    /// of cut joints. Efforts do not depend on it.
+    /// Constraints are redundant. The reactions minimise the sum over all joints of `|force|^2 +
+    /// |moment|^2/length^2`, with moments about the joint's origin and the characteristic `length`.
+    /// This is the elastic energy of equally compliant joints, independent of units and of the
+    /// choice of cut joints. Efforts do not depend on it.
     LeastReactions,
     /// Constraints are redundant and joints declare compliances: the reactions with the least
     /// elastic energy, moments about the joint's origin. Joints without a declaration are rigid.
@@ -59,7 +59,7 @@ pub(crate) struct BalanceStructure {
     pub(super) weighting: Weighting,
     /// Unactuated DOFs of the tree, in the order of the equations.
     pub(super) passive: Vec<usize>,
-    /// For each cut: its columns.
+    /// Columns of each cut.
     pub(super) columns_of: Vec<Vec<usize>>,
     /// Number of columns for wrenches at cut joints; local degrees of freedom follow.
     pub(super) wrench_columns: usize,

@@ -10,12 +10,14 @@ pub enum InterfaceMode {
     /// Friction is a smooth function of velocity and inner state: regularised, viscous alone, or with
     /// bristles.
     Smooth,
-    /// It slides. With one DOF the first number is the sense, 1 or -1, which holds for a whole step; with more it is
-    /// the direction at the surface, used if the velocity is too small to have one.
+    /// Slip. For one DOF the first number is the sense, 1 or -1, constant within a step. For
+    /// several DOFs it is the direction at the surface, used if the velocity is too small to define
+    /// one.
     Slides([f64; 3]),
-    /// It sticks: static friction prevents sliding.
+    /// Stick: static friction prevents slip.
     Sticks,
-    /// Static friction is at its limit against slip onset in this direction, but other constraints prevent sliding.
+    /// Static friction at its limit, opposing slip onset in this direction, while other constraints
+    /// prevent slip.
     AtLimit([f64; 3]),
 }
 
@@ -41,7 +43,7 @@ impl AffineFriction {
     }
 }
 
-/// Mode of a dry interface by its surface rates: it slides if they exceed `rounding`.
+/// Mode of a dry interface for given surface rates: it slides if they exceed `rounding`.
 pub(super) fn mode_of(rates: &[f64], rounding: f64) -> InterfaceMode {
     let mut direction = [0.0; 3];
     direction[..rates.len()].copy_from_slice(rates);
@@ -63,7 +65,8 @@ pub(super) fn is_smooth(interface: &InterfaceParameters<f64>) -> bool {
     interface.laws().into_iter().all(smooth)
 }
 
-/// Friction of an interface at a surface velocity (m/s); `bristles` are its deflections (m), if the law has any.
+/// Friction of an interface at a surface velocity, m/s; `bristles` are the bristle deflections, m,
+/// if the law has any.
 pub(super) fn affine_friction(
     interface: &InterfaceParameters<f64>,
     pitch: f64,
@@ -78,7 +81,8 @@ pub(super) fn affine_friction(
         InterfaceMode::Slides(direction) if single || speed == 0.0 => direction,
         InterfaceMode::AtLimit(direction) => direction,
         _ if single => [if velocity[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0],
-        // Beyond a reversal it keeps its sense for the rest of a step, as interfaces with one DOF do.
+        // Beyond a reversal, friction keeps its direction for the rest of the step, as for
+        // interfaces with one DOF.
         InterfaceMode::Slides(before) if dot(velocity, before) < 0.0 => {
             velocity.map(|v| -v / speed)
         }

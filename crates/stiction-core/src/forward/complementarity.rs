@@ -1,4 +1,4 @@
-//! The complementarity problem of forward dynamics, with accelerations or velocities as rates.
+//! Complementarity problem of forward dynamics, with accelerations or velocities as rates.
 
 use super::Forward;
 use super::balance::{Balance, Response};
@@ -37,7 +37,8 @@ impl<'a> Members<'a> {
         Self { model, data, balance, members: Vec::new(), units: Vec::new() }
     }
 
-    /// Adds an interface; `wrenches` are those on its joint by the unit of each of its unknowns.
+    /// Adds an interface; `wrenches` are the wrenches at its joint per unit of each of its
+    /// unknowns.
     pub(super) fn add(
         &mut self,
         interface: usize,
@@ -54,8 +55,9 @@ impl<'a> Members<'a> {
         self.members.push(Member { interface, places: first..self.units.len(), law });
     }
 
-    /// The problem. `base` is the response without friction of the members, `free` gives the surface rates of a member
-    /// without it, and a friction changes rates by `step` times the accelerations that it causes.
+    /// Complementarity problem of the members. `base` is the response without friction of the
+    /// members, `free` returns the surface rates of a member without it. Friction changes the rates
+    /// by `step` times the accelerations that it causes.
     pub(super) fn problem(
         &self,
         base: &Response,

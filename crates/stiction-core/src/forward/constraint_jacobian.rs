@@ -5,41 +5,43 @@ use crate::parameters::Parameters;
 use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// A DOF of a joint whose acceleration is constrained, by static friction or by an actuator that prescribes its motion.
+/// DOF of a joint whose acceleration is constrained, by static friction or by an actuator that
+/// prescribes its motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ConstrainedDof {
     pub(super) joint: usize,
     pub(super) dof: usize,
-    /// Its acceleration, rad/s^2 or m/s^2; zero under static friction.
+    /// Acceleration, rad/s^2 or m/s^2; zero under static friction.
     pub(super) acceleration: f64,
-    /// True if an actuator constrains it, else friction.
+    /// True if an actuator constrains the DOF, false if friction does.
     pub(super) actuated: bool,
-    /// Effort that friction can exert on it: the scale of static frictions where they are not unique.
+    /// Friction limit as an effort: the scale of static frictions that are statically
+    /// indeterminate.
     pub(super) scale: f64,
-    /// Effort from which deviations are least where static frictions are not unique.
+    /// Reference effort: statically indeterminate frictions deviate from it as little as possible.
     pub(super) reference: f64,
 }
 
 impl ConstrainedDof {
-    /// A DOF (joint and index in it) that an actuator prescribes.
+    /// Creates the constraint of a DOF (joint and index in it) that an actuator prescribes.
     pub(super) fn actuated((joint, dof): (usize, usize), acceleration: f64) -> Self {
         Self { joint, dof, acceleration, actuated: true, scale: 1.0, reference: 0.0 }
     }
 }
 
-/// One constraint: a covector on the relative motion of a joint's two bodies.
+/// Constraint row: a covector on the relative motion of a joint's two bodies.
 #[derive(Clone, Debug)]
 pub(super) struct ConstraintRow {
     pub(super) joint: usize,
     /// Unit wrench of its multiplier, predecessor on successor, about the kernel origin.
     pub(super) covector: Wrench<f64>,
-    /// Value that it takes on the tree's accelerations.
+    /// Required value for the accelerations of the tree.
     pub(super) right: f64,
-    /// True if an actuator exerts it.
+    /// True if an actuator exerts the multiplier.
     pub(super) actuated: bool,
-    /// Effort that friction can exert, if friction exerts it.
+    /// Friction limit as an effort, if friction exerts the multiplier.
     pub(super) friction_scale: Option<f64>,
-    /// Effort from which the deviation of friction is least.
+    /// Reference effort from which friction deviates as little as possible.
     pub(super) reference: f64,
     /// Factor that makes errors of angles and lengths comparable.
     pub(super) scale: f64,
@@ -49,7 +51,7 @@ pub(super) struct ConstraintRow {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConstraintRows {
     pub(super) rows: Vec<ConstraintRow>,
-    /// Row by row over the tree's DOFs.
+    /// Matrix over the DOFs of the tree, row by row.
     pub(super) matrix: Vec<f64>,
 }
 
@@ -88,7 +90,7 @@ impl ConstraintRows {
         {
             let dof = &topology.joint_types[joint].dofs()[dof];
             let covector = bodies.effort(dof, joint);
-            // In a joint of the tree the rate is the tree's own.
+            // In a joint of the tree the joint rate is a rate of the tree.
             let right = match topology.role[joint] {
                 Role::Tree { .. } => acceleration,
                 Role::Cut { .. } => {
@@ -124,7 +126,8 @@ impl ConstraintRows {
     }
 }
 
-/// Calls `of` with each DOF of the tree that moves a joint's bodies relative to each other, and its sign.
+/// Calls `of` with each DOF of the tree that moves the bodies of a joint relative to each other,
+/// and with its sign.
 pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usize, f64)) {
     match topology.role[joint] {
         Role::Cut { cut } => {
@@ -141,7 +144,8 @@ pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usi
     }
 }
 
-/// Relative acceleration of a joint's bodies without acceleration of the tree, less that due to the joint's own rates.
+/// Relative acceleration of the bodies of a joint for zero accelerations of the tree, less the part
+/// due to the joint's own rates.
 fn opening(
     topology: &Topology,
     parameters: &Parameters<f64>,

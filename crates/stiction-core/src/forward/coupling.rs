@@ -1,7 +1,7 @@
-//! Friction and reactions together, with accelerations unknown.
+//! Coupling of friction and reactions, with unknown accelerations.
 //!
-//! Joint wrenches, with the accelerations that they cause, are affine in the normal loads of the interfaces, so the normal
-//! loads are the unknowns of a [`LoadProblem`].
+//! Joint wrenches, and the accelerations that they cause, are affine in the normal loads of the
+//! interfaces. The normal loads are therefore the unknowns of a [`LoadProblem`].
 //!
 //! Equation (D3) of the book's theory.
 
@@ -16,12 +16,12 @@ use crate::friction_problem::newton::{UNBOUNDED, largest};
 use crate::random::Random;
 use crate::spatial::{Vec3, Wrench};
 
-/// Steps of the continuation, which every search for modes repeats.
+/// Step sizes of the continuation, which every search for modes repeats.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6 };
-/// Starts of the search for other solutions.
+/// Number of starts of the search for other solutions.
 const STARTS: u32 = 24;
-/// Relative difference of the normal loads below which two solutions are one.
+/// Relative difference of the normal loads below which two solutions are equal.
 const SAME: f64 = 1e-7;
 
 /// Accelerations and reactions with friction.
@@ -32,12 +32,12 @@ pub(super) struct Coupled {
     pub(super) loads: Vec<f64>,
 }
 
-/// The normal loads as a problem, and what follows from them.
+/// Problem for the normal loads, and the responses that define it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Coupling {
-    /// Wrenches in the joints that do not depend on normal loads: of actuators and friction.
+    /// Joint wrenches of actuators and friction that do not depend on normal loads.
     constant: Vec<(usize, Wrench<f64>)>,
-    /// The response to these.
+    /// Response to these wrenches.
     base: Response,
     problem: LoadProblem,
     /// Friction wrench per newton of each unknown normal load.
@@ -119,8 +119,8 @@ impl Coupling {
         problem.set_influence(&mut responses);
     }
 
-    /// Solves near `known` normal loads (one for each interface) if there is a solution there, else by continuation from
-    /// the frictionless solution.
+    /// Solves near the `known` normal loads, one for each interface, if a solution exists there;
+    /// otherwise by continuation from the frictionless solution.
     pub(super) fn solve(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -135,12 +135,12 @@ impl Coupling {
         Ok(())
     }
 
-    /// Bound on the coupling of friction and normal loads: below one the solution is the only one.
+    /// Bound on the coupling of friction and normal loads: below one the solution is unique.
     pub(super) fn bound(&mut self, model: &Forward, data: &Data) -> f64 {
         self.problem.coupling_bound(model.configuration(data), &mut self.workspace)
     }
 
-    /// Solutions from many starts that differ from `known`.
+    /// Finds solutions that differ from `known`, from many starts.
     pub(super) fn others(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -176,7 +176,7 @@ impl Coupling {
         found
     }
 
-    /// Computes accelerations and reactions from the normal loads that are solved for.
+    /// Computes accelerations and reactions from the solved normal loads.
     fn complete(
         &mut self,
         (model, data): (&Forward, &Data),

@@ -1,4 +1,4 @@
-//! Data of an instant that do not depend on which interfaces stick and which slide.
+//! Data of an instant that are independent of the modes of the interfaces.
 
 use super::Forward;
 use super::inputs::{Inputs, View};
@@ -19,18 +19,19 @@ pub(super) struct Data {
     /// Effort of each actuator, N or N m; zero for prescribed ones.
     pub(super) efforts: Vec<f64>,
     pub(super) loads: Vec<AppliedLoad<f64>>,
-    /// Of the prescribed actuators.
+    /// Targets of the prescribed actuators.
     pub(super) targets: Vec<Target<f64>>,
     /// Surface velocity of each interface, m/s.
     pub(super) velocities: Vec<[f64; 3]>,
     /// Bristle deflections of each interface, m.
     pub(super) bristles: Vec<[f64; 3]>,
-    /// Approximate friction limit of each interface relative to the largest: the scale in which static frictions are
-    /// measured where they are not unique. It stays the same while the modes do.
+    /// Approximate friction limit of each interface relative to the largest: the scale of
+    /// statically indeterminate static frictions. Constant as long as the modes are.
     pub(super) friction_scales: Vec<f64>,
-    /// Static friction of each interface, N, from which deviations are least where static frictions are not unique.
+    /// Reference static friction of each interface, N: statically indeterminate frictions deviate
+    /// from it as little as possible.
     pub(super) reference_frictions: Vec<[f64; 3]>,
-    /// Factor by which static friction may exceed its limit; one in general.
+    /// Factor by which static friction may exceed its limit; usually one.
     pub(super) limit_factor: f64,
 }
 
@@ -96,14 +97,14 @@ impl Forward {
         data.limit_factor = 1.0;
     }
 
-    /// Targets of the prescribed actuators at a time.
+    /// Targets of the prescribed actuators at a time, s.
     pub(super) fn targets(&self, time: f64, inputs: &mut dyn Inputs) -> Vec<Target<f64>> {
         let mut targets = Vec::new();
         self.targets_into(time, inputs, &mut targets);
         targets
     }
 
-    /// Writes the targets of the prescribed actuators at a time, reusing the buffer.
+    /// Writes the targets of the prescribed actuators at a time, s, reusing the buffer.
     pub(super) fn targets_into(
         &self,
         time: f64,
@@ -126,7 +127,7 @@ impl Forward {
         twist.angular.norm().max(twist.linear.norm() / self.parameters.length)
     }
 
-    /// The largest such speed of all bodies, rad/s.
+    /// Largest rate of any body, see [`Self::twist_rate`], rad/s.
     pub(super) fn fastest(&self, data: &Data) -> f64 {
         data.bodies.twist.iter().map(|twist| self.twist_rate(twist)).fold(0.0, f64::max)
     }

@@ -6,7 +6,7 @@
 
 /// Stages of a step; the derivative at its end is the first stage of the next.
 pub(super) const STAGES: usize = 12;
-/// Stages with the derivative at the end and those that only the interpolation needs.
+/// Stages including the derivative at the end and those for the interpolation only.
 pub(super) const ALL_STAGES: usize = 16;
 
 /// Times of the stages as fractions of the step.
@@ -29,7 +29,8 @@ pub(super) const NODES: [f64; ALL_STAGES] = [
     0.7777777777777778,
 ];
 
-/// Derivatives that make each stage: index and weight. Row 12 is the solution of order 8.
+/// Weights of the derivatives in each stage, as pairs of index and weight. Row 12 is the solution
+/// of order 8.
 pub(super) const WEIGHTS: [&[(usize, f64)]; ALL_STAGES] = [
     &[],
     &[(0, 0.05260015195876773)],
@@ -125,7 +126,7 @@ pub(super) const WEIGHTS: [&[(usize, f64)]; ALL_STAGES] = [
     ],
 ];
 
-/// The error estimate of order 5.
+/// Weights of the error estimate of order 5.
 pub(super) const ERROR_5: &[(usize, f64)] = &[
     (0, 0.01312004499419488),
     (5, -1.2251564463762044),
@@ -137,7 +138,7 @@ pub(super) const ERROR_5: &[(usize, f64)] = &[
     (11, -0.022355307863886294),
 ];
 
-/// What the solution of order 8 is compared with for the error estimate of order 3.
+/// Weights of the reference solution for the error estimate of order 3.
 pub(super) const LOWER_3: &[(usize, f64)] =
     &[(0, 0.2440944881889764), (8, 0.7338466882816118), (11, 0.022058823529411766)];
 

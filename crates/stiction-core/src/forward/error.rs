@@ -42,7 +42,7 @@ pub enum ForwardError {
         /// Part of the coefficients at which the solution ends, percent.
         percent: f64,
     },
-    /// No modes of sticking and sliding interfaces that satisfy all friction laws were found.
+    /// The search finds no modes of the interfaces that satisfy all friction laws.
     #[error(
         "at t = {time} s no combination of sticking and sliding joints was found that satisfies all friction laws; joint \
          `{joint}` can neither stick nor slide (Painleve's paradox at rest); reduce its friction or \
@@ -65,7 +65,7 @@ pub enum ForwardError {
         /// The body.
         body: String,
     },
-    /// The loops cannot be closed again.
+    /// The loops cannot be closed after a step.
     #[error(
         "at t = {time} s the loops cannot be closed: joint `{joint}` stays open by {gap:.2e} (m or rad); \
          the position is singular, or the prescribed motion is out of reach"
@@ -78,7 +78,7 @@ pub enum ForwardError {
         /// Closure error, m or rad.
         gap: f64,
     },
-    /// Steps have become too small.
+    /// The required step is too short.
     #[error(
         "at t = {time} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
          the motion changes too fast there{around}; allow a larger tolerance, or check the forces \
@@ -87,9 +87,9 @@ pub enum ForwardError {
     Stiff {
         /// Time, s.
         time: f64,
-        /// Time, s.
+        /// Step, s.
         step: f64,
-        /// The relative tolerance.
+        /// Relative tolerance.
         tolerance: f64,
         /// Location, in words.
         around: String,
@@ -117,15 +117,16 @@ pub enum ForwardError {
         units = if *rates { "m/s or rad/s" } else { "m or rad" }
     )]
     Contradiction {
-        /// The value or rate that is not met, in words.
+        /// Description of the violated value or rate.
         what: String,
-        /// Residual: m or rad, of rates m/s or rad/s.
+        /// Residual: m or rad; for rates m/s or rad/s.
         by: f64,
-        /// True if it is a rate.
+        /// True if a rate is violated.
         rates: bool,
     },
-    /// The motion at the start violates a lock, a prescribed motion or a loop at once: at a dead centre, or where two
-    /// motions bifurcate. With rates that are zero, the forces push into such a motion, and no finite reaction prevents it.
+    /// The motion at the start violates a lock, a prescribed motion or a loop immediately: at a
+    /// dead centre, or at a bifurcation of the motion. At rest, the forces push into such a motion,
+    /// and no finite reaction prevents it.
     #[error(
         "the start is contradictory: {}; start {}at another position, or release that constraint",
         blocked(*time, what, *by, *translates, *at_rest),
@@ -134,13 +135,14 @@ pub enum ForwardError {
     Blocked {
         /// Time, s.
         time: f64,
-        /// The violated constraint, in words.
+        /// Description of the violated constraint.
         what: String,
         /// Residual acceleration, m/s^2 or rad/s^2.
         by: f64,
         /// True if it is an acceleration in m/s^2.
         translates: bool,
-        /// True if the mechanism is at rest and the forces push it; `by` is then the residual after one second.
+        /// True if the mechanism is at rest and the forces push it; `by` is then the residual after
+        /// one second.
         at_rest: bool,
     },
     /// Loops, locks or prescribed motions would stop a motion instantly.
@@ -152,7 +154,7 @@ pub enum ForwardError {
     Impact {
         /// Time, s.
         time: f64,
-        /// The violated constraint, in words.
+        /// Description of the violated constraint.
         what: String,
         /// Jump of the velocities, percent of the fastest.
         percent: f64,

@@ -22,7 +22,7 @@ pub struct Known {
     pub rate: Option<f64>,
 }
 
-/// Residual of a rate relative to the largest at which it is met.
+/// Relative residual below which a rate counts as satisfied.
 const MET: f64 = 1e-9;
 /// Relative size of a row's independent part below which the row depends on others.
 const DEPENDENT: f64 = 1e-10;
@@ -30,12 +30,12 @@ const DEPENDENT: f64 = 1e-10;
 impl Forward {
     /// Assembles a state from known values and rates of any joint coordinates and body poses.
     ///
-    /// The search starts from the start coordinates of the joints and from `initial_poses`, guesses of body poses in the
-    /// ground's frame. Each step is the shortest that meets the known values and closes the loops. Rates that remain open
-    /// minimise the kinetic energy.
+    /// The search starts from the start coordinates of the joints and from `initial_poses`, guesses
+    /// of body poses in the ground's frame. Each step is the minimum-norm step that satisfies the
+    /// known values and closes the loops. Undetermined rates minimise the kinetic energy.
     ///
     /// # Errors
-    /// [`ForwardError::Contradiction`] names the value or rate that cannot be met.
+    /// [`ForwardError::Contradiction`] names the value or rate that cannot be satisfied.
     pub fn assemble_from(
         &self,
         initial_poses: &[(BodyId, Pose<f64>)],
@@ -81,7 +81,7 @@ impl Forward {
         let n = topology.dofs();
         let mut space = RowSpace::default();
         space.decompose(&rows.matrix, rows.rights.len(), n, DEPENDENT);
-        // In scaled rates: the shortest that meet the rows, then the ones of least kinetic energy.
+        // Minimum-norm scaled rates that satisfy the rows; below, the kinetic energy is minimised.
         let mut found = space.shortest(&rows.rights);
         let largest = rows.rights.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         for (row, right) in rows.matrix.chunks_exact(n.max(1)).zip(&rows.rights).enumerate() {
@@ -105,7 +105,7 @@ impl Forward {
         bodies.move_with(topology, &state.rates);
         let masses = MassMatrix::new(topology, parameters, &mut bodies, &[]);
         let free = basis.len() / n.max(1);
-        // Without inertia the energy has no minimum: the shortest rates stay.
+        // Without inertia the kinetic energy has no unique minimum: the minimum-norm rates remain.
         if free > 0
             && largest > 0.0
             && let Ok(factored) = factor(&masses.matrix, &mut basis, n, &|_| false, &mut Vec::new())

@@ -20,7 +20,7 @@ pub struct View<'a> {
     pub(super) angles: &'a [Angle],
 }
 
-/// An angle that is counted over full turns.
+/// Angle counted over full turns.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Angle {
     pub(super) joint: usize,
@@ -72,8 +72,8 @@ pub(super) fn joint_coordinate(
     nearest.get(dof).copied().unwrap_or(0.0)
 }
 
-/// Inputs of a simulation. The results of all methods may depend on their arguments only, since steps are
-/// repeated. Jumps happen at [`Self::next_change`].
+/// Inputs of a simulation. The results of all methods may depend on their arguments only, since
+/// steps are repeated. Jumps are allowed only at [`Self::next_change`].
 pub trait Inputs {
     /// Writes the efforts of all actuators, N or N m, in their order; those of prescribed actuators are ignored.
     /// `efforts` contains zeros.
@@ -96,14 +96,15 @@ pub trait Inputs {
         None
     }
 
-    /// Time, s, up to which efforts and loads stay constant from `time` on while the mechanism is at rest. They are not
-    /// evaluated before it while everything sticks. By default they may change at once.
+    /// Time, s, up to which efforts and loads stay constant from `time` on while the mechanism is
+    /// at rest. A simulation at rest does not evaluate them before that time. By default they may
+    /// change at any time.
     fn steady_until(&self, time: f64) -> f64 {
         time
     }
 
-    /// Time, s, up to which a few samples from `time` on resolve the inputs; no step goes beyond. Otherwise a pulse shorter
-    /// than a step could be missed.
+    /// Time, s, up to which a few samples from `time` on resolve the inputs; no step exceeds it. A
+    /// pulse shorter than a step could otherwise be missed.
     fn seen_until(&self, time: f64) -> f64 {
         let _ = time;
         f64::INFINITY

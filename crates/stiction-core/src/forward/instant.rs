@@ -11,16 +11,16 @@ use crate::spatial::{Vec3, Wrench};
 use crate::statics::AppliedLoad;
 use crate::topology::Role;
 
-/// A friction interface at an instant.
+/// State of a friction interface at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceSample {
-    /// Mode.
+    /// Mode of the interface.
     pub interface: InterfaceMode,
     /// Sliding velocity at the surface along its DOFs, m/s.
     pub velocity: [f64; 3],
     /// Normal load, N.
     pub load: f64,
-    /// Friction at the surface, N, in the direction of the sliding that it resists.
+    /// Friction at the surface, N, signed along the sliding that it opposes.
     pub friction: [f64; 3],
     /// Static friction limit under this normal load, N.
     pub limit: f64,
@@ -32,8 +32,9 @@ impl InterfaceSample {
         self.limit - norm(self.friction)
     }
 
-    /// Dissipated power, W. While it slides, this is speed times friction as in the law, not the product of the vectors:
-    /// if friction is not against the sliding, the energy balance shows it.
+    /// Dissipated power, W. During slip it is the speed times the friction of the law, not the
+    /// scalar product of the vectors; friction that does not oppose the slip therefore shows in the
+    /// energy balance.
     pub(super) fn dissipated(&self) -> f64 {
         let along = dot(self.velocity, self.friction);
         match self.interface {
@@ -58,7 +59,8 @@ pub struct Account {
     pub loads: f64,
     /// Power dissipated by the dampers of springs, W.
     pub dampers: f64,
-    /// Power dissipated by each interface, W; with bristles the power that they take up.
+    /// Power dissipated by each interface, W; for bristle laws including the power stored in the
+    /// bristles.
     pub interfaces: Vec<f64>,
 }
 
@@ -115,28 +117,30 @@ pub struct Instant {
     pub(super) bristle_rates: Vec<[f64; 3]>,
     /// Energies and powers.
     pub account: Account,
-    /// Bound on the coupling of friction and normal loads, if it was asked for: below one the solution is the only one.
+    /// Bound on the coupling of friction and normal loads, if computed: below one the solution is
+    /// unique.
     pub coupling: Option<f64>,
     /// Number of redundant constraints, sticking DOFs included.
     pub redundant: usize,
-    /// Number of actuator efforts that equilibrium leaves open because more DOFs are prescribed or locked than can move.
-    /// Their sum of squares is least, torques over the characteristic length.
+    /// Number of actuator efforts that are statically indeterminate because more DOFs are
+    /// prescribed or locked than can move. These efforts have the least sum of squares, torques
+    /// divided by the characteristic length.
     pub open_drives: usize,
-    /// Number of DOFs left by the constraints.
+    /// Mobility: number of DOFs left by the constraints.
     pub mobility: usize,
-    /// Distance of the constraints from being dependent; zero at a singular position of the loops.
+    /// Singularity distance of the constraints; zero at a singular position of the loops.
     pub(super) distance: f64,
-    /// A sticking interface whose joint is locked for this instant only.
+    /// Sticking interface whose joint is locked only for this instant.
     pub(super) gives_way: Option<usize>,
 }
 
 impl Instant {
-    /// A quantity that is not finite, if there is any.
+    /// Name of a quantity that is not finite, if any.
     pub(super) fn unfinite(&self) -> Option<&'static str> {
         if !self.state.accelerations.iter().all(|a| a.is_finite()) {
             return Some("an acceleration");
         }
-        // Magnitudes are results, too: squares must be finite.
+        // Results include magnitudes: squares must be finite.
         let is_finite = |w: &Wrench<f64>| [w.force, w.moment].iter().all(|v| v.dot(*v).is_finite());
         (!self.wrenches.iter().all(is_finite)).then_some("a reaction")
     }
@@ -200,21 +204,21 @@ impl Forward {
             let limit = interface.law_towards(friction[0]).at_rest() * load;
             let (mut velocity, mode) = (data.velocities[index], modes[index]);
             if mode == InterfaceMode::Sticks && self.leaders(index).is_none() {
-                // The rates that other sticking interfaces leave here are round-off.
+                // Remaining rates due to other sticking interfaces are round-off.
                 velocity = [0.0; 3];
             }
             interfaces.push(InterfaceSample { interface: mode, velocity, load, friction, limit });
         }
     }
 
-    /// Everything at the instant of a solution.
+    /// Results at the instant of a solution.
     pub(super) fn instant(&self, data: &Data, modes: &[InterfaceMode], solved: &Solved) -> Instant {
         let mut instant = Instant::new(self);
         self.instant_into(data, modes, solved, &mut instant);
         instant
     }
 
-    /// Writes everything at the instant of a solution, reusing the buffers.
+    /// Writes the results at the instant of a solution, reusing the buffers.
     pub(super) fn instant_into(
         &self,
         data: &Data,
@@ -233,7 +237,7 @@ impl Forward {
         state.accelerations.clone_from(&response.accelerations);
         for constrained in &solved.constrained {
             if let Role::Tree { node } = topology.role[constrained.joint] {
-                // Exactly, not to round-off: constrained DOFs do not drift.
+                // Exact values: constrained DOFs must not drift by round-off.
                 let tree_dof = topology.nodes[node].tree_dofs.start + constrained.dof;
                 state.accelerations[tree_dof] = constrained.acceleration;
             }

@@ -13,7 +13,7 @@ pub(super) struct Steps {
     last: Vec<f64>,
     pub(super) end: Vec<f64>,
     step: f64,
-    /// Coefficients of the interpolation, if it was prepared.
+    /// Coefficients of the interpolation, if prepared.
     curve: Vec<Vec<f64>>,
     has_curve: bool,
 }
@@ -27,8 +27,8 @@ pub(super) struct Tolerance<'a> {
 }
 
 impl Steps {
-    /// Attempts a step from `start` with the derivative `first` there. Returns the error in units of the tolerance.
-    /// `derivative` writes the derivative at a time and a state.
+    /// Attempts a step from `start`, where the derivative is `first`. Returns the error in units of
+    /// the tolerance. `derivative` writes the derivative at a time and a state.
     pub(super) fn attempt<E>(
         &mut self,
         start: &[f64],
@@ -89,9 +89,9 @@ impl Steps {
         done
     }
 
-    /// Estimate of the step times the contraction rate of neighbouring solutions (Hairer, Norsett and Wanner
-    /// 1993, section IV.2): above about six, stability bounds the step, not accuracy. `after` is the
-    /// derivative at the end.
+    /// Estimates the step times the contraction rate of neighbouring solutions (Hairer, Norsett and
+    /// Wanner 1993, section IV.2). Above about six, stability instead of accuracy bounds the step.
+    /// `after` is the derivative at the end.
     pub(super) fn stiffness(&self, after: &[f64], scales: &[f64]) -> f64 {
         let Some(before) = self.stages.get(STAGES - 1) else { return 0.0 };
         let (mut change, mut apart) = (0.0, 0.0);

@@ -57,9 +57,9 @@ pub(super) struct MassMatrix {
     pub(super) inertia: Vec<Inertia>,
     /// Mass matrix of the tree, row by row.
     pub(super) matrix: Vec<f64>,
-    /// Wrench that the joints must exert on each body if the tree does not accelerate.
+    /// Wrench that the joints must exert on each body at zero acceleration of the tree.
     pub(super) bias_wrenches: Vec<Wrench<f64>>,
-    /// Generalised forces of these on the tree's DOFs.
+    /// Generalised forces of the bias wrenches on the DOFs of the tree.
     pub(super) bias: Vec<f64>,
     /// Buffers: composite inertia of each subtree, and its bias wrench.
     composite: Vec<Inertia>,

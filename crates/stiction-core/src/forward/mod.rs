@@ -1,11 +1,13 @@
 //! Forward dynamics: motion of a mechanism under given forces, with joints that stick and slip.
 //!
-//! One linear system (index 1) yields accelerations and all reactions; friction, bounded by
-//! each joint's own reaction, is coupled to it implicitly. The accelerations decide whether an interface at rest
-//! sticks; a sticking interface does not move at all. See [`Forward`] and [`Simulation`].
+//! One linear system (index 1) yields accelerations and all reactions. Friction is bounded by the
+//! reaction of its own joint and coupled to it implicitly. The accelerations decide whether an
+//! interface at rest sticks; a sticking interface does not move at all. See [`Forward`] and
+//! [`Simulation`].
 //!
-//! [`Forward`] is the model; `Data` are computed at an instant, before it is known what sticks; a
-//! [`Simulation`] carries the state on and keeps an [`Instant`] of results.
+//! [`Forward`] is the model. `Data` contain the quantities at an instant that do not depend on the
+//! modes of the interfaces. A [`Simulation`] advances the state and stores the results as an
+//! [`Instant`].
 
 mod affine_friction;
 mod balance;

@@ -1,4 +1,4 @@
-//! Projection onto the constraints: loops closed and constrained DOFs in place, for positions and velocities.
+//! Projection of positions and velocities onto the loop constraints and constrained DOFs.
 
 use super::Forward;
 use super::balance::DEPENDENT;
@@ -11,13 +11,13 @@ use crate::mechanism::JointId;
 use crate::spatial::{Pose, Quaternion, Twist};
 use crate::topology::{Link, Role};
 
-/// Error (rad, or m over the characteristic length) at which loops count as closed.
+/// Closure error (rad, or m over the characteristic length) below which loops count as closed.
 const CLOSED: f64 = 1e-14;
-/// Error above which they count as open.
+/// Closure error above which loops count as open.
 const OPEN: f64 = 1e-9;
 const STEPS: usize = 10;
 
-/// A DOF locked by static friction, and its position.
+/// Position of a DOF locked by static friction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
     pub(super) joint: usize,
@@ -26,8 +26,8 @@ pub(super) struct Anchor {
     pub(super) pose: Pose<f64>,
 }
 
-/// Corrections below `SMALL` are made with the decomposition of the step before if it is farther than `REGULAR` from
-/// singular: the error is of second order.
+/// Corrections below `SMALL` reuse the decomposition of the previous step if its singularity
+/// distance exceeds `REGULAR`: the error is of second order.
 const SMALL: f64 = 1e-9;
 const REGULAR: f64 = 0.2;
 
@@ -67,7 +67,7 @@ impl Projection {
         space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
     }
 
-    /// Computes the shortest change of the tree for which the rows take the values in `values`.
+    /// Computes the minimum-norm change of the tree for which the rows take the values in `values`.
     fn shortest(&mut self, columns: &[f64]) {
         let Self { rows, space, values, step, .. } = self;
         values.iter_mut().zip(&rows.rows).for_each(|(v, r)| *v *= r.scale);
@@ -77,8 +77,9 @@ impl Projection {
 }
 
 impl Forward {
-    /// Projects a state onto the constraints: closes loops, moves constrained DOFs into place, and removes from the rates
-    /// the part that violates the constraints. `frozen` DOFs of the tree keep their coordinates and have rate zero.
+    /// Projects a state onto the constraints: closes loops, moves constrained DOFs to their
+    /// positions, and removes from the rates the part that violates the constraints. `frozen` DOFs
+    /// of the tree keep their coordinates and have zero rate.
     ///
     /// # Errors
     /// [`ForwardError::Open`] if the loops cannot be closed.
@@ -155,7 +156,8 @@ impl Forward {
         Ok(())
     }
 
-    /// Lists the DOFs that projection constrains: those of prescribed actuators, then anchors in joints that close loops.
+    /// Lists the DOFs that the projection constrains: those of prescribed actuators, then anchors
+    /// in joints that close loops.
     fn constrain_anchors(
         &self,
         targets: &[Target<f64>],
@@ -261,7 +263,7 @@ impl Forward {
         }
     }
 
-    /// The time derivative of the tree's coordinates.
+    /// Time derivative of the coordinates of the tree.
     pub(super) fn coordinate_rates(&self, coordinates: &[f64], rates: &[f64], out: &mut [f64]) {
         use crate::spatial::Vec3;
         for node in &self.topology.nodes {
@@ -275,7 +277,8 @@ impl Forward {
             let omega = Vec3::new(v[at], v[at + 1], v[at + 2]);
             let pure = Quaternion { w: 0.0, v: omega * 0.5 };
             let now = Quaternion::from_coordinates(&q[at..]);
-            // A floating body's angular velocity is in world axes, a joint's in the successor's.
+            // Angular velocity is in world axes for a floating body, in the axes of the successor
+            // for a joint.
             let change = match node.link {
                 Link::Floating => pure.compose(now),
                 Link::Joint { .. } => now.compose(pure),

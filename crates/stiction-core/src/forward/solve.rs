@@ -11,7 +11,7 @@ use crate::friction_problem::continuation::Lock;
 use crate::kinematics::{Bodies, Target};
 use crate::spatial::Wrench;
 
-/// The solution for given modes.
+/// Solution for given modes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solved {
     pub(super) coupled: Coupled,
@@ -19,7 +19,7 @@ pub(super) struct Solved {
     pub(super) constrained: Vec<ConstrainedDof>,
     pub(super) sticking: Vec<StickingDof>,
     pub(super) frictions: Vec<AffineFriction>,
-    /// Bound on the coupling of friction and normal loads, if it was asked for.
+    /// Bound on the coupling of friction and normal loads, if computed.
     pub(super) coupling_bound: Option<f64>,
     coupling: Coupling,
     efforts: Vec<(usize, Wrench<f64>)>,
@@ -38,15 +38,15 @@ pub(super) struct StickingDof {
 
 /// Reason why given modes have no solution.
 pub(super) enum Unsolved {
-    /// Friction locks.
+    /// Friction locks the mechanism.
     Locked(Lock),
     /// A body moves without inertia.
     Massless(Massless),
 }
 
 impl Forward {
-    /// Lists the DOFs that are constrained for these modes: prescribed actuators and sticking interfaces. A DOF
-    /// that an actuator prescribes needs no friction.
+    /// Lists the DOFs that are constrained for these modes: prescribed actuators and sticking
+    /// interfaces. A DOF prescribed by an actuator needs no friction.
     pub(super) fn constrain(
         &self,
         targets: &[Target<f64>],
@@ -100,7 +100,7 @@ impl Forward {
         rows
     }
 
-    /// The decomposed balance for these modes, with equal scales of all static frictions.
+    /// Decomposes the balance for these modes, with equal scales of all static frictions.
     pub(super) fn balance(
         &self,
         data: &Data,
@@ -134,7 +134,8 @@ impl Forward {
         })
     }
 
-    /// Solves for given modes from `known` normal loads nearby; with `bound` also bounds the coupling.
+    /// Solves for given modes, starting from `known` normal loads; with `bound` also computes the
+    /// coupling bound.
     pub(super) fn solve(
         &self,
         data: &Data,
@@ -164,7 +165,7 @@ impl Forward {
         self.couple(data, modes, known, bound, solved)
     }
 
-    /// Solves for the normal loads with the constraints and masses as they are decomposed.
+    /// Solves for the normal loads with the decomposed constraints and masses.
     pub(super) fn couple(
         &self,
         data: &Data,
@@ -212,7 +213,7 @@ impl Forward {
         Ok(())
     }
 
-    /// Other solutions for the same modes, found from many starts.
+    /// Searches for other solutions with the same modes, from many starts.
     pub(super) fn others(
         &self,
         data: &Data,
@@ -229,7 +230,7 @@ impl Forward {
         others.into_iter().map(competitor).collect()
     }
 
-    /// The error of an instant without a solution, with names.
+    /// Error with names for an instant without a solution.
     pub(super) fn unsolved(&self, time: f64, unsolved: Unsolved) -> ForwardError {
         match unsolved {
             Unsolved::Locked(Lock { part, interface }) => ForwardError::NoAcceleration {

@@ -1,4 +1,4 @@
-//! Surfaces of friction interfaces: their rates and accelerations, and the wrenches of friction on them.
+//! Surface motion of friction interfaces, and wrenches of friction on their joints.
 
 use super::Forward;
 use super::constraint_jacobian::each_dof;
@@ -6,7 +6,7 @@ use crate::kinematics::Bodies;
 use crate::spatial::Wrench;
 
 impl Forward {
-    /// The bodies with these accelerations of the tree.
+    /// Copy of the bodies with these accelerations of the tree.
     pub(super) fn accelerated(&self, bodies: &Bodies<f64>, accelerations: &[f64]) -> Bodies<f64> {
         let mut bodies = bodies.clone();
         bodies.accelerate(&self.topology, accelerations);
@@ -29,7 +29,8 @@ impl Forward {
         surface
     }
 
-    /// Wrenches on its joint by one newton of friction at the surface along each of an interface's DOFs.
+    /// Wrenches at the joint of an interface due to one newton of friction at the surface along
+    /// each of its DOFs.
     pub(super) fn unit_frictions(
         &self,
         bodies: &Bodies<f64>,

@@ -6,9 +6,10 @@
 //! M (w - v) = h (efforts and loads) + J^T (impulses of loops and prescribed actuators) + (impulses of friction)
 //! ```
 //!
-//! `J w` takes its prescribed value at the end, and the friction laws relate impulses and `w`: the friction of each
-//! interface is bounded by its own reaction of the same step. Stops and reversals within the step need no
-//! event, a sticking interface has `w = 0`, and where friction makes velocities jump they jump.
+//! `J w` has its prescribed value at the end of the step. The friction laws relate impulses and
+//! `w`; the friction of each interface is bounded by its own reaction of the same step. Stops and
+//! reversals within the step need no event, and a sticking interface has `w = 0`. Velocities jump
+//! if friction requires it.
 //!
 //! Equation (D7) of the book's theory.
 
@@ -29,10 +30,10 @@ use crate::friction_problem::complementarity::{
 use crate::kinematics::{State, Target};
 use crate::parameters::InterfaceParameters;
 
-/// Largest residual of the friction laws relative to the largest force.
+/// Largest accepted residual of the friction laws relative to the largest force.
 const RESIDUAL: f64 = 1e-9;
-/// Factor by which residual rates of sticking interfaces count less than forces: their rate is at most 1e-6 of the
-/// largest.
+/// Weight of residual rates of sticking interfaces relative to residual forces: accepted rates are
+/// at most 1e-6 of the largest.
 const SLACK: f64 = 1e-3;
 
 /// Results of a step.
@@ -68,7 +69,7 @@ pub(super) struct StepStart<'a> {
     pub(super) modes: &'a [InterfaceMode],
     /// Bristle deflections, m.
     pub(super) bristles: &'a [[f64; 3]],
-    /// Frictions at the surfaces nearby, N.
+    /// Start values of the frictions at the surfaces, N.
     pub(super) frictions: &'a [[f64; 3]],
 }
 
@@ -128,7 +129,8 @@ impl Forward {
     /// Computes a step of length `step`, s.
     ///
     /// # Errors
-    /// [`ForwardError::NoChoice`] if no frictions satisfy all laws, [`ForwardError::Massless`].
+    /// [`ForwardError::NoChoice`] if no frictions satisfying all laws are found,
+    /// [`ForwardError::Massless`].
     pub(super) fn time_step(
         &self,
         time: f64,
@@ -150,7 +152,8 @@ impl Forward {
             let entries = &rows.matrix[index * n..(index + 1) * n];
             let rate: f64 = entries.iter().zip(&start.rates).map(|(a, b)| a * b).sum();
             let end = index.checked_sub(topology.constraints).map_or(0.0, |k| ends[k].rate);
-            // By the end the row has changed by half a step's change; `right` is minus its rate of change.
+            // The row belongs to the middle of the step and changes until its end; `right` is minus
+            // its rate of change.
             row.right = (end - rate) / step + 0.5 * row.right;
         }
         let massless = |m: Massless| self.unsolved(time, Unsolved::Massless(m));
@@ -181,7 +184,7 @@ impl Forward {
             free
         };
         let mut problem = members.problem(&base, step, free);
-        // Redundant rows agree to the third power of the step; projection removes the rest.
+        // Redundant rows are consistent to third order in the step; projection removes the rest.
         problem.slack = SLACK;
         let near: Vec<f64> = problem
             .members
@@ -190,7 +193,7 @@ impl Forward {
             .collect();
         let mut found = problem.solve(&near).filter(|found| found.residual <= RESIDUAL);
         if found.is_none() && near.iter().any(|amount| *amount != 0.0) {
-            // After a jump the frictions nearby may be a bad start.
+            // After a jump the frictions of the previous step may be a bad start.
             let zero = vec![0.0; near.len()];
             found = problem.solve(&zero).filter(|found| found.residual <= RESIDUAL);
         }
@@ -210,7 +213,7 @@ impl Forward {
         Ok(self.end_of_step(&data, from, step, solution, (&balance, response)))
     }
 
-    /// The law of an interface at the end of a step.
+    /// Friction law of an interface at the end of a step.
     fn law(&self, data: &Data, interface: usize, mode: InterfaceMode, step: f64) -> MemberLaw {
         let content = &self.parameters.interfaces[interface];
         let velocity = data.velocities[interface];
@@ -237,7 +240,7 @@ impl Forward {
         MemberLaw::Dry(DryFriction { forward, backward, viscous: law.viscous })
     }
 
-    /// The results of a step from its solution.
+    /// Results of a step from its solution.
     fn end_of_step(
         &self,
         data: &Data,

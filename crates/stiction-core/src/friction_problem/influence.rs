@@ -4,15 +4,17 @@ use super::small_system::{Four, blocks_of};
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 
-/// A linear operator from unknowns of friction, one or more an interface, to the wrenches of the interfaces' joints.
+/// Linear operator from friction unknowns, one or more per interface, to the wrenches at the joints
+/// of the interfaces.
 pub(crate) trait Influence {
     /// Calls `put(row, column, wrench)` once for each pair: `wrench` is the change of the complete wrench at the joint of
     /// interface `row` per unit of unknown `column`.
     fn visit(&mut self, put: impl FnMut(usize, usize, Wrench<f64>));
 }
 
-/// The operator with one unknown for each interface, stored as a matrix: for each interface six rows, the components of
-/// its joint's wrench (force first), in blocks of four columns, the last filled up with zeros.
+/// Operator with one unknown per interface, stored as a matrix. Each interface has six rows, the
+/// components of the wrench at its joint (force first), in blocks of four columns, the last padded
+/// with zeros.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InfluenceMatrix {
     count: usize,
@@ -35,13 +37,13 @@ impl InfluenceMatrix {
         });
     }
 
-    /// The six rows of an interface.
+    /// Six rows of an interface.
     pub(super) fn rows(&self, interface: usize) -> impl Iterator<Item = &[Four]> {
         let width = blocks_of(self.count);
         self.blocks[6 * width * interface..6 * width * (interface + 1)].chunks_exact(width)
     }
 
-    /// The wrench at the joint of an interface for unknowns in blocks of four.
+    /// Wrench at the joint of an interface for unknowns in blocks of four.
     pub(super) fn apply(&self, interface: usize, unknowns: &[Four]) -> Wrench<f64> {
         let mut sums = [0.0; 6];
         for (sum, row) in sums.iter_mut().zip(self.rows(interface)) {

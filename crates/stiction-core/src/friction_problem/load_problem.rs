@@ -1,4 +1,4 @@
-//! The friction problem with the normal loads as unknowns: which interfaces slide, and how, is given.
+//! Friction problem with the normal loads as unknowns, for given modes and slip directions.
 //!
 //! Equation (D3) of the book's theory.
 
@@ -10,18 +10,18 @@ use super::uniqueness::{BoundWorkspace, coupling_bound};
 use crate::friction::OwnFriction;
 use crate::spatial::Wrench;
 
-/// One interface whose friction grows with its normal load.
+/// Interface whose friction grows with its normal load.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown {
     pub(super) interface: usize,
-    /// Its friction, as the load of a thread contains it.
+    /// Friction of the interface, as the normal load of a thread contains it.
     pub(super) own: OwnFriction<f64>,
-    /// The wrench of its joint without any friction that grows with a normal load.
+    /// Wrench at its joint without friction that grows with a normal load.
     pub(super) base: Wrench<f64>,
 }
 
 impl Unknown {
-    /// Its own friction with a part of the given coefficient.
+    /// Friction of the interface with a part of the given coefficient.
     pub(super) fn own_at(&self, part: f64) -> OwnFriction<f64> {
         OwnFriction { coefficient: part * self.own.coefficient, ..self.own }
     }
@@ -55,17 +55,18 @@ impl LoadProblem {
         self.unknowns.push(Unknown { interface, own, base });
     }
 
-    /// Stores how each normal load changes the wrenches at the joints of all unknowns, by its friction.
+    /// Stores the influence of each normal load, through its friction, on the wrenches at the
+    /// joints of all unknowns.
     pub(crate) fn set_influence(&mut self, operator: &mut impl Influence) {
         self.influence.store(self.unknowns.len(), operator);
     }
 
-    /// The interfaces, in the order of the unknowns.
+    /// Interfaces, in the order of the unknowns.
     pub(crate) fn interfaces(&self) -> impl Iterator<Item = usize> {
         self.unknowns.iter().map(|unknown| unknown.interface)
     }
 
-    /// Normal loads without friction that grows with them, N: the solution with the part zero of the coefficients.
+    /// Normal loads without friction that grows with them, N: the solution for zero coefficients.
     pub(crate) fn uncoupled_loads(&self, at: Configuration<'_>, loads: &mut Vec<f64>) {
         loads.clear();
         loads.extend(self.unknowns.iter().map(|unknown| {
@@ -73,11 +74,12 @@ impl LoadProblem {
         }));
     }
 
-    /// Solves near `known` loads, one for each interface of the mechanism, if there is a solution connected with the
-    /// frictionless one there, else by continuation with these steps.
+    /// Solves near the `known` loads, one for each interface of the mechanism, if a solution
+    /// connected with the frictionless one exists there; otherwise by continuation with these step
+    /// sizes.
     ///
     /// # Errors
-    /// The lock at which the continuation ends.
+    /// Returns the lock at which the continuation ends.
     pub(crate) fn solve(
         &self,
         at: Configuration<'_>,
@@ -105,7 +107,7 @@ impl LoadProblem {
             .map_err(|lock| Lock { interface: self.unknowns[lock.interface].interface, ..lock })
     }
 
-    /// Solves from given loads, N, on whatever branch; whether a solution is found.
+    /// Solves from given loads, N, on any branch. Returns whether a solution is found.
     pub(crate) fn solve_from(
         &self,
         at: Configuration<'_>,
@@ -127,7 +129,7 @@ impl LoadProblem {
     }
 }
 
-/// The loads while the coefficients grow.
+/// Normal loads as functions of the part of the coefficients.
 struct LoadBranch<'a> {
     problem: &'a LoadProblem,
     at: Configuration<'a>,

@@ -1,4 +1,5 @@
-//! Friction coupled with the reactions that bound it: one problem for inverse and forward dynamics.
+//! Friction coupled with the reactions that bound it: a common problem of inverse and forward
+//! dynamics.
 //!
 //! A friction interface carries a normal load `N`, and its friction is affine in `N`. All joint wrenches are affine in
 //! the frictions. Scaling every coefficient of friction by `s`, the normal loads satisfy
@@ -10,15 +11,15 @@
 //! with the wrenches `w_0` that do not depend on `N` and the influence `A` of a normal load, through its friction, on the
 //! wrenches of all joints. `load` is a norm of the wrench and therefore nonlinear.
 //!
-//! | module | idea |
+//! | module | content |
 //! | --- | --- |
 //! | [`normal_load`] | normal load of an interface under its joint's wrench |
-//! | [`influence`] | the operator `A`, applied column by column or stored as a matrix |
-//! | [`load_problem`] | the problem with the normal loads as unknowns |
+//! | [`influence`] | operator `A`, applied column by column or stored as a matrix |
+//! | [`load_problem`] | problem with the normal loads as unknowns |
 //! | [`newton`] | Newton's method near a start |
-//! | [`continuation`] | the solution connected with the frictionless one, `s` growing from zero |
-//! | [`uniqueness`] | a bound on the coupling below which the solution is the only one |
-//! | [`complementarity`] | friction vectors when it is open which interfaces stick and which slide |
+//! | [`continuation`] | solution connected with the frictionless one, `s` growing from zero |
+//! | [`uniqueness`] | bound on the coupling below which the solution is unique |
+//! | [`complementarity`] | friction vectors with unknown modes of the interfaces |
 //!
 //! The equations of motion stay with the callers: the sparse balance of inverse dynamics, the dense Newton-Euler system,
 //! and the decomposed balance of forward dynamics.

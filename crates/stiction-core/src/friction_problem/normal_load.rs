@@ -35,9 +35,9 @@ impl Configuration<'_> {
         normal_load(&content.load, content, pitch, self.bodies, wrench, own)
     }
 
-    /// Upper bound on the change of an interface's normal load, N, if its joint's wrench changes by `wrench`: the load
-    /// of that change alone, without preload and smoothing. Of a thread the larger bound of both directions of its own
-    /// friction with this coefficient.
+    /// Upper bound on the change of an interface's normal load, N, if the wrench at its joint
+    /// changes by `wrench`: the load of that change alone, without preload and smoothing. For a
+    /// thread it is the larger bound of both directions of its own friction with this coefficient.
     pub(crate) fn largest_load_change(
         &self,
         interface: usize,

@@ -2,7 +2,7 @@
 
 use crate::scalar::{Lanes, Scalar};
 
-/// Four numbers that are computed with side by side.
+/// Block of four numbers, computed side by side.
 pub(super) type Four = Lanes<f64, 4>;
 
 /// Number of blocks that hold `count` numbers, at least one.
@@ -10,15 +10,15 @@ pub(super) fn blocks_of(count: usize) -> usize {
     count.div_ceil(4).max(1)
 }
 
-/// Stores numbers in blocks, the last filled up with zeros.
+/// Stores numbers in blocks, padding the last one with zeros.
 pub(super) fn pack(numbers: &[f64], blocks: &mut Vec<Four>) {
     blocks.clear();
     let of = |chunk: &[f64]| Four::from_fn(|l| chunk.get(l).copied().unwrap_or(0.0));
     blocks.extend(numbers.chunks(4).map(of));
 }
 
-/// Solves a small dense system in place by Gaussian elimination with row pivoting; `right` becomes the solution. Returns
-/// whether the determinant is positive, or None if the matrix is singular.
+/// Solves a small dense system in place by Gaussian elimination with row pivoting; `right` becomes
+/// the solution. Returns true if the determinant is positive, and `None` if the matrix is singular.
 pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<bool> {
     let n = right.len();
     let width = blocks_of(n);
@@ -49,7 +49,7 @@ pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<b
         let (solved, rest) = right.split_at_mut(k + 1);
         for (other, right) in below.chunks_exact_mut(width).zip(rest) {
             let other = &mut other[block..];
-            // Entries before the pivot in its block are not read again.
+            // Entries before the pivot in its block are not used again.
             let amount = other[0].0[lane] / pivot;
             let amounts = Four::from_f64(amount);
             other.iter_mut().zip(row).for_each(|(x, r)| *x -= amounts * *r);

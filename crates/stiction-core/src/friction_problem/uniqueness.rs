@@ -1,28 +1,30 @@
-//! A bound on the coupling of friction and normal loads; below one the solution is the only one.
+//! Bound on the coupling of friction and normal loads: below one the solution is unique.
 //!
 //! Equations (F6) and (F7) of the book's theory.
 
 use super::influence::Influence;
 use super::normal_load::Configuration;
 
-/// Steps of the power iteration; any number gives a bound.
+/// Number of power iterations; any number yields a bound.
 const STEPS: usize = 60;
 
 /// Buffers of [`coupling_bound`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BoundWorkspace {
     interfaces: Vec<(usize, f64)>,
-    /// Row by row.
+    /// Coupling matrix, row by row.
     matrix: Vec<f64>,
     vectors: [Vec<f64>; 2],
 }
 
-/// Bound on the spectral radius of the coupling. Entry (i, j) of its matrix bounds the change of the normal load of
-/// interface i if that of interface j changes by one newton, through the friction at j. Load maps are seminorms of the
-/// wrench and wrenches are affine in frictions, so with a radius below one there is one solution and no other (Banach's
-/// fixed-point theorem in the maximum norm weighted by the matrix's own vector).
+/// Bound on the spectral radius of the coupling. Entry (i, j) of its matrix bounds the change of
+/// the normal load of interface i per newton of change of that of interface j, through the friction
+/// at j. Load maps are seminorms of the wrench, and wrenches are affine in frictions. With a radius
+/// below one the solution therefore exists and is unique (Banach's fixed-point theorem in the
+/// maximum norm weighted by the eigenvector of the matrix).
 ///
-/// `interfaces` are indices with the coefficient of their own friction; `influence` is by normal loads.
+/// `interfaces` lists indices with the coefficient of their own friction; `influence` is per unit
+/// of normal load.
 pub(crate) fn coupling_bound(
     at: Configuration<'_>,
     interfaces: impl Iterator<Item = (usize, f64)>,
@@ -51,7 +53,7 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, [x, next]: &mut [Vec<f6
     if count == 0 {
         return 0.0;
     }
-    // Comparisons would ignore NaN.
+    // Comparisons with NaN are false: check explicitly.
     if matrix.iter().any(|entry| !entry.is_finite()) {
         return f64::INFINITY;
     }
@@ -65,7 +67,7 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, [x, next]: &mut [Vec<f6
         }
         let ratio = next.iter().zip(x.iter()).map(|(next, x)| next / x).fold(0.0, f64::max);
         bound = bound.min(ratio);
-        // Half a step, and not to zero: the vector stays positive whatever the matrix.
+        // Damping by half and a positive lower bound keep the vector positive for any matrix.
         let largest = next.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         for (x, next) in x.iter_mut().zip(next.iter()) {
             *x = 0.5 * *x + 0.5 * next / largest + 1e-12;

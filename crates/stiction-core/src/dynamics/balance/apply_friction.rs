@@ -63,7 +63,7 @@ impl<T: Scalar> Balance<T> {
         cut: usize,
     ) {
         let joint = topology.cuts[cut].joint;
-        // No joint type has more than two friction interfaces.
+        // Each joint type has at most two friction interfaces.
         let mut q = [Wrench::zero(); 2];
         let mut n = [Twist::zero(); 2];
         let mut constant = Wrench::zero();

@@ -18,17 +18,17 @@ use crate::topology::{Link, Role, Topology};
 /// Balance of one instant, and the buffers to solve it.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance<T> {
-    /// For each node the inverse-dynamics wrench of its body and all bodies beyond it.
+    /// Inverse-dynamics wrench of each node's body and all bodies beyond it.
     demand: Vec<Wrench<T>>,
-    /// For each local degree of freedom and each of its nodes the wrench per unit acceleration.
+    /// Wrench per unit acceleration of each local degree of freedom, for each of its nodes.
     spin_demand: Vec<Vec<Wrench<T>>>,
     /// Unit wrenches of the columns, without and with linearised friction.
     columns: Vec<Wrench<T>>,
     tilted: Vec<Wrench<T>>,
-    /// For each DOF of the tree its equation: `row.power(wrench) = constant`.
+    /// Equation of each DOF of the tree: `row.power(wrench) = constant`.
     rows: Vec<Twist<T>>,
     constants: Vec<T>,
-    /// For each cut the constant part of its wrench, due to friction.
+    /// Constant part of the wrench at each cut, due to friction.
     cut_constants: Vec<Wrench<T>>,
     /// Wrench at each node's link, parent on child, and at each cut, predecessor on successor.
     node_wrenches: Vec<Wrench<T>>,
@@ -169,7 +169,7 @@ impl<T: Scalar> Balance<T> {
         plan.program.factor(&self.entries, &mut self.factors);
     }
 
-    /// Computes the actuator efforts: the joint's effort on their DOFs less that of friction.
+    /// Computes the actuator efforts: the effort of the joint on their DOFs minus that of friction.
     pub(super) fn read_efforts(
         &self,
         topology: &Topology,
@@ -244,7 +244,7 @@ impl Balance<f64> {
         self.entries
     }
 
-    /// Efforts for given unknowns without load and friction.
+    /// Efforts for given unknowns, without load and friction.
     pub(super) fn efforts_of(
         &mut self,
         plan: &BalancePlan,

@@ -1,4 +1,4 @@
-//! Matrix and residual of the balance, including the weighting where there are more unknowns than
+//! Matrix and residual of the balance, including the weighting if there are more unknowns than
 //! equations.
 //!
 //! Equations (B5) and (B8) of the book's theory.
@@ -110,8 +110,8 @@ impl<T: Scalar> Balance<T> {
         if structure.weighting == Weighting::Determined {
             return;
         }
-        // Lagrange multipliers act through the transposed balance, whose entries follow those of
-        // the balance.
+        // Lagrange multipliers act through the transposed balance; its entries follow those of the
+        // balance.
         for (entry, value) in structure.entries.iter().zip(&self.entries) {
             if structure.multipliers().contains(&entry.column) {
                 self.right[entry.row] -= *value * self.unknowns[entry.column];

@@ -21,7 +21,7 @@ pub struct Inverse<T> {
     interfaces: Interfaces<T>,
     efforts: Vec<T>,
     efforts_frictionless: Vec<T>,
-    /// For each local degree of freedom the tree's accelerations for its unit acceleration.
+    /// Accelerations of the tree for unit acceleration of each local degree of freedom.
     spin_responses: Vec<Vec<T>>,
     friction_efforts: Vec<T>,
     friction_change: T,
@@ -103,7 +103,7 @@ impl<T: Scalar> Inverse<T> {
 
     /// Solves for all forces at the motion in `kinematics`.
     ///
-    /// Also finds the accelerations of local degrees of freedom and adds them to those of the
+    /// Also computes the accelerations of local degrees of freedom and adds them to those of the
     /// bodies.
     pub fn solve(
         &mut self,
@@ -227,7 +227,8 @@ impl<T: Scalar> Inverse<T> {
         self.balance.reciprocal_pivots(&model.balance.program)
     }
 
-    /// Solves the balance with friction as `coupling` says; returns the sign of the determinant.
+    /// Solves the balance with friction treated according to `coupling`; returns the sign of the
+    /// determinant.
     fn couple(
         &mut self,
         model: &Model,
@@ -283,7 +284,7 @@ impl<T: Scalar> Inverse<T> {
         let first = model.balance.structure.wrench_columns;
         for (spin, response) in self.spin_responses.iter().enumerate() {
             let amount = self.balance.unknowns[first + spin];
-            // A value that is not finite would remain in the motion of the bodies.
+            // A value that is not finite would propagate into the motion of the bodies.
             let finite = T::one() + amount * T::zero();
             let amount = finite.if_positive(amount, T::zero());
             kinematics.bodies.accelerate_more(model.topology(), response, amount);

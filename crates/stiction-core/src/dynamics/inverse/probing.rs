@@ -12,7 +12,7 @@ use crate::spatial::Wrench;
 use crate::topology::Topology;
 
 impl<T: Scalar> Inverse<T> {
-    /// Computes the normal forces for these joint wrenches: another start of the coupling.
+    /// Computes the normal forces for these joint wrenches, as another start of the coupling.
     pub(in crate::dynamics) fn restart_from(
         &mut self,
         parameters: &Parameters<T>,
@@ -73,9 +73,9 @@ impl<T: Scalar> Inverse<T> {
         self.interfaces.states[interface].resistance = resistance;
     }
 
-    /// Solves with given friction forces, N, one for each interface, whatever its normal force,
-    /// with the matrix of the frictionless balance. [`Self::efforts`] and [`Self::joint_wrenches`]
-    /// are those with these frictions then.
+    /// Solves with given friction forces, N, one for each interface and independent of its normal
+    /// force, with the matrix of the frictionless balance. [`Self::efforts`] and
+    /// [`Self::joint_wrenches`] then include these frictions.
     pub fn solve_with(
         &mut self,
         model: &Model,

@@ -1,4 +1,4 @@
-//! Checks of a solution.
+//! Convergence checks of a solution.
 
 use super::Inverse;
 use crate::dynamics::interfaces::InterfaceState;
@@ -12,7 +12,7 @@ const STAGNATED: f64 = 1e-9;
 
 impl<T: Scalar> Inverse<T> {
     /// True if the coupling of friction and reactions has converged, on the branch connected with
-    /// no friction as far as the sign of the determinant tells.
+    /// the frictionless solution as far as the sign of the determinant shows.
     pub fn friction_settled(&self, settings: &Settings) -> bool {
         if self.mode != FrictionMode::Converged || self.interfaces.states.is_empty() {
             return true;
@@ -50,8 +50,8 @@ impl<T: Scalar> Inverse<T> {
         residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
     }
 
-    /// Plus one where the determinants with and without friction have the same sign; minus one
-    /// where the sign changed, that is where friction locks the mechanism.
+    /// Plus one if the determinants with and without friction have the same sign; minus one after a
+    /// change of sign, which occurs where friction locks the mechanism.
     pub fn orientation(&self) -> T {
         self.sign_without * self.sign_with
     }

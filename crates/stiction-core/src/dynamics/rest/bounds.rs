@@ -13,15 +13,15 @@ use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
-/// Part of the largest static friction for the finite differences: small enough that normal forces
-/// hardly change, large enough for round-off.
+/// Part of the largest static friction for the finite differences: small enough to leave normal
+/// forces almost unchanged, large enough for round-off.
 const PROBE: f64 = 1e-3;
-/// Rounds in which the directions of static friction are improved.
+/// Number of updates of the directions of static friction.
 const ROUNDS: usize = 4;
-/// Directions that differ by less are equal.
+/// Difference below which two directions are equal.
 const SAME: f64 = 1e-6;
 
-/// Position with everything needed to solve it again.
+/// Position with all data needed to solve it again.
 pub(in crate::dynamics) struct Position<'a> {
     pub(in crate::dynamics) model: &'a Model,
     pub(in crate::dynamics) parameters: &'a Parameters<f64>,
@@ -51,11 +51,11 @@ impl StaticFriction {
 ///
 /// Static friction is any force up to the limit given by its own normal force, in any direction.
 /// For each effort, the friction of every resting interface is set to its limit in the direction
-/// that raises (lowers) the effort most, the coupled problem is solved again, and the directions
-/// are recomputed until they stay. So the bounds are attained. Nothing lies beyond them where an
-/// effort changes with each friction in the same sense whatever the others are, as it does without
-/// strong coupling. A bound is infinite where the forces diverge on the way, as in a mechanism that
-/// friction can lock.
+/// that raises (lowers) the effort most. The coupled problem is solved again, and the directions
+/// are updated until they no longer change. The bounds are therefore attained. They are exact if
+/// the sense in which an effort changes with each friction is independent of the other frictions,
+/// as without strong coupling. A bound is infinite if the forces diverge during this search, as in
+/// a mechanism that friction can lock.
 pub(in crate::dynamics) fn bound_efforts(
     forces: &mut Forces,
     inverse: &mut Inverse<f64>,
@@ -65,7 +65,7 @@ pub(in crate::dynamics) fn bound_efforts(
     let resting: Vec<usize> = (0..position.parameters.interfaces.len())
         .filter(|&interface| {
             let state = &inverse.interfaces()[interface];
-            // Its normal force may be zero only while no other interface has friction.
+            // Its normal force may be zero only as long as no other interface has friction.
             state.sliding == 0.0 && state.resistance.coefficient > 0.0
         })
         .collect();
@@ -94,13 +94,13 @@ pub(in crate::dynamics) fn bound_efforts(
     forces.certify_bounds(changes);
 }
 
-/// Range of an effort on the way to its extreme.
+/// Range of an effort during the search for its extreme.
 pub(super) struct Extreme {
     pub(super) least: f64,
     pub(super) greatest: f64,
 }
 
-/// Extreme to be found: the effort to raise (sense 1) or lower (-1), and its start value.
+/// Goal of the search: the effort to raise (sense 1) or lower (-1), and its start value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
     pub(super) actuator: usize,
@@ -108,8 +108,8 @@ pub(super) struct Goal {
     pub(super) before: f64,
 }
 
-/// Raises (lowers) an effort as far as static friction can, from `start`, where efforts change with
-/// it by `slopes`. Prescribed directions stay.
+/// Raises (lowers) an effort from `start` as far as static friction can, with the derivatives
+/// `slopes` of the efforts. Prescribed directions stay.
 pub(super) fn extreme(
     inverse: &mut Inverse<f64>,
     position: &mut Position<'_>,
@@ -150,8 +150,8 @@ pub(super) fn set_static_frictions(inverse: &mut Inverse<f64>, frictions: &[Stat
     }
 }
 
-/// Solves with the present static friction. Returns false where forces diverge; they are then those
-/// at the point where the solution is lost.
+/// Solves with the present static friction. Returns false if forces diverge; they then belong to
+/// the point at which the solution is lost.
 pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
     let Position { model, parameters, kinematics, loads, settings } = position;
     inverse.solve(model, parameters, kinematics, loads, settings);
@@ -166,7 +166,7 @@ pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -
     outcome.is_ok()
 }
 
-/// Derivative of each effort by each component of each interface's static friction, as
+/// Derivative of each effort with respect to each component of each interface's static friction, as
 /// `slopes[interface][component][actuator]`.
 pub(super) fn probe(
     inverse: &mut Inverse<f64>,
@@ -209,7 +209,7 @@ fn steepest(
         for (component, slope) in direction.iter_mut().zip(slopes) {
             *component = sense * slope[actuator];
         }
-        // With one DOF there are only two directions.
+        // One DOF has only two directions.
         let size = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
         let over = if size > 0.0 { 1.0 / size } else { 0.0 };
         StaticFriction { direction: direction.map(|d| d * over), ..*friction }

@@ -13,10 +13,10 @@ use nalgebra::{DMatrix, DVector};
 /// or N m.
 ///
 /// The impending motion has a positive (negative) rate of this actuator and zero rates of the
-/// others. Every interface that slides in it has its largest static friction against it, coupled
-/// with the normal forces. An interface that does not slide in it may have any static friction;
-/// where that matters through the normal forces, the effort is an interval: motion may begin at the
-/// first number and does begin at the second. Infinite where friction locks the mechanism against
+/// others. Every interface that slides in it has its largest static friction against the sliding,
+/// coupled with the normal forces. An interface that does not slide may have any static friction.
+/// If that affects the normal forces, the effort is an interval: motion may begin at the first
+/// number and begins at the latest at the second. Infinite if friction locks the mechanism against
 /// that motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakaway {
@@ -26,11 +26,11 @@ pub struct Breakaway {
     pub backward: (f64, f64),
 }
 
-/// Interfaces slower than this part of the fastest do not slide.
+/// Part of the largest sliding velocity below which an interface does not slide.
 const STILL: f64 = 1e-9;
 
-/// Sliding velocities of all interfaces for a unit rate of each actuator, the others at rest; none
-/// where the actuators do not determine the motion.
+/// Sliding velocities of all interfaces for a unit rate of each actuator, the others at rest;
+/// `None` if the actuators do not determine the motion.
 pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>>> {
     let Position { model, parameters, kinematics, .. } = position;
     let topology = model.topology();

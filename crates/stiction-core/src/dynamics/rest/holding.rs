@@ -28,13 +28,13 @@ pub enum Verdict {
     Holds,
     /// In some motion the load delivers more power than friction can dissipate.
     Slips,
-    /// Neither was shown.
+    /// Neither is proven.
     Undecided,
 }
 
-/// Iterations in which normal forces follow the friction.
+/// Iterations of normal forces and friction.
 const ROUNDS: usize = 60;
-/// Steps of the weighted least squares, and the factor by which each reduces the smoothing.
+/// Iterations of the weighted least squares, and the factor by which each reduces the smoothing.
 const STEPS: usize = 200;
 const SHARPEN: f64 = 0.8;
 const REFINEMENTS: usize = 3;
@@ -55,10 +55,10 @@ pub(super) struct Demand {
     missing: DVector<f64>,
 }
 
-/// Distribution of friction over interfaces, with a certificate that none is better.
+/// Distribution of friction over interfaces, with an optimality certificate.
 struct Share {
     frictions: Vec<f64>,
-    /// Every distribution needs this part of some interface's weight.
+    /// Lower bound, over all distributions, of the largest ratio of friction to weight.
     least: f64,
 }
 
@@ -91,11 +91,11 @@ impl Demand {
         Self { slopes, missing: DVector::from_vec(missing) }
     }
 
-    /// Equivalent independent equations; none where no friction satisfies them.
+    /// Equivalent independent equations; `None` if no friction satisfies them.
     fn independent(&self) -> Option<Self> {
         let svd = Svd::new(&self.slopes.transpose());
         let rank = svd.rank(NOTHING);
-        // Combinations of equations with and without an influence of friction.
+        // Combinations of equations with and without influence of friction.
         let inside = svd.v.columns(0, rank).transpose();
         let outside = svd.v.columns(rank, svd.v.ncols() - rank).transpose();
         let lost = (outside * &self.missing).norm();
@@ -103,7 +103,7 @@ impl Demand {
             .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
     }
 
-    /// Equations for interfaces with a weight alone; none where they cannot be satisfied.
+    /// Equations restricted to interfaces with a weight; `None` if they cannot be satisfied.
     fn borne_by(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Self> {
         let mut borne = Self { slopes: self.slopes.clone(), missing: self.missing.clone() };
         for (k, owner) in map.owners().enumerate() {
@@ -114,13 +114,13 @@ impl Demand {
         borne.independent()
     }
 
-    /// Distributes friction so that the largest ratio of an interface's friction to its weight is
-    /// least: `min max |f_c| / w_c` under the equations. The dual problem is the least power of
-    /// friction, at the weights, over motions in which the required wrench has unit power: a sum of
-    /// norms, minimised by weighted least squares, each step of which gives a distribution and a
-    /// motion.
+    /// Distributes friction such that the largest ratio of an interface's friction to its weight is
+    /// minimal: `min max |f_c| / w_c` under the equations. The dual problem minimises the power of
+    /// friction, at the weights, over motions in which the required wrench has unit power. This sum
+    /// of norms is minimised by weighted least squares, each step of which yields a distribution
+    /// and a motion.
     ///
-    /// Weights are for friction forward and backward.
+    /// Weights are for forward and backward friction.
     fn share(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Share> {
         let owners: Vec<usize> = map.owners().collect();
         let mut best: Option<Share> = None;
@@ -141,7 +141,8 @@ impl Demand {
             }
             let rates = self.slopes.tr_mul(&motion);
             let mut frictions = scaled.tr_mul(&motion);
-            // Factors finally differ by many orders of magnitude: refinement removes the round-off.
+            // Near convergence the factors differ by many orders of magnitude: refinement removes
+            // the round-off.
             for _ in 0..REFINEMENTS {
                 let left = &self.missing - &self.slopes * &frictions;
                 if let Some(correction) = gram.solve(&left) {
@@ -178,12 +179,12 @@ impl Demand {
     }
 }
 
-/// For each interface the number, of those for friction forward and backward, that belongs to the
-/// sign of its friction.
+/// Selects for each interface the number for forward or backward friction, by the sign of its
+/// friction.
 fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Vec<f64> {
     let mut chosen: Vec<f64> = numbers.iter().map(|[forward, _]| *forward).collect();
     for (owner, friction) in map.owners().zip(frictions) {
-        // Where both are equal, as for balls, the sign does not matter.
+        // If both are equal, as for balls, the sign does not matter.
         if *friction < 0.0 {
             chosen[owner] = numbers[owner][1];
         }
@@ -201,7 +202,7 @@ fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// Limits of frictions under normal forces, forward and backward.
+/// Friction limits for these normal forces, forward and backward.
 fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
     let limit = |(interface, load): (usize, &f64)| map.coefficients(interface).map(|mu| mu * load);
     loads.iter().enumerate().map(limit).collect()
@@ -230,16 +231,16 @@ pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
         (not_enough, _) if not_enough > 1.0 => (Verdict::Slips, Vec::new()),
         _ => (Verdict::Undecided, Vec::new()),
     };
-    // Immense parts belong to normal forces that are round-off.
+    // Extremely large parts result from normal forces that are round-off.
     let enough = if enough > MOST { f64::INFINITY } else { enough };
     let is_same = enough.is_finite() && enough - not_enough <= SAME * enough;
     let not_enough = if is_same { enough } else { not_enough };
     Holding { verdict, needed: (not_enough, enough), frictions }
 }
 
-/// Iterates distributions with the normal forces that they cause; returns the part of the
-/// coefficients that the best one needs. Each is checked with its own normal forces, so it is
-/// attained.
+/// Iterates distributions and the normal forces that they cause; returns the part of the
+/// coefficients that the best distribution needs. Each distribution is checked with its own normal
+/// forces, so the part is attained.
 fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
     let mut frictions = vec![0.0; map.len()];
     let mut best = (f64::INFINITY, frictions.clone());
@@ -267,9 +268,9 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
 
 /// Largest part of the coefficients, up to `most`, that is guaranteed to be insufficient.
 ///
-/// All solutions are one solution, `known`, plus frictions without effect on the equations. So
-/// normal forces are bounded relative to `known` as well as to zero friction; only directions
-/// without effect change them.
+/// All solutions equal one solution, `known`, plus frictions without effect on the equations.
+/// Normal forces are therefore bounded relative to `known` as well as to zero friction; only
+/// directions without effect change them.
 fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, known: &[f64]) -> f64 {
     let svd = Svd::new(&demand.slopes);
     let rank = svd.rank(NOTHING);

@@ -102,12 +102,12 @@ impl<'a> FrictionMap<'a> {
         sizes
     }
 
-    /// Derivative of an effort by each component.
+    /// Derivative of an effort with respect to each component.
     pub(super) fn slopes(&self, actuator: usize) -> Vec<f64> {
         self.components.iter().map(|component| component.efforts[actuator]).collect()
     }
 
-    /// Derivative of the acceleration of a local degree of freedom by each component.
+    /// Derivative of the acceleration of a local degree of freedom with respect to each component.
     pub(super) fn spin_slopes(&self, spin: usize) -> Vec<f64> {
         self.components.iter().map(|component| component.spins[spin]).collect()
     }
@@ -147,8 +147,8 @@ impl<'a> FrictionMap<'a> {
             .collect()
     }
 
-    /// Largest change of each normal force with these changes of friction, whatever the frictions
-    /// were before: normal forces are norms of the reaction, up to constants.
+    /// Largest change of each normal force for these changes of friction, independent of the
+    /// initial frictions: normal forces are norms of the reaction, up to constants.
     pub(super) fn most_changes(&self, frictions: &[f64]) -> Vec<f64> {
         (0..self.interfaces())
             .map(|interface| {
@@ -190,7 +190,7 @@ impl<'a> FrictionMap<'a> {
         wrench: Wrench<f64>,
         frictions: &[f64],
     ) -> f64 {
-        // The friction of a thread carries a part of its normal force; it has one component.
+        // The friction of a thread carries part of its normal force; it has one component.
         let own = self.owners().position(|owner| owner == interface);
         let constant = own.map_or(0.0, |k| frictions[k]);
         let state = &self.inverse.interfaces()[interface];

@@ -1,9 +1,9 @@
 //! Static friction at rest: effort intervals, breakaway efforts, and positions that friction holds.
 //!
 //! Joint wrenches and efforts are affine in the friction forces ([`FrictionMap`]), but the limit of
-//! each friction grows with a normal force. So each result has inner bounds, attained by friction
-//! forces that satisfy all laws at once, and guaranteed bounds, from upper bounds of the normal
-//! forces.
+//! each friction grows with a normal force. Each result therefore has inner bounds, attained by
+//! friction forces that satisfy all laws at once, and guaranteed bounds, from upper bounds of the
+//! normal forces.
 
 pub(super) mod bounds;
 mod breakaway;
@@ -24,10 +24,10 @@ use map::FrictionMap;
 /// Static friction at a position under a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rest {
-    /// For each actuator the breakaway efforts while the others hold; none where actuators are
-    /// redundant, or fewer than the DOFs.
+    /// Breakaway efforts of each actuator while the others hold; `None` if actuators are redundant
+    /// or fewer than the DOFs.
     pub breakaway: Vec<Option<Breakaway>>,
-    /// For each actuator the holding by friction while it exerts no effort and the others hold.
+    /// Holding by friction for each actuator while it exerts no effort and the others hold.
     pub alone: Vec<Holding>,
     /// Holding by friction while no actuator exerts an effort.
     pub unpowered: Holding,
@@ -51,9 +51,9 @@ impl Rest {
         }
     }
 
-    /// Decides undecided holding from the effort intervals. Solutions change continuously where
-    /// each static friction has a single one, so an interval that contains zero contains a static
-    /// friction with zero effort.
+    /// Decides undecided holding from the effort intervals. If each static friction has a unique
+    /// solution, solutions change continuously; an interval that contains zero then contains a
+    /// static friction with zero effort.
     pub(super) fn take_intervals(&mut self, forces: &Forces) {
         if !matches!(forces.bounds, Bounds::Exact | Bounds::Certified) {
             return;
@@ -68,7 +68,7 @@ impl Rest {
     }
 }
 
-/// Analyses static friction at the position in `inverse`, where nothing moves.
+/// Analyses static friction at the position in `inverse`, with the mechanism at rest.
 pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) -> Rest {
     let released: Vec<StaticFriction> = (0..position.parameters.interfaces.len())
         .map(|interface| StaticFriction { interface, direction: [0.0; 3], fixed: false })
@@ -95,7 +95,7 @@ pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) ->
         .enumerate()
         .map(|(index, (&drive, actuator))| {
             let joint_type = model.topology().joint_types[actuator.joint];
-            // A torque is compared with a force after division by the characteristic length.
+            // Torques are divided by the characteristic length for comparison with forces.
             let scale = match joint_type.dofs()[actuator.dof].motion {
                 Motion::Translation => 1.0,
                 Motion::Rotation | Motion::Screw => 1.0 / parameters.length,

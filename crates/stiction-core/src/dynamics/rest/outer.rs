@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 /// Upper bound of the friction force of each interface, forward and backward (positive and
 /// negative), over all solutions of the friction laws with coefficients times `part`; for a sliding
 /// interface, of its change. `loads` and `couplings` bound the normal forces: `N <= loads +
-/// couplings |friction|`. None where the spectral radius of the coupling is one or more.
+/// couplings |friction|`. `None` if the spectral radius of the coupling is one or more.
 ///
 /// With `M = mu couplings` and a spectral radius of M below one, `|f| <= mu loads + M |f|` gives
 /// `|f| <= (I - M)^-1 mu loads`, as that inverse has no negative entries.
@@ -39,15 +39,15 @@ pub(super) fn greatest_frictions(
         let [forward, backward] = map.coefficients(interface);
         let most = forward.max(backward);
         let part = |coefficient: f64| if most > 0.0 { coefficient / most } else { 0.0 };
-        // Sliding friction may change either way.
+        // The friction of a sliding interface may change in either direction.
         let parts = if map.rests(interface) { [part(forward), part(backward)] } else { [1.0; 2] };
         parts.map(|part| part * greatest.max(0.0))
     };
     sound.then(|| greatest.iter().enumerate().map(limit).collect())
 }
 
-/// Guaranteed bounds of the change of each effort by static friction. None where the coupling is
-/// too strong.
+/// Guaranteed bounds of the change of each effort by static friction. `None` if the coupling is too
+/// strong.
 pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> =
         (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();

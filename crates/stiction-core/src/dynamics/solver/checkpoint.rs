@@ -1,11 +1,12 @@
-//! The present position of a solver as numbers, from which it continues to the last bit.
+//! Position of a solver as numbers, from which a solver continues bit for bit.
 
 use super::InverseDynamics;
 
 impl InverseDynamics {
-    /// The present position as numbers: coordinates, rates and accelerations of the tree, prescribed targets,
-    /// and the positions at which the equations were compiled. A solver of the same mechanism that
-    /// [restores](Self::restore) them continues in the same assembly mode, to the last bit.
+    /// Saves the present position as numbers: coordinates, rates and accelerations of the tree,
+    /// prescribed targets, and the positions at which the equations were compiled. A solver of the
+    /// same mechanism that [restores](Self::restore) them continues in the same assembly mode, bit
+    /// for bit.
     pub fn save(&self) -> Vec<f64> {
         let mut numbers = Vec::new();
         self.assembly.save(&mut numbers);
@@ -13,8 +14,9 @@ impl InverseDynamics {
         numbers
     }
 
-    /// Moves to a position saved by [`Self::save`] on a solver of the same mechanism with the same prescribed
-    /// coordinates. Returns `None`, and stays at no defined position, if the numbers are of another one.
+    /// Moves to a position saved by [`Self::save`] on a solver of the same mechanism with the same
+    /// prescribed coordinates. Returns `None` if the numbers belong to another mechanism; the
+    /// position is then undefined.
     pub fn restore(&mut self, numbers: &[f64]) -> Option<()> {
         if !numbers.iter().all(|number| number.is_finite()) {
             return None;

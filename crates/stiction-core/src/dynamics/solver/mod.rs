@@ -61,8 +61,8 @@ pub struct InverseDynamics {
     settings: Settings,
     /// Compiled near the present position, with the results of its kernel.
     compiled: Result<Compiled, NotPlanned>,
-    /// The first static LU of the rate equations: signs of its determinant compare along a motion,
-    /// whatever is compiled later.
+    /// Static LU of the rate equations compiled first: it makes the signs of determinants
+    /// comparable along a motion, independent of later compilations.
     first_rates: Arc<StaticLu>,
     forces: Forces,
     /// Bound on the coupling in the last solution by the kernel.
@@ -79,18 +79,18 @@ pub struct InverseDynamics {
     compiled_at: Vec<f64>,
 }
 
-/// Reversed motion of a solver, position after position: see [`InverseDynamics::reversed`]. Buffers
-/// and the compiled model are copied once along a motion.
+/// Reversed motion of a solver at successive positions, see [`InverseDynamics::reversed`]. Buffers
+/// and the compiled model are copied only once along a motion.
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     copy: Option<InverseDynamics>,
-    /// Compilation counts of the original and of the copy when they agreed.
+    /// Compilation counts of the original and of the copy at their last agreement.
     plans: [(u64, u64); 2],
 }
 
 impl Mirror {
-    /// Equals [`InverseDynamics::reversed`] of `solver`, except for the forces of the last
-    /// solution. `solver` must be the same one in every call.
+    /// Copy with reversed motion: equals [`InverseDynamics::reversed`] of `solver`, except for the
+    /// forces of the last solution. Every call requires the same `solver`.
     pub fn of(&mut self, solver: &InverseDynamics) -> &mut InverseDynamics {
         let plans = |solver: &InverseDynamics| (solver.plans, solver.assembly.plans());
         let kept = self.copy.take().filter(|copy| self.plans == [plans(solver), plans(copy)]);
@@ -140,13 +140,13 @@ impl InverseDynamics {
         Self::with_tree(mechanism, rule, initial_poses, coordinates, targets, settings)
     }
 
-    /// [`Self::new`] with a spanning tree chosen by `rule`.
+    /// Assembles as [`Self::new`], with a spanning tree chosen by `rule`.
     ///
     /// # Errors
     /// See [`AssemblyError`].
     ///
     /// # Panics
-    /// As [`Self::new`].
+    /// See [`Self::new`].
     pub fn with_tree(
         mechanism: Mechanism,
         rule: TreeRule,
@@ -222,7 +222,8 @@ impl InverseDynamics {
         self.assembly.motion_constraints()
     }
 
-    /// Comparison of the first configuration with what `home`, `start` and prescribed coordinates give.
+    /// Comparison of the first configuration with the requested `home`, `start` and prescribed
+    /// coordinates.
     pub fn assembly_report(&self) -> &AssemblyReport {
         self.assembly.report()
     }
@@ -234,8 +235,8 @@ impl InverseDynamics {
     }
 
     /// Bound on the coupling of friction and reactions in the last [`Self::solve`]. Below one the
-    /// solution is unique. Above one others may exist, and this is the one connected with no
-    /// friction. Zero without friction or where friction is not coupled. None where the position is
+    /// solution is unique. Otherwise others may exist, and the computed one is connected with the
+    /// frictionless solution. Zero without friction or without coupling. `None` if the position is
     /// singular, or constraints and actuators are both redundant.
     pub fn coupling(&self) -> Option<f64> {
         if self.settings.friction != FrictionMode::Converged
@@ -243,12 +244,12 @@ impl InverseDynamics {
         {
             return Some(0.0);
         }
-        // From the last solution by the kernel; the dense fallback does not compute it.
+        // Bound of the last solution by the kernel; the dense fallback does not compute it.
         let strength = if self.forces_by_kernel { self.strength } else { f64::INFINITY };
         strength.is_finite().then_some(strength)
     }
 
-    /// Inputs and results of the kernel at the present position; none where it is singular, or
+    /// Inputs and results of the kernel at the present position; `None` if it is singular, or
     /// constraints and actuators are both redundant.
     pub(super) fn parts(&mut self) -> Option<Parts<'_>> {
         self.share_kinematics();
@@ -259,9 +260,9 @@ impl InverseDynamics {
     }
 
     /// Side of the actuation (type 2) singularities: the sign, up to a constant, of the determinant
-    /// of loop closures and actuators by the DOFs of the tree. The determinant vanishes where
-    /// something can move while all actuators are locked. None unless there are as many actuators
-    /// as prescribed coordinates.
+    /// of loop closures and actuators with respect to the DOFs of the tree. The determinant
+    /// vanishes at positions with instantaneous mobility while all actuators are locked. `None`
+    /// unless there are as many actuators as prescribed coordinates.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
         let dofs = topology.dofs();
@@ -271,7 +272,7 @@ impl InverseDynamics {
         if count == 0 || count != topology.actuators.len() {
             return None;
         }
-        // Where exactly the actuators are prescribed the matrix is a permutation.
+        // If exactly the actuators are prescribed, the matrix is a permutation.
         if let Some(sign) = order_of_actuators(topology, coordinates) {
             return Some(sign * kinematics.sign_by(&self.first_rates)?.signum());
         }
@@ -285,7 +286,7 @@ impl InverseDynamics {
                 matrix[(row, column)] = actuator_rate(topology, bodies, actuator, &twists);
             }
         }
-        // The determinant of closures and actuators is this one times that of closures and
+        // The determinant of closures and actuators equals this one times that of closures and
         // coordinates.
         let determinant = matrix.determinant() * kinematics.sign_by(&self.first_rates)?;
         determinant.is_finite().then(|| determinant.signum())
@@ -334,7 +335,7 @@ impl InverseDynamics {
     /// Friction contributions to each effort of the last [`Self::solve`]. Valid until the mechanism
     /// is moved.
     pub fn shares(&mut self) -> &Shares<f64> {
-        // The dense fallback computes them itself.
+        // The dense fallback computes the contributions itself.
         self.share_kinematics();
         if let (true, Ok(Compiled { model, inverse })) = (self.forces_by_kernel, &self.compiled) {
             let bodies = &self.assembly.kinematics().bodies;
@@ -360,7 +361,7 @@ impl InverseDynamics {
         copy
     }
 
-    /// Weighting that decides redundant forces; none if the position is singular.
+    /// Weighting that decides redundant forces; `None` if the position is singular.
     pub fn weighting(&self) -> Option<Weighting> {
         self.compiled.as_ref().ok().map(|compiled| compiled.model.balance.weighting())
     }
@@ -374,12 +375,12 @@ impl InverseDynamics {
         Ok(Model { kinematic: self.assembly.model().clone(), ..model.clone() })
     }
 
-    /// Moves to new targets, one for each coordinate, by Newton's method from the present position. It
-    /// does not watch the assembly mode; [`Self::follow`] does. Forces stay those of the last
-    /// [`Self::solve`].
+    /// Moves to new targets, one for each coordinate, by Newton's method from the present position.
+    /// It does not check the assembly mode; use [`Self::follow`] for that. Forces remain those of
+    /// the last [`Self::solve`].
     ///
     /// # Errors
-    /// See [`AssemblyError`]; it is then where it was before.
+    /// See [`AssemblyError`]; the solver then keeps its position.
     ///
     /// # Panics
     /// If the numbers of targets and prescribed coordinates differ.
@@ -387,13 +388,13 @@ impl InverseDynamics {
         self.assembly.move_to(&self.parameters, targets)
     }
 
-    /// Follows a motion in the same assembly mode from time `from`, that of the present position, to time
-    /// `to`, s. `motion` writes the targets of an instant. The step is halved where the motion of the
-    /// bodies is not smooth. Forces stay those of the last [`Self::solve`].
+    /// Follows a motion in the same assembly mode from time `from`, that of the present position,
+    /// to time `to`, s. `motion` writes the targets at a time. The step is halved if the motion of
+    /// the bodies is not smooth. Forces remain those of the last [`Self::solve`].
     ///
     /// # Errors
-    /// See [`AssemblyError`]; a jump that no halving of the step removes is one. Loops may be open then:
-    /// move to a position within reach before solving again.
+    /// See [`AssemblyError`]; this includes jumps that remain after halving the step. Loops may be
+    /// open afterwards: move to a reachable position before solving again.
     pub fn follow(
         &mut self,
         from: f64,
@@ -403,8 +404,9 @@ impl InverseDynamics {
         self.assembly.follow(&self.parameters, from, to, motion)
     }
 
-    /// Follows a motion in a single step of `step` seconds to `targets`, which may be many samples long.
-    /// Returns false, and stays at the present position, if the motion is not smooth enough for that.
+    /// Follows a motion in a single step of `step` seconds to `targets`; a step may span many
+    /// samples. Returns false, and keeps the present position, if the motion is not smooth enough
+    /// for that.
     ///
     /// # Panics
     /// If the numbers of targets and prescribed coordinates differ.
@@ -423,14 +425,14 @@ impl InverseDynamics {
         Statics::new(&self.mechanism, self.balance(), self.bodies().frame_j.clone())
     }
 
-    /// For each friction interface true if the balance alone determines its normal force, and with
-    /// it its friction; `statics` is that of the present position.
+    /// Flag for each friction interface, true if the balance alone determines its normal force and
+    /// thereby its friction; `statics` belongs to the present position.
     pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
         let mut determined = vec![true; self.parameters.interfaces.len()];
         let at = Configuration { parameters: &self.parameters, bodies: self.bodies() };
         for stress in statics.self_stresses() {
             for (interface, flag) in determined.iter_mut().enumerate() {
-                // The normal load under the self-stress alone.
+                // Normal load under the self-stress alone.
                 let change = at.largest_load_change(interface, stress[at.joint(interface)], 0.0);
                 *flag &= change < DETERMINED;
             }
@@ -439,7 +441,8 @@ impl InverseDynamics {
     }
 }
 
-/// Sign of the permutation by which `coordinates` are the actuators; none if they are not.
+/// Sign of the permutation between `coordinates` and the actuators; `None` if they are not the
+/// same.
 fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option<f64> {
     let place = |coordinate: &Coordinate| {
         let &Coordinate::Joint { joint: JointId(joint), dof } = coordinate else { return None };
@@ -447,8 +450,8 @@ fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option
         actuators.binary_search_by_key(&(joint, dof), |a| (a.joint, a.dof)).ok()
     };
     let mut places = coordinates.iter().map(place).collect::<Option<Vec<usize>>>()?;
-    // Each exchange puts one coordinate in its place, so there are fewer exchanges than
-    // coordinates; a coordinate prescribed twice never finds its place.
+    // Each exchange puts one coordinate into its place, so there are fewer exchanges than
+    // coordinates. A coordinate prescribed twice has no place.
     let mut sign = 1.0;
     for here in 0..places.len() {
         while places[here] != here {

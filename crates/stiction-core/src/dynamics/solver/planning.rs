@@ -29,8 +29,8 @@ impl InverseDynamics {
         });
     }
 
-    /// Shares the compiled kinematics of the assembly, which change where a position requires it. A
-    /// change of local degrees of freedom requires another balance.
+    /// Shares the compiled kinematics of the assembly, which change if a position requires it.
+    /// Changed local degrees of freedom require another balance.
     pub(super) fn share_kinematics(&mut self) {
         let Ok(Compiled { model, .. }) = &mut self.compiled else { return };
         let current = self.assembly.model();
@@ -46,10 +46,10 @@ impl InverseDynamics {
         }
     }
 
-    /// Adds inertia to bodies that have none about the axis of a local degree of freedom. By
-    /// convention nothing rotates about it, so no result depends on it. Without it the acceleration
-    /// about the axis would be undetermined or, with friction at the body, infinite: this is the
-    /// limit of small inertia.
+    /// Adds inertia to bodies without inertia about the axis of a local degree of freedom. By
+    /// convention no body rotates about this axis, so no result depends on the added inertia.
+    /// Without it the acceleration about the axis would be undetermined or, with friction at the
+    /// body, infinite; the result is the limit of small inertia.
     pub(super) fn add_inertia_about_idle_spins(&mut self) {
         let length = self.parameters.length;
         for spin in self.assembly.motion_constraints().spins() {

@@ -1,5 +1,5 @@
-//! Forces at a position: by the kernel, or by the dense fallback where its numbers are not
-//! reliable.
+//! Forces at a position: by the kernel, or by the dense fallback if the kernel is not reliable
+//! there.
 
 use super::{Compiled, InverseDynamics};
 use crate::dynamics::checks;
@@ -21,7 +21,7 @@ impl InverseDynamics {
     /// Computes all forces at the present position under loads.
     ///
     /// # Errors
-    /// See [`InverseError`]. [`Self::forces`] are then not those of this position.
+    /// See [`InverseError`]. [`Self::forces`] then do not belong to this position.
     ///
     /// # Panics
     /// If a load is on a body that does not exist.
@@ -30,7 +30,7 @@ impl InverseDynamics {
         self.check_springs()?;
         self.check_overlaps()?;
         if !self.by_kernel(loads) {
-            // The elimination order suits another position, or this position is special.
+            // The elimination order belongs to another position, or this position is special.
             self.replan();
             if !self.by_kernel(loads) && !self.is_balanced_without_friction(loads) {
                 return self.solve_dense(loads);
@@ -92,7 +92,7 @@ impl InverseDynamics {
         balanced
     }
 
-    /// Solves by the kernel; false where no model is compiled or its numbers are not reliable.
+    /// Solves by the kernel. Returns false if no model is compiled or its results are not reliable.
     fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         self.share_kinematics();
         let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };
@@ -121,14 +121,14 @@ impl InverseDynamics {
         let settled =
             inverse.friction_settled(settings) || (is_unique && inverse.friction_stagnated());
         if !settled || !is_unique || !inverse.is_balanced(model, parameters) {
-            // Other solutions may exist, or none: the continuation from zero friction finds the
-            // connected one, or ends where friction locks.
+            // Other solutions may exist, or none: continuation from zero friction reaches the
+            // connected solution, or ends at the lock.
             let followed = continuation::follow_friction(
                 inverse, model, parameters, kinematics, loads, settings, 1.0,
             );
             if let Err(lock) = followed {
-                // A solution exists, so only digits were lost. (The normal force of a thread
-                // contains its own friction and has no limit where the thread locks.)
+                // A solution exists, so only accuracy was lost. (The normal force of a thread
+                // contains its own friction and has no limit if the thread locks.)
                 let is_thread = |interface: &InterfaceParameters<f64>| {
                     interface.shape == InterfaceShape::Thread
                 };
@@ -151,7 +151,7 @@ impl InverseDynamics {
     }
 
     /// Computes all forces by dense decompositions: slow, for special positions and as an oracle.
-    /// It leaves the effort intervals of interfaces at rest at zero width; see [`Forces::bounds`].
+    /// Effort intervals of interfaces at rest keep zero width; see [`Forces::bounds`].
     ///
     /// # Errors
     /// See [`InverseError`].
@@ -206,11 +206,11 @@ impl InverseDynamics {
         }
     }
 
-    /// Stops the mechanism at the present position, all rates and accelerations zero, and analyses
+    /// Stops the mechanism at the present position, with zero rates and accelerations, and analyses
     /// static friction there. [`Self::forces`] are then those at rest.
     ///
     /// # Errors
-    /// See [`InverseError`]; [`InverseError::Unsettled`] where the position is singular, or
+    /// See [`InverseError`]; [`InverseError::Unsettled`] if the position is singular, or
     /// constraints and actuators are both redundant.
     ///
     /// # Panics
@@ -241,7 +241,7 @@ impl InverseDynamics {
     }
 }
 
-/// Error for the point at which the solution is lost, with the joint's name.
+/// Error with the joint's name for the point at which the solution is lost.
 fn locked(mechanism: &Mechanism, parameters: &Parameters<f64>, lock: Lock) -> InverseError {
     let joint = parameters.interfaces[lock.interface].joint;
     InverseError::Locked {

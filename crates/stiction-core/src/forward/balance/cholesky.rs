@@ -1,4 +1,5 @@
-//! Cholesky's decomposition of the mass matrix of the possible motions, some of which may have no inertia.
+//! Cholesky decomposition of the mass matrix projected onto the possible motions, some of which may
+//! have no inertia.
 
 use super::{dot, fill};
 use crate::scalar::Scalar;
@@ -6,12 +7,13 @@ use crate::scalar::Scalar;
 /// Inertia of a motion, relative to the largest, that counts as round-off.
 const NEGLIGIBLE: f64 = 1e-14;
 
-/// Cholesky's factor of `Z^T M Z` with pivoting: the vectors of `basis` are reordered so that motions without inertia
-/// come last, where no small pivot hides them in round-off. A motion without inertia that `may_lack_inertia` accepts is
-/// added to `spins` and given some inertia, so that it rests as long as nothing acts on it.
+/// Cholesky factor of `Z^T M Z` with pivoting. The vectors of `basis` are reordered so that motions
+/// without inertia come last, where round-off does not hide small pivots. A motion without inertia
+/// that `may_lack_inertia` accepts is added to `spins` and given some inertia, so that it keeps its
+/// rate as long as no load acts on it.
 ///
 /// # Errors
-/// The rates of a motion without inertia that is not accepted.
+/// Returns the rates of a motion without inertia that is not accepted.
 pub(in crate::forward) fn factor(
     matrix: &[f64],
     basis: &mut [f64],
@@ -27,7 +29,7 @@ pub(in crate::forward) fn factor(
 /// Factors as [`factor`], reusing the buffers; `momenta` become `M Z`.
 ///
 /// # Errors
-/// As [`factor`].
+/// See [`factor`].
 pub(super) fn factor_into(
     matrix: &[f64],
     basis: &mut [f64],
@@ -84,7 +86,7 @@ pub(super) fn factor_into(
             }
             continue;
         }
-        // The motion without inertia: this vector less the motions before it that it is coupled with.
+        // Motion without inertia: this vector less its coupling to the motions before it.
         let mut with: Vec<f64> = (0..i).map(|k| factor[i * free + k]).collect();
         for k in (0..i).rev() {
             let after: f64 = (k + 1..i).map(|m| factor[m * free + k] * with[m]).sum();

@@ -1,4 +1,4 @@
-//! Accelerations and reactions together, for given wrenches in the joints.
+//! Accelerations and reactions for given wrenches in the joints.
 //!
 //! With the tree's mass matrix `M`, the bias `h` of inertia, gravity and loads, given efforts `f`, and the constraints
 //! `J a = r`:
@@ -7,10 +7,10 @@
 //! M a + h = f + J^T l
 //! ```
 //!
-//! The null space `Z` of `J` splits it: accelerations follow from `J` and `Z^T M Z`, then the multipliers from
-//! the independent rows. `M` may be singular, `Z^T M Z` may not: each possible motion must have inertia.
-//! Dependent rows are redundant constraints: the accelerations do not need them, and their reactions
-//! follow from the declared rule, see [`redundancy`].
+//! The null space `Z` of `J` decouples it: accelerations follow from `J` and `Z^T M Z`, then the
+//! multipliers from the independent rows. `M` may be singular, but `Z^T M Z` must not be: each
+//! possible motion must have inertia. Dependent rows are redundant constraints. They do not affect
+//! the accelerations, and their reactions follow from the declared rule, see [`redundancy`].
 //!
 //! Equations (D1) and (D2) of the book's theory.
 
@@ -31,29 +31,29 @@ use crate::linalg::RowSpace;
 use passive_spins::fastest_body;
 use redundancy::RedundancyResolution;
 
-/// Relative size of a row's independent part below which the row depends on the others; as
-/// [`crate::statics::RANK_TOLERANCE`].
+/// Relative size of the independent part of a row below which the row depends on the others; equal
+/// to [`crate::statics::RANK_TOLERANCE`].
 pub(super) const DEPENDENT: f64 = 1e-10;
 
-/// Relative residual of dependent rows above which they contradict the others; less is round-off, and the residual of
-/// rates.
+/// Relative residual of dependent rows above which they contradict the others. Smaller residuals
+/// are due to round-off and to residual rates.
 const CONTRADICTS: f64 = 1e-6;
 
-/// A motion without inertia: the body that moves most in it.
+/// Motion without inertia, by the body that moves most in it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Massless {
     pub(super) body: usize,
 }
 
-/// The balance, decomposed at one position under given constraints.
+/// Balance, decomposed at one position under given constraints.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Balance {
     pub(super) rows: ConstraintRows,
     space: RowSpace,
     scaled: Vec<f64>,
-    /// Null space of the rows: vectors of accelerations, orthonormal before they are unscaled.
+    /// Null space of the rows: accelerations, orthonormal in scaled form.
     basis: Vec<f64>,
-    /// Momentum of each of these.
+    /// Momentum of each vector of the null space.
     momenta: Vec<f64>,
     /// Lower triangle of the Cholesky factor of `Z^T M Z`, row by row.
     factor: Vec<f64>,
@@ -67,7 +67,7 @@ impl Balance {
     /// Decomposes the balance.
     ///
     /// # Errors
-    /// A motion without inertia that is no passive spin of a single body.
+    /// Returns a motion without inertia that is no passive spin of a single body.
     pub(super) fn new(
         model: &Forward,
         data: &Data,
@@ -81,7 +81,7 @@ impl Balance {
     /// Decomposes the balance for its rows, reusing the buffers.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// See [`Self::new`].
     pub(super) fn update(
         &mut self,
         model: &Forward,
@@ -124,7 +124,7 @@ impl Balance {
         n - self.space.rank()
     }
 
-    /// Distance of the rows from being dependent, between zero and one.
+    /// Singularity distance of the rows, between zero and one.
     pub(super) fn distance(&self) -> f64 {
         self.space.least_part()
     }
@@ -139,8 +139,8 @@ impl Balance {
         self.redundant() > 0
     }
 
-    /// Finds a row that no acceleration satisfies, with the residual (m/s^2 or rad/s^2) of the nearest one: a dependent
-    /// row whose value contradicts the others.
+    /// Finds a row that no acceleration satisfies, with the residual (m/s^2 or rad/s^2) of the
+    /// nearest acceleration: a dependent row whose value contradicts the others.
     pub(super) fn contradiction(&self, model: &Forward, data: &Data) -> Option<(usize, f64)> {
         let n = model.topology.dofs();
         if self.space.rank() == self.rows.rows.len() {
@@ -152,7 +152,7 @@ impl Balance {
         let each = self.rows.rows.iter().zip(self.rows.matrix.chunks_exact(n.max(1)));
         let residuals: Vec<f64> =
             each.map(|(row, entries)| row.scale * (dot(entries, &nearest) - row.right)).collect();
-        // Where all values are round-off, they are that of terms in the squares of rates.
+        // If all values are round-off, they have the round-off of terms in the squares of rates.
         let fastest = model.fastest(data);
         let size = right.iter().fold(fastest * fastest, |m, x| m.max(x.abs()));
         let worst = (0..residuals.len())
@@ -162,7 +162,7 @@ impl Balance {
     }
 }
 
-/// Makes a list of `count` equal values, reusing the buffer.
+/// Fills a list with `count` equal values, reusing the buffer.
 fn fill<T: Clone>(list: &mut Vec<T>, count: usize, with: T) {
     list.clear();
     list.resize(count, with);

@@ -1,5 +1,5 @@
-//! Passive spins without inertia: rotations of a single body about an axis without moment of inertia, as of a rod between
-//! two balls. They keep their rate, and no moment may act on them.
+//! Passive spins without inertia: rotations of a single body about an axis without moment of
+//! inertia, for example of a rod between two balls. They keep their rate and cannot carry a moment.
 
 use super::{Balance, Massless};
 use crate::forward::Forward;
@@ -9,8 +9,8 @@ use crate::kinematics::body_twists;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::Link;
 
-/// Relative moment about a spin without inertia that counts as zero: the threshold for its inertia leaves its axis
-/// uncertain by the root of that.
+/// Relative moment about a spin without inertia that counts as zero. The threshold of its inertia
+/// leaves the direction of its axis uncertain by the square root of that threshold.
 const NEGLIGIBLE: f64 = 1e-6;
 /// Speed relative to the fastest body below which a body counts as at rest.
 const AT_REST: f64 = 1e-6;
@@ -21,11 +21,11 @@ impl Balance {
         !self.passive_spins.is_empty()
     }
 
-    /// Checks that nothing acts on passive spins without inertia: no load and inertia force, or no joint wrench if
-    /// one is given.
+    /// Checks that no load or inertia force acts on passive spins without inertia, or no joint
+    /// wrench if one is given.
     ///
     /// # Errors
-    /// The body on whose spin something acts; its acceleration is not defined.
+    /// Returns the body on whose spin a moment acts; its acceleration is undefined.
     pub(in crate::forward) fn check_passive_spins(
         &self,
         model: &Forward,
@@ -57,7 +57,8 @@ impl Balance {
         Ok(())
     }
 
-    /// Removes from accelerations of the tree the part that changes the rates of passive spins without inertia.
+    /// Removes from the accelerations of the tree the part that changes the rates of passive spins
+    /// without inertia.
     pub(in crate::forward) fn keep_passive_spins(
         &self,
         model: &Forward,
@@ -92,7 +93,8 @@ impl Balance {
     }
 }
 
-/// The body that moves fastest at these rates of the tree, and whether it alone moves and turns.
+/// Index of the fastest body at these rates of the tree, and true if only this body moves and it
+/// rotates.
 pub(super) fn fastest_body(model: &Forward, data: &Data, rates: &[f64]) -> (usize, bool) {
     let twists = body_twists(&model.topology, &data.bodies, rates);
     let size = |twist: &Twist<f64>| model.twist_rate(twist);

@@ -1,9 +1,11 @@
-//! Distribution of the reactions of redundant constraints by the declared rule.
+//! Resolution of redundancy: distribution of the reactions of redundant constraints by the declared
+//! rule.
 //!
-//! Four criteria decide, one after the other, each among the solutions that the one before leaves: least efforts of
-//! prescribed actuators; least static frictions in units of the friction limits, or least deviations from reference frictions
-//! that are within all limits; least elastic energy of declared compliances; least reactions, see
-//! [`crate::dynamics::Weighting`]. All of them are linear in the loads.
+//! Four criteria apply in sequence, each to the solutions that the previous one leaves: least
+//! efforts of prescribed actuators; least static frictions in units of the friction limits, or
+//! least deviations from reference frictions within all limits; least elastic energy of declared
+//! compliances; least reactions, see [`crate::dynamics::Weighting`]. All criteria are linear in the
+//! loads.
 
 use super::response::Response;
 use crate::forward::Forward;
@@ -13,7 +15,7 @@ use crate::linalg::Svd;
 use crate::statics::DETERMINED;
 use nalgebra::{DMatrix, DVector};
 
-/// A quantity that is least.
+/// Quantity that a stage minimises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Criterion {
     Efforts,
@@ -22,26 +24,26 @@ enum Criterion {
     Reactions,
 }
 
-/// One criterion with the self-stresses that it decides on.
+/// Criterion with the self-stresses that it determines.
 #[derive(Clone, Debug)]
 struct Stage {
     criterion: Criterion,
-    /// Columns are amounts of the self-stresses.
+    /// Columns: amounts of the self-stresses.
     open: DMatrix<f64>,
     response: Svd,
     rank: usize,
 }
 
-/// The rule at one position.
+/// Redundancy resolution at one position.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct RedundancyResolution {
-    /// Basis of the self-stress states: reactions in equilibrium without any load.
+    /// Basis of the self-stress states: reactions in equilibrium without external load.
     pub(in crate::forward) self_stresses: Vec<Response>,
     stages: Vec<Stage>,
 }
 
 impl RedundancyResolution {
-    /// Sets up the rule for self-stresses.
+    /// Creates the resolution for given self-stresses.
     pub(in crate::forward) fn new(
         model: &Forward,
         data: &Data,
@@ -79,7 +81,7 @@ impl RedundancyResolution {
                 .collect();
             let matrix = DMatrix::from_columns(&columns) * &open;
             let response = Svd::new(&matrix);
-            // If the self-stresses do not change the quantity, all of it is round-off.
+            // If the self-stresses do not change the quantity, its matrix is round-off.
             let rank =
                 if matrix.amax() > DETERMINED * size { response.rank(DETERMINED) } else { 0 };
             let rest = response.null_space(rank);
@@ -98,14 +100,15 @@ impl RedundancyResolution {
         Self { self_stresses, stages }
     }
 
-    /// Number of efforts of prescribed actuators that only the rule determines: more DOFs are prescribed than can move.
+    /// Number of efforts of prescribed actuators that only the rule determines, because more DOFs
+    /// are prescribed than can move.
     pub(in crate::forward) fn open_efforts(&self) -> usize {
         let stage = self.stages.iter().find(|stage| stage.criterion == Criterion::Efforts);
         stage.map_or(0, |stage| stage.rank)
     }
 
-    /// Adds self-stresses to a response so that it meets the rule; a `whole` response takes reference frictions into
-    /// account.
+    /// Adds self-stresses to a response so that it satisfies the rule; a `whole` response takes
+    /// reference frictions into account.
     pub(in crate::forward) fn apply(
         &self,
         (model, data): (&Forward, &Data),
@@ -125,7 +128,7 @@ impl RedundancyResolution {
                     .filter_map(|row| row.friction_scale.map(|s| row.reference / s));
                 now.iter_mut().zip(references).for_each(|(now, reference)| *now -= reference);
             }
-            // Least squares by the singular vectors.
+            // Least squares by singular vectors.
             along.clear();
             along.resize(answer.v.nrows(), 0.0);
             for k in 0..*rank {
@@ -169,7 +172,7 @@ fn weigh(
             multipliers.filter_map(|(row, m)| row.friction_scale.map(|s| m / s)).for_each(put);
         }
         Criterion::Efforts => {
-            // Torques over the characteristic length.
+            // Torques are divided by the characteristic length.
             let weight = |is_length: bool| if is_length { 1.0 } else { 1.0 / length };
             let actuated = multipliers.filter(|(row, _)| row.actuated);
             actuated.map(|(row, m)| m * weight(row.scale != 1.0)).for_each(put);

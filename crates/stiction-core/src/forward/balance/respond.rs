@@ -14,10 +14,10 @@ use crate::topology::{Link, Role};
 /// Numbers of four responses side by side.
 pub(in crate::forward) type Four = Lanes<f64, 4>;
 
-/// A response with the quantities on the way to it.
+/// Response with its intermediate quantities.
 #[derive(Clone, Debug)]
 struct Stages<T> {
-    /// Generalised forces on the tree, first all, then the part that the constraints must balance.
+    /// Generalised forces on the tree: first all, then the part that the constraints must balance.
     forces: Vec<T>,
     /// Accelerations along the null space.
     along: Vec<T>,
@@ -54,8 +54,9 @@ pub(in crate::forward) struct Workspace {
 }
 
 impl Balance {
-    /// The response to wrenches in joints (predecessor on successor) beyond their constraint wrenches; together with
-    /// loads, inertia forces and prescribed accelerations if `whole`, else to these wrenches alone.
+    /// Response to wrenches in joints (predecessor on successor) in addition to their constraint
+    /// wrenches. If `whole`, it includes loads, inertia forces and prescribed accelerations;
+    /// otherwise it is the response to these wrenches alone.
     pub(in crate::forward) fn respond(
         &self,
         model: &Forward,
@@ -68,7 +69,7 @@ impl Balance {
         response
     }
 
-    /// The response as [`Self::respond`], reusing the buffers.
+    /// Computes the response as [`Self::respond`], reusing the buffers.
     pub(in crate::forward) fn respond_into(
         &self,
         model: &Forward,
@@ -107,7 +108,8 @@ impl Balance {
         self.redundancy.apply((model, data), &self.rows, whole, redundancy, response);
     }
 
-    /// Joint wrenches in response to up to four wrenches in joints, each alone; only without redundant constraints.
+    /// Joint wrenches in response to up to four joint wrenches, separately; requires a balance
+    /// without redundant constraints.
     pub(in crate::forward) fn respond_to_four<'s>(
         &self,
         model: &Forward,
@@ -133,8 +135,9 @@ impl Balance {
         &four.wrenches
     }
 
-    /// Computes a response from accelerations that satisfy the rows, the generalised forces left at these (efforts
-    /// included), and the wrenches that joints must exert on each body without acceleration.
+    /// Computes a response from three parts: accelerations that satisfy the rows, the remaining
+    /// generalised forces at these accelerations (efforts included), and the wrenches that joints
+    /// must exert on each body at zero acceleration.
     fn accelerate<T: Scalar>(
         &self,
         model: &Forward,
@@ -144,7 +147,7 @@ impl Balance {
     ) {
         let n = model.topology.dofs();
         let Stages { forces, along, accelerations, multipliers, .. } = stages;
-        // Forces along the null space accelerate it.
+        // Forces along the null space accelerate the mechanism.
         along.clear();
         along.extend(self.basis.chunks_exact(n.max(1)).map(|z| {
             let mut sum = T::zero();
@@ -172,7 +175,7 @@ impl Balance {
         self.load_joints(model, data, efforts, stages);
     }
 
-    /// The self-stress of given multipliers: without acceleration and loads.
+    /// Self-stress for given multipliers: the response without acceleration and loads.
     pub(super) fn self_stress(
         &self,
         model: &Forward,
@@ -189,7 +192,8 @@ impl Balance {
         Response { accelerations: vec![0.0; n], multipliers, wrenches }
     }
 
-    /// Computes the wrenches of all joints from accelerations, multipliers, and the wrenches demanded on each body.
+    /// Computes the wrenches of all joints from accelerations, multipliers, and the required wrench
+    /// on each body.
     fn load_joints<T: Scalar>(
         &self,
         model: &Forward,

@@ -2,14 +2,14 @@
 
 use crate::spatial::Wrench;
 
-/// The response to efforts, linear in them.
+/// Response to efforts, linear in them.
 #[derive(Debug, Default)]
 pub(in crate::forward) struct Response {
     /// Accelerations of the tree.
     pub(in crate::forward) accelerations: Vec<f64>,
     /// Multiplier of each constraint row.
     pub(in crate::forward) multipliers: Vec<f64>,
-    /// Each joint's complete wrench, predecessor on successor, about the kernel origin.
+    /// Complete wrench of each joint, predecessor on successor, about the kernel origin.
     pub(in crate::forward) wrenches: Vec<Wrench<f64>>,
 }
 

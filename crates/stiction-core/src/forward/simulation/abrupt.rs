@@ -1,9 +1,10 @@
 //! Detection of impacts: loops, locks and prescribed motions that would stop a motion at once.
 //!
-//! At a dead centre a lock allows rates that it does not allow an instant later: its row of the conditions
-//! vanishes there. What it asks of the accelerations then contradicts the others, and no force that is finite
-//! goes on. Such a start is refused. On the way such a place shows itself where rates are put back onto the
-//! loops after a step: they change by more than the errors of a step.
+//! At a dead centre a lock admits rates that it does not admit an instant later: its constraint row
+//! vanishes there. The acceleration that it demands then contradicts the other constraints, and no
+//! finite force satisfies all of them. Such a start is refused. During the motion the same
+//! condition shows when rates are projected onto the loop constraints after a step: they change by
+//! more than the error of the step.
 
 use super::packing::parts;
 use super::{Energies, Simulation};
@@ -14,18 +15,20 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::kinematics::State;
 
-/// Rates may change by this part of the fastest where they are put back onto the loops. Errors of steps are
-/// orders of magnitude smaller with any tolerance that steps keep near a singular position.
+/// Largest change of the rates by the projection, as a part of the fastest rate. Integration errors
+/// are orders of magnitude smaller at any tolerance that steps keep near a singular position.
 const CHANGE: f64 = 1e-5;
-/// The account of energy may be off over a step by this part of what is turned over in it: a step of order
-/// eight whose rates are right to 1e-10 has a thousandth of it. Less than rounding of all energies is no error.
+/// Largest residual of the energy balance over a step, as a part of the energy exchanged in it. A
+/// step of order eight whose rates are accurate to 1e-10 has a thousandth of it. [`ROUNDING`] is
+/// the residual allowed for rounding, as a part of all energies.
 const WRONG: f64 = 1e-5;
 const ROUNDING: f64 = 1e-10;
 
 impl Forward {
-    /// Whether some accelerations keep loops closed and what is held in place, friction apart.
+    /// Checks that accelerations exist which satisfy loop, lock and prescribed constraints, without
+    /// friction.
     pub(super) fn can_go_on(&self, situation: &Data) -> Result<(), ForwardError> {
-        // What has no mass is told where it is solved.
+        // Missing mass is reported by the solver.
         let Ok(balance) = self.balance(situation, &[]) else { return Ok(()) };
         let Some((row, by)) = balance.contradiction(self, situation) else { return Ok(()) };
         let translates = balance.rows.rows[row].scale != 1.0;
@@ -33,8 +36,8 @@ impl Forward {
         Err(ForwardError::Blocked { time: situation.time, what, by, translates, at_rest: false })
     }
 
-    /// Whether accelerations from rest lead on: that they are compatible with all conditions at first order
-    /// does not say that the motion is. Over a short time it is that of rates in their direction.
+    /// Checks that accelerations from rest can continue. Accelerations that satisfy all constraints
+    /// at rest need not belong to a finite motion; the check therefore takes them as rates.
     pub(super) fn can_begin(
         &self,
         now: &Instant,
@@ -58,7 +61,7 @@ impl Forward {
         })
     }
 
-    /// A row of the conditions in words.
+    /// Description of a constraint row.
     fn condition(&self, row: usize) -> String {
         let topology = &self.topology;
         let mut first = 0;
@@ -86,11 +89,12 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// Whether a step ended as steps do, `y` before rates were put back onto the loops: these have not stopped
-    /// it, and the account of energy closes as far as that of a step.
+    /// Checks that a step ended regularly. `y` is its end before the projection onto the loop
+    /// constraints: the projection must not change the rates abruptly, and the energy balance of
+    /// the step must close.
     ///
     /// # Errors
-    /// [`ForwardError::Impact`], [`ForwardError::Stiff`]: a shorter step may do.
+    /// [`ForwardError::Impact`], [`ForwardError::Stiff`]; a shorter step may succeed.
     pub(super) fn steadily(
         &self,
         y: &[f64],
@@ -106,7 +110,7 @@ impl Simulation<'_> {
         };
         let changed = size(&|k| arrived.state.rates[k] - free[k]);
         let largest = size(&|k| free[k]).max(self.fastest_rate);
-        // Of what is at rest rates are rounding, and so are their changes.
+        // Rates at rest are rounding, and so are their changes.
         if changed > allowed(CHANGE) * largest + 1e3 * self.settings.absolute {
             let targets = model.targets(time, inputs);
             let rows = model.constraint_rows(&arrived.bodies, &targets, &[]);

@@ -12,26 +12,28 @@ use crate::forward::{Account, Energies, Forward, InterfaceSample};
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Mat3, Pose, Twist, Vec3, Wrench};
 
-/// What a simulation goes on from, bit by bit as if it had not been interrupted. Controllers and other
-/// inputs have their own state, which whoever made them keeps.
+/// Complete state of a simulation. A resumed simulation continues bit for bit as if uninterrupted.
+/// Controllers and other inputs keep their own state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checkpoint {
-    /// The simulation's numbers; their order is its own and may change with the program's version.
+    /// State of the simulation. The order of the numbers is internal and may change between
+    /// versions.
     pub numbers: Vec<f64>,
-    /// What happened up to here. It may be left out; a resumed simulation then begins with none.
+    /// Events up to this state. Optional; without them a resumed simulation begins with an empty
+    /// list.
     pub events: Vec<Event>,
 }
 
-/// The first number: what follows is in this order.
+/// First number: version of the format.
 const FORMAT: f64 = 5.0;
 
-/// No count comes near it; what is beyond is no count of ours, and could not be counted on from.
+/// Largest valid count; rejects numbers that cannot be counts.
 const COUNTABLE: f64 = 1e15;
 
-/// Numbers in and out by the same calls, so that both have the same order.
+/// Writer or reader of numbers. The same calls serve both, which ensures the same order.
 enum Tape<'a> {
     Out(&'a mut Vec<f64>),
-    /// What is left of them, and whether one was missing or no count where there is one.
+    /// Remaining numbers; the flag is set if a number is missing or an expected count is invalid.
     In(std::slice::Iter<'a, f64>, bool),
 }
 
@@ -113,7 +115,7 @@ impl Tape<'_> {
 }
 
 impl<'a> Simulation<'a> {
-    /// What it goes on from.
+    /// Records the complete state.
     pub fn checkpoint(&self) -> Checkpoint {
         let mut numbers = vec![FORMAT];
         self.clone().pass(&mut Tape::Out(&mut numbers));
@@ -149,7 +151,7 @@ impl<'a> Simulation<'a> {
         let mut anchors = self.anchors.len();
         tape.count(&mut anchors);
         let none = Anchor { joint: 0, dof: 0, pose: Pose::identity() };
-        // No joint has more than six freedoms: a number beyond is no number of ours.
+        // A joint has at most six degrees of freedom: larger numbers are invalid.
         self.anchors.resize(anchors.min(6 * self.model.topology.joint_types.len()), none);
         for anchor in &mut self.anchors {
             tape.count(&mut anchor.joint);
@@ -196,10 +198,11 @@ impl<'a> Simulation<'a> {
 }
 
 impl Forward {
-    /// Goes on from a checkpoint of a simulation of the same mechanism, with the same settings or others.
+    /// Resumes from a checkpoint of a simulation of the same mechanism, with the same or other
+    /// settings.
     ///
     /// # Errors
-    /// [`ForwardError::Checkpoint`] where its numbers are not those of such a simulation.
+    /// [`ForwardError::Checkpoint`] if the numbers do not belong to such a simulation.
     pub fn resume(
         &self,
         checkpoint: &Checkpoint,

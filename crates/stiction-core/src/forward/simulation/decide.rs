@@ -34,8 +34,9 @@ impl Simulation<'_> {
         }
     }
 
-    /// Whether a contact that was at its limit in the last step moves or begins to. It slides since that step began:
-    /// there its friction came to the limit, or that of what held it.
+    /// Returns whether an interface that was at its friction limit in the last step slips or begins
+    /// to slip. Records the slip onset at the start of that step: there the friction of the
+    /// interface, or of one that held it, reached its limit.
     fn leaves_its_limit(&mut self, since: f64) -> bool {
         let mut leaves = false;
         for interface in 0..self.modes.len() {
@@ -50,7 +51,7 @@ impl Simulation<'_> {
             if moves && along(velocity) > 0.0 || !moves && along(begins) > rounding {
                 let joint = JointId(self.model.parameters.interfaces[interface].joint);
                 let kind = EventKind::Slides { interface, joint, direction };
-                // Loops may have lost rank since.
+                // A singular position may have been recorded after `since`.
                 let place = self.events.partition_point(|event| event.time <= since);
                 self.events.insert(place, Event { time: since, kind });
                 self.modes[interface] = InterfaceMode::Slides(direction);
@@ -90,7 +91,7 @@ impl Simulation<'_> {
         let mut state = self.now.state.clone();
         let targets = model.targets(time, inputs);
         if let Some(interface) = stopped {
-            // At rest to the last digit, and with it all that it holds.
+            // Exactly zero velocity of this interface and of all that it holds.
             let (anchors, frozen) = self.holds_of(&[interface]);
             let frozen: Vec<bool> =
                 frozen.iter().zip(&self.frozen).map(|(a, b)| *a || *b).collect();
@@ -136,13 +137,14 @@ impl Simulation<'_> {
         self.tell(&before);
         self.hold(inputs)?;
         self.look_for_others(inputs)?;
-        // What begins anew is looked at closely first.
+        // Small first step after a change of modes.
         self.step = (0.1 * self.step).max(1e3 * self.settings.shortest_step);
         Ok(())
     }
 
-    /// Whether these rates are others than the present ones, beyond rounding: then the contact's zero
-    /// velocity is one of a dead centre, through which the mechanism moves on.
+    /// Returns whether the rates after a stop at a dead centre differ from the present ones beyond
+    /// rounding: then the velocity of the interface is zero only for an instant and the mechanism
+    /// moves on.
     pub(super) fn moves_on(&self, stopped: &State<f64>) -> bool {
         const OTHER: f64 = 1e-6;
         let columns = &self.model.columns;
@@ -154,8 +156,8 @@ impl Simulation<'_> {
         change > OTHER * size(&|k| rates[k]) && change > OTHER * self.fastest_rate
     }
 
-    /// Whether the mechanism has less freedom when this contact sticks. At a dead centre it has not: the
-    /// contact stands while all moves on.
+    /// Returns whether sticking of this interface reduces the mobility. At a dead centre it does
+    /// not: the interface is at rest for an instant while the mechanism moves.
     pub(super) fn takes_dof(
         &self,
         situation: &crate::forward::data::Data,
@@ -203,7 +205,7 @@ impl Simulation<'_> {
                 (_, InterfaceMode::Sticks | InterfaceMode::AtLimit(_)) => {
                     EventKind::Sticks { interface, joint }
                 }
-                // A direction that turns is no event, one that turns round is.
+                // A gradual change of direction is no event, a reversal is.
                 (InterfaceMode::Slides(a), InterfaceMode::Slides(b))
                     if a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() > 0.0 =>
                 {

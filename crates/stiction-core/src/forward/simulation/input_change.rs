@@ -8,9 +8,9 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 
 impl Simulation<'_> {
-    /// Accelerations and reactions under what acts now. Contacts are looked at anew only where they do not clearly
-    /// go on with what they do: that is the rule of the search as well, which tries it first, and costs many times as
-    /// much.
+    /// Updates accelerations and reactions after a change of the inputs. The modes are searched
+    /// again only if the present ones are not clearly valid: the search tries the present modes
+    /// first, too, but costs many times as much.
     pub(super) fn on_input_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if let Some(instant) = self.goes_on(inputs) {
             self.become_now(instant);
@@ -39,7 +39,8 @@ impl Simulation<'_> {
         };
         self.lists.push(y);
         let instant = found.ok()?;
-        // Where more sticks than is needed to hold it, friction is shared anew unless nothing moves at all.
+        // With statically indeterminate sticking friction, friction is distributed anew unless the
+        // mechanism is at rest.
         let sticks = self.modes.contains(&InterfaceMode::Sticks);
         let shared = sticks && instant.redundant > 0 && !still;
         let unique = instant.coupling.is_some_and(|coupling| coupling < 1.0);

@@ -8,35 +8,39 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use std::convert::Infallible;
 
-/// How far beyond its limit friction is where a contact lets go: more than the search forgives.
+/// Relative excess of friction over its limit at which an interface slips; larger than the
+/// excess that the search for modes allows.
 pub(super) const LET_GO: f64 = 1e-9;
-/// Where no contact that sticks has less than this part of its limit left at any stage of a step, none lets go in
-/// it: stages are less accurate than steps, but not by that much.
+/// If every sticking interface keeps at least this relative margin to its friction limit at all
+/// stages of a step, no slip onset lies within the step. Stages are less accurate than steps, but
+/// not by that much.
 const FAR_FROM_LIMIT: f64 = 0.01;
 
-/// Between looks at friction that holds its part of the limit may dip by less than this: an eighth of a turn of a
-/// sine about its peak, or a kink.
+/// Largest considered dip of the margin between two samples: an eighth of a period of a sine about
+/// its peak, or a kink.
 const DEEPEST_DIP: f64 = 0.3;
-/// The slope at a look is that of so much of the way to the next.
+/// Part of the interval between samples over which the slopes at its ends are measured.
 const BESIDE: f64 = 1e-4;
-/// The least value of a dip is found to 0.618^30 = 5e-7 of the way, and so to its square where it is smooth.
+/// Golden-section iterations: they locate the minimum of a dip to 0.618^30 = 5e-7 of the interval,
+/// and a smooth minimum value to the square of that.
 const DIP_SECTIONS: usize = 30;
 
-/// What a step ended with.
+/// Ending of a step.
 pub(super) enum Ending {
-    /// Nothing happened.
+    /// No event.
     Smooth,
-    /// A contact's velocity is zero.
+    /// The slip velocity of an interface reaches zero.
     Stops(usize),
-    /// A contact's friction is at its limit.
+    /// The friction of a sticking interface reaches its limit.
     LetsGo,
-    /// A ball or plate was much slower within the step, up to this many seconds from its start: nothing is
-    /// accepted, it must be approached in shorter steps.
+    /// A ball or plate was much slower within the step, up to this many seconds from its start. The
+    /// step is rejected; shorter steps must approach that point.
     Passes(f64),
 }
 
 impl Simulation<'_> {
-    /// How fast a contact slides in its sense, and the change of that.
+    /// Slip speed of an interface along its recorded direction, m/s, and its time derivative,
+    /// m/s^2.
     pub(super) fn closing_speed(&self, at: &Instant, interface: usize) -> (f64, f64) {
         let InterfaceMode::Slides(direction) = self.modes[interface] else { return (0.0, 1.0) };
         let dot = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
@@ -46,7 +50,7 @@ impl Simulation<'_> {
         )
     }
 
-    /// The first event within the last step: its part of the step, and what it is.
+    /// First event within the last step: its position as a part of the step, and its kind.
     pub(super) fn first_event(
         &mut self,
         time: f64,
@@ -75,12 +79,12 @@ impl Simulation<'_> {
                 InterfaceMode::Smooth | InterfaceMode::AtLimit(_) => {}
             }
         }
-        // Stages of the step lie all along it.
+        // The stages of the step sample its whole length.
         holds &= self.workspace.margin.min(self.least_margin(arrived)) < FAR_FROM_LIMIT;
         if suspects.is_empty() && !holds && led.is_none() {
             return Ok(None);
         }
-        // The curve between.
+        // Dense output of the step.
         let mut last = self.list();
         self.derivative_into(arrived, &mut last);
         let mut steps = std::mem::take(&mut self.steps);
@@ -106,7 +110,7 @@ impl Simulation<'_> {
         Ok(first)
     }
 
-    /// The part of the step at which a contact's velocity falls through zero.
+    /// Part of the step at which the slip velocity of an interface falls through zero.
     fn stop_within(&self, interface: usize) -> Option<f64> {
         const PIECES: usize = 16;
         let mut y = Vec::new();
@@ -137,16 +141,17 @@ impl Simulation<'_> {
         let (part, value) = below?;
         let at_before = speed(before);
         if before == 0.0 && at_before <= 0.0 {
-            // It leaves rest backwards at once: rounding of what was just decided.
+            // The velocity reverses immediately after the start: rounding of a decision just made.
             return (value.abs() > REST * self.fastest).then_some(0.5 * part);
         }
-        // The step that ends there is corrected anyway.
+        // Coarse tolerance: the shortened step is corrected afterwards.
         let speed = |part| Ok::<f64, Infallible>(speed(part));
         let Ok(part) = crossing((before, at_before), (part, value), 1e-12, speed);
         Some(part)
     }
 
-    /// The least part of its limit that any contact which sticks has left; negative where one is beyond.
+    /// Smallest relative margin to the friction limit of any sticking interface; negative beyond
+    /// the limit.
     pub(super) fn least_margin(&self, at: &Instant) -> f64 {
         if at.gives_way.is_some() {
             return -1.0;
@@ -160,7 +165,8 @@ impl Simulation<'_> {
         relative.fold(f64::INFINITY, f64::min)
     }
 
-    /// The part of the step, up to `until`, at which friction that holds is beyond its limit.
+    /// Part of the step, up to `until`, at which the friction of a sticking interface exceeds its
+    /// limit.
     pub(super) fn let_go_within(
         &mut self,
         time: f64,
@@ -190,7 +196,7 @@ impl Simulation<'_> {
         Ok(found)
     }
 
-    /// The least margin at a part of the step.
+    /// Smallest relative margin at a part of the step.
     fn margin_within(
         &mut self,
         (time, step): (f64, f64),
@@ -206,8 +212,9 @@ impl Simulation<'_> {
     }
 }
 
-/// Where a function that is positive at `low` first falls below zero up to `high`, if it does: the end beyond of an
-/// interval as short as `fine`. A dip between the two is found where the function bends one way.
+/// First zero up to `high` of a function that is positive at `low`, if any: the upper end of an
+/// interval of length `fine` around it. A dip between the two samples is found if the function is
+/// convex there.
 pub(super) fn falls_below(
     low: (f64, f64),
     high: (f64, f64),
@@ -218,7 +225,7 @@ pub(super) fn falls_below(
         return Ok(Some(crossing(low, high, fine, f)?));
     }
     let length = high.0 - low.0;
-    // At its limit from the start it does not dip: it goes or it stays.
+    // A margin that is zero from the start does not dip: the interface slips or it stays.
     if low.1 < LET_GO || low.1.min(high.1) > DEEPEST_DIP {
         return Ok(None);
     }
@@ -228,12 +235,12 @@ pub(super) fn falls_below(
     if falls >= 0.0 || rises <= 0.0 {
         return Ok(None);
     }
-    // A function that bends one way is not below its tangents, nor where these meet.
+    // A convex function lies above its tangents, and so above their intersection.
     let meeting = (high.1 - low.1 - rises * length) / (falls - rises);
     if low.1 + falls * meeting > 0.0 {
         return Ok(None);
     }
-    // The least value, by the golden section.
+    // Golden-section search for the minimum.
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let inner = |left: f64, right: f64| right - GOLDEN * (right - left);
     let mut middle = inner(left, right);
@@ -255,8 +262,8 @@ pub(super) fn falls_below(
     Ok(None)
 }
 
-/// Where a function that is positive at `low` and negative at `high` falls below zero, by Illinois's rule: the end
-/// beyond of an interval as short as `fine`.
+/// Zero of a function that is positive at `low` and negative at `high`, by the Illinois method: the
+/// upper end of an interval of length `fine` around it.
 pub(super) fn crossing<E>(
     mut low: (f64, f64),
     mut high: (f64, f64),
@@ -271,7 +278,7 @@ pub(super) fn crossing<E>(
         let margin = 0.01 * (high.0 - low.0);
         middle = middle.clamp(low.0 + margin, high.0 - margin);
         let value = f(middle)?;
-        // An end that stays counts half.
+        // The retained end has its value halved.
         if value < 0.0 {
             high = (middle, value);
             low.1 *= 0.5;
@@ -283,7 +290,7 @@ pub(super) fn crossing<E>(
     Ok(high.0)
 }
 
-/// Whether the cubic with these values and slopes at 0 and 1 falls below zero between.
+/// Returns whether the cubic with these values and slopes at 0 and 1 falls below zero between them.
 fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
     (1..8).any(|k| {
         let x = f64::from(k) / 8.0;
@@ -298,19 +305,19 @@ fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
 mod tests {
     use super::*;
 
-    /// Where it falls below zero first, between looks at 0 and 1.
+    /// First zero between samples at 0 and 1.
     fn first(f: impl Fn(f64) -> f64) -> Option<f64> {
         falls_below((0.0, f(0.0)), (1.0, f(1.0)), 1e-13, |x| Ok(f(x))).unwrap()
     }
 
     #[test]
     fn a_dip_between_two_looks_is_found() {
-        // A parabola that is negative from 0.3 to 0.4 and one that is so by a hair about 0.7; a kink.
+        // A parabola negative from 0.3 to 0.4, one barely negative about 0.7, and a kink.
         let roots = |a: f64, b: f64| move |x: f64| 0.5 * (x - a) * (x - b);
         assert!((first(roots(0.3, 0.4)).unwrap() - 0.3).abs() < 1e-12);
         assert!((first(roots(0.6999, 0.7001)).unwrap() - 0.6999).abs() < 1e-12);
         assert!((first(|x: f64| 0.2 * (x - 0.61).abs() - 0.002).unwrap() - 0.6).abs() < 1e-12);
-        // It touches nothing, it falls all along, it rises all along.
+        // No zero: positive minimum, monotonically falling, monotonically rising.
         assert_eq!(first(|x: f64| 0.2 * (x - 0.6).powi(2) + 1e-6), None);
         assert_eq!(first(|x: f64| 0.2 - 0.1 * x), None);
         assert_eq!(first(|x: f64| 0.1 + 0.1 * x), None);

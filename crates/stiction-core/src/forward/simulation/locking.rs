@@ -1,4 +1,4 @@
-//! What sticks is frozen: it does not move, not even by rounding.
+//! Freezing of sticking joints: they do not move, not even by rounding.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
@@ -8,7 +8,8 @@ use crate::forward::project::Anchor;
 use crate::topology::Role;
 
 impl Simulation<'_> {
-    /// Anchors of cut joints and frozen freedoms of the tree that these contacts hold.
+    /// Anchors of cut joints, and frozen degrees of freedom of the tree, that these interfaces
+    /// hold.
     pub(super) fn holds_of(&self, interfaces: &[usize]) -> (Vec<Anchor>, Vec<bool>) {
         let topology = &self.model.topology;
         let mut anchors = Vec::new();
@@ -36,7 +37,7 @@ impl Simulation<'_> {
         (anchors, frozen)
     }
 
-    /// Freezes what sticks, and all that cannot move then.
+    /// Freezes the sticking joints, and the whole mechanism if it has no mobility left.
     pub(super) fn hold(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let model = self.model;
         self.workspace.conditions_hold = false;
@@ -59,7 +60,7 @@ impl Simulation<'_> {
         let solved = model
             .solve(&situation, &self.modes, Some(&loads), true)
             .map_err(|u| model.unsolved(situation.time, u))?;
-        // Where nothing is left to move, nothing moves, not even by rounding. A freedom that is immobile
+        // Freeze everything if no mobility is left. A single degree of freedom that is immobile
         // while others move may be at a dead centre.
         if model.prescribed.is_empty() && solved.balance.mobility(model.topology.dofs()) == 0 {
             self.frozen.fill(true);
@@ -84,13 +85,13 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// How many constraints are redundant where nothing sticks.
+    /// Number of constraints that are redundant while no interface sticks.
     pub(super) fn permanently_redundant(&self, situation: &crate::forward::data::Data) -> usize {
         let model = self.model;
         model.balance(situation, &[]).map_or(0, |balance| balance.redundant())
     }
 
-    /// Nothing frozen accelerates, not even by rounding.
+    /// Sets the accelerations of frozen degrees of freedom to zero.
     pub(super) fn still(&mut self) {
         for (acceleration, frozen) in self.now.state.accelerations.iter_mut().zip(&self.frozen) {
             if *frozen {

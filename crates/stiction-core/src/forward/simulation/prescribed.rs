@@ -6,14 +6,16 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::inputs::Inputs;
 use crate::kinematics::Target;
 
-/// How far ahead of an instant at rest it is looked where to a prescribed motion begins, s.
+/// Time after an instant at rest at which the direction of a beginning prescribed motion is
+/// sampled, s.
 const AHEAD: f64 = 1e-6;
-/// What is prescribed moves if it does so by more than this many characteristic lengths per second: less is
-/// rounding of whatever computes it.
+/// Smallest prescribed rate that counts as motion, characteristic lengths per second; smaller rates
+/// are rounding of the input.
 const MOVES: f64 = 1e-13;
 
 impl Forward {
-    /// Where in the list of prescribed actuators those of a contact's freedoms are, if it is led by them alone.
+    /// Indices into the prescribed actuators for each degree of freedom of an interface, if all of
+    /// them are prescribed.
     pub(in crate::forward) fn leaders(&self, interface: usize) -> Option<Vec<usize>> {
         let content = &self.parameters.interfaces[interface];
         let leader = |dof: usize| {
@@ -25,7 +27,7 @@ impl Forward {
         content.shape.dofs().map(leader).collect()
     }
 
-    /// The velocity of the surface of a contact that is led, m/s.
+    /// Slip velocity of an interface in a prescribed joint, m/s.
     fn led_velocity(
         &self,
         interface: usize,
@@ -41,7 +43,7 @@ impl Forward {
         velocity
     }
 
-    /// What a contact at rest does that is led by prescribed motions; none if it is not.
+    /// Mode of an interface at rest whose joint is prescribed; `None` if it is not prescribed.
     pub(super) fn led(
         &self,
         interface: usize,
@@ -67,7 +69,8 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// The part of a step at which a contact that is led and was at rest moves, if it does at its end.
+    /// Part of a step at which an interface at rest in a prescribed joint begins to slip, if it
+    /// slips at the end of the step.
     pub(super) fn is_led_away(
         &self,
         interface: usize,

@@ -1,11 +1,12 @@
 //! Stick onset of plates and balls.
 //!
-//! Friction of a contact with several freedoms is against `v / |v|`. Its stop is a zero of `|v|`, not a change
-//! of sign, and on the way there the direction turns the faster the slower it is: in time to the stop `s` the
-//! velocity behaves as `s d + s^p e` with some `p > 1`, which is no polynomial. So a step ends at a fixed part
-//! of the time that is left, as far as the present deceleration tells it. Each such step is like the one
-//! before, on a smaller scale; some twenty of them lead from any speed to one that is nothing, and direction
-//! and load of the stop are by then those at its end.
+//! Friction of an interface with several degrees of freedom acts along `-v / |v|`. Stick onset is a
+//! zero of `|v|`, not a change of sign, and the slower the slip, the faster its direction turns:
+//! with the time `s` to the stop the velocity behaves as `s d + s^p e` with some `p > 1`, which is
+//! no polynomial. A step therefore ends at a fixed part of the remaining time, estimated from the
+//! present deceleration. Each such step is similar to the one before on a smaller scale. About
+//! twenty of them reduce any speed to a negligible one; by then direction and normal load have
+//! reached their values at the stop.
 
 use super::locate::Ending;
 use super::{REST, Simulation};
@@ -13,21 +14,21 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
-/// Slower than this part of the fastest a plate or ball goes straight to its stop: the stop is then as far off,
-/// as part of the time since it was fastest.
+/// Below this part of the largest slip speed a plate or ball goes directly to its stop. The
+/// remaining time is then the same part of the time since it was fastest.
 pub(super) const SLOW: f64 = 10.0 * REST;
 /// Largest step as part of the time to the stop.
 const PART: f64 = 0.7;
-/// A plate or ball whose direction has turned by a right angle and whose speed is less than this part of what it
-/// was may have passed its stop.
+/// If the slip direction has turned by a right angle and the speed is below this part of the speed
+/// before, the step may have missed a stop.
 pub(super) const PASSED: f64 = 0.25;
 
 /// Approach of a plate or ball to its stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Approach {
-    /// It decelerates; the longest step, s.
+    /// Deceleration towards a stop, with the longest step, s.
     Nears { most: f64 },
-    /// Its speed is negligible.
+    /// Arrival at a stop: the speed is negligible.
     Arrives {
         /// Index of the friction interface.
         interface: usize,
@@ -77,7 +78,8 @@ impl Simulation<'_> {
         (start, first): (&[f64], &[f64]),
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
-        // Rates fall evenly; of all else, energies among it, what the square of this time adds is nothing.
+        // Rates decrease linearly; second-order changes of all other quantities are negligible over
+        // this time.
         let y: Vec<f64> = start.iter().zip(first).map(|(y, rate)| y + within * rate).collect();
         let time = self.now.time;
         let arrived = self.arrive(time + within, &y, inputs)?;

@@ -1,9 +1,10 @@
-//! Passing positions in which the loops lose rank.
+//! Passage through positions in which the loop constraints lose rank.
 //!
-//! There two ways of moving meet, and rates alone do not say which is gone on with. The rule: the motion goes
-//! on smoothly. That is what steps across such a position do, since coordinates and rates are smooth functions
-//! of time on the way that they are on; no step needs to end there. It is told as an event, since the real
-//! mechanism, with its clearances, may take the other way.
+//! At such a position two branches of motion meet, and the rates alone do not determine which one
+//! the motion follows. The simulation continues smoothly: coordinates and rates are smooth
+//! functions of time on a branch, so a step across the position stays on its branch and need not
+//! end there. An event records the passage, since the real mechanism, with its clearances, may take
+//! the other branch.
 
 use super::scratch::Scratch;
 use super::{Event, EventKind, Simulation};
@@ -18,15 +19,17 @@ const NEAR: f64 = 0.2;
 const PASSED: f64 = 1e-6;
 /// A passage ends where the singularity distance exceeds this.
 const LEFT: f64 = 0.01;
-/// Instants beside a singular start are as far apart as the fastest moves by this, in rad or characteristic lengths.
+/// Distance between the positions beside a singular start, as motion of the fastest degree of
+/// freedom, rad or characteristic lengths.
 const BESIDE: f64 = 1e-3;
 /// Part of a step over which the slope of the distance is measured.
 const LITTLE: f64 = 1e-3;
 
 impl Simulation<'_> {
-    /// Where it starts in a position in which loops lose rank, and moves: accelerations and reactions are those to
-    /// which the ones beside it tend, on the way that the rates are of. In the position itself the loops do not
-    /// say so much, since a row that vanishes there still has a rate of change.
+    /// Determines accelerations and reactions if the mechanism starts moving in a position in which
+    /// the loop constraints lose rank: their limits along the branch of the initial rates. At the
+    /// position itself the constraints do not determine them, since a row that vanishes there still
+    /// has a rate of change.
     pub(super) fn start_on_one_way(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let (model, time) = (self.model, self.now.time);
         if model.topology.constraints == 0 || self.fastest_rate == 0.0 {
@@ -52,7 +55,7 @@ impl Simulation<'_> {
             (interface.load, interface.friction, interface.limit) = (0.0, [0.0; 3], 0.0);
         }
         found.bristle_rates.fill([0.0; 3]);
-        // Of third order in how far apart they are.
+        // Extrapolation to the start, with an error of fourth order in the distance.
         for (k, weight) in [(1.0, 4.0), (2.0, -6.0), (3.0, 4.0), (4.0, -1.0)] {
             let mut there = state.clone();
             let by: Vec<f64> = state.rates.iter().map(|rate| k * little * rate).collect();
@@ -106,7 +109,7 @@ impl Simulation<'_> {
         let (rank_before, distance_before) = ranks.at(model, before);
         self.in_passage &= distance.min(distance_before) < LEFT || rank != rank_before;
         if rank != rank_before {
-            // It ended in such a position, to the last digit, or began in one at rest.
+            // The step ended exactly in a singular position, or began in one at rest.
             let (at, lost) = if rank < rank_before {
                 (self.now.time, rank_before - rank)
             } else {
@@ -124,7 +127,7 @@ impl Simulation<'_> {
         if !(nears && leaves) {
             return Ok(());
         }
-        // Where it is least, on the curve between.
+        // Minimum of the singularity distance, on the dense output.
         let mut ranks = ranks.clone();
         let mut last = self.list();
         self.derivative_into(&self.now, &mut last);

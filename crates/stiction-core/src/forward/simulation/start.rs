@@ -66,7 +66,8 @@ impl<'a> Simulation<'a> {
         let mut bodies = Bodies::new(&model.topology);
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
         bodies.move_with(&model.topology, &state.rates);
-        // What prescribed and locked actuators take from the rates leaves rounding of these.
+        // Slip speeds before the projection. Prescribed and locked actuators remove rates down to
+        // rounding of these.
         let pitch = &model.parameters.pitch;
         let velocities =
             interfaces.iter().map(|c| bodies.surface_velocity(&model.topology, c, pitch[c.joint]));
@@ -118,17 +119,17 @@ impl<'a> Simulation<'a> {
             if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
         let (mut grips, mut shares) =
             (situation.friction_scales.clone(), situation.reference_frictions.clone());
-        // Where nothing was chosen they have not been made.
+        // Without a choice of modes these lists are empty.
         grips.resize(interfaces.len(), 1.0);
         shares.resize(interfaces.len(), [0.0; 3]);
         let overload = situation.limit_factor;
-        // Why there are no accelerations at the start.
+        // Reason why no accelerations exist at the start.
         let mut refusal = None;
         let (now, modes, stepping) = match chosen {
             Some(Ok(Choice { modes, solved })) => {
                 (model.instant(&situation, &modes, &solved), modes, false)
             }
-            // Velocities may have a solution where accelerations have none.
+            // Velocities may have a solution even if accelerations have none.
             Some(Err(error))
                 if settings.method != Method::Automatic || !is_without_acceleration(&error) =>
             {
@@ -207,7 +208,8 @@ impl<'a> Simulation<'a> {
         simulation.step = 1e-4 * settings.longest_step.min(1.0);
         if stepping {
             simulation.begin_stepping();
-            // One step leads nowhere if no other follows it: then nothing is solved at the start either.
+            // The start is valid only if a further step succeeds; otherwise the first reason is
+            // reported.
             let mut trial = simulation.clone();
             let goes_on = trial.step_through(time + settings.longest_step, inputs);
             return match goes_on {

@@ -26,16 +26,17 @@ const BOUNDED_BY_STABILITY: f64 = 6.1;
 const STIFF: usize = 15;
 const CALM: usize = 6;
 
-/// A shorter step without an acceleration at its stages, s, is left to the time stepper.
+/// Threshold of the step size, s: if no acceleration exists at the stages of a shorter step, the
+/// time stepper takes over.
 const LOST: f64 = 1e-6;
 
-/// The event-driven method crawls if this many steps in a row lead less far than this, rad or characteristic
-/// lengths; steps of order eight usually lead a thousand times farther.
+/// The event-driven method crawls if this many successive steps each cover less than [`SHORT_WAY`],
+/// rad or characteristic lengths. Steps of order eight usually cover a thousand times more.
 const CRAWLING: usize = 200;
 const SHORT_WAY: f64 = 2e-4;
 
-/// Where the end of a step is off an event by less than this part of it, it is moved there along the derivative: the
-/// square of that is below rounding.
+/// If the end of a step misses an event by less than this part of the step, a linear correction
+/// along the derivative moves it there; the error is of second order and below rounding.
 const NUDGE: f64 = 1e-7;
 
 impl Simulation<'_> {
@@ -80,7 +81,7 @@ impl Simulation<'_> {
         loop {
             let left = end - time;
             let mut step = self.step.min(longest).min(nearest).min(left);
-            // Not a splinter at the end.
+            // Avoid a tiny last step.
             if left - step < 0.01 * step || left < 1.01 * step {
                 step = left;
             } else if left < 2.0 * step {
@@ -98,14 +99,15 @@ impl Simulation<'_> {
                             continue;
                         }
                         Ok(after) => after,
-                        // At its end there is no acceleration: come nearer, if possible.
+                        // No acceleration exists at its end: approach with a shorter step, if
+                        // possible.
                         Err(error) => {
                             self.shrink(step, 0.25, Some(error))?;
                             continue;
                         }
                     };
                     self.step = if shortened { next.max(self.step) } else { next };
-                    // Beside a stop it is the stop that bounds steps.
+                    // Near a stick onset the approach bounds the step, not stability.
                     let near = step >= 0.5 * nearest;
                     if matches!(after, Ending::Smooth) && !near && self.is_stiff(step) {
                         self.wait = (2 * self.wait).min(LONGEST_WAIT);
@@ -163,7 +165,7 @@ impl Simulation<'_> {
             && self.step < LOST
             && self.may_step(error)
         {
-            // Ever shorter steps towards the last acceleration end nowhere.
+            // Ever shorter steps towards the last existing acceleration make no progress.
             return Err(error.clone());
         }
         if self.step >= shortest {
@@ -204,10 +206,10 @@ impl Simulation<'_> {
 
     /// Relative tolerance that rounding allows at the stages of the last step, of length `step`, s.
     ///
-    /// Loops close to [`CLOSURE`]. At the singularity distance `s` this turns the null space of the constraint
-    /// rows, and so the rates, by `CLOSURE / s`; its change over the width `s` of the singular passage amounts
-    /// to `CLOSURE / s^2` of the rates. Steps shorter than the width are not more accurate; longer ones, which
-    /// lead across it, are.
+    /// The loops close to [`CLOSURE`]. At singularity distance `s`, this error rotates the null
+    /// space of the constraint rows, and with it the rates, by `CLOSURE / s`. Over the width `s` of
+    /// the singular passage the rotation changes the rates by a relative `CLOSURE / s^2`. Steps
+    /// shorter than this width cannot be more accurate; longer steps across the passage can.
     pub(super) fn attainable_tolerance(&self, step: f64) -> f64 {
         let nearest = self.workspace.nearest;
         if step * self.fastest_rate > nearest {
@@ -240,7 +242,7 @@ impl Simulation<'_> {
             self.watch_rank(time, inputs)?;
             return Ok(Ending::Smooth);
         };
-        // The step again, to the event.
+        // Repeats the step up to the event.
         let mut arrived = arrived;
         let mut nudge = None;
         for _ in 0..4 {
@@ -271,8 +273,9 @@ impl Simulation<'_> {
         if let Ending::Stops(interface) = ending
             && !self.model.parameters.interfaces[interface].shape.has_one_dof()
         {
-            // The way of a ball or plate has turned by a right angle: no stop, unless it is slow enough. But
-            // what has become much slower may have passed one.
+            // The velocity of the ball or plate has turned by a right angle: no stick onset, unless
+            // it is slow enough. If it is much slower than before, the step may have missed a stick
+            // onset.
             let speed = norm(arrived.interfaces[interface].velocity);
             if speed > SLOW * self.fastest {
                 if speed < PASSED * norm(self.now.interfaces[interface].velocity) {
@@ -444,7 +447,8 @@ impl Simulation<'_> {
         rates: &mut Vec<f64>,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
-        // Off the loops' manifold accelerations have poles near singular positions, on it they have none.
+        // Off the constraint manifold, accelerations have poles near singular positions; on it they
+        // have none.
         let instant = if self.now.distance < NEAR_SINGULAR {
             self.arrive_with(time, y, inputs, false)?
         } else {

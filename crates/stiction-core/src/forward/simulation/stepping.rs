@@ -24,8 +24,8 @@ const MANY: usize = 40;
 pub(super) const DENSE: f64 = 5e-5;
 /// Rates below this part of the frictionless ones are rounding.
 const STILL: f64 = 1e-9;
-/// Velocities that change by more than this part of the fastest in a step that is as short as can be, and
-/// by the same in one half of it, jump.
+/// A velocity jumps if a shortest step changes it by more than this part of the fastest rate, and
+/// one half of the step by nearly as much.
 const JUMP: f64 = 1e-4;
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
 /// Jumps of joint rates below this part of the largest are not listed.
@@ -84,7 +84,8 @@ impl Simulation<'_> {
         self.events.push(Event { time: self.now.time, kind });
     }
 
-    /// Anchors and frozen freedoms where these contacts stick; what stuck before keeps its place.
+    /// Anchors and frozen degrees of freedom of the interfaces that stick before and after the
+    /// step. They keep their poses from before.
     fn places_of(
         &self,
         before: &[InterfaceMode],
@@ -138,7 +139,7 @@ impl Simulation<'_> {
         let (anchors, mut frozen) = self.places_of(modes, &leap.modes);
         let at_rest = from.rates.iter().all(|rate| *rate == 0.0);
         if at_rest && self.change(from, &state) <= STILL * leap.free_rate {
-            // Nothing moves, not even by rounding.
+            // At rest: freeze all degrees of freedom so that rounding does not move them.
             frozen.fill(true);
         }
         self.restore(from, &mut state, &frozen);
@@ -147,7 +148,7 @@ impl Simulation<'_> {
             return Ok(Landed { leap, state, anchors, frozen });
         }
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
-        // What has come to rest is at rest in the new position, too.
+        // Interfaces that stick at the end of the step have zero velocity at the new position, too.
         let all: Vec<usize> =
             (0..leap.modes.len()).filter(|&c| leap.modes[c] == InterfaceMode::Sticks).collect();
         let (_, frozen) = self.holds_of(&all);
@@ -158,8 +159,9 @@ impl Simulation<'_> {
         Ok(Landed { leap, state, anchors, frozen })
     }
 
-    /// What contacts do if those that turn back within a step are thought to stand: for an instant they do, and if
-    /// friction at rest holds them there they stay. None where friction at rest is no more than in sliding.
+    /// Modes at the start of a step in which the interfaces that reverse their slip within it stick
+    /// instead. Each passes through zero velocity, and static friction may hold it there. Returns
+    /// `None` if no reversing interface has static friction above its sliding friction.
     fn stands_while_it_turns(
         &self,
         modes: &[InterfaceMode],
@@ -245,11 +247,12 @@ impl Simulation<'_> {
                 }
             };
             let error = self.apart(&whole.state, &second.state, step);
-            // A velocity that changes as much in one half as in the whole jumps.
+            // A velocity that changes by nearly as much in one half as in the whole step jumps.
             let all = self.change(&from, &whole.state);
             let one =
                 self.change(&from, &first.state).max(self.change(&first.state, &second.state));
-            // Slow is what falls freely for a part of the time that its own length takes.
+            // Reference for jumps: the fastest rate, or that of a free fall for a part of its
+            // natural time.
             let Parameters { gravity, length, .. } = &self.model.parameters;
             let slow = self.fastest_rate.max(JUMP * (gravity.norm() / length).sqrt());
             let moves = all > STILL * whole.leap.free_rate;
@@ -355,7 +358,8 @@ impl Simulation<'_> {
         let before = self.now.account.potential;
         self.now = self.model.instant_of(time, leap, state, inputs);
         self.energies.turnover += (self.now.account.potential - before).abs();
-        // What stuck before is held where it was, what sticks now where it is.
+        // Interfaces that stuck before keep their anchors; new ones are anchored at the present
+        // pose.
         let sticks: Vec<usize> =
             (0..self.modes.len()).filter(|&c| self.modes[c] == InterfaceMode::Sticks).collect();
         let (mut all, _) = self.holds_of(&sticks);
@@ -390,7 +394,8 @@ impl Simulation<'_> {
     }
 }
 
-/// Returns whether the event-driven method found no acceleration, or none that a step can follow.
+/// Returns whether the event-driven method found no acceleration that satisfies all laws, or failed
+/// to follow one.
 pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
     matches!(
         error,
@@ -401,7 +406,7 @@ pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
     )
 }
 
-/// What was held before stays where it was.
+/// Keeps the poses of anchors that existed before.
 fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
     for anchor in anchors {
         let same = |a: &&Anchor| (a.joint, a.dof) == (anchor.joint, anchor.dof);

@@ -26,7 +26,7 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         let time = self.now.time;
         if inputs.steady_until(time) >= end {
-            // Constant inputs leave everything unchanged.
+            // Constant inputs leave all forces unchanged.
             self.now.time = end;
             return Ok(());
         }

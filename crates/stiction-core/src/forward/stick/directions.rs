@@ -1,4 +1,4 @@
-//! Directions of slip onset: those of balls and plates are the directions of their surface acceleration.
+//! Directions of slip onset: a ball or plate slips along its surface acceleration.
 
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -7,16 +7,17 @@ use crate::forward::solve::{Solved, Unsolved};
 use crate::kinematics::Bodies;
 use nalgebra::{Matrix3, Vector3};
 
-/// Acceleration relative to the largest one that counts as round-off.
+/// Surface acceleration, relative to the largest, that counts as round-off.
 const ROUND_OFF: f64 = 1e-10;
-/// Change of a direction at which it is found.
+/// Change of a direction below which the iteration has converged.
 const SETTLED: f64 = 1e-12;
 /// Passes of the iteration of directions.
 const PASSES: usize = 40;
 
 impl Forward {
-    /// Solves with given modes, turning the directions of balls and plates at slip onset into those of their acceleration.
-    /// Also returns an interface that would slide backward.
+    /// Solves with given modes, and iterates the slip onset directions of balls and plates until
+    /// they agree with their surface accelerations. Also returns an interface that would slide
+    /// backward.
     pub(super) fn solve_directions(
         &self,
         data: &Data,
@@ -59,9 +60,10 @@ impl Forward {
         Ok((solved, None))
     }
 
-    /// Direction of slip onset of a ball or plate, for given normal load and other interfaces. With `K`, by which one newton
-    /// of friction lowers the surface acceleration, the acceleration `a` without friction, and friction of size `c`, it is
-    /// `d = (x + c K)^-1 a` with the acceleration `x` that makes its length one.
+    /// Direction of slip onset of a ball or plate, for given normal load and other interfaces. Let
+    /// one newton of friction lower the surface acceleration by `K`, let `a` be the acceleration
+    /// without friction and `c` the magnitude of friction. Then `d = (x + c K)^-1 a`, with the
+    /// acceleration `x` for which `d` has length one.
     fn direction(
         &self,
         data: &Data,
@@ -88,7 +90,7 @@ impl Forward {
             let matrix = lowered * size + Matrix3::identity() * x;
             matrix.lu().solve(&free).unwrap_or_else(Vector3::zeros)
         };
-        // Between zero and the acceleration without friction.
+        // The acceleration lies between zero and that without friction.
         let (mut low, mut high) = (0.0, free.norm());
         for _ in 0..2000 {
             let middle = if low > 0.0 { (low * high).sqrt() } else { 1e-3 * high };
@@ -109,7 +111,7 @@ impl Forward {
         if length > 0.0 { (found / length).into() } else { onset.map(|a| a / norm(onset)) }
     }
 
-    /// The bodies with the accelerations of a solution.
+    /// Copy of the bodies with the accelerations of a solution.
     pub(super) fn accelerated_by(&self, data: &Data, solved: &Solved) -> Bodies<f64> {
         self.accelerated(&data.bodies, &solved.coupled.response.accelerations)
     }

@@ -1,8 +1,9 @@
-//! Initial guess of what sticks: frictions of all interfaces at rest that satisfy the friction laws at once.
+//! Initial guess of the modes: frictions of all interfaces at rest that satisfy the friction laws
+//! at once.
 //!
-//! Interfaces that accelerate in this solution slide, the others stick; [`super::verify`] verifies the guess by exact
-//! solutions. Sliding friction may be less than static friction, so the problem is solved again with the friction of
-//! those that slide.
+//! Interfaces that accelerate in this solution slide, the others stick. [`super::verify`] verifies
+//! the guess by exact solutions. Sliding friction may be less than static friction, so the problem
+//! is solved again with the sliding friction of the interfaces that slide.
 
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, mode_of, norm};
@@ -10,11 +11,11 @@ use crate::forward::complementarity::Members;
 use crate::forward::data::Data;
 use crate::friction_problem::complementarity::{DryFriction, MemberLaw};
 
-/// Acceleration relative to the largest one that counts as round-off.
+/// Surface acceleration, relative to the largest, that counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
-/// Relative distance from the limit at which friction counts as being at its limit.
+/// Relative distance below which friction counts as being at its limit.
 const AT_LIMIT: f64 = 1e-7;
-/// Passes for the friction of sliding.
+/// Number of passes that update the sliding friction.
 const PASSES: usize = 8;
 
 /// Modes, frictions and normal loads that satisfy the laws approximately.
@@ -31,8 +32,8 @@ pub(super) struct Guess {
 }
 
 impl Forward {
-    /// Guesses modes and frictions of the interfaces at rest, with static frictions of at most `bound` times their
-    /// limits; None if no solution is found.
+    /// Guesses modes and frictions of the interfaces at rest, with static frictions of at most
+    /// `bound` times their limits. Returns `None` if no solution is found.
     pub(super) fn guess(
         &self,
         data: &Data,
@@ -72,12 +73,12 @@ impl Forward {
         let surface = |interface: usize| self.surface_acceleration(&accelerated, interface);
         let mut problem = members.problem(&base, 1.0, surface);
         let largest = resting.iter().flat_map(|&c| surface(c)).fold(0.0_f64, |m, a| m.max(a.abs()));
-        // If nothing can move, all rates are round-off.
+        // Without mobility all rates are round-off.
         let can_move = balance.mobility(self.topology.dofs()) > 0;
         let rounding = if can_move { ROUND_OFF * largest } else { f64::INFINITY };
         let mut found = problem.solve(&vec![0.0; members.units.len()])?;
         for _ in 0..PASSES {
-            // An interface that slides keeps sliding: its friction never increases again.
+            // Sliding interfaces keep sliding: their friction is lowered and never increases again.
             let mut lowered = false;
             for member in &mut problem.members {
                 let mode = mode_of(&found.rates[member.places.clone()], rounding);

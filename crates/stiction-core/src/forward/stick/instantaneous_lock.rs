@@ -1,21 +1,22 @@
-//! Interfaces that cannot stick although their joint is at rest: at a dead centre.
+//! Interfaces that cannot stick although their joint is at rest, at a dead centre.
 //!
-//! There the rate of the joint is zero whatever the mechanism does, but an instant later it is not. Sticking then contradicts
-//! the loops: its row depends on theirs, but needs another value than they give. With a self-stress `y` of the rows,
-//! `y^T J = 0`, accelerations with `J a = r` exist only if `y^T r = 0`; otherwise a sticking interface in the self-stress
-//! moves, by `-y^T r / y_k`.
+//! At a dead centre the rate of the joint is zero for any motion of the mechanism, but an instant
+//! later it is not. Sticking then contradicts the loop constraints: its row depends on theirs but
+//! requires another value. For a self-stress `y` of the rows, `y^T J = 0`, accelerations with `J a
+//! = r` exist only if `y^T r = 0`. Otherwise a sticking interface in the self-stress must move, by
+//! `-y^T r / y_k`.
 
 use crate::forward::Forward;
 use crate::forward::data::Data;
 use crate::forward::solve::{Solved, StickingDof};
 
-/// Contradiction relative to the squares of rates that counts as round-off.
+/// Contradiction, relative to the squares of rates, that counts as round-off.
 const ROUND_OFF: f64 = 1e-6;
-/// Relative part in a self-stress below which a DOF does not belong to it.
+/// Relative component of a self-stress below which a DOF does not belong to it.
 const PART: f64 = 1e-6;
 
 impl Forward {
-    /// Finds a sticking interface that must move, with the direction.
+    /// Finds a sticking interface that must move, and its direction.
     pub(in crate::forward) fn instantaneous_lock(
         &self,
         data: &Data,
@@ -30,7 +31,7 @@ impl Forward {
         let square = self.fastest(data).powi(2);
         for stress in stresses {
             let each = rows.iter().zip(&stress.multipliers);
-            // Multipliers over scales belong to values times scales.
+            // Multipliers divided by scales correspond to values multiplied by scales.
             let (mut sum, mut largest) = (0.0, 0.0_f64);
             for (row, amount) in each {
                 sum += amount * row.right;

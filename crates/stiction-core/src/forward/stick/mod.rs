@@ -1,9 +1,11 @@
 //! Decision between stick and slip: modes of the interfaces at rest that satisfy all friction laws.
 //!
-//! Friction of a sticking interface is within its limit; an interface at slip onset accelerates against its friction.
-//! First all interfaces at rest are tried sticking. Then a complementarity problem proposes modes, see [`guess`], and
-//! exact solutions verify them. From there the modes change one at a time: an interface beyond its limit slips, one that
-//! would slide backward sticks. If that cycles, few interfaces are enumerated.
+//! Friction of a sticking interface is within its limit; an interface at slip onset accelerates
+//! against its friction. The search first tries all interfaces at rest sticking. Then a
+//! complementarity problem proposes modes, see [`guess`], and exact solutions verify them. From
+//! there the search changes one mode at a time: an interface beyond its limit slips, one that would
+//! slide backward sticks. If these changes cycle, the search enumerates the modes of up to
+//! [`ENUMERATED`] interfaces.
 //!
 //! Equation (D4) of the book's theory.
 
@@ -23,16 +25,16 @@ use verify::Verdict;
 
 /// Largest number of interfaces whose modes are enumerated.
 const ENUMERATED: u32 = 7;
-/// Changes of the mode of one interface at a time.
+/// Largest number of changes of a single mode.
 const CHANGES: usize = 60;
-/// Smallest friction scale relative to the largest, for the condition of the systems.
+/// Smallest friction scale relative to the largest; bounds the condition number of the systems.
 const SMALLEST_SCALE: f64 = 1e-6;
-/// Relative excess over the limits that is allowed to frictions that share a load and are at their limits: otherwise they
-/// would have to be redistributed at every instant until an interface slides.
+/// Relative excess over the limits allowed to statically indeterminate frictions at their limits.
+/// Otherwise they would have to be redistributed at every instant until an interface slides.
 const ALLOWANCE: f64 = 1e-5;
-/// Parts of the limits within which static frictions are tried.
+/// Parts of the friction limits tried as bounds of static friction.
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
-/// Difference of directions that count as one.
+/// Difference below which two directions are equal.
 const ALIGNED: f64 = 1e-6;
 
 /// Modes that satisfy all laws, with their solution.
@@ -45,7 +47,8 @@ impl Forward {
     /// Chooses modes of the interfaces at rest; all others keep theirs.
     ///
     /// # Errors
-    /// [`ForwardError::NoChoice`] if no modes are found, or the reason why the last ones have no solution.
+    /// [`ForwardError::NoChoice`] if no modes are found, or the reason why the last modes have no
+    /// solution.
     pub(super) fn choose(
         &self,
         data: &mut Data,
@@ -59,7 +62,8 @@ impl Forward {
         if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
             return Ok(Choice { modes: trial, solved: *solved });
         }
-        // The frictions of the rule exceed a limit, or something must slide: solve for all frictions at once.
+        // The distributed frictions exceed a limit, or an interface must slide: solve for all
+        // frictions at once.
         let guess = self.guess(data, modes, resting, 1.0);
         if let Some(guess) = &guess
             && guess.moves
@@ -70,7 +74,7 @@ impl Forward {
         let all = self.solve(data, &all_sticking(modes, resting), None, false);
         let shared = all.is_ok_and(|all| all.balance.redundant() > permanent);
         if shared && guess.as_ref().is_some_and(|guess| !guess.moves) {
-            // All can stick, with a margin to their limits if possible.
+            // All interfaces can stick: keep a margin to their limits if possible.
             for bound in BOUNDS {
                 let Some(guess) = self.guess(data, modes, resting, bound) else { continue };
                 if guess.moves {
@@ -99,8 +103,8 @@ impl Forward {
         Err(failure.unwrap_or(ForwardError::NoChoice { time: data.time, joint }))
     }
 
-    /// Sets the friction scales from the normal loads without friction of the interfaces at rest. Returns the number of
-    /// constraints that are redundant even so.
+    /// Sets the friction scales from the frictionless normal loads of the interfaces at rest.
+    /// Returns the number of constraints that are redundant while none of these interfaces sticks.
     fn set_friction_scales(
         &self,
         data: &mut Data,
@@ -128,7 +132,7 @@ impl Forward {
         redundant
     }
 
-    /// Adopts a guess if its exact solution satisfies all laws, or does so after few changes.
+    /// Adopts a guess if its exact solution satisfies all laws, at once or after few changes.
     fn adopt(&self, data: &mut Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         data.reference_frictions.clone_from(&guess.frictions);
         data.limit_factor = if guess.tight { 1.0 + ALLOWANCE } else { 1.0 };
@@ -141,7 +145,7 @@ impl Forward {
         found
     }
 
-    /// Confirms a guess with the directions that it has: all laws are checked, no direction is turned.
+    /// Confirms a guess without changing its directions, by a check of all laws.
     fn confirm(&self, data: &Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         let mut modes = guess.modes.clone();
         for &interface in resting {
@@ -168,7 +172,7 @@ impl Forward {
             .then_some(Choice { modes, solved })
     }
 
-    /// Changes the mode of one interface after the other until all laws are satisfied.
+    /// Changes the mode of one interface at a time until all laws are satisfied.
     fn improve(
         &self,
         data: &Data,
@@ -195,7 +199,8 @@ impl Forward {
         Err(NoModes { interface: blocking, unsolved: None })
     }
 
-    /// Enumerates sticking, sliding forward and sliding backward, those with most sticking first.
+    /// Enumerates sticking, forward and backward sliding, in the order of decreasing number of
+    /// sticking interfaces.
     fn enumerate(&self, data: &Data, modes: &[InterfaceMode], resting: &[usize]) -> Option<Choice> {
         let count = resting.len() as u32;
         if count == 0 || count > ENUMERATED {
@@ -233,7 +238,7 @@ impl Forward {
     }
 }
 
-/// The modes with all interfaces at rest sticking.
+/// Modes with all interfaces at rest sticking.
 fn all_sticking(modes: &[InterfaceMode], resting: &[usize]) -> Vec<InterfaceMode> {
     let mut trial = modes.to_vec();
     for &interface in resting {
@@ -242,13 +247,14 @@ fn all_sticking(modes: &[InterfaceMode], resting: &[usize]) -> Vec<InterfaceMode
     trial
 }
 
-/// End of a search without modes.
+/// Failure of a search for modes.
 struct NoModes {
     interface: Option<usize>,
     unsolved: Option<Unsolved>,
 }
 
-/// Numbers that identify the modes of the interfaces at rest, directions to a few digits.
+/// Numbers that identify the modes of the interfaces at rest; directions are rounded to a few
+/// digits.
 fn pattern(modes: &[InterfaceMode], resting: &[usize]) -> Vec<i64> {
     let of = |interface: &usize| match modes[*interface] {
         InterfaceMode::Smooth | InterfaceMode::Sticks => 0,

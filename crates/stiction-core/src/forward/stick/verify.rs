@@ -12,13 +12,13 @@ const EXCESS: f64 = 1e-10;
 pub(super) enum Verdict {
     /// The modes satisfy all laws.
     Stands(Box<Solved>),
-    /// This interface has another mode.
+    /// This interface must change to this mode.
     Change(usize, InterfaceMode),
 }
 
 impl Forward {
-    /// Solves with given modes of the interfaces at rest and checks the laws. The mode of interfaces at their limit that
-    /// begin to slide becomes sliding.
+    /// Solves with given modes of the interfaces at rest and checks the laws. Interfaces at their
+    /// limit that begin to slide change to sliding.
     pub(super) fn verify(
         &self,
         data: &Data,
@@ -34,7 +34,8 @@ impl Forward {
         let slips = |c: &usize| matches!(trial[*c], InterfaceMode::AtLimit(_)) && begins(*c);
         let slides: Vec<usize> = resting.iter().copied().filter(slips).collect();
         if !slides.is_empty() {
-            // They slide with sliding friction; where that is less they accelerate even more.
+            // These interfaces slide with sliding friction; if that is lower they accelerate even
+            // more.
             let kept = trial.to_vec();
             for &interface in &slides {
                 if let InterfaceMode::AtLimit(direction) = trial[interface] {
@@ -55,16 +56,16 @@ impl Forward {
         Ok(match worst {
             None => Verdict::Stands(Box::new(solved)),
             Some((interface, friction)) => {
-                // Friction is given in the direction of the sliding that it resists.
+                // Friction is signed along the slip that it opposes.
                 let size = norm(friction);
                 Verdict::Change(interface, InterfaceMode::AtLimit(friction.map(|f| f / size)))
             }
         })
     }
 
-    /// Lets interfaces at their limit slide if sliding friction is less than static friction. Slip onset under a steadily
-    /// changing load has no acceleration with the friction at the limit, but has one with the friction of sliding.
-    /// None if other constraints prevent the sliding.
+    /// Lets interfaces at their limit slide if sliding friction is less than static friction. Slip
+    /// onset under a steadily changing load has no acceleration with friction at the static limit,
+    /// but has one with sliding friction. Returns `None` if other constraints prevent the slip.
     fn weaken(
         &self,
         data: &Data,
@@ -102,8 +103,9 @@ impl Forward {
         None
     }
 
-    /// Finds the sticking interface that exceeds its limit most, with its friction; or one that cannot stick at all, with
-    /// the direction in which it moves: at a dead centre a slider is at rest, but the motion of the mechanism moves it on.
+    /// Finds the sticking interface that exceeds its limit most, with its friction. Alternatively
+    /// returns an interface that cannot stick, with its direction of motion: at a dead centre a
+    /// slider is at rest only for an instant.
     pub(super) fn beyond_limit(
         &self,
         data: &Data,
@@ -111,7 +113,8 @@ impl Forward {
         solved: &Solved,
         resting: &[usize],
     ) -> Option<(usize, [f64; 3])> {
-        // The row of a sticking interface may depend on other constraints; then it may not be satisfied.
+        // The row of a sticking interface may depend on other constraints and may then be
+        // unsatisfied.
         if solved.balance.is_redundant() {
             if let Some((interface, direction)) = self.instantaneous_lock(data, solved)
                 && resting.contains(&interface)
@@ -137,7 +140,7 @@ impl Forward {
             let now = &interfaces[interface];
             let (friction, limit) = (norm(now.friction), now.limit * data.limit_factor);
             let excess = friction - limit * (1.0 + EXCESS);
-            // Round-off of forces exceeds no limit.
+            // Round-off of the forces must not count as excess.
             let size = solved.coupled.response.wrenches.iter().map(|w| w.force.norm());
             let rounding = 1e-13 * size.fold(0.0, f64::max);
             if excess > rounding {

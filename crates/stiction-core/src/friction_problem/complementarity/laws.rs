@@ -2,14 +2,14 @@
 
 use crate::friction::OwnFriction;
 
-/// The law that an interface obeys.
+/// Friction law of an interface.
 #[derive(Clone, Debug)]
 pub(crate) enum MemberLaw {
-    /// Coulomb's law: it sticks or slides.
+    /// Coulomb's law: stick or slip.
     Dry(DryFriction),
-    /// It slides for certain: its unknown is the normal load, in units of which its friction is given.
+    /// Certain slip: the unknown is the normal load; the influence of friction is per unit of it.
     Sliding(OwnFriction<f64>),
-    /// A smooth function of the rate.
+    /// Smooth function of the rate.
     Smooth(Box<dyn SmoothFriction>),
 }
 

@@ -1,4 +1,4 @@
-//! The friction law of one member with the frictions of all others fixed.
+//! Friction law of one member for fixed frictions of all others.
 
 use super::laws::SmoothFriction;
 use crate::friction_problem::surface_vector::norm;
@@ -19,7 +19,7 @@ impl LocalResponse {
             (true, true) => -compliance[(places.start + i) * n + places.start + j],
             _ => 0.0,
         };
-        // Symmetric but for round-off.
+        // The block is symmetric up to round-off.
         let block = Matrix3::from_fn(|i, j| 0.5 * (entry(i, j) + entry(j, i)));
         let eigen = block.symmetric_eigen();
         let least = 1e-13 * eigen.eigenvalues.amax();
@@ -27,8 +27,8 @@ impl LocalResponse {
         Self { vectors: eigen.eigenvectors, values }
     }
 
-    /// Friction of this member by Coulomb's law: at most `most`, where the rate without it is `free`; near `before` where
-    /// it is not unique.
+    /// Friction of this member by Coulomb's law: at most `most`, for the rate `free` without it. If
+    /// it is not unique, it is close to `before`.
     pub(super) fn dry_friction(
         &self,
         free: [f64; 3],
@@ -39,7 +39,7 @@ impl LocalResponse {
         if most <= 0.0 {
             return [0.0; 3];
         }
-        // Viscous friction lowers the rates, and their change with the dry friction.
+        // Viscous friction reduces the rates, and their change with the dry friction.
         let damped = self.values.map(|w| 1.0 / (1.0 + viscous * w));
         let values = self.values.component_mul(&damped);
         let free = (self.vectors.transpose() * Vector3::from(free)).component_mul(&damped);
@@ -53,7 +53,7 @@ impl LocalResponse {
         if can_stick && bounded(sticking) {
             return (self.vectors * sticking).into();
         }
-        // Sliding at the speed `x` in the direction `d`: `(x + most W) d = free`.
+        // Sliding at speed `x` in direction `d`: `(x + most W) d = free`.
         let direction = |x: f64| {
             Vector3::from_fn(|k, _| {
                 let divisor = x + most * values[k];
@@ -76,7 +76,7 @@ impl LocalResponse {
     }
 }
 
-/// Friction of a smooth law where the velocity is `free - friction / factor`.
+/// Friction of a smooth law at the velocity `free - friction / factor`.
 pub(super) fn smooth_friction(
     law: &dyn SmoothFriction,
     load: f64,
@@ -88,7 +88,7 @@ pub(super) fn smooth_friction(
     if factor <= 0.0 {
         return law.friction(load, start);
     }
-    // Friction grows with the velocity, so a step short enough always lowers the error.
+    // Friction increases with the velocity, so a sufficiently short step always reduces the error.
     let mut velocity = start;
     let mut damping = 1.0;
     let mut before = f64::INFINITY;
@@ -102,7 +102,7 @@ pub(super) fn smooth_friction(
         if size <= 1e-12 * norm(free) {
             break;
         }
-        // The slope along the error.
+        // Slope along the error.
         let step = 1e-6 * size;
         let ahead = law.friction(load, [0, 1, 2].map(|k| velocity[k] + step * error[k] / size));
         let slope: f64 =

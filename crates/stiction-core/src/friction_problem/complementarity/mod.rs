@@ -7,13 +7,15 @@
 //! f = projection of (f + rho b) onto |f| <= mu N(f)
 //! ```
 //!
-//! which is all of Coulomb's law: friction is within its limit where the interface sticks, and at its limit against the
-//! sliding where it slides. Balls and plates have three components, other interfaces one.
+//! This equation is Coulomb's law: friction is within its limit if the interface sticks, and at its
+//! limit against the slip if it slides. Balls and plates have three components, other interfaces
+//! one.
 //!
-//! The projected Gauss-Seidel method visits one interface after the other; it descends from any start, but slowly. Newton's
-//! method on the nonsmooth equations (Alart and Curnier 1991) converges fast near a solution. Its steps are the shortest
-//! ones where self-stresses leave frictions open, so it finds a solution near the start. Where both fail, the solution is
-//! followed from no friction.
+//! The projected Gauss-Seidel method solves one interface after the other; it converges from any
+//! start, but slowly. Newton's method on the nonsmooth equations (Alart and Curnier 1991) converges
+//! fast near a solution. If self-stresses leave frictions indeterminate, its steps have minimum
+//! norm, so that it finds a solution near the start. If both fail, continuation follows the
+//! solution from zero friction.
 //!
 //! Equation (D5) of the book's theory.
 
@@ -29,19 +31,19 @@ pub(crate) use problem::{Complementarity, Member};
 
 use super::continuation::{self, Branch, StepPolicy};
 
-/// Residual of the laws relative to the largest force at which a solution is found.
+/// Residual of the laws relative to the largest force at which the iteration has converged.
 const SETTLED: f64 = 1e-12;
-/// Sweeps before Newton's method is tried again; twice as many after each failure.
+/// Number of Gauss-Seidel sweeps before Newton's method is tried again; doubles after each failure.
 const SWEEPS: usize = 40;
 const ROUNDS: usize = 6;
-/// Factors of the rates in Newton's method, tried in this order, relative to the effective mass of each member's lightest
-/// direction: a rod between balls spins far more easily than it swings.
+/// Factors of the rates in Newton's method, tried in this order, relative to the effective mass of
+/// each member's lightest direction: a rod between balls spins far more easily than it swings.
 const STIFFNESSES: [f64; 3] = [1.0, 30.0, 1000.0];
-/// Steps of the continuation from no friction.
+/// Step sizes of the continuation from zero friction.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-4 };
 
-/// A solution.
+/// Solution of the complementarity problem.
 #[derive(Clone, Debug)]
 pub(crate) struct Solution {
     /// Frictions at the surfaces, and normal loads of sliding members, N.
@@ -52,12 +54,12 @@ pub(crate) struct Solution {
     pub(crate) loads: Vec<f64>,
     /// Largest residual of the laws relative to the largest force.
     pub(crate) residual: f64,
-    /// True if each member sticks.
+    /// Flag for each member, true if it sticks.
     pub(crate) sticks: Vec<bool>,
 }
 
 impl Complementarity<'_> {
-    /// Solves from a start; None if no solution is found.
+    /// Solves from a start. Returns `None` if no solution is found.
     pub(crate) fn solve(&mut self, start: &[f64]) -> Option<Solution> {
         if self.count() == 0 {
             return Some(self.complete(Vec::new()));
@@ -81,7 +83,7 @@ impl Complementarity<'_> {
         Some(self.complete(x))
     }
 
-    /// The interface whose law has the largest residual where the projected Gauss-Seidel method ends.
+    /// Interface with the largest residual of its law after the projected Gauss-Seidel method.
     pub(crate) fn worst(&self, start: &[f64]) -> Option<usize> {
         let mut x = start.to_vec();
         self.project(&mut x, 1.0, 4 * SWEEPS);
@@ -96,7 +98,7 @@ impl Complementarity<'_> {
         worst.map(|member| member.interface)
     }
 
-    /// Newton's method from a start, with one stiffness after the other.
+    /// Runs Newton's method from a start, with each stiffness in turn.
     fn newton_from(&mut self, start: &[f64]) -> Option<Vec<f64>> {
         let mut found = None;
         for stiffness in STIFFNESSES {
@@ -111,7 +113,7 @@ impl Complementarity<'_> {
         found
     }
 
-    /// Follows the solution from no friction; None where it is lost.
+    /// Follows the solution from zero friction. Returns `None` if it is lost.
     fn follow_friction(&self) -> Option<Vec<f64>> {
         let x = vec![0.0; self.count()];
         let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
@@ -129,7 +131,7 @@ impl Complementarity<'_> {
     }
 }
 
-/// The frictions while the coefficients grow.
+/// Frictions as functions of the part of the coefficients.
 struct FrictionBranch<'a> {
     problem: &'a Complementarity<'a>,
     x: Vec<f64>,

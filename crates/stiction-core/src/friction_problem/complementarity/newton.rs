@@ -4,16 +4,18 @@ use super::SETTLED;
 use super::problem::Complementarity;
 use crate::linalg::RowSpace;
 
-/// Residual that counts as round-off where it does not decrease any more.
+/// Residual that counts as round-off if it does not decrease further.
 const STAGNATED: f64 = 1e-9;
-/// Newton steps, and halvings of a step until the residual decreases.
+/// Largest number of Newton steps, and of halvings of a step until the residual decreases.
 const STEPS: usize = 40;
 const HALVINGS: usize = 10;
-/// Relative size of a row's independent part below which the row of Newton's matrix depends on the others.
+/// Relative size of the independent part of a row of the Newton matrix below which the row depends
+/// on the others.
 const DEPENDENT: f64 = 1e-11;
 
 impl Complementarity<'_> {
-    /// Newton's method with a part of the coefficients from `x`; returns whether it ends at a solution.
+    /// Runs Newton's method with a part of the coefficients from `x`. Returns whether it converges
+    /// to a solution.
     pub(super) fn newton(&self, x: &mut Vec<f64>, part: f64) -> bool {
         let n = self.count();
         let (mut matrix, mut space) = (Vec::new(), RowSpace::default());

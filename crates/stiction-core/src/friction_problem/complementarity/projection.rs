@@ -1,4 +1,4 @@
-//! The projected Gauss-Seidel method: one interface after the other.
+//! Projected Gauss-Seidel method: solves one interface after the other.
 
 use super::SETTLED;
 use super::laws::{DryFriction, MemberLaw, SmoothFriction};
@@ -9,16 +9,16 @@ use crate::spatial::Wrench;
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// State of the problem as one member sees it.
+/// Quantities of the problem that one member depends on.
 struct View<'a> {
-    /// Its unknowns.
+    /// Unknowns of the member.
     places: Range<usize>,
     x: &'a [f64],
     rates: &'a [f64],
     load: f64,
     /// Part of the coefficients of friction.
     part: f64,
-    /// Factor that turns its rates into numbers of the size of forces.
+    /// Factor that converts its rates to the magnitude of forces.
     factor: f64,
 }
 
@@ -64,7 +64,8 @@ impl Complementarity<'_> {
         }
     }
 
-    /// Friction of a ball or plate, all components at once: effective masses may differ by orders of magnitude.
+    /// Friction of a ball or plate with all components coupled: effective masses may differ by
+    /// orders of magnitude.
     fn coupled_friction(
         &self,
         local: &LocalResponse,
@@ -95,7 +96,7 @@ impl Complementarity<'_> {
     }
 }
 
-/// Dry friction projected onto the limit of the normal load.
+/// Dry friction projected onto the friction limit of the normal load.
 fn projected_friction(law: DryFriction, view: &View<'_>) -> [f64; 3] {
     let View { places, x, rates, load, part, factor } = view;
     let viscous = law.viscous;
@@ -112,7 +113,7 @@ fn projected_friction(law: DryFriction, view: &View<'_>) -> [f64; 3] {
     }
     if viscous > 0.0 && *factor > 0.0 {
         for (k, i) in places.clone().enumerate() {
-            // Rate without its own friction.
+            // Rate without the member's own friction.
             let free = rates[i] + x[i] / factor;
             let rate = (free - next[k] / factor) / (1.0 + viscous / factor);
             next[k] += viscous * rate;

@@ -1,32 +1,32 @@
-//! Residual of the friction laws of all members, and its change with the unknowns.
+//! Residual of the friction laws of all members, and its derivatives with respect to the unknowns.
 
 use super::laws::{DryFriction, MemberLaw, SmoothFriction};
 use super::problem::Complementarity;
 use crate::friction::Load;
 use crate::friction_problem::surface_vector::norm;
 
-/// Rates relative to the largest one without friction that count as round-off.
+/// Rate, relative to the largest one without friction, that counts as round-off.
 const ROUND_OFF: f64 = 1e-14;
 
 /// Residual of the friction laws.
 pub(super) struct Residual {
     /// Residual of each unknown, N.
     pub(super) values: Vec<f64>,
-    /// The largest force, N.
+    /// Largest force, N.
     scale: f64,
     /// Rates of sticking members relative to the largest, times the slack; infinite for all others.
     rates: Vec<f64>,
-    /// True if each member sticks.
+    /// Flag for each member, true if it sticks.
     pub(super) sticks: Vec<bool>,
 }
 
 impl Residual {
-    /// Sum of the squares.
+    /// Sum of squares.
     pub(super) fn square(&self) -> f64 {
         self.values.iter().map(|x| x * x).sum()
     }
 
-    /// The largest residual relative to the largest force.
+    /// Largest residual relative to the largest force.
     pub(super) fn relative(&self) -> f64 {
         let each = self.values.iter().zip(&self.rates);
         let worst = each.fold(0.0_f64, |m, (x, rate)| m.max(x.abs().min(rate * self.scale)));
@@ -47,12 +47,13 @@ struct Point<'a> {
     /// Part of the coefficients of friction.
     part: f64,
     rates: Vec<f64>,
-    /// Largest rate without any friction of the members.
+    /// Largest rate without friction of the members.
     largest: f64,
 }
 
 impl Complementarity<'_> {
-    /// Residual with a part of the coefficients of friction; `matrix` becomes its change with the unknowns, row by row.
+    /// Computes the residual with a part of the coefficients of friction; `matrix` becomes its
+    /// derivatives with respect to the unknowns, row by row.
     pub(super) fn residual(
         &self,
         x: &[f64],
@@ -96,7 +97,7 @@ impl Complementarity<'_> {
         self.load(index, point.x, self.wrench(index, point.x))
     }
 
-    /// Change of a member's normal load with an unknown.
+    /// Derivative of a member's normal load with respect to an unknown.
     fn load_slope(&self, index: usize, load: &Load<f64>, unknown: usize) -> f64 {
         load.gradient.power(self.influence[index * self.count() + unknown])
     }
