@@ -17,7 +17,7 @@ impl<W: io::Write> Tables<W> {
     pub const FILES: [&'static str; 6] =
         ["forward.csv", "reactions.csv", "friction.csv", "bodies.csv", "energy.csv", "motion.csv"];
 
-    /// Begins the tables.
+    /// Starts the tables with their headers.
     ///
     /// # Errors
     /// A header cannot be written.

@@ -37,7 +37,7 @@ impl<W: io::Write> Tables<W> {
         FILES.into_iter().chain(job.has_shares().then_some(CONTRIBUTIONS)).collect()
     }
 
-    /// Begins the tables.
+    /// Starts the tables with their headers.
     ///
     /// # Errors
     /// A header cannot be written.
