@@ -1,4 +1,4 @@
-//! Plots, pictures of mechanisms, and the frame of pages: text in SVG and HTML, no files.
+//! Plots, pictures of mechanisms, and the frame of HTML pages, as SVG and HTML text without files.
 
 pub mod drawing;
 pub mod figure;

@@ -1,4 +1,4 @@
-//! Numbers as text, for people and for programs.
+//! Formatting of numbers for readers and for programs.
 
 pub use stiction_core::words::significant;
 
@@ -7,17 +7,17 @@ const LONGEST: f64 = 1e15;
 /// Largest number of significant decimal digits of a double.
 const MOST_DIGITS: usize = 17;
 
-/// Four significant digits.
+/// Formats a number with four significant digits.
 pub fn number(x: f64) -> String {
     significant(x, 4)
 }
 
-/// Order of magnitude of a number that should be zero.
+/// Formats the order of magnitude of a number that should be zero.
 pub fn order(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
 }
 
-/// Ratio in percent; a dash without a ratio.
+/// Formats a ratio in percent; a dash for `None`.
 pub fn percent(ratio: Option<f64>) -> String {
     ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
         percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
@@ -25,7 +25,7 @@ pub fn percent(ratio: Option<f64>) -> String {
     })
 }
 
-/// Number with a fixed count of decimals; zero has no sign.
+/// Formats a number with a fixed count of decimals; zero has no sign.
 pub fn fixed(x: f64, decimals: usize) -> String {
     let decimals = decimals.min(MOST_DIGITS);
     if x.abs() >= LONGEST {
@@ -69,7 +69,7 @@ mod tests {
         assert_eq!(fixed(-1e300, 3), "-1.000e300");
     }
 
-    /// As the standard library writes them.
+    /// Agrees with the standard library.
     #[test]
     fn all_digits() {
         let mut random = stiction_core::random::Random::new(4);

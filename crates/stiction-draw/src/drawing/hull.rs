@@ -1,4 +1,4 @@
-//! Outlines of bodies with many joints.
+//! Convex hulls, the outlines of bodies with many joints.
 
 use super::svg::Point;
 
@@ -7,7 +7,7 @@ const NEAR: f64 = 0.5;
 /// Twice the area below which three corners count as collinear, px^2.
 const FLAT: f64 = 1.0;
 
-/// The corners of the convex hull: one where all points coincide, two where they lie on a line.
+/// Corners of the convex hull: one if all points coincide, two if they lie on a line.
 pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     points.dedup_by(|a, b| (a[0] - b[0]).hypot(a[1] - b[1]) < NEAR);
@@ -35,7 +35,7 @@ pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
     outline
 }
 
-/// True if a point is within a hull, whose corners are ordered as by [`hull`].
+/// True if a point lies within a hull whose corners have the order of [`hull`].
 pub(super) fn is_within(outline: &[Point], point: Point) -> bool {
     let side = |k: usize| {
         let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);

@@ -1,13 +1,13 @@
-//! Labels, placed one by one where they cover the least.
+//! Placement of labels, one by one, at positions where they cover the least.
 
 use super::svg::{Anchor, Point, line, px, text, width_of};
 
-/// Size of letters, px.
+/// Font size, px.
 pub(super) const LETTERS: f64 = 14.0;
-/// Names are cut beyond so many letters; the whole name is in the symbol's title.
+/// Largest number of characters of a label; the symbol's title has the whole name.
 const LONGEST: usize = 26;
 
-/// A box in the picture, px.
+/// Axis-aligned box in the picture, px.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Area {
     pub(super) least: Point,
@@ -46,12 +46,12 @@ impl Area {
     }
 }
 
-/// A label to be placed.
+/// Label to be placed.
 #[derive(Clone, Debug)]
 pub(super) struct Label {
-    /// Point that it labels.
+    /// Labelled point, px.
     pub(super) at: Point,
-    /// Required fraction of the usual distance.
+    /// Radius around the point that the label keeps clear, px.
     pub(super) radius: f64,
     pub(super) class: String,
     pub(super) content: String,
@@ -79,7 +79,7 @@ impl Obstacles {
     }
 }
 
-/// Places labels in their order; returns them drawn, and the area they take.
+/// Places labels in order; returns their drawing and the area that they take.
 pub(super) fn place(labels: &[Label], obstacles: &mut Obstacles, middle: Point) -> (String, Area) {
     let (mut drawn, mut area) = (String::new(), Area::empty());
     for label in labels {
@@ -93,7 +93,7 @@ pub(super) fn place(labels: &[Label], obstacles: &mut Obstacles, middle: Point) 
         let own = Area::around(centre, half);
         let gap = [centre[0] - label.at[0], centre[1] - label.at[1]];
         let reach = gap[0].hypot(gap[1]);
-        // A label that had to go far away is tied to its place.
+        // A leader line connects a distant label to its point.
         let edge =
             (half[0] / gap[0].abs().max(1e-9)).min(half[1] / gap[1].abs().max(1e-9)).min(1.0);
         if reach * (1.0 - edge) > label.radius + 19.0 {
@@ -102,10 +102,10 @@ pub(super) fn place(labels: &[Label], obstacles: &mut Obstacles, middle: Point) 
             let begin = [label.at[0] + gap[0] * t, label.at[1] + gap[1] * t];
             drawn += &line("leader", begin, end);
         }
-        // The base of the letters lies a third of their size under their middle.
+        // The baseline lies about a third of the font size below the centre.
         let base = [centre[0], centre[1] + 0.34 * LETTERS];
         drawn += &text(&label.class, base, Anchor::Middle, &content);
-        // Two labels side by side would be read as one.
+        // The margin keeps two neighbouring labels from being read as one.
         obstacles.areas.push(Area::around(centre, [half[0] + 5.0, half[1]]));
         area.include(&own);
     }
@@ -119,14 +119,14 @@ fn shortened(content: &str) -> String {
     content.chars().take(LONGEST - 1).chain(['…']).collect()
 }
 
-/// Middles of a label all around its place, near and farther away.
+/// Candidate centres of a label: rings around its point, near and farther away.
 fn candidates(label: &Label, half: Point) -> impl Iterator<Item = Point> + use<> {
     let (at, radius, inside) = (label.at, label.radius, label.inside);
     let around = (0..3).flat_map(move |ring| {
         (0..16).map(move |k| {
             let (s, c) = (f64::from(k) * core::f64::consts::TAU / 16.0).sin_cos();
             let reach = radius + 3.0 + 15.0 * f64::from(ring);
-            // Such that the box of the label, not its middle, has that distance.
+            // The reach applies to the box of the label, not to its centre.
             let x = c * reach + half[0] * (1.6 * c).clamp(-1.0, 1.0);
             let y = s * reach + half[1] * (1.6 * s).clamp(-1.0, 1.0);
             [at[0] + x, at[1] + y]
@@ -141,7 +141,7 @@ fn cost(label: &Label, centre: Point, half: Point, obstacles: &Obstacles, middle
     let crossed = obstacles.points.iter().filter(|point| own.holds(**point, 4.0)).count() as f64;
     let gap = [centre[0] - label.at[0], centre[1] - label.at[1]];
     let far = gap[0].hypot(gap[1]);
-    // Outwards rather than inwards.
+    // Positions away from the centre of the picture are preferred.
     let out = [label.at[0] - middle[0], label.at[1] - middle[1]];
     let outward = (gap[0] * out[0] + gap[1] * out[1]) / (far * out[0].hypot(out[1])).max(1e-9);
     4.0 * covered + 12.0 * crossed + 1.2 * far - 6.0 * outward
@@ -156,7 +156,7 @@ pub(super) fn area_of(points: impl Iterator<Item = Point>, margin: f64) -> Area 
     area
 }
 
-/// The four numbers of a view box.
+/// Value of a `viewBox` attribute.
 pub(super) fn view_box(area: &Area) -> String {
     let [x, y] = area.least;
     format!("{} {} {} {}", px(x), px(y), px(area.greatest[0] - x), px(area.greatest[1] - y))

@@ -1,25 +1,25 @@
-//! Layout of a mechanism: places of its joints in space, and bodies grouped into legs.
+//! Layout of a mechanism: positions of its joints in space, and bodies grouped into legs.
 
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::Vec3;
 
-/// Number of joints from which on a body counts as a hub, where legs end.
+/// Least number of joints of a hub, a body where legs end.
 const HUB: usize = 3;
 
 /// Layout of a mechanism. Points are in world axes, from the kernel's origin, m.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    /// For each joint the place of its symbol.
+    /// Position of the symbol of each joint.
     pub(super) places: Vec<Vec3<f64>>,
-    /// For each body its joints.
+    /// Joints of each body.
     pub(super) joints: Vec<Vec<usize>>,
-    /// For each body true if it is a hub; the ground always is one.
+    /// True for each body that is a hub; the ground always is one.
     pub(super) hubs: Vec<bool>,
-    /// For each body its branch; `None` for hubs.
+    /// Branch of each body; `None` for hubs.
     pub(super) branch: Vec<Option<usize>>,
-    /// For each branch its name.
+    /// Name of each branch.
     pub(super) branches: Vec<String>,
 }
 
@@ -33,19 +33,19 @@ impl Layout {
         Self { places, joints, hubs, branch, branches }
     }
 
-    /// The branch of a joint: that of either of its bodies.
+    /// Branch of a joint: that of either of its bodies.
     pub(super) fn branch_of_joint(&self, mechanism: &Mechanism, joint: usize) -> Option<usize> {
         let (p, s) = ends(mechanism, joint);
         self.branch[s].or(self.branch[p])
     }
 
-    /// Mean of the places of a body's joints; `None` without joints.
+    /// Mean position of a body's joints; `None` without joints.
     pub(super) fn middle(&self, body: usize) -> Option<Vec3<f64>> {
         mean(self.joints[body].iter().map(|&joint| self.places[joint]))
     }
 }
 
-/// The part of a name before its first dot: the leg it belongs to.
+/// Part of a name before its first dot: the leg.
 pub(super) fn leg_of(name: &str) -> Option<&str> {
     name.split_once('.').map(|(leg, _)| leg)
 }
@@ -58,7 +58,7 @@ pub(super) fn ends(mechanism: &Mechanism, joint: usize) -> (usize, usize) {
 fn joints_of_bodies(mechanism: &Mechanism) -> Vec<Vec<usize>> {
     let mut joints = vec![Vec::new(); mechanism.bodies().len()];
     for (index, joint) in mechanism.joints().iter().enumerate() {
-        // A free joint connects nothing.
+        // A free joint imposes no constraint.
         if joint.joint_type != JointType::Free {
             joints[joint.predecessor.0].push(index);
             joints[joint.successor.0].push(index);
@@ -67,8 +67,8 @@ fn joints_of_bodies(mechanism: &Mechanism) -> Vec<Vec<usize>> {
     joints
 }
 
-/// The ground, and bodies with three joints or more that are not part of a named leg themselves, as
-/// the upper arms of a Delta robot are.
+/// Hubs: the ground, and bodies with three joints or more that do not belong to a named leg, as the
+/// upper arms of a Delta robot do.
 fn hubs(mechanism: &Mechanism, joints: &[Vec<usize>]) -> Vec<bool> {
     let is_hub = |(body, own): (usize, &Vec<usize>)| {
         body == BodyId::GROUND.0
@@ -77,8 +77,8 @@ fn hubs(mechanism: &Mechanism, joints: &[Vec<usize>]) -> Vec<bool> {
     joints.iter().enumerate().map(is_hub).collect()
 }
 
-/// Legs: bodies connected without the hubs, and those whose names say that they belong together. A
-/// mechanism without legs, a plain loop, has every body for itself.
+/// Legs: bodies connected without passing a hub, and bodies with the same leg in their names. In a
+/// mechanism without legs, such as a plain loop, each body is a branch of its own.
 fn branches(
     mechanism: &Mechanism,
     joints: &[Vec<usize>],
@@ -104,7 +104,7 @@ fn branches(
             unite(&mut group, a, b);
         }
     }
-    // A chain that leads from one hub to nowhere, a serial arm, is no leg.
+    // A chain connected to one hub only, a serial arm, is not a leg.
     let held = |member: usize| {
         let is_member = |body: usize| !hubs[body] && group[body] == member;
         let at_hub = (0..mechanism.joints().len()).filter(|&joint| {
@@ -143,8 +143,8 @@ fn branches(
     (branch, names)
 }
 
-/// A joint's origin is where the symbol belongs, unless the joint slides: along an axis its frames
-/// may stand anywhere, so that it is drawn where its bodies are.
+/// Positions of the symbols: the origin of the joint, unless the joint slides. The frames of a
+/// sliding joint may lie anywhere along its axis, so its symbol is drawn near its bodies.
 fn places(solver: &InverseDynamics, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<Vec3<f64>> {
     let mechanism = solver.mechanism();
     let frames = solver.bodies();
@@ -156,7 +156,8 @@ fn places(solver: &InverseDynamics, joints: &[Vec<usize>], hubs: &[bool]) -> Vec
         };
         frame.position
     };
-    // Where else the body is held; without other joints its centre of mass, or this joint's frame.
+    // Mean position of the body's other joints; without any, its centre of mass or this joint's
+    // frame.
     let anchor = |joint: usize, body: usize| {
         let others = joints[body].iter().filter(|&&other| other != joint);
         mean(others.map(|&other| on_body(other, body))).unwrap_or_else(|| {
@@ -194,8 +195,8 @@ fn places(solver: &InverseDynamics, joints: &[Vec<usize>], hubs: &[bool]) -> Vec
     (0..mechanism.joints().len()).map(place).collect()
 }
 
-/// Where along the axis, with zero at the joint's origin, the guide of two bodies is drawn: at the
-/// origin if it lies well between them.
+/// Position of the guide of two bodies along the axis, m from the joint's origin: zero if the
+/// origin lies well between them.
 fn between(from: f64, to: f64) -> f64 {
     let margin = 0.2 * (to - from).abs();
     if from.min(to) + margin < 0.0 && 0.0 < from.max(to) - margin { 0.0 } else { 0.5 * (from + to) }

@@ -5,23 +5,23 @@ use super::svg::{Anchor, Point, line, px, text, width_of};
 use super::view::View;
 use stiction_core::spatial::Vec3;
 
-/// Size of letters, px.
+/// Font size, px.
 const LETTERS: f64 = 13.0;
 /// Height of a row, px.
 const ROW: f64 = 34.0;
-/// Length of the axes of the world, px.
+/// Length of the world axes, px.
 const AXIS: f64 = 26.0;
 
-/// A symbol and its meaning.
+/// Symbol with its meaning.
 pub(super) struct Entry {
-    /// The symbol about the point that it is given.
+    /// Drawing of the symbol at a given point.
     pub(super) symbol: Box<dyn Fn(Point) -> String>,
     /// Half the symbol's width, px.
     pub(super) half: f64,
     pub(super) meaning: String,
 }
 
-/// Entries in rows from the left edge of an area, under it; the area grows.
+/// Draws entries in rows below an area, from its left edge, and extends the area.
 pub(super) fn entries(entries: &[Entry], area: &mut Area) -> String {
     let left = area.least[0] + 8.0;
     let right = area.greatest[0].max(left + 420.0);
@@ -41,9 +41,9 @@ pub(super) fn entries(entries: &[Entry], area: &mut Area) -> String {
     drawn
 }
 
-/// The axes of the world and a bar of a round length, under an area, which grows.
+/// Draws the world axes and a scale bar of round length below an area, and extends the area.
 pub(super) fn scale_and_axes(view: &View, scale: f64, area: &mut Area) -> String {
-    // Wherever the axes point, they and their names are beside and under what is there.
+    // Leaves space above the origin for axes that point upwards in this view.
     let highest = (0..3).map(|k| -view.project(Vec3::unit(k))[1]).fold(0.0, f64::max);
     let middle = [area.least[0] + AXIS + 18.0, area.greatest[1] + highest * AXIS + 22.0];
     let mut drawn = String::from(r#"<g class="axes">"#);
@@ -70,7 +70,7 @@ fn world_axis(view: &View, middle: Point, axis: Vec3<f64>, name: &str) -> String
     let [x, y] = view.project(axis);
     let across = x.hypot(y);
     if across < 0.05 {
-        // It points at the viewer, or away.
+        // The axis points at the viewer or away.
         let mark = if view.depth(axis) > 0.0 {
             format!(
                 r#"<circle class="free" style="stroke-dasharray:none" cx="{0}" cy="{1}" r="5"/><circle class="com" cx="{0}" cy="{1}" r="1.8"/>"#,
@@ -97,8 +97,8 @@ fn world_axis(view: &View, middle: Point, axis: Vec3<f64>, name: &str) -> String
     line("detail", middle, tip) + &head + &text("axis-name", over, Anchor::Middle, name)
 }
 
-/// The greatest of 1, 2, 5 times a power of ten that is not above a length (m, positive), and how
-/// it is written.
+/// Greatest of 1, 2 and 5 times a power of ten that does not exceed a length (m, positive), with
+/// its text.
 fn round_length(most: f64) -> (f64, String) {
     let power = 10f64.powf(most.log10().floor());
     let digit = [5.0, 2.0].into_iter().find(|digit| digit * power <= most).unwrap_or(1.0);

@@ -1,7 +1,7 @@
 //! Pictures of mechanisms: any joints, any number of legs, planar ones face-on.
 //!
-//! Everything comes from an assembled solver: bodies are drawn between the places of their joints,
-//! joints as symbols that stand in space as their axes do.
+//! An assembled solver provides the geometry: bodies are drawn between the positions of their
+//! joints, and joints as symbols oriented along their axes in space.
 
 mod hull;
 mod labels;
@@ -32,7 +32,7 @@ pub enum Detail {
     Small,
 }
 
-/// Drawing of a mechanism at its present pose.
+/// Drawing of a mechanism at its current pose.
 #[derive(Clone, Debug)]
 pub struct Drawing<'a> {
     solver: &'a InverseDynamics,
@@ -42,7 +42,7 @@ pub struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    /// Draws the mechanism at the solver's present pose.
+    /// Draws the mechanism at the solver's current pose.
     pub fn new(solver: &'a InverseDynamics) -> Self {
         let layout = Layout::new(solver);
         let normal = view::plane_normal(solver, &layout);
@@ -59,8 +59,8 @@ impl<'a> Drawing<'a> {
         self.normal.is_some()
     }
 
-    /// Best view: a planar mechanism face-on; others from above at the right in front, rotated so
-    /// that joints hide each other as little as possible.
+    /// Best view: face-on for a planar mechanism; otherwise oblique from the upper right front,
+    /// rotated so that joints hide each other as little as possible.
     pub fn best_view(&self) -> View {
         match self.normal {
             Some(normal) => view::face_on(self.solver, normal),

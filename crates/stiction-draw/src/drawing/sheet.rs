@@ -17,8 +17,7 @@ use stiction_core::spatial::Vec3;
 /// Size of the area for the mechanism, px.
 const ROOM: [f64; 2] = [540.0, 420.0];
 const SMALL_ROOM: [f64; 2] = [230.0, 200.0];
-/// Number of joints or legs above which none has a label; browsers show their names under the
-/// pointer.
+/// Largest number of joints or legs with labels; beyond it, browsers show names under the pointer.
 const LABELLED: usize = 48;
 
 pub(super) struct Sheet<'a> {
@@ -29,9 +28,9 @@ pub(super) struct Sheet<'a> {
     scale: f64,
     /// Point at the centre of the picture, m.
     centre: Point,
-    /// For each body its centre of mass, from the kernel's origin in world axes, m.
+    /// Centre of mass of each body, from the kernel's origin in world axes, m.
     coms: Vec<Vec3<f64>>,
-    /// Drawn parts, each with its nearness to the viewer.
+    /// Drawn parts, each with its depth towards the viewer, px.
     parts: Vec<(f64, String)>,
     obstacles: Obstacles,
     labels: Vec<Label>,
@@ -52,7 +51,7 @@ impl<'a> Sheet<'a> {
         let length = drawing.solver.mechanism().characteristic_length();
         let (mut scale, centre) = fit(&seen, room, length);
         if detail == Detail::Small {
-            // The same for all views along the axes of the world, so that they can be compared.
+            // All views along the world axes share one scale, so that they can be compared.
             for other in [View::front(), View::side(), View::top()] {
                 let seen = area_of(points.iter().map(|point| other.project(*point)), 0.0);
                 scale = scale.min(fit(&seen, room, length).0);
@@ -73,7 +72,7 @@ impl<'a> Sheet<'a> {
         sheet
     }
 
-    /// The picture.
+    /// Completes the picture.
     pub(super) fn finish(mut self, surface: Surface) -> String {
         self.draw_ground_plate();
         self.draw_trails();
@@ -91,7 +90,7 @@ impl<'a> Sheet<'a> {
             area.include(&Area::around(self.at(*place), [half; 2]));
         }
         area.include(&area_of(self.obstacles.points.iter().copied(), 6.0));
-        // Small pictures are equally wide, so that letters have one size in all.
+        // Small pictures have equal width, so that their letters have one size.
         let wide = if self.detail == Detail::Small { 0.5 * SMALL_ROOM[0] + 20.0 } else { 1.0 };
         area.include(&Area::around([0.0; 2], [wide, 1.0]));
         self.obstacles.areas.iter().for_each(|own| area.include(own));
@@ -126,24 +125,24 @@ impl<'a> Sheet<'a> {
         self.drawing.solver.mechanism().joints()
     }
 
-    /// Position of a point in the picture.
+    /// Position of a point in the picture, px.
     fn at(&self, point: Vec3<f64>) -> Point {
         let [x, y] = self.pen.view.project(point);
         [(x - self.centre[0]) * self.scale, (y - self.centre[1]) * self.scale]
     }
 
-    /// Nearness to the viewer, px.
+    /// Depth of a point towards the viewer, px.
     fn depth(&self, point: Vec3<f64>) -> f64 {
         self.pen.view.depth(point) * self.scale
     }
 
-    /// Small where joints are close to each other.
+    /// Size of the symbols, px, small where joints are close to each other.
     fn symbol_size(&self) -> f64 {
         let points: Vec<Point> =
             self.drawing.layout.places.iter().take(200).map(|place| self.at(*place)).collect();
         let nearest = |k: usize| {
             let gaps = points.iter().map(|p| (p[0] - points[k][0]).hypot(p[1] - points[k][1]));
-            // What coincides, as a slider and its pin do, cannot be told apart by smaller symbols.
+            // Smaller symbols do not separate coinciding joints, such as a slider and its pin.
             gaps.filter(|gap| *gap > 4.0).fold(f64::INFINITY, f64::min)
         };
         let mut gaps: Vec<f64> = (0..points.len()).map(nearest).collect();
@@ -170,7 +169,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// The ground of a robot in space, where it stands on three joints or more.
+    /// Draws the ground plate of a spatial mechanism with three joints or more on the ground.
     fn draw_ground_plate(&mut self) {
         let layout = &self.drawing.layout;
         if self.drawing.is_planar() {
@@ -201,7 +200,7 @@ impl<'a> Sheet<'a> {
                 points.push(place);
             }
         }
-        // A body that ends nowhere reaches to its centre of mass.
+        // A body with fewer than two distinct joint positions extends to its centre of mass.
         let com = self.coms[body];
         let reaches = points.len() < 2 && content.mass > 0.0;
         let to_com = reaches && points.iter().all(|at| (*at - com).norm() * self.scale > 2.0);
@@ -232,7 +231,7 @@ impl<'a> Sheet<'a> {
         if to_com {
             shape += &circle("com", self.at(com), 3.0);
         }
-        // As far away as its farthest point, so that its own joints lie above it.
+        // The depth of its farthest point, so that the body's own joints lie above it.
         let depth = points.iter().map(|point| self.depth(*point)).fold(self.depth(com), f64::min);
         let name = escape(&content.name);
         let part =
@@ -240,7 +239,8 @@ impl<'a> Sheet<'a> {
         self.add(depth, part);
     }
 
-    /// Of two bodies that slide in each other the one that carries the guide is thicker.
+    /// Line style of a body: of two bodies that slide in each other, the one with the guide is
+    /// thicker.
     fn thickness(&self, body: usize, joints: &[usize]) -> &'static str {
         let slides = |&&joint: &&usize| {
             let kind = self.joints()[joint].joint_type;
@@ -296,7 +296,7 @@ impl<'a> Sheet<'a> {
             joint.joint_type.symbol(),
             escape(&title),
         );
-        // Before its bodies, and pins before the slides through which they go.
+        // A joint lies above its bodies, and a pin above the slide that it passes through.
         let slides = matches!(joint.joint_type, JointType::Prismatic | JointType::Planar);
         let before = if slides { 0.5 } else { 1.0 };
         self.add(self.depth(point) + before * r, part);
@@ -307,7 +307,7 @@ impl<'a> Sheet<'a> {
         trail.and_then(|trail| trail.stroke(self.drawing.solver, joint)).unwrap_or((0.0, 0.0))
     }
 
-    /// What says that a joint stands on the ground: a hatched line under it, or along its slide.
+    /// Draws the mark of a joint on the ground: a hatched line below it, or along its slide.
     fn ground_mark(&mut self, index: usize, at: Point) -> String {
         let joint = &self.joints()[index];
         let (p, s) = ends(self.drawing.solver.mechanism(), index);
@@ -330,10 +330,10 @@ impl<'a> Sheet<'a> {
             let across = x.hypot(y);
             if across > 0.1 {
                 let (back, forth) = self.stroke(index);
-                // Where the joint's successor is the ground, its axis moves with the body.
+                // If the successor is the ground, the axis moves with the body.
                 let (back, forth) =
                     if s == BodyId::GROUND.0 { (-forth, -back) } else { (back, forth) };
-                // The hatched side is the lower one.
+                // The hatching lies on the lower side.
                 let (mut u, mut v) = (x / across, y / across);
                 let (mut from, mut to) = (back * self.scale * across, forth * self.scale * across);
                 if u < 0.0 {
@@ -351,11 +351,12 @@ impl<'a> Sheet<'a> {
         let (a, b) = ([at[0] - 1.9 * r, y], [at[0] + 1.9 * r, y]);
         let stem = line("rail", at, [at[0], y]);
         self.obstacles.areas.push(Area::around([at[0], y + sign * 3.0], [1.9 * r, 5.0]));
-        // Hatched on the side away from the joint.
+        // The hatching lies on the side away from the joint.
         stem + &if goes_down { hatched(b, a) } else { hatched(a, b) }
     }
 
-    /// Joints first, which must be near their symbols; bodies and legs have more room.
+    /// Collects the labels: joints first, whose labels must be near; bodies and legs have more
+    /// space.
     fn ask_for_labels(&mut self) {
         if self.joints().len() <= LABELLED {
             for joint in 0..self.joints().len() {
@@ -386,7 +387,7 @@ impl<'a> Sheet<'a> {
         let layout = &self.drawing.layout;
         let name = &self.joints()[index].name;
         let branch = layout.branch_of_joint(self.drawing.solver.mechanism(), index);
-        // The leg has its name already.
+        // The label of the leg has the first part of the name already.
         let content = match (name.split_once('.'), branch) {
             (Some((leg, rest)), Some(branch)) if layout.branches[branch] == leg => rest,
             _ => name,
@@ -397,7 +398,7 @@ impl<'a> Sheet<'a> {
         Label { at, radius, class, content: content.to_owned(), inside: false }
     }
 
-    /// The middle of the longest line of a branch; of its first joint where there is none.
+    /// Middle of the longest line of a branch, or its first joint if it has no line.
     fn middle_of_branch(&self, branch: usize) -> Option<Point> {
         let layout = &self.drawing.layout;
         let mut best: Option<(f64, Point)> = None;
@@ -458,14 +459,13 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// The scale (px per m) and the middle of what is seen (m) that fill the room.
+/// Scale (px per m) and centre (m) that fit an area into the picture.
 fn fit(seen: &Area, room: Point, length: f64) -> (f64, Point) {
     let size = |k: usize| seen.greatest[k] - seen.least[k];
     let middle = |k: usize| 0.5 * (seen.greatest[k] + seen.least[k]);
     let ratio = |k: usize| room[k] / size(k);
     let by_size = ratio(0).min(ratio(1));
-    // All at one point, or nothing at all: what counts as near is told by the lengths of the
-    // bodies.
+    // If all points coincide, or without any point, the characteristic length determines the scale.
     let scale = if by_size.is_finite() && by_size > 0.0 && size(0).max(size(1)) > 1e-6 * length {
         by_size
     } else {
@@ -476,7 +476,7 @@ fn fit(seen: &Area, room: Point, length: f64) -> (f64, Point) {
     (scale, if centre.iter().all(|c| c.is_finite()) { centre } else { [0.0; 2] })
 }
 
-/// A line with short strokes on its right side, seen along it with y downwards.
+/// Draws a line with short strokes on its right side, as seen along it with y downwards.
 fn hatched(a: Point, b: Point) -> String {
     let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(1e-9);
     let (u, v) = ((b[0] - a[0]) / length, (b[1] - a[1]) / length);

@@ -1,17 +1,17 @@
 //! Colours of pictures for light and dark backgrounds.
 //!
-//! Plain colours and not variables of CSS, which programs other than browsers do not know; these
-//! take the light ones.
+//! Colours are literal values, because programs other than browsers do not support CSS variables;
+//! such programs use the light colours.
 
-/// Colours of branches that are told apart on paper, on screen and by most eyes (after Okabe and
-/// Ito), without those near the yellow of driven joints.
+/// Colours of branches, distinguishable on paper, on screen and with most colour vision
+/// deficiencies (after Okabe and Ito), without those near the yellow of actuated joints.
 const LIGHT: [&str; 7] =
     ["#0072b2", "#c1440e", "#00835f", "#b0478c", "#7a6000", "#2c8fc9", "#666666"];
-/// The same upon a dark ground.
+/// Colours of branches on a dark background.
 const DARK: [&str; 7] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0"];
 
-/// The number of colours.
+/// Number of colours.
 pub(super) const COLOURS: usize = LIGHT.len();
 
 /// Background of a picture.
@@ -23,7 +23,7 @@ pub enum Surface {
     Paper,
 }
 
-/// The style sheet of a picture.
+/// Style sheet of a picture.
 pub(super) fn style(surface: Surface) -> String {
     let mut css = String::from(
         ".mechanism{font-family:Helvetica,Arial,sans-serif;font-size:14px}\

@@ -1,20 +1,20 @@
-//! Elements of SVG as text, with lengths in px.
+//! Elements of SVG as text; lengths in px.
 
 use crate::xml::escape;
 use std::fmt::Write;
 
-/// A point of the picture, px.
+/// Point of the picture, px.
 pub(super) type Point = [f64; 2];
 
-/// Length in px with one decimal; zero has no sign, and a value that is not finite is written as
-/// zero.
+/// Formats a length in px with one decimal; zero has no sign, and a value that is not finite
+/// becomes zero.
 pub(super) fn px(x: f64) -> String {
     let tenths = if x.is_finite() { (x * 10.0).round() + 0.0 } else { 0.0 };
     let text = format!("{:.1}", tenths / 10.0);
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
 }
 
-/// A straight line.
+/// Straight line.
 pub(super) fn line(class: &str, a: Point, b: Point) -> String {
     format!(
         r#"<line class="{class}" x1="{}" y1="{}" x2="{}" y2="{}"/>"#,
@@ -25,7 +25,7 @@ pub(super) fn line(class: &str, a: Point, b: Point) -> String {
     )
 }
 
-/// A circle.
+/// Circle.
 pub(super) fn circle(class: &str, centre: Point, radius: f64) -> String {
     format!(
         r#"<circle class="{class}" cx="{}" cy="{}" r="{}"/>"#,
@@ -35,7 +35,7 @@ pub(super) fn circle(class: &str, centre: Point, radius: f64) -> String {
     )
 }
 
-/// Corners joined by straight lines, closed or not.
+/// Polyline through corners, closed or open.
 pub(super) fn corners(class: &str, points: &[Point], closed: bool) -> String {
     let mut list = String::new();
     for (k, point) in points.iter().enumerate() {
@@ -47,7 +47,7 @@ pub(super) fn corners(class: &str, points: &[Point], closed: bool) -> String {
     format!(r#"<{element} class="{class}" points="{list}"/>"#)
 }
 
-/// An outline in the language of paths.
+/// Path with its SVG path data.
 pub(super) fn path(class: &str, outline: &str) -> String {
     format!(r#"<path class="{class}" d="{outline}"/>"#)
 }
@@ -59,7 +59,7 @@ pub(super) enum Anchor {
     Middle,
 }
 
-/// One line of text.
+/// Single line of text.
 pub(super) fn text(class: &str, at: Point, anchor: Anchor, content: &str) -> String {
     let anchor = match anchor {
         Anchor::Start => "start",

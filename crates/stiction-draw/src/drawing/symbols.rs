@@ -1,11 +1,11 @@
-//! Symbols of joints, as solids seen from the direction of view.
+//! Symbols of joints, drawn as solids in the direction of view.
 
 use super::svg::{Point, circle, corners, line, path, px};
 use super::view::View;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// What joints are drawn with: sizes in px.
+/// Drawing tool for symbols of joints; sizes in px.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pen {
     pub(super) view: View,
@@ -13,7 +13,7 @@ pub(super) struct Pen {
     pub(super) size: f64,
 }
 
-/// Classes of the faces of a joint, darker the more they turn away.
+/// CSS classes of the faces of a joint; faces turned away are darker.
 struct Faces {
     bright: &'static str,
     dim: &'static str,
@@ -23,13 +23,13 @@ const PLAIN: Faces = Faces { bright: "joint-face", dim: "joint-side" };
 const DRIVEN: Faces = Faces { bright: "drive-face", dim: "drive-side" };
 
 impl Pen {
-    /// From a point, `length` px along a unit vector of the world.
+    /// Point at `length` px from another along a unit vector in world axes.
     pub(super) fn go(&self, from: Point, direction: Vec3<f64>, length: f64) -> Point {
         let [x, y] = self.view.project(direction);
         [from[0] + x * length, from[1] + y * length]
     }
 
-    /// How far a symbol with its axes reaches from its middle at most.
+    /// Largest distance of a symbol with its axes from its centre, px.
     pub(super) fn reach(&self, kind: JointType) -> f64 {
         let radii = match kind {
             JointType::Cylindrical | JointType::Helical => 5.2,
@@ -39,7 +39,7 @@ impl Pen {
         radii * self.size
     }
 
-    /// Half the width of a symbol in a legend.
+    /// Half the width of a symbol in a legend, px.
     pub(super) fn sample_half(&self, kind: JointType, planar: bool) -> f64 {
         let radii = match kind {
             JointType::Prismatic => 4.6,
@@ -52,7 +52,7 @@ impl Pen {
         radii * self.size
     }
 
-    /// A joint at a point; `frame_j` and `frame_k` are its frames in world axes.
+    /// Draws a joint at a point; `frame_j` and `frame_k` are its frames in world axes.
     pub(super) fn joint(
         &self,
         kind: JointType,
@@ -74,7 +74,7 @@ impl Pen {
                 self.dashed(at, axis, 1.1 * length) + &self.slide_box(&faces, at, axis, length, r)
             }
             JointType::Cylindrical => {
-                // A rod that sticks out of a sleeve.
+                // Rod that protrudes from a sleeve.
                 let (a, b) = (self.go(at, axis, -3.4 * r), self.go(at, axis, 3.4 * r));
                 self.dashed(at, axis, 5.0 * r)
                     + &line("rod", a, b)
@@ -100,7 +100,7 @@ impl Pen {
         }
     }
 
-    /// A line along an axis, to both sides; nothing where it is seen from its end.
+    /// Draws a line along an axis to both sides; empty if the axis points at the viewer.
     fn dashed(&self, at: Point, axis: Vec3<f64>, reach: f64) -> String {
         let (a, b) = (self.go(at, axis, -reach), self.go(at, axis, reach));
         if (a[0] - b[0]).hypot(a[1] - b[1]) < 2.4 * self.size {
@@ -109,7 +109,7 @@ impl Pen {
         line("axis", a, b)
     }
 
-    /// Such that the near end of an axis is its positive one.
+    /// Reverses an axis that points away from the viewer.
     fn facing(&self, axis: Vec3<f64>) -> Vec3<f64> {
         if self.view.depth(axis) < 0.0 { -axis } else { axis }
     }
@@ -120,14 +120,14 @@ impl Pen {
         let across = x.hypot(y);
         let flat = self.view.depth(axis).clamp(0.0, 1.0);
         if across < 0.02 {
-            // Seen from its end: a pin.
+            // Seen along its axis, the cylinder is a pin.
             return circle(faces.bright, at, r) + &circle("pin", at, 0.28 * r);
         }
         let side = [-y / across * r, x / across * r];
         let (far, near) = (self.go(at, axis, -0.5 * length), self.go(at, axis, 0.5 * length));
         let tilt = y.atan2(x).to_degrees() + 90.0;
         let arc = |to: Point, sweep: u8| {
-            // Seen from the side its ends are lines, which not every program takes an arc for.
+            // Seen from the side, the ends are lines; some programs reject such flat arcs.
             if flat * r < 0.3 {
                 return format!("L{} {}", px(to[0]), px(to[1]));
             }
@@ -150,7 +150,7 @@ impl Pen {
         path(faces.dim, &barrel) + &path(faces.bright, &end)
     }
 
-    /// Turns of a screw upon a cylinder.
+    /// Draws the turns of a screw on a cylinder.
     fn thread(&self, at: Point, axis: Vec3<f64>, length: f64, r: f64) -> String {
         let [x, y] = self.view.project(axis);
         let across = x.hypot(y);
@@ -166,7 +166,7 @@ impl Pen {
         (-2..=2).map(turn).collect()
     }
 
-    /// A box along an axis, turned so that one of its faces looks at the viewer.
+    /// Draws a box along an axis, rotated so that one of its faces turns to the viewer.
     fn slide_box(&self, faces: &Faces, at: Point, axis: Vec3<f64>, length: f64, r: f64) -> String {
         let level = axis.cross(self.view.toward).direction();
         let level = level.unwrap_or_else(|| axis.any_perpendicular());
@@ -183,7 +183,7 @@ impl Pen {
         plate + &arm(axes.columns[0]) + &arm(axes.columns[1])
     }
 
-    /// A box by its half lengths: the faces that look at the viewer.
+    /// Draws the visible faces of a box, given by its half lengths.
     fn block(&self, faces: &Faces, at: Point, axes: Mat3<f64>, half: [f64; 3]) -> String {
         let mut drawn = String::new();
         let mut visible: Vec<(f64, usize, f64)> = (0..3)
@@ -208,11 +208,11 @@ impl Pen {
         drawn
     }
 
-    /// Two pins at right angles.
+    /// Draws two pins at right angles.
     fn cross(&self, faces: &Faces, at: Point, first: Vec3<f64>, second: Vec3<f64>) -> String {
         let r = self.size;
         let mut drawn = self.dashed(at, first, 3.3 * r) + &self.dashed(at, second, 3.3 * r);
-        // The one that points more out of the picture lies above.
+        // The pin that points more towards the viewer lies above.
         let mut pins = [first, second];
         pins.sort_by(|a, b| self.view.depth(*a).abs().total_cmp(&self.view.depth(*b).abs()));
         for pin in pins {
@@ -222,7 +222,7 @@ impl Pen {
     }
 }
 
-/// Frames in which a joint's symbol is easy to know again, for legends.
+/// Frame in which the symbol of a joint is easy to recognise, for legends.
 pub(super) fn sample_frame(view: &View, kind: JointType, planar: bool) -> Pose<f64> {
     let View { right, up, toward } = *view;
     let slides = matches!(kind, JointType::Prismatic | JointType::Cylindrical | JointType::Helical);

@@ -22,7 +22,7 @@ pub struct Trail {
 #[derive(Clone, Debug)]
 struct Path {
     body: usize,
-    /// In the body's frame.
+    /// Traced point in the body's frame, m.
     point: Vec3<f64>,
     points: Vec<Vec3<f64>>,
 }
@@ -36,7 +36,7 @@ struct Slide {
 }
 
 impl Trail {
-    /// Begins at the solver's present pose; traced are the hubs, or without hubs the bodies not
+    /// Starts at the solver's current pose; traces the hubs, or without hubs the bodies not
     /// connected to the ground.
     pub fn new(solver: &InverseDynamics) -> Self {
         let layout = Layout::new(solver);
@@ -62,7 +62,7 @@ impl Trail {
         trail
     }
 
-    /// Adds the solver's present pose.
+    /// Adds the solver's current pose.
     pub fn add(&mut self, solver: &InverseDynamics) {
         for slide in &mut self.slides {
             let value = solver.joint_coordinates(JointId(slide.joint))[slide.dof];
@@ -73,7 +73,7 @@ impl Trail {
             for path in &mut self.bodies {
                 path.points.push(solver.bodies().pose[path.body].apply(path.point));
             }
-            // A full path keeps every second point.
+            // A full path keeps every second point only.
             if self.samples / self.stride >= KEPT {
                 self.stride *= 2;
                 for path in &mut self.bodies {

@@ -6,44 +6,44 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::Vec3;
 
-/// A direction of view, without perspective: lengths across it are true.
+/// Direction of view without perspective: lengths perpendicular to it are true.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// To the right in the picture, a unit vector in world axes.
+    /// Direction to the right in the picture, a unit vector in world axes.
     pub right: Vec3<f64>,
-    /// Upwards in the picture.
+    /// Upward direction in the picture.
     pub up: Vec3<f64>,
-    /// Out of the picture, towards the viewer.
+    /// Direction out of the picture, towards the viewer.
     pub toward: Vec3<f64>,
 }
 
 impl View {
-    /// Direction towards the viewer (not zero), with `up` as far upwards as possible.
+    /// View from the direction `toward` (not zero), with `up` as far upwards as possible.
     pub fn from(toward: Vec3<f64>, up: Vec3<f64>) -> Self {
         let toward = toward.direction().unwrap_or(Vec3::unit(2));
         let up = up.across(toward);
-        // Looking along `up` leaves rounding error of it.
+        // If both are parallel, only the rounding error of `up` remains.
         let upright = up.direction().filter(|_| up.norm() > 1e-6);
         let up = upright.unwrap_or_else(|| toward.any_perpendicular());
         Self { right: up.cross(toward), up, toward }
     }
 
-    /// From the front: x to the right, z upwards.
+    /// Front view: x to the right, z upwards.
     pub fn front() -> Self {
         Self::from(-Vec3::unit(1), Vec3::unit(2))
     }
 
-    /// From the right side: y to the right, z upwards.
+    /// View from the right side: y to the right, z upwards.
     pub fn side() -> Self {
         Self::from(Vec3::unit(0), Vec3::unit(2))
     }
 
-    /// From above: x to the right, y upwards.
+    /// View from above: x to the right, y upwards.
     pub fn top() -> Self {
         Self::from(Vec3::unit(2), Vec3::unit(1))
     }
 
-    /// Projection of a point, m: to the right, and downwards as on a screen.
+    /// Projects a point, m: to the right, and downwards as on a screen.
     pub(super) fn project(&self, point: Vec3<f64>) -> [f64; 2] {
         [self.right.dot(point), -self.up.dot(point)]
     }
@@ -54,12 +54,12 @@ impl View {
     }
 }
 
-/// Components of unit vectors below this are zero.
+/// Threshold below which components of unit vectors count as zero.
 const NONE: f64 = 1e-6;
 
-/// The normal of the plane in which a mechanism moves, if its joints say that it does: axes of
-/// rotation along it, slides across it. Joints that turn in more directions are no contradiction if
-/// all joints lie in one plane.
+/// Normal of the plane of motion, if the joints allow planar motion only: axes of rotation are
+/// parallel to it, slides perpendicular. Universal and spherical joints are accepted if all joints
+/// lie in one plane.
 pub(super) fn plane_normal(solver: &InverseDynamics, layout: &Layout) -> Option<Vec3<f64>> {
     let joints = solver.mechanism().joints();
     let frames = &solver.bodies().frame_j;
@@ -91,12 +91,12 @@ pub(super) fn plane_normal(solver: &InverseDynamics, layout: &Layout) -> Option<
     (!needs_places || spread < NONE * length).then_some(normal)
 }
 
-/// Upwards: against gravity, or along z where there is none.
+/// Upward direction: against gravity, or along z without gravity.
 fn upwards(solver: &InverseDynamics) -> Vec3<f64> {
     (-solver.mechanism().gravity()).direction().unwrap_or(Vec3::unit(2))
 }
 
-/// A planar mechanism face-on, such that as many axes of the world as possible point to the right
+/// Face-on view of a planar mechanism, with as many world axes as possible pointing to the right
 /// and upwards.
 pub(super) fn face_on(solver: &InverseDynamics, normal: Vec3<f64>) -> View {
     let up = upwards(solver).across(normal);
@@ -109,7 +109,7 @@ pub(super) fn face_on(solver: &InverseDynamics, normal: Vec3<f64>) -> View {
     if rightwards(&one) >= rightwards(&other) { one } else { other }
 }
 
-/// From above at the right in front, turned so that joints hide each other as little as possible.
+/// View from the upper right front, rotated so that joints hide each other as little as possible.
 pub(super) fn axonometric(solver: &InverseDynamics, layout: &Layout) -> View {
     let up = upwards(solver);
     let ahead = Vec3::unit(0).across(up);
@@ -123,7 +123,7 @@ pub(super) fn axonometric(solver: &InverseDynamics, layout: &Layout) -> View {
             let (rise, flat) = elevation.to_radians().sin_cos();
             let view = View::from((ahead * c + left * s) * flat + up * rise, up);
             let clear = clearance(&view, &layout.places) / (1.0 + 0.2 * hidden(&view, layout));
-            // The usual direction, unless another one is clearly better.
+            // The default direction is kept unless another one is clearly better.
             let usual = (azimuth + 52.0).abs() / 60.0 + (elevation - 26.0).abs() / 40.0;
             let score = clear * (1.0 - 0.25 * usual);
             if best.as_ref().is_none_or(|(known, _)| score > *known) {
@@ -136,7 +136,7 @@ pub(super) fn axonometric(solver: &InverseDynamics, layout: &Layout) -> View {
 
 /// Number of joints that lie behind or in front of a platform they do not belong to.
 fn hidden(view: &View, layout: &Layout) -> f64 {
-    // In units in which coinciding corners are told from others.
+    // Coordinates are scaled to units in which the hull distinguishes neighbouring corners.
     let seen: Vec<[f64; 2]> = layout.places.iter().map(|place| view.project(*place)).collect();
     let size = seen.iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
     if size == 0.0 {
@@ -173,7 +173,7 @@ fn clearance(view: &View, places: &[Vec3<f64>]) -> f64 {
     let mut sum = 0.0;
     let mut count = 0.0;
     let mut size = 0.0_f64;
-    // Of mechanisms with hundreds of joints some tell enough.
+    // A subset represents mechanisms with hundreds of joints.
     let stride = places.len().div_ceil(60).max(1);
     let some: Vec<Vec3<f64>> = places.iter().step_by(stride).copied().collect();
     for (k, a) in some.iter().enumerate() {
@@ -186,7 +186,7 @@ fn clearance(view: &View, places: &[Vec3<f64>]) -> f64 {
             let apart = *a - *b;
             if apart.norm() > 1e-3 * size {
                 let [x, y] = view.project(apart);
-                // One above the other is confusing, too: most legs stand upright.
+                // Joints above each other are penalised, too, because most legs are upright.
                 sum += (x.hypot(y) / size + 0.02).powi(-2) + 0.1 * (x.abs() / size + 0.03).powi(-2);
                 count += 1.0;
             }

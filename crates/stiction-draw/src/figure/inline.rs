@@ -6,8 +6,8 @@ use kuva::prelude::*;
 use std::collections::HashSet;
 
 impl Figure {
-    /// Markup of the title, the legend and the plot. `name` makes inner names unique in the page,
-    /// `label` is the accessible description.
+    /// Markup of the title, the legend and the plot. `name` makes element identifiers unique in the
+    /// page, `label` is the accessible description.
     pub fn inline(&self, name: &str, label: &str) -> String {
         let mut inner = String::new();
         if !self.title.is_empty() {
@@ -28,7 +28,7 @@ impl Figure {
             )
     }
 
-    /// True if a colour, solid or dashed, means the same in all panels.
+    /// True if each colour, solid or dashed, has the same meaning in all panels.
     fn has_one_legend(&self) -> bool {
         let all = || self.panels.iter().flat_map(|panel| &panel.lines);
         let looks: HashSet<_> = all().map(Line::look).collect();
@@ -37,12 +37,13 @@ impl Figure {
     }
 
     fn inline_svg(&self, name: &str) -> String {
-        // In text and attributes the quotation mark is escaped: what is replaced is all markup.
+        // Quotation marks in text and attributes are escaped, so the replacements affect markup
+        // only.
         let mut svg = SvgBackend
             .render_scene(&self.sheet(Form::Page).render())
             .replace("id=\"kuva-clip-", &format!("id=\"{name}_clip"))
             .replace("clip-path=\"url(#kuva-clip-", &format!("clip-path=\"url(#{name}_clip"))
-            // Numbers at axes have the minus of those in tables.
+            // Numbers at the axes use the minus sign of those in tables.
             .replace("\">-", "\">−")
             .replacen("\" height=\"", " ", 1)
             .replacen(" width=\"", " class=\"curves\" viewBox=\"0 0 ", 1);
@@ -70,7 +71,7 @@ impl Line {
     }
 }
 
-/// Legend of the lines, each style with the same name once; `title` may name the panel.
+/// Legend of the lines without duplicates of style and name; `title` may name the panel.
 fn legend<'a>(title: &str, lines: impl IntoIterator<Item = &'a Line>) -> String {
     let mut seen = HashSet::new();
     let mut items = String::new();

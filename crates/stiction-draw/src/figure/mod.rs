@@ -60,16 +60,16 @@ pub const COLOURS_ON_DARK: [&str; 8] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
 const PANEL_WIDTH: f64 = 860.0;
-/// Narrower, so that letters are as large as those around when a page is not wide.
+/// Width of a panel in a page, px: small, so that letters keep their size in a narrow page.
 const PAGE_PANEL_WIDTH: f64 = 700.0;
-/// A panel alone need not leave room for others.
+/// Height of a single panel in a page, px.
 const PAGE_LONE_HEIGHT: f64 = 280.0;
 const PANEL_HEIGHT: f64 = 220.0;
-/// Room left of the axes for tick labels and the axis' name.
+/// Margin left of the axes for tick labels and the name of the axis, px.
 const LEFT: f64 = 92.0;
-/// Half the width of the mark for a single point.
+/// Half the width of the marker of a single point, px.
 const MARK: f64 = 5.0;
-/// Widths of a legend's frame with its line samples, and of one letter.
+/// Widths of a legend's frame with its line samples, and of one letter, px.
 const LEGEND_FRAME: f64 = 48.0;
 const LETTER: f64 = 6.6;
 
@@ -87,7 +87,7 @@ impl Figure {
 
     fn sheet(&self, form: Form) -> Sheet {
         let rows: Vec<Vec<Plot>> = self.panels.iter().map(|panel| panel.plots(form)).collect();
-        // The same margins in all panels, so that their axes stand below each other.
+        // All panels have the same margins, so that their axes are aligned.
         let labels = self.panels.iter().flat_map(|panel| &panel.lines);
         let longest = labels.map(|line| line.label.chars().count()).max().unwrap_or(0);
         let legend = match form {
@@ -112,7 +112,7 @@ impl Figure {
             .with_plots(rows)
             .with_layouts(layouts)
             .with_cell_size(width, height);
-        // The lowest of panels with a common axis has its numbers and its name.
+        // In each group only the lowest panel has the numbers and the name of the axis.
         for group in groups(self.panels.len()) {
             sheet = sheet.with_shared_x_slice(0, group.start, group.end - 1);
         }
@@ -123,14 +123,14 @@ impl Figure {
     }
 }
 
-/// Panels whose horizontal axis is named once, below them: as many as are seen at once.
+/// Groups of panels that are visible at once; each names its horizontal axis once, below.
 fn groups(panels: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
     const SEEN: usize = 4;
     let count = panels.div_ceil(SEEN);
     (0..count).map(move |k| k * panels / count..(k + 1) * panels / count)
 }
 
-/// The renderer escapes SVG's special characters but writes characters that SVG does not allow.
+/// Removes characters that SVG does not allow; the renderer escapes special ones only.
 fn clean(text: &str) -> String {
     text.chars().filter(|c| is_of_xml(*c)).collect()
 }
@@ -156,12 +156,13 @@ impl Panel {
 
 impl Line {
     fn plot(&self, form: Form) -> Plot {
-        // What is not finite has no place on paper.
+        // Values that are not finite cannot be drawn.
         let points = self.points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite());
         let points: Vec<_> = points.collect();
         let colour = COLOURS[self.colour % COLOURS.len()];
         if points.len() == 1 {
-            // A line through one point cannot be seen. What would be dashed may lie upon another.
+            // A single point needs a marker. A cross stays visible on top of another curve's
+            // circle.
             let shape = if self.dashed { MarkerShape::Cross } else { MarkerShape::Circle };
             let mark = ScatterPlot::new().with_data(points).with_color(colour).with_size(MARK);
             let mark = mark.with_marker(shape);
@@ -194,7 +195,7 @@ mod tests {
         }
     }
 
-    /// Whatever is drawn, the picture is there and well formed.
+    /// Figures of unusual data are complete and well formed.
     #[test]
     fn odd_data_are_drawn() {
         let cases = [
@@ -215,17 +216,17 @@ mod tests {
         }
     }
 
-    /// A line through one point would not be seen.
+    /// A line through a single point would be invisible.
     #[test]
     fn a_single_point_is_marked() {
         let svg = figure(vec![vec![(0.0, 1.0)], vec![(0.0, 2.0)]]).svg();
         let marks = svg.matches("#0072b2").count() + svg.matches("#d55e00").count();
-        // Each in the plot and in the legend.
+        // Each point has a marker in the plot and in the legend.
         assert!(marks >= 4, "{svg}");
         assert!(svg.contains("<circle"));
     }
 
-    /// Whoever looks at one of many panels need not scroll to the last to see what is below it.
+    /// Every panel has its axis in view without scrolling to the last panel.
     #[test]
     fn tall_figures_name_their_axis_more_than_once() {
         for (panels, names) in [(1, 1), (4, 1), (5, 2), (9, 3)] {

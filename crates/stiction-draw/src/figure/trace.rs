@@ -2,11 +2,11 @@
 
 use super::Line;
 
-/// Long series of points, thinned for drawing to the least and the greatest value of each interval.
+/// Long series of points, thinned for drawing to the least and greatest value of each interval.
 #[derive(Clone, Debug)]
 pub struct Trace {
     stretch: usize,
-    /// Number of points of the present interval, with the least and the greatest.
+    /// Number of points in the current interval, with the least and the greatest.
     taken: usize,
     extremes: Option<[(f64, f64); 2]>,
     points: Vec<(f64, f64)>,
@@ -18,7 +18,7 @@ const DRAWN: usize = 4000;
 impl Trace {
     /// Empty series for `count` points.
     pub fn new(count: usize) -> Self {
-        // Two points are kept of each stretch.
+        // Each interval keeps two points.
         let stretch = if count <= DRAWN { 1 } else { (2 * count).div_ceil(DRAWN) };
         Self { stretch, taken: 0, extremes: None, points: Vec::new() }
     }
@@ -56,7 +56,7 @@ impl Trace {
         Line { label: label.to_owned(), points: self.into_points(), colour, dashed }
     }
 
-    /// The points to draw.
+    /// Points to draw.
     fn into_points(mut self) -> Vec<(f64, f64)> {
         self.flush();
         self.points

@@ -1,5 +1,4 @@
-//! Mechanism at rest: intervals of efforts under static friction, breakaway efforts, and
-//! self-locking.
+//! Mechanism at rest: effort intervals under static friction, breakaway efforts and self-locking.
 
 mod json;
 mod terminal;
@@ -10,18 +9,18 @@ use thiserror::Error;
 
 pub use terminal::write_report;
 
-/// Results at a pose at rest.
+/// Results at one pose at rest.
 #[derive(Clone, Debug)]
 pub struct Findings {
     /// Instant of the motion, s.
     pub time: f64,
     /// Forces at rest.
     pub forces: Forces,
-    /// Breakaway efforts and holding.
+    /// Breakaway efforts and self-locking.
     pub rest: Rest,
     /// Indices of the friction interfaces whose normal load is undetermined.
     pub undetermined_loads: Vec<usize>,
-    /// True if more actuators are present than statics determines.
+    /// True if the mechanism has more actuators than statics determines.
     pub redundant_actuators: bool,
 }
 
@@ -32,20 +31,20 @@ pub enum BreakawayError {
     /// The instant is outside the motion.
     #[error("the motion lasts from {start} s to {end} s: there is no position at t = {time:?} s")]
     NoSuchTime {
-        /// Instant requested, s.
+        /// Requested instant, s.
         time: f64,
         /// First instant of the motion, s.
         start: f64,
         /// Last instant of the motion, s.
         end: f64,
     },
-    /// Error of the run itself.
+    /// Error while following the motion or computing the forces.
     #[error(transparent)]
     Job(#[from] Error),
 }
 
-/// Stops the mechanism at an instant of its motion, by default the first, and computes its results
-/// at rest. Friction always acts, whatever the job's friction mode.
+/// Computes the results of a mechanism at rest at an instant of its motion, s, by default the
+/// first. Friction always acts, independent of the job's friction mode.
 ///
 /// # Errors
 /// See [`BreakawayError`].

@@ -9,9 +9,9 @@ use stiction_draw::numbers::number;
 
 /// Largest number of friction interfaces listed.
 const LISTED: usize = 6;
-/// Relative difference below which two numbers are written as one.
+/// Relative difference below which two numbers are printed as one.
 const SAME: f64 = 1e-6;
-/// Largest factor on friction that is written; beyond it bounds are dominated by rounding.
+/// Largest friction factor that is printed; beyond it rounding errors dominate the bounds.
 const BEYOND: f64 = 1e6;
 
 /// Writes the results as plain text.

@@ -31,7 +31,7 @@ impl Kind {
     }
 }
 
-/// Motion gained at a singular pose in words, with the load that does work on it.
+/// Motion gained at a singular pose, in words, with the load that does work on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weakness {
     /// Name of the moving body.
@@ -40,7 +40,7 @@ pub struct Weakness {
     pub motion: String,
     /// Load that cannot be carried.
     pub load: String,
-    /// For legs: remaining motions of the body at which most legs end.
+    /// For legs, remaining motions of the body with most joints.
     pub left: Option<String>,
 }
 
@@ -58,16 +58,16 @@ pub struct Nearness {
     /// Times, s, at which the motion passes through or touches a singular pose, with the motion
     /// gained there. Times within a run of singular samples are not included.
     pub crossings: Vec<(f64, Weakness)>,
-    /// Number of close approaches not examined because of their number.
+    /// Number of close approaches not examined because they are too many.
     pub not_searched: usize,
 }
 
 /// Largest number of close approaches of one kind that are examined; each takes some fifty
 /// decompositions.
 const REFINED: usize = 100;
-/// Index above which a local minimum is not examined, unless it is the least so far.
+/// Index above which a local minimum is not examined unless it is the least so far.
 const NEAR: f64 = 0.05;
-/// Index below which the end of the search counts as a passage: at the singular pose itself the
+/// Index below which the end of the search counts as a passage. At the singular pose itself the
 /// motion may be undetermined, so the search stops before it.
 const CROSSED: f64 = 1e-7;
 /// Number of steps of the search; each shortens the interval by the golden section.
@@ -98,7 +98,7 @@ pub(super) struct Watch<'a> {
     last: Option<Sample>,
     before_last: Option<Sample>,
     found: [Option<Nearness>; 3],
-    /// For each kind the mechanism at its closest approach.
+    /// Mechanism at the closest approach of each kind.
     nearest: [Option<InverseDynamics>; 3],
     refined: [usize; 3],
 }
@@ -117,8 +117,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Adds a sample; `passed` is true if the determinant of the actuation changed its sign since
-    /// the last sample. Returns true if the change exceeds rounding.
+    /// Adds a sample; `passed` is true if the determinant of the actuation changed sign since the
+    /// last sample. Returns true if rounding does not explain the change.
     pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64, passed: bool) -> bool {
         let statics = solver.statics();
         let distances = Kind::ALL.map(|kind| self.distance(&statics, kind));
@@ -132,7 +132,7 @@ impl<'a> Watch<'a> {
             self.look_back(kind, &now);
         }
         let is_regular = |sample: &Sample| sample.distances[0].is_some_and(|d| d >= SINGULAR);
-        // At singular poses the sign of the determinant is rounding.
+        // At singular poses only rounding determines the sign of the determinant.
         let passed = passed && is_regular(&now) && self.last.as_ref().is_some_and(is_regular);
         if passed {
             self.pass(&now);
@@ -141,7 +141,7 @@ impl<'a> Watch<'a> {
         passed
     }
 
-    /// Closest approach of each kind; of legs if the mechanism has any.
+    /// Closest approach of each kind; `None` for legs if the mechanism has no legs.
     pub(super) fn finish(mut self) -> [Option<Nearness>; 3] {
         for kind in Kind::ALL {
             let solver = self.nearest[kind as usize].take();
@@ -154,7 +154,7 @@ impl<'a> Watch<'a> {
         self.found
     }
 
-    /// Examines a minimum between the last samples, if there is one.
+    /// Examines a possible minimum between the last samples.
     fn look_back(&mut self, kind: Kind, now: &Sample) {
         let k = kind as usize;
         let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
@@ -164,7 +164,8 @@ impl<'a> Watch<'a> {
             return;
         }
         if least < SINGULAR {
-            // A single singular sample is a passage; in a run of them the motion stays singular.
+            // A single singular sample is a passage; in a sequence of them the motion stays
+            // singular.
             if before_it >= SINGULAR {
                 let (time, weakness) = (last.time, self.weakness(&last.solver, kind));
                 self.cross(kind, time, 0.0, weakness);
@@ -186,7 +187,7 @@ impl<'a> Watch<'a> {
         let Some(found) = self.search(kind, before, now.time) else { return };
         let Found { time, solver, distance, passage } = found;
         self.add(kind, time, distance, &solver);
-        // If all poses are nearly singular, a minimum is no passage.
+        // If all poses are nearly singular, a minimum is not a passage.
         if distance < CROSSED && distance < 1e-3 * before_it.max(after_it) {
             let weakness = self.weakness(&solver, kind);
             self.cross(kind, passage, apart, weakness);
@@ -234,14 +235,15 @@ impl<'a> Watch<'a> {
             crossings: Vec::new(),
             not_searched: 0,
         });
-        // Rounding does not move the least value to a later instant.
+        // Rounding must not move the least value to a later instant.
         if distance < found.least * (1.0 - 1e-9) - 1e-12 {
             (found.least, found.time) = (distance, time);
             self.nearest[kind as usize] = Some(solver.clone());
         }
     }
 
-    /// Records a passage, unless the last one is less than `apart`, s, away and therefore the same.
+    /// Records a passage, unless one of the last two is less than `apart`, s, away and thus the
+    /// same.
     fn cross(&mut self, kind: Kind, time: f64, apart: f64, weakness: Option<Weakness>) {
         if let (Some(found), Some(weakness)) = (&mut self.found[kind as usize], weakness)
             && found.crossings.iter().rev().take(2).all(|(known, _)| (time - known).abs() > apart)
@@ -263,7 +265,8 @@ impl<'a> Watch<'a> {
         let mut left = at(high - golden * (high - low))?;
         let mut right = at(low + golden * (high - low))?;
         for _ in 0..STEPS {
-            // At the singular pose the motion may be undetermined: continue close to it.
+            // At the singular pose the motion may be undetermined: the search continues close to
+            // it.
             let lower_half = left.2 < right.2;
             let next = match lower_half {
                 true => at(right.0 - golden * (right.0 - low)),
@@ -277,13 +280,13 @@ impl<'a> Watch<'a> {
                 low = left.0;
                 left = core::mem::replace(&mut right, next);
             }
-            // Smooth minima are located to the root of rounding.
+            // The accuracy of a smooth minimum is the square root of the rounding error.
             let flat = (left.2 - right.2).abs() <= 1e-13 && left.2 > 1e-6;
             if flat || high - low <= 1e-14 * high.abs().max(low.abs()) {
                 break;
             }
         }
-        // At a passage the index is V-shaped, and its tip lies between both ends.
+        // At a passage the index is V-shaped with its tip between both ends.
         let both = left.2 + right.2;
         let passage =
             if both > 0.0 { (left.0 * right.2 + right.0 * left.2) / both } else { left.0 };
@@ -321,8 +324,8 @@ impl<'a> Watch<'a> {
         Some(Weakness { body, motion, load, left: None })
     }
 
-    /// Motion that a constraint singularity adds to the finite motions: motions blocked at second
-    /// order. If branches of motion meet there, none of them can be called the added one.
+    /// Motion that a constraint singularity adds to the finite motions: a motion blocked at second
+    /// order. Where branches of motion meet, no single motion is the added one.
     fn constraint_weakness(&self, solver: &InverseDynamics) -> Option<Weakness> {
         let mechanism = solver.mechanism();
         let length = mechanism.characteristic_length();

@@ -32,15 +32,15 @@ pub struct Findings {
     pub idle_spins: Vec<String>,
     /// Number of actuated degrees of freedom.
     pub drives: usize,
-    /// Ranks and singularity at random poses.
+    /// Ranks and singularities at random poses.
     pub architecture: Architecture,
-    /// For each self-stress of the constraints at the first pose the reactions of the participating
-    /// joints, in arbitrary scale.
+    /// For each self-stress of the constraints at the first pose, the reactions of the
+    /// participating joints in arbitrary scale.
     pub self_stresses: Vec<Vec<JointLoad>>,
-    /// For each joint the components of its reaction that statics does not determine somewhere
-    /// along the motion.
+    /// Components of each joint's reaction that statics does not determine somewhere along the
+    /// motion.
     pub undetermined: Vec<(String, Vec<&'static str>)>,
-    /// True if frictionless efforts are determined along the whole motion.
+    /// True if the frictionless efforts are determined along the whole motion.
     pub drives_unique: bool,
     /// Closest approach to singularities of actuation.
     pub actuation: Nearness,
@@ -48,7 +48,7 @@ pub struct Findings {
     pub constraint: Nearness,
     /// Closest approach to singularities of legs, if the mechanism has any.
     pub leg: Option<Nearness>,
-    /// With motions that are only instantaneous: least and greatest index of the actuation of the
+    /// For mechanisms with instantaneous mobility, the least and greatest actuation index of the
     /// finite motions, and the time of the least, s.
     pub governance: Option<(f64, f64, f64)>,
     /// Pairs of neighbouring samples, s, between which an actuation singularity is passed.
@@ -64,15 +64,14 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// The kinds of singularities with their closest approaches; legs only if the mechanism has
-    /// any.
+    /// Kinds of singularities with their closest approaches; legs only if the mechanism has any.
     pub fn singularities(&self) -> impl Iterator<Item = (Kind, &Nearness)> {
         let all = [Some(&self.actuation), Some(&self.constraint), self.leg.as_ref()];
         Kind::ALL.into_iter().zip(all).filter_map(|(kind, nearness)| Some((kind, nearness?)))
     }
 
-    /// True if every pose has a singularity of this kind, judged by random poses. `None` if they do
-    /// not decide (unclear singular values, undecided finite mobility, or no motion to other
+    /// True if every pose has a singularity of this kind, judged by random poses. `None` if they
+    /// are inconclusive (unclear singular values, undecided finite mobility, or no motion to other
     /// poses), and for legs, which are not examined.
     pub fn everywhere(&self, kind: Kind) -> Option<bool> {
         let Architecture { constraints, actuated, reach, .. } = &self.architecture;
@@ -89,31 +88,32 @@ impl Findings {
         }
     }
 
-    /// True if the motion meets singular poses of this kind.
+    /// True if the motion reaches singular poses of this kind.
     pub fn is_singular(&self, kind: Kind) -> bool {
         let met = |n: &Nearness| n.singular_samples > 0 || !n.crossings.is_empty();
         self.singularities().any(|(known, nearness)| known == kind && met(nearness))
     }
 
-    /// Number of motions that the actuators have to control; local rotations do not count.
+    /// Number of motions that the actuators must control, without local rotations.
     pub fn to_be_driven(&self) -> usize {
         meant(&self.mobility, &self.architecture).saturating_sub(self.idle_spins.len())
     }
 
-    /// Play that a clearance gives to motions blocked only at second order.
+    /// Play due to joint clearance in motions blocked only at second order.
     pub fn play(&self) -> &[Play] {
         &self.mobility.play
     }
 }
 
-/// Mobility intended by the design: the finite mobility, or the generic instantaneous one if the
-/// former is undecided.
+/// Mobility intended by the design: the finite mobility or, if that is undecided, the generic
+/// instantaneous one.
 fn meant(mobility: &Mobility, architecture: &Architecture) -> usize {
     mobility.finite.decided().unwrap_or(architecture.constraints.open)
 }
 
-/// Examines the job's mechanism along its motion; loads and friction do not matter. `progress`
-/// receives the phase, the samples done and their total, and stops the check by returning false.
+/// Examines the job's mechanism along its motion, independent of loads and friction. `progress`
+/// receives the phase, the number of completed samples and their total; returning false stops the
+/// check.
 ///
 /// # Errors
 /// The motion cannot be followed.
@@ -168,7 +168,8 @@ fn examine_motion(
             all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
         }
         drives_unique &= statics.determined_drives().iter().all(|determined| *determined);
-        // At a branch point the finite motions differ from those left by second-order conditions.
+        // At a branch point the finite motions differ from those that second-order conditions
+        // allow.
         let governable = partly_blocked && !mobility.branches_meet;
         if let Some(value) = governable.then(|| governance(&solver)).flatten() {
             let (least, greatest) = governed.get_or_insert((Least::default(), value));
@@ -181,7 +182,7 @@ fn examine_motion(
             return Err(Error::Interrupted);
         }
     }
-    // A recording may fail to be read during the search between samples.
+    // The search between samples may fail to read a recording.
     job.check_motion(before)?;
     let undetermined = determined
         .iter()
@@ -205,7 +206,7 @@ fn examine_motion(
         not_searched: 0,
     };
     let actuation = actuation.unwrap_or_else(|| never.clone());
-    // A singular pose leaves them undetermined even without redundancy.
+    // At a singular pose they are undetermined even without redundancy.
     drives_unique &= actuation.singular_samples == 0;
     let mut findings = Findings {
         mobility,

@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-9;
 pub struct Range {
     /// Name of the quantity.
     pub name: String,
-    /// Unit in SI: rad or m.
+    /// SI unit: rad or m.
     pub unit: &'static str,
     /// Least value.
     pub least: f64,
@@ -23,10 +23,10 @@ pub struct Range {
     pub greatest: f64,
 }
 
-/// A moving body.
+/// Mass properties of a moving body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyMass {
-    /// Its name.
+    /// Name of the body.
     pub name: String,
     /// Mass, kg.
     pub mass: f64,
@@ -45,12 +45,12 @@ pub struct Sizes {
     pub mass: f64,
     /// Common centre of mass at the first pose, in the world, m.
     pub centre: Vec3<f64>,
-    /// For each scalar degree of freedom of a joint its range; angles count full turns.
+    /// Range of each scalar degree of freedom of the joints; angles count full turns.
     pub joints: Vec<Range>,
-    /// For each leg the distance between the origins of its first and its last joint.
+    /// Distance between the origins of each leg's first and last joint.
     pub legs: Vec<Range>,
-    /// For each body at which legs end, or each body if there are no legs, the box that contains
-    /// its centre of mass along the motion, in the world, m: least and greatest corner.
+    /// Box of each body at which legs end, or of each body in a mechanism without legs, that
+    /// contains its centre of mass along the motion, in the world, m: least and greatest corner.
     pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
 }
 
@@ -136,7 +136,7 @@ impl Measuring {
     }
 }
 
-/// Three decimals, or four significant digits if three decimals show too few.
+/// Formats with three decimals, or with four significant digits if three decimals show too few.
 fn told(x: f64) -> String {
     if x.abs() > ROUNDING && x.abs() < 0.1 { number(x) } else { fixed(x, 3) }
 }
@@ -146,7 +146,7 @@ impl Range {
         (self.least, self.greatest) = (self.least.min(value), self.greatest.max(value));
     }
 
-    /// Least value, greatest value and their difference in words, with their unit.
+    /// Least value, greatest value and their difference as text, with their unit.
     pub(super) fn in_words(&self) -> ([String; 3], &'static str) {
         let (scale, unit) = match self.unit {
             "rad" => (1f64.to_degrees(), "deg"),
@@ -212,8 +212,8 @@ fn joints_at(mechanism: &Mechanism, body: usize) -> usize {
     mechanism.joints().iter().filter(|j| at(j.predecessor) || at(j.successor)).count()
 }
 
-/// The first and last joint of each leg: of each chain of bodies with two joints that leads from the
-/// ground to a body where three joints or more meet.
+/// First and last joint of each leg: each chain of bodies with two joints that connects the ground
+/// to a body with three joints or more.
 fn legs(mechanism: &Mechanism) -> Vec<(usize, usize)> {
     let joints = mechanism.joints();
     let mut legs = Vec::new();
@@ -240,8 +240,8 @@ fn legs(mechanism: &Mechanism) -> Vec<(usize, usize)> {
     legs
 }
 
-/// Common part of the names of a leg's first and last joint, `leg1` for `leg1.R` and `leg1.S`; both
-/// names if they have none.
+/// Common part of the names of a leg's first and last joint, such as `leg1` for `leg1.R` and
+/// `leg1.S`; without one, both names.
 fn leg_name(first: &str, last: &str) -> String {
     match (first.rsplit_once('.'), last.rsplit_once('.')) {
         (Some((a, _)), Some((b, _))) if a == b => a.to_owned(),

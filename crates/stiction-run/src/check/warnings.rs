@@ -4,7 +4,7 @@ use super::{Findings, Kind};
 use crate::inverse::Job;
 use stiction_draw::numbers::number;
 
-/// Singularity index below which forces are some hundred times the load.
+/// Singularity index below which forces reach a hundred times the load and more.
 const NEAR: f64 = 0.01;
 /// Relative singular value of the loops below which a rank decision is doubtful.
 const DOUBTFUL: f64 = 1e-6;

@@ -6,7 +6,7 @@ use crate::inverse::Job;
 use stiction_core::mobility::{Architecture, GenericRank};
 use stiction_draw::numbers::number;
 
-/// Effect of a singular pose.
+/// Describes the effect of a singular pose.
 pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
     let Weakness { body, motion, load, left } = weakness;
     let but = match kind {
@@ -18,7 +18,7 @@ pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
     format!("{body} gains, {but}, {motion}; nothing carries {load} there{left}")
 }
 
-/// Says if every pose is singular.
+/// Describes singularities of every pose, judged by random poses.
 pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     let Architecture { positions, constraints, actuated, .. } = &findings.architecture;
     let values = |rank: &GenericRank| {
@@ -51,7 +51,7 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     kinds.into_iter().filter_map(sentence).collect()
 }
 
-/// Appendix to a finite mobility that is a range; empty if it is a number.
+/// Addition to a finite mobility that is a range; empty if the mobility is a number.
 pub(super) fn undecided(findings: &Findings) -> &'static str {
     match findings.mobility.finite.decided() {
         Some(_) => "",
@@ -64,7 +64,8 @@ pub(super) fn own_axes(count: usize) -> &'static str {
     if count == 1 { "an axis of its own" } else { "axes of their own" }
 }
 
-/// Says how well the actuators control the finite motions if other motions are only instantaneous.
+/// Describes the control of the finite motions by the actuators if other motions are instantaneous
+/// only.
 pub(super) fn governance(findings: &Findings) -> Option<String> {
     let (least, greatest, time) = findings.governance?;
     let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });
@@ -84,7 +85,7 @@ pub(super) fn governance(findings: &Findings) -> Option<String> {
     })
 }
 
-/// Says how much play clearance gives to motions blocked at second order.
+/// Describes the play that clearance gives to motions blocked at second order.
 pub(super) fn play(job: &Job<'_>, findings: &Findings) -> Vec<String> {
     let mechanism = &job.model.mechanism;
     let each = findings.play().iter().map(|play| {

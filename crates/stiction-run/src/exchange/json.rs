@@ -14,8 +14,8 @@ use stiction_core::spatial::{Mat3, Pose};
 /// Version of the format, increased when the meaning of a key changes.
 const VERSION: u32 = 1;
 
-/// The assembled mechanism as an object. Poses are those of the second frame in the first;
-/// rotations are lists of rows, their columns the axes of the second frame.
+/// Describes the assembled mechanism as an object. A pose is that of the second frame in the first;
+/// a rotation is a list of rows whose columns are the axes of the second frame.
 pub fn json(home: &Home<'_>) -> Value {
     let mechanism = &home.model.mechanism;
     let name_of = |body: BodyId| mechanism.bodies()[body.0].name.as_str();
@@ -62,7 +62,7 @@ pub fn json(home: &Home<'_>) -> Value {
     })
 }
 
-/// Text of the object with vectors and matrices on one line.
+/// Serialises the object with vectors and matrices on one line.
 pub fn json_text(home: &Home<'_>) -> String {
     let mut text = String::new();
     // Writing to a string does not fail.
@@ -78,7 +78,7 @@ fn write_value(out: &mut String, value: &Value, depth: usize) -> fmt::Result {
         Value::Object(entries) => {
             entries.iter().map(|(key, entry)| (Some(key.as_str()), entry)).collect()
         }
-        // Nothing but numbers has commas between them only.
+        // In an array of numbers every comma is a separator.
         Value::Array(_) => return out.write_str(&value.to_string().replace(',', ", ")),
         _ => return write!(out, "{value}"),
     };
@@ -95,7 +95,7 @@ fn write_value(out: &mut String, value: &Value, depth: usize) -> fmt::Result {
     write!(out, "\n{:1$}{close}", "", 2 * depth)
 }
 
-/// A number, or lists of nothing else.
+/// True for a number and for nested lists of numbers.
 fn is_numeric(value: &Value) -> bool {
     match value {
         Value::Number(_) => true,

@@ -20,14 +20,14 @@ use stiction_format::ModelFile;
 pub struct Home<'a> {
     /// The model.
     pub model: &'a ModelFile,
-    /// For each body its frame in the world, with closed loops.
+    /// Frame of each body in the world, with closed loops.
     pub poses: Vec<Pose<f64>>,
-    /// For each joint `X_JK`.
+    /// Pose `X_JK` of each joint.
     pub across: Vec<Pose<f64>>,
-    /// For each joint and each of its degrees of freedom the coordinate, m or rad, angles within
-    /// half a turn; `None` for joints without scalar coordinates.
+    /// Coordinates of each joint's degrees of freedom, m or rad, angles within half a turn; `None`
+    /// for joints without scalar coordinates.
     pub coordinates: Vec<Vec<Option<f64>>>,
-    /// The mechanism, with its joints starting at these coordinates.
+    /// The mechanism, with these coordinates as start positions of its joints.
     pub mechanism: Mechanism,
     /// Prescribed coordinates at the first instant of the motion.
     pub motion: Vec<(Coordinate, Target<f64>)>,

@@ -10,10 +10,10 @@ use stiction_core::forward::{Forward, Inputs, View};
 use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_format::Signal;
 
-/// Update interval of the inverse-dynamics efforts where there is no controller, s.
+/// Update interval of the inverse-dynamics efforts without a controller, s.
 const UPDATE: f64 = 1e-3;
 
-/// Instants closer than this fraction of a period count as equal.
+/// Fraction of a period below which two instants count as equal.
 const SAME: f64 = 1e-6;
 
 /// Source of a prescribed actuator's motion.
@@ -21,13 +21,13 @@ const SAME: f64 = 1e-6;
 enum Way<'a> {
     /// A signal of the motion itself.
     Signal(&'a Signal),
-    /// The motion of the whole mechanism; index of the actuator.
+    /// Actuator with this index in the motion of the whole mechanism.
     Guide(usize),
     /// Locked at this position.
     Stays(f64),
 }
 
-/// Largest plausible number of samples; a greater number is not from a valid checkpoint.
+/// Largest plausible number of samples; larger numbers indicate an invalid checkpoint.
 const COUNTABLE: f64 = 1e15;
 
 /// Inputs of a simulation.
@@ -35,23 +35,23 @@ pub(super) struct Acting<'a> {
     forward: &'a Forward,
     job: &'a Job<'a>,
     ways: Vec<Way<'a>>,
-    /// Sources of the prescribed actuators' motions.
+    /// Motion of the whole mechanism, for prescribed actuators without a signal of their own.
     leader: Option<Guide<'a>>,
-    /// Reference motion of the actuators that follow the motion.
+    /// Reference motions of the actuators that follow the motion.
     wanted: Wanted<'a>,
     controller: Option<Controller<'a>>,
-    /// Efforts held between two samples.
+    /// Efforts held between two samples, N or N m.
     kept: Vec<f64>,
     /// Number of samples taken so far.
     samples: usize,
-    /// Next stopping time of the simulation, s.
+    /// Next instant at which the simulation pauses, s.
     stretch_end: f64,
     period: Option<f64>,
-    /// Asks if the user wants the simulation to stop.
+    /// Returns true once the user wants to stop the simulation.
     stopped: &'a dyn Fn() -> bool,
-    /// True once the user has asked to stop.
+    /// True after the user has asked to stop.
     pub(super) is_stopped: bool,
-    /// Error met while inputs were computed.
+    /// First error in the evaluation of the inputs.
     pub(super) failed: Option<Error>,
 }
 
@@ -62,7 +62,7 @@ pub(super) fn prescribed(job: &Job<'_>) -> Vec<usize> {
 }
 
 impl<'a> Acting<'a> {
-    /// Inputs at the start; the mechanism starts at `state`.
+    /// Creates the inputs before the first sample; the mechanism starts at `state`.
     pub(super) fn new(
         job: &'a Job<'a>,
         forward: &'a Forward,
@@ -124,12 +124,12 @@ impl<'a> Acting<'a> {
         Some(if same { self.stretch_end } else { time })
     }
 
-    /// Sets the time up to which the simulation goes next.
+    /// Sets the end of the next interval of the simulation, s.
     pub(super) fn go_to(&mut self, time: f64) {
         self.stretch_end = time;
     }
 
-    /// All that the inputs carry on from one sample to the next, as numbers.
+    /// State of the inputs between samples, as numbers.
     pub(super) fn save(&self) -> Vec<f64> {
         let mut numbers = vec![self.samples as f64];
         numbers.extend_from_slice(&self.kept);
@@ -143,7 +143,8 @@ impl<'a> Acting<'a> {
         numbers
     }
 
-    /// Takes what [`Self::save`] wrote; `None` if the numbers are of another simulation.
+    /// Restores the state written by [`Self::save`]; `None` if the numbers belong to another
+    /// simulation.
     pub(super) fn restore(&mut self, numbers: &[f64]) -> Option<()> {
         let (first, rest) = numbers.split_first()?;
         let (kept, rest) = rest.split_at_checked(self.kept.len())?;
@@ -220,7 +221,7 @@ impl Inputs for Acting<'_> {
         }
         self.is_stopped |= (self.stopped)();
         if self.failed.is_some() || self.is_stopped {
-            // The simulation then stops at its next step.
+            // Efforts that are not finite stop the simulation at its next step.
             efforts.fill(f64::NAN);
         }
     }
@@ -253,7 +254,7 @@ impl Inputs for Acting<'_> {
     fn next_change(&self, time: f64) -> Option<f64> {
         let sample = self.next_sample().filter(|next| *next > time);
         let recorded = match (self.job.drives, self.period) {
-            // A controller reads the reference at its own samples.
+            // With a sampling period, recorded efforts are evaluated at its samples only.
             (Feed::Given(drives), None) => {
                 drives.samples.as_ref().and_then(|samples| samples.after(time))
             }
@@ -267,7 +268,7 @@ impl Inputs for Acting<'_> {
         let wrenches = &self.job.load.wrenches;
         let loads = wrenches.iter().all(|w| w.force.iter().chain(&w.moment).all(constant));
         let efforts = match (self.job.drives, self.period) {
-            // Held between the samples of a controller, where an interval ends.
+            // Efforts are held between samples, and each interval ends at a sample.
             (_, Some(_)) => true,
             (Feed::Given(drives), None) => {
                 drives.efforts.iter().all(|(_, signal)| constant(signal))
@@ -282,7 +283,7 @@ impl Inputs for Acting<'_> {
         let loads = wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
         let efforts: &[(usize, Signal)] = match (self.job.drives, self.period) {
             (Feed::Given(drives), None) => &drives.efforts,
-            // Held between samples.
+            // Efforts are held between samples.
             _ => &[],
         };
         let own = self.ways.iter().filter_map(|way| match way {

@@ -11,29 +11,29 @@ use stiction_core::mechanism::{JointId, Mechanism};
 pub struct Mark {
     /// Number of samples completed.
     pub samples: usize,
-    /// The mechanism's state, see [`stiction_core::forward::Checkpoint`].
+    /// State of the mechanism, see [`stiction_core::forward::Checkpoint`].
     pub simulation: Vec<f64>,
-    /// State of controllers and other inputs, their own models' assembly states included.
+    /// State of controllers and other inputs, including the assembly states of their models.
     pub inputs: Vec<f64>,
-    /// Figures of the samples so far.
+    /// Results gathered from the samples so far.
     pub figures: Figures,
     /// Events up to this sample.
     pub events: Vec<Event>,
 }
 
-/// Figures of an outcome that are gathered sample by sample; see [`super::Outcome`].
+/// Results of an outcome that are gathered sample by sample; see [`super::Outcome`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Figures {
-    /// Most redundant constraints of any sample.
+    /// Greatest number of redundant constraints at any sample.
     pub redundant: usize,
-    /// Most undetermined efforts of prescribed or locked actuators of any sample.
+    /// Greatest number of undetermined efforts of prescribed or locked actuators at any sample.
     pub open_drives: usize,
     /// `true` if the actuators determine the motion at the start.
     pub invertible: bool,
 }
 
 impl Mark {
-    /// The checkpoint as JSON; numbers are text with all digits.
+    /// The checkpoint as JSON; numbers are strings with all digits.
     pub fn json(&self) -> Value {
         json!({
             "samples": self.samples,
@@ -48,7 +48,7 @@ impl Mark {
         })
     }
 
-    /// Reads a checkpoint from JSON; `None` if the JSON is none.
+    /// Reads a checkpoint from JSON; `None` if the JSON is not a checkpoint.
     pub fn from_json(value: &Value) -> Option<Self> {
         Some(Self {
             samples: usize::try_from(value["samples"].as_u64()?).ok()?,
@@ -63,7 +63,8 @@ impl Mark {
         })
     }
 
-    /// Checks that all interfaces and joints exist in a mechanism and all numbers are finite.
+    /// Checks that all interfaces and joints of the events exist in a mechanism and that all input
+    /// numbers are finite.
     pub(super) fn fits(&self, mechanism: &Mechanism) -> bool {
         let joints = mechanism.joints();
         let interfaces: usize = joints.iter().map(|joint| joint.friction.len()).sum();
@@ -113,7 +114,7 @@ impl Job<'_> {
     }
 }
 
-/// Checksum against accidental changes of a text: FNV-1a, 64 bits.
+/// Checksum that detects accidental changes of a text: FNV-1a, 64 bits.
 pub fn checksum(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
@@ -186,7 +187,7 @@ fn event(value: &Value) -> Option<Event> {
     } else {
         let loads = value["others"].as_array()?.iter().map(numbers);
         let others = loads.map(|loads| {
-            // Not needed after a restart.
+            // Competing solutions are not needed after a restart.
             Some(Competitor { loads: loads?, accelerations: Vec::new(), interfaces: Vec::new() })
         });
         let others = others.collect::<Option<_>>()?;

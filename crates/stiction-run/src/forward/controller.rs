@@ -7,15 +7,15 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
 use stiction_format::{Control, ControlType, FrictionFeed, ModelFile};
 
-/// A sampled controller with its state.
+/// Sampled controller with its state.
 #[derive(Clone, Debug)]
 pub(super) struct Controller<'a> {
     control: &'a Control,
-    /// For each actuator the gains for the errors of position and rate.
+    /// Proportional and derivative gain of each actuator.
     gains: Vec<(f64, f64)>,
-    /// Inverse dynamics prescribed by the actuators' coordinates, for computed torque.
+    /// Inverse dynamics with the actuators' coordinates prescribed, for computed torque.
     model: Option<InverseDynamics>,
-    /// Positions measured at the last sample.
+    /// Positions measured at the previous sample.
     before: Option<Vec<f64>>,
 }
 
@@ -24,9 +24,9 @@ pub(super) struct Told<'a> {
     pub(super) time: f64,
     /// Positions and rates of all actuators; angles count full turns.
     pub(super) actual: &'a [(f64, f64)],
-    /// Reference motions.
+    /// Reference motions of the actuators.
     pub(super) wanted: &'a [Target<f64>],
-    /// Feed-forward efforts.
+    /// Feed-forward efforts, N or N m.
     pub(super) feed: &'a [f64],
     /// Friction contributions to the efforts of the reference motion.
     pub(super) friction: &'a [f64],
@@ -35,7 +35,7 @@ pub(super) struct Told<'a> {
 }
 
 impl<'a> Controller<'a> {
-    /// Controller before its first sample; the mechanism starts at `state`.
+    /// Creates the controller before its first sample; the mechanism starts at `state`.
     pub(super) fn new(
         job: &Job<'a>,
         control: &'a Control,
@@ -69,7 +69,8 @@ impl<'a> Controller<'a> {
         Ok(controller)
     }
 
-    /// Appends the positions measured last, after their number, and the position of its own model.
+    /// Appends the last measured positions, preceded by their number, and the position of the
+    /// controller's own model.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         let before = self.before.as_deref().unwrap_or_default();
         numbers.push(before.len() as f64);
@@ -79,7 +80,8 @@ impl<'a> Controller<'a> {
         }
     }
 
-    /// Takes what [`Self::save`] wrote; `None` if the numbers are of another controller.
+    /// Restores the state written by [`Self::save`]; `None` if the numbers belong to another
+    /// controller.
     pub(super) fn restore(&mut self, numbers: &[f64]) -> Option<()> {
         let (&count, rest) = numbers.split_first()?;
         let (before, position) = rest.split_at_checked(count as usize)?;
@@ -93,8 +95,8 @@ impl<'a> Controller<'a> {
         }
     }
 
-    /// For each actuator the effort of a unit acceleration while the other actuators do not
-    /// accelerate.
+    /// Effective mass of each actuator: the effort for unit acceleration while the other actuators
+    /// do not accelerate, kg or kg m^2.
     fn masses(&mut self) -> Result<Vec<f64>, Error> {
         let Some(model) = &mut self.model else {
             return Ok(vec![0.0; self.control.channels.len()]);
@@ -123,7 +125,7 @@ impl<'a> Controller<'a> {
         Ok(masses)
     }
 
-    /// Efforts from this sample on.
+    /// Computes the efforts held from this sample on, N or N m.
     pub(super) fn sample(&mut self, told: &Told<'_>) -> Result<Vec<f64>, Error> {
         let control = self.control;
         let Told { time, actual, wanted, feed, friction, loads } = told;
@@ -174,7 +176,7 @@ impl<'a> Controller<'a> {
     }
 }
 
-/// Inverse dynamics of the mechanism at its present pose, prescribed by its actuators; without
+/// Inverse dynamics of the mechanism at its current pose, prescribed by its actuators; without
 /// friction unless the settings change.
 pub(super) fn by_actuators(
     model: &ModelFile,

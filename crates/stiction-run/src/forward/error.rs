@@ -40,14 +40,14 @@ pub enum Error {
          simulation needs payloads that are carried all the time"
     )]
     Payload {
-        /// The body that carries it.
+        /// The body that carries the part.
         body: String,
         /// First instant of the simulation, s.
         from: f64,
         /// Last instant, s.
         until: f64,
     },
-    /// The mechanics has no answer.
+    /// Forward dynamics has no solution.
     #[error(transparent)]
     Forward(ForwardError),
     /// A receiver of the samples failed.
@@ -62,7 +62,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// True for input that cannot be used, false for a question without an answer.
+    /// True for unusable input, false for a valid problem without a solution.
     pub fn is_bad_input(&self) -> bool {
         let incomplete = |error: &AssemblyError| {
             matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })

@@ -6,7 +6,7 @@ use stiction_core::forward::{Event, EventKind, Method, RateJump};
 use stiction_core::mechanism::JointId;
 use stiction_draw::numbers::number;
 
-/// Event in words.
+/// Description of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Told {
     /// Time, s.
@@ -19,7 +19,7 @@ pub(crate) struct Told {
     pub(crate) detail: String,
 }
 
-/// Describes all events; `at_rest` tells which friction interfaces stick at the start.
+/// Describes all events; `at_rest` is true for each friction interface that sticks at the start.
 pub(crate) fn tell_all(layout: &Layout, mut at_rest: Vec<bool>, events: &[Event]) -> Vec<Told> {
     at_rest.resize(layout.names.interfaces.len(), false);
     events.iter().map(|event| tell(layout, &mut at_rest, event)).collect()

@@ -171,7 +171,7 @@ fn sticking(summary: &Summary, events: &[Event]) -> Trace {
     trace
 }
 
-/// Short description of the drive: motion and controller, or efforts.
+/// Short description of the actuation: motion and controller, or efforts.
 fn doing(job: &Job<'_>) -> String {
     match job.control {
         Some(_) => format!("motion {}, controller {}", job.motion_name, job.control_name),

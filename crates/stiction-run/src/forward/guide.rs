@@ -1,4 +1,4 @@
-//! Reference motion of the actuators and the efforts it needs.
+//! Reference motion of the actuators, and the efforts that it requires.
 
 use super::error::Error;
 use super::job::Job;
@@ -8,18 +8,18 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::Target;
 use stiction_format::Side;
 
-/// Follows the motion of a job with an inverse-dynamics solver.
+/// Inverse-dynamics solver that follows the motion of a job.
 #[derive(Clone, Debug)]
 pub(super) struct Guide<'a> {
     job: inverse::Job<'a>,
     solver: InverseDynamics,
-    /// Present time, s.
+    /// Current time, s.
     time: f64,
     loads: Vec<AppliedLoad<f64>>,
 }
 
 impl<'a> Guide<'a> {
-    /// The motion at the job's first instant; `None` if the job has no motion.
+    /// Starts at the job's first instant; `None` if the job has no motion.
     pub(super) fn new(job: &Job<'a>) -> Result<Option<Self>, Error> {
         let Some(motion) = job.motion else { return Ok(None) };
         let friction = if job.friction { FrictionMode::Converged } else { FrictionMode::Off };
@@ -39,7 +39,7 @@ impl<'a> Guide<'a> {
         Ok(Some(Self { job, solver, time, loads: Vec::new() }))
     }
 
-    /// Moves to another instant.
+    /// Moves the solver to another instant, s.
     pub(super) fn go_to(&mut self, time: f64) -> Result<(), Error> {
         if time != self.time {
             self.job.follow(&mut self.solver, self.time, time).map_err(Error::Motion)?;
@@ -48,15 +48,15 @@ impl<'a> Guide<'a> {
         Ok(())
     }
 
-    /// The time and the solver's position as numbers.
+    /// Appends the time and the position of the solver.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         let position = self.solver.save();
         numbers.extend([self.time, position.len() as f64]);
         numbers.extend(position);
     }
 
-    /// Takes what [`Self::save`] wrote from the start of `numbers`, and returns the rest; `None` if they are
-    /// of another motion.
+    /// Restores the state written by [`Self::save`] from the start of `numbers` and returns the
+    /// rest; `None` if the numbers belong to another motion.
     pub(super) fn restore<'n>(&mut self, numbers: &'n [f64]) -> Option<&'n [f64]> {
         let (&[time, length], rest) = numbers.split_first_chunk()?;
         let (position, rest) = rest.split_at_checked(length as usize)?;
@@ -65,7 +65,7 @@ impl<'a> Guide<'a> {
         Some(rest)
     }
 
-    /// Motions of the actuators.
+    /// Writes the motions of the actuators to `out`.
     pub(super) fn actuators(&self, forward: &Forward, out: &mut [Target<f64>]) {
         let (state, bodies) = (self.solver.state(), self.solver.bodies());
         for (target, (joint, dof)) in out.iter_mut().zip(forward.mechanism().actuators()) {
@@ -73,7 +73,7 @@ impl<'a> Guide<'a> {
         }
     }
 
-    /// Efforts of the motion, with and without friction.
+    /// Efforts of the motion with and without friction, N or N m.
     pub(super) fn drives(&mut self) -> Result<(&[f64], &[f64]), Error> {
         let at = (self.time, Side::After);
         self.job.loads_of(&self.solver, at, &mut self.loads).map_err(Error::Motion)?;

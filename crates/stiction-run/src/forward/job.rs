@@ -10,7 +10,7 @@ use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion};
 pub struct Job<'a> {
     /// Model to simulate, see [`arrange`].
     pub model: &'a ModelFile,
-    /// Motion that gives the start and the reference of controllers.
+    /// Motion that defines the start and the reference of controllers.
     pub motion: Option<&'a Motion>,
     /// Name of the motion.
     pub motion_name: String,
@@ -18,7 +18,7 @@ pub struct Job<'a> {
     pub load: &'a LoadCase,
     /// Name of the load case.
     pub load_name: String,
-    /// Efforts that do not depend on the state.
+    /// Efforts independent of the state.
     pub drives: Feed<'a>,
     /// Name of the feed-forward efforts.
     pub drives_name: String,
@@ -26,7 +26,7 @@ pub struct Job<'a> {
     pub control: Option<&'a Control>,
     /// Name of the controller.
     pub control_name: String,
-    /// Actuators that follow the motion exactly, with whatever effort it takes.
+    /// Actuators that follow the motion exactly, with any effort that this requires.
     pub prescribed: Vec<usize>,
     /// Actuators locked at their start positions.
     pub locked: Vec<usize>,
@@ -44,7 +44,7 @@ pub struct Job<'a> {
     pub friction: bool,
 }
 
-/// Efforts that do not depend on the state.
+/// Efforts independent of the state.
 #[derive(Clone, Copy, Debug)]
 pub enum Feed<'a> {
     /// Given signals.
@@ -61,10 +61,10 @@ pub enum Start<'a> {
     Moving,
     /// First pose of the motion, at rest.
     AtRest,
-    /// First instant of this motion, which need not determine every coordinate: the others start at
-    /// the home pose, at rest.
+    /// First instant of this motion, which may leave coordinates open: those start at the home
+    /// pose, at rest.
     Given(&'a Motion),
-    /// At these coordinates and rates; all others follow from the loops and the home position.
+    /// Known coordinates and rates; all others follow from the loops and the home position.
     Known(&'a [Known]),
     /// Home pose of the model, at rest.
     Home,
@@ -77,7 +77,7 @@ impl Job<'_> {
         self.control.is_some() || feeds || !self.prescribed.is_empty()
     }
 
-    /// The model whose bodies carry the payloads of the load, and the load without them.
+    /// Model whose bodies carry the payloads of the load case, and the load case without them.
     pub(super) fn with_payloads(&self) -> Result<(ModelFile, LoadCase), Error> {
         let mut model = self.model.clone();
         let time = (self.from, self.until);
@@ -91,7 +91,7 @@ impl Job<'_> {
         Ok((model, load))
     }
 
-    /// For each actuator true if it follows the motion.
+    /// True for each actuator that follows the motion.
     pub fn followers(&self) -> Vec<bool> {
         let all = self.control.is_some() || matches!(self.drives, Feed::Inverse);
         let count = self.model.mechanism.actuators().count();
@@ -99,8 +99,8 @@ impl Job<'_> {
     }
 }
 
-/// Prepares a model for simulation: with or without friction, and with locks, which are actuators,
-/// on these degrees of freedom.
+/// Prepares a model for simulation, with or without friction. Locks become actuators on the given
+/// degrees of freedom.
 pub fn arrange(model: &ModelFile, friction: bool, locks: &[(JointId, usize)]) -> ModelFile {
     let mut model = model.clone();
     if !friction {

@@ -2,17 +2,18 @@
 
 use stiction_format::Signal;
 
-/// Number of instants examined: a prime, since poles often lie at simple fractions of the interval.
+/// Number of instants examined: a prime, because poles often lie at simple fractions of the
+/// interval.
 const LOOKS: usize = 4099;
-/// Growth over the last bisections that distinguishes a pole from a zero and a jump: values at a
-/// pole grow by some million.
+/// Growth over the last bisections that distinguishes a pole from a zero and from a jump; values at
+/// a pole grow by a factor of about a million.
 const GROWTH: f64 = 1e3;
-/// Width, in units of the spacing of neighbouring numbers, below which growth counts: other signals
-/// hardly change in it.
+/// Width, in units of the spacing of adjacent floating-point numbers, below which growth is
+/// measured: other signals hardly change within it.
 const NEAR: f64 = 1048576.0;
 
-/// First instant between `from` and `until` at which a signal changes its sign through infinity, s.
-/// Poles without a change of sign are not found.
+/// First instant between `from` and `until` at which a signal changes sign through infinity, s.
+/// Does not detect poles without a change of sign.
 pub fn pole(signal: &Signal, from: f64, until: f64) -> Option<f64> {
     if signal.is_constant() {
         return None;
@@ -47,7 +48,7 @@ fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> O
         }
         let found = value(middle);
         match found {
-            // Zero divided by zero: a sign function written as a quotient.
+            // Zero divided by zero, as in a sign function written as a quotient.
             found if found.is_nan() => break,
             found if found.is_infinite() => return Some(middle),
             0.0 => return None,

@@ -1,4 +1,4 @@
-//! Reference motions of actuators: given by the motion itself, or by the motion of the whole
+//! Reference motions of actuators, given by signals of their own or by the motion of the whole
 //! mechanism.
 
 use super::error::Error;
@@ -9,7 +9,7 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{FrictionFeed, Signal};
 
-/// Reference motion of the actuators that follow the motion.
+/// Reference motions of the actuators that follow the motion.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted<'a> {
     followers: Vec<Follower<'a>>,
@@ -21,7 +21,7 @@ pub(super) struct Wanted<'a> {
 struct Follower<'a> {
     actuator: usize,
     turns: bool,
-    /// Signals of the motion for the actuator itself.
+    /// Signal of the actuator itself.
     signal: Option<&'a Signal>,
     /// Last reference, with angles counted over full turns, and its time, s.
     last: (Target<f64>, f64),
@@ -40,8 +40,8 @@ pub(super) fn own_course<'a>(
 }
 
 impl<'a> Wanted<'a> {
-    /// References before the first sample; `starts` are the actuators' start positions. The motion
-    /// of the whole mechanism is followed only if an actuator without a signal of its own needs it.
+    /// Creates the references before the first sample; `starts` are the actuators' start positions.
+    /// The motion of the whole mechanism is followed only if an actuator has no signal of its own.
     pub(super) fn new(job: &Job<'a>, forward: &Forward, starts: &[f64]) -> Result<Self, Error> {
         let mechanism = forward.mechanism();
         let mut followers = Vec::new();
@@ -81,12 +81,12 @@ impl<'a> Wanted<'a> {
         Ok(&self.now)
     }
 
-    /// Solver that follows the whole motion, if one is needed, at the last instant asked for.
+    /// Solver of the whole motion at the last requested instant, if one is needed.
     pub(super) fn guide(&mut self) -> Option<&mut Guide<'a>> {
         self.guide.as_mut()
     }
 
-    /// Appends the last references of all actuators, and the position of the whole motion.
+    /// Appends the last references of all actuators and the position of the whole motion.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         for follower in &self.followers {
             let (last, time) = follower.last;
@@ -97,8 +97,8 @@ impl<'a> Wanted<'a> {
         }
     }
 
-    /// Takes what [`Self::save`] wrote from the start of `numbers`, and returns the rest; `None` if they are
-    /// of another motion.
+    /// Restores the state written by [`Self::save`] from the start of `numbers` and returns the
+    /// rest; `None` if the numbers belong to another motion.
     pub(super) fn restore<'n>(&mut self, mut numbers: &'n [f64]) -> Option<&'n [f64]> {
         for follower in &mut self.followers {
             let (&[value, rate, time], rest) = numbers.split_first_chunk()?;
@@ -121,8 +121,8 @@ impl Follower<'_> {
         }
     }
 
-    /// Angle closest to the extrapolation of the last one with the mean rate, among those equal up
-    /// to full turns.
+    /// Returns, among angles that differ by full turns, the one closest to the last angle
+    /// extrapolated with the mean rate.
     fn count_on(&mut self, mut now: Target<f64>, time: f64) -> Target<f64> {
         let (last, before) = self.last;
         if self.turns {

@@ -13,12 +13,12 @@ use stiction_core::mechanism::Mechanism;
 pub struct Layout {
     pub(crate) names: Names,
     pub(crate) dofs: Vec<Dof>,
-    /// For each actuator true if it follows a motion.
+    /// True for each actuator that follows a motion.
     pub(crate) wanted: Vec<bool>,
-    /// For each friction interface true if it slides along one direction, so that speed and
-    /// friction have a sign.
+    /// True for each friction interface that slides along one direction, so that speed and friction
+    /// have a sign.
     pub(crate) signed: Vec<bool>,
-    /// For each actuator the index of its degree of freedom.
+    /// Index of each actuator's degree of freedom.
     pub(crate) dof_of_actuator: Vec<usize>,
     bodies: Vec<String>,
 }
@@ -28,19 +28,19 @@ pub struct Layout {
 pub struct Rows {
     /// Time, s.
     pub time: f64,
-    /// `forward.csv`.
+    /// Row of `forward.csv`.
     pub forward: Vec<f64>,
-    /// `reactions.csv`.
+    /// Row of `reactions.csv`.
     pub reactions: Vec<f64>,
-    /// `friction.csv`.
+    /// Row of `friction.csv`.
     pub friction: Vec<f64>,
-    /// `bodies.csv`.
+    /// Row of `bodies.csv`.
     pub bodies: Vec<f64>,
-    /// `energy.csv`.
+    /// Row of `energy.csv`.
     pub energy: Vec<f64>,
 }
 
-/// Columns of a friction interface.
+/// Columns of each friction interface.
 const INTERFACE: [&str; 6] =
     ["speed [m/s]", "load [N]", "friction [N]", "limit [N]", "power [W]", "sticks"];
 
@@ -53,7 +53,8 @@ impl Layout {
             let interfaces = stiction_core::friction::interfaces_of(joint.joint_type);
             joint.friction.iter().map(|f| interfaces[f.place].1.has_one_dof())
         });
-        // Names include the degree of freedom where the joint has several, as in all other columns.
+        // If a joint has several degrees of freedom, names include the degree of freedom, as in all
+        // columns.
         let mut names = Names::new(mechanism);
         for ((name, _), &dof) in names.drives.iter_mut().zip(&dof_of_actuator) {
             let own: &Dof = &dofs[dof];
@@ -94,7 +95,7 @@ impl Layout {
         energy.extend(["loads.work [J]", "dampers.dissipated [J]"].map(str::to_owned));
         energy.extend(columns(interfaces(), &["dissipated [J]"]));
         energy.extend(["error [J]", "turnover [J]"].map(str::to_owned));
-        // The motion table is an input of other commands.
+        // Other commands read the motion table as input.
         let mut motion = Vec::new();
         for &dof in &self.dof_of_actuator {
             let dof = &self.dofs[dof];
@@ -106,7 +107,7 @@ impl Layout {
         [forward, reactions, friction, self.bodies.clone(), energy, motion].map(header)
     }
 
-    /// Index in a row of `forward.csv` at which the columns of a degree of freedom begin.
+    /// Index of the first column of a degree of freedom in a row of `forward.csv`.
     fn place(&self, dof: usize) -> usize {
         let width = |f: &Dof| 3 + f.actuator.map_or(0, |a| 1 + usize::from(self.wanted[a]));
         self.dofs[..dof].iter().map(width).sum()
@@ -125,7 +126,8 @@ impl Layout {
     }
 }
 
-/// Speed and friction of an interface: signed if it slides along one direction, else magnitudes.
+/// Speed and friction of an interface: signed if it slides along one direction, otherwise
+/// magnitudes.
 fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     match signed {
@@ -134,19 +136,19 @@ fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     }
 }
 
-/// Writer of the rows; samples come in the order of time.
+/// Writer of the rows; samples must arrive in the order of time.
 #[derive(Clone, Debug)]
 pub struct Scribe {
     bodies: BodyRow,
 }
 
 impl Scribe {
-    /// Before the first sample.
+    /// Creates a writer before the first sample.
     pub fn new(mechanism: &Mechanism) -> Self {
         Self { bodies: BodyRow::new(mechanism) }
     }
 
-    /// Continues after these rows.
+    /// Continues after these rows, for a restart.
     pub fn follow(&mut self, rows: &Rows) {
         self.bodies.follow(&rows.bodies);
     }

@@ -26,9 +26,9 @@ impl Job<'_> {
         Instants::up_to(self.from, self.until, self.step)
     }
 
-    /// Runs the simulation. Hands each sample to `receive` and reports to `progress` the number of
-    /// samples completed, their total and a function that makes a checkpoint. `stopped` is polled
-    /// for the user's wish to stop. With `mark` the simulation resumes after the samples of that
+    /// Runs the simulation. Passes each sample to `receive`, and to `progress` the number of
+    /// completed samples, their total and a function that creates a checkpoint. Polls `stopped` for
+    /// the user's request to stop. With `mark` the simulation resumes after the last sample of that
     /// checkpoint.
     ///
     /// # Errors
@@ -57,7 +57,7 @@ impl Job<'_> {
                 if !mark.fits(&self.model.mechanism) {
                     return Err(Error::Mark);
                 }
-                // Earlier events are those of the checkpoint.
+                // The checkpoint contains the earlier events.
                 let numbers = mark.simulation.clone();
                 let point = Checkpoint { numbers, events: Vec::new() };
                 let resumed = forward.resume(&point, self.settings);
@@ -93,7 +93,7 @@ impl Job<'_> {
             (done, last) = (mark.samples, simulation.instant().time);
             before.clone_from(&mark.events);
         }
-        // The last checkpoint without its events, and their number.
+        // Last checkpoint without its events, and the number of those events.
         let mut kept: Option<(Mark, usize)> = None;
         for time in instants.iter().skip(done) {
             acting.go_to(time);

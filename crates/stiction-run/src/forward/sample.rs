@@ -7,7 +7,7 @@ use stiction_core::kinematics::Target;
 /// Record of one sample, borrowed from the simulation.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'a> {
-    /// The mechanism's model for forward dynamics.
+    /// Model of the mechanism for forward dynamics.
     pub forward: &'a Forward,
     /// State, accelerations, reactions and frictions at the instant.
     pub instant: &'a Instant,

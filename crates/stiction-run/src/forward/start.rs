@@ -8,7 +8,7 @@ use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
 use stiction_format::Motion;
 
-/// Coordinates and rates of the spanning tree at the start.
+/// Initial coordinates and rates of the spanning tree.
 pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Error> {
     let (motion, moves) = match job.start {
         Start::Moving => (job.motion, true),
@@ -30,7 +30,7 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
             targets.push(Target { rate, ..target });
         }
         match forward.assemble(initial_poses, &coordinates, &targets) {
-            // An incomplete start, or a singular one.
+            // The start is incomplete or singular.
             Err(ForwardError::Assembly(error))
                 if !matches!(error, AssemblyError::AngleRange { .. }) => {}
             other => return other.map_err(Error::Forward),
@@ -69,7 +69,7 @@ fn angular(mut known: Vec<Known>) -> Vec<Known> {
         let (turned, rate) = (vector(|k| k.value), vector(|k| k.rate));
         let angle = turned.norm();
         let across = turned.cross(rate);
-        // Half the angle keeps its digits where it is small.
+        // The half angle keeps the digits of small angles.
         let half = (0.5 * angle).sin();
         let (once, twice) = if angle < 1e-4 {
             (0.5, 1.0 / 6.0)
@@ -84,7 +84,7 @@ fn angular(mut known: Vec<Known>) -> Vec<Known> {
     known
 }
 
-/// A signal without a finite value cannot define a start.
+/// Checks that all signals have finite values; others cannot define a start.
 fn check(motion: &Motion) -> Result<(), Error> {
     for (_, signal) in &motion.coordinates {
         if let Some(fault) = signal.fault_at(motion.start) {

@@ -23,17 +23,17 @@ pub struct Summary {
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
-    /// Magnitudes of the energies whose difference is the error.
+    /// Sizes of the energies whose difference is the energy error.
     energies: Size,
 }
 
-/// Limits of the relative energy error as multiples of the step tolerance. With event-driven
-/// integration the errors of some thousand events add up, and singular poses magnify rounding. Time
-/// stepping is of first order; its error grows with the root of its tolerance.
+/// Limits of the relative energy error as multiples of the step tolerance. In event-driven
+/// integration the errors of thousands of events accumulate, and singular poses amplify rounding.
+/// Time stepping is of first order; its error grows with the root of its tolerance.
 const LOST: f64 = 1e5;
 const LOST_IN_STEPS: f64 = 3e4;
 
-/// Sticking of a friction interface.
+/// Sticking time and stick onsets of a friction interface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sticking {
     /// Total time, s.
@@ -91,7 +91,7 @@ impl Summary {
         self.energies.add(time, rows.energy[0] + rows.energy[1].abs());
     }
 
-    /// For each friction interface its sticking up to the last sample.
+    /// Sticking of each friction interface up to the last sample.
     pub(super) fn sticking(&self, events: &[Event]) -> Vec<Sticking> {
         let Some(first) = &self.first else { return Vec::new() };
         let mut since: Vec<Option<f64>> = first
@@ -125,7 +125,7 @@ impl Summary {
         (self.first.as_ref().map_or(0.0, |first| first.time), self.last.time)
     }
 
-    /// For each friction interface true if it sticks at the first sample.
+    /// True for each friction interface that sticks at the first sample.
     pub fn at_rest_first(&self) -> Vec<bool> {
         let first = self.first.iter().flat_map(|rows| rows.friction.chunks_exact(6));
         first.map(|row| row[5] == 1.0).collect()
@@ -261,21 +261,21 @@ impl Summary {
         1e-13 * self.energies.peak.abs()
     }
 
-    /// Relative error of the energy balance; `None` if no energy is exchanged.
+    /// Relative error of the energy balance; `None` without exchanged energy.
     pub(super) fn energy_error_relative(&self) -> Option<f64> {
         let turnover = self.account().turnover;
         (turnover > self.rounding()).then(|| self.energy_error.peak.abs() / turnover)
     }
 
-    /// Relative error of the energy balance if it exceeds what the method's tolerance explains; the
-    /// results are then not reliable.
+    /// Relative error of the energy balance if it exceeds the error expected from the method's
+    /// tolerance; the results are then unreliable.
     pub fn energy_lost(&self, settings: &Settings, events: &[Event]) -> Option<f64> {
         let [_, in_steps] = methods(events, self.span());
         let most = match in_steps > 0.0 {
             true => LOST_IN_STEPS * settings.time_step_tolerance,
             false => LOST * settings.relative,
         };
-        // A run that hardly moves exchanges energies of the size of rounding errors.
+        // In a run almost without motion, the exchanged energies are as small as rounding errors.
         let matters = self.energy_error.peak.abs() > 1e3 * self.rounding();
         self.energy_error_relative().filter(|part| *part > most && matters)
     }

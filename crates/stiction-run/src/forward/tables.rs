@@ -13,11 +13,11 @@ pub struct Tables<W: io::Write> {
 }
 
 impl<W: io::Write> Tables<W> {
-    /// Names of the tables, in the order in which [`Self::new`] takes their files.
+    /// Names of the tables, in the order of the files passed to [`Self::new`].
     pub const FILES: [&'static str; 6] =
         ["forward.csv", "reactions.csv", "friction.csv", "bodies.csv", "energy.csv", "motion.csv"];
 
-    /// Begins the tables.
+    /// Starts the tables with their headers.
     ///
     /// # Errors
     /// A header cannot be written.
@@ -25,12 +25,12 @@ impl<W: io::Write> Tables<W> {
         Ok(Self { tables: table::Tables::new(layout.headers(), files)? })
     }
 
-    /// Continues tables that have their headers and rows.
+    /// Continues tables that already have headers and rows.
     pub fn onward(files: [W; 6]) -> Self {
         Self { tables: table::Tables::continued(files) }
     }
 
-    /// Writes what is buffered.
+    /// Flushes all buffers.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -51,7 +51,7 @@ impl<W: io::Write> Tables<W> {
         self.tables.add(rows.time, all.map(Vec::as_slice))
     }
 
-    /// Writes what is buffered and returns the files in their order.
+    /// Flushes all buffers and returns the files in their order.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -60,11 +60,11 @@ impl<W: io::Write> Tables<W> {
     }
 }
 
-/// Reads rows of tables written before, in the order of [`Tables::FILES`], and hands them to
+/// Reads the rows of existing tables, in the order of [`Tables::FILES`], and passes them to
 /// `receive`.
 ///
 /// # Errors
-/// A message if these are not `count` rows of this layout.
+/// Returns a message if the tables do not have `count` rows of this layout.
 pub fn read_rows(
     layout: &Layout,
     files: [&mut dyn io::Read; 6],

@@ -125,7 +125,7 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     writeln!(out)
 }
 
-/// Position or rate in SI units; rounding errors relative to 1 m or 1 rad are zero.
+/// Formats a position or rate in SI units; rounding errors relative to 1 m or 1 rad become zero.
 fn settled(x: f64) -> String {
     if x.abs() < 1e-14 { "0".to_owned() } else { number(x) }
 }

@@ -3,7 +3,7 @@
 use stiction_core::dynamics::{AppliedLoad, FrictionMargin, InverseDynamics};
 use stiction_core::mechanism::Mechanism;
 
-/// Largest factor by which coefficients are increased in search of jamming.
+/// Largest factor on the friction coefficients in the search for jamming.
 pub const MOST_MARGIN: f64 = 100.0;
 
 /// Other solutions found.
@@ -20,8 +20,8 @@ pub struct OtherSolutions {
 /// Least friction margin along a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Margin {
-    /// Factor on all friction coefficients at which the mechanism jams; `None` if it does not up to
-    /// [`MOST_MARGIN`].
+    /// Factor on all friction coefficients at which the mechanism jams; `None` if it does not jam
+    /// up to [`MOST_MARGIN`].
     pub factor: Option<f64>,
     /// Time of the least margin, s.
     pub time: f64,
@@ -35,12 +35,12 @@ pub(super) struct Asked {
     pub(super) coupling: Option<f64>,
     /// Efforts of other solutions.
     others: Vec<Vec<f64>>,
-    /// `None` if not requested or not known.
+    /// `None` if not requested or unknown.
     margin: Option<FrictionMargin>,
 }
 
 impl Asked {
-    /// Examines a solved sample; computes the margin on request.
+    /// Examines a solved sample and computes the margin on request.
     pub(super) fn of(
         solver: &mut InverseDynamics,
         loads: &[AppliedLoad<f64>],
@@ -53,7 +53,7 @@ impl Asked {
         Self { coupling, others, margin }
     }
 
-    /// Factor on all coefficients at which the mechanism jams; infinite if it does not.
+    /// Factor on all friction coefficients at which the mechanism jams; infinite if it does not.
     pub(super) fn locks_at(&self) -> Option<f64> {
         self.margin.map(|margin| margin.locks_at.unwrap_or(f64::INFINITY))
     }

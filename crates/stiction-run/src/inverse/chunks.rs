@@ -1,9 +1,9 @@
 //! Parallel evaluation of a motion in chunks.
 //!
-//! Each pose is found from the one before, so each chunk needs a start pose. A scout finds it with
-//! large steps along the motion; the preceding chunk must arrive at the same pose. Chunks have the
-//! same number of samples for any number of threads, and their results are combined in their order,
-//! so results are bitwise independent of the number of threads. If the scout fails or arrives at
+//! Each pose is computed from the previous one, so each chunk needs a start pose. A scout computes
+//! it with large steps along the motion; the preceding chunk must arrive at the same pose. The
+//! chunk size does not depend on the number of threads, and the results are combined in order, so
+//! that they are bitwise independent of the number of threads. If the scout fails or arrives at
 //! another pose, the rest of the motion is followed sample by sample.
 
 use super::error::Error;
@@ -17,12 +17,12 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::kinematics::Target;
 use stiction_core::spatial::Pose;
 
-/// Most samples of a chunk of a small mechanism, and fewest of a large one.
+/// Least and greatest number of samples in a chunk.
 const CHUNK: (usize, usize) = (16, 256);
-/// Bodies and joints in all samples of a chunk, within these limits: results of a chunk wait in
-/// memory.
+/// Number of bodies and joints summed over the samples of a chunk, within these limits; it bounds
+/// the memory of results that wait for their turn.
 const WEIGHT: usize = 8192;
-/// Most samples of a step of the scout; longer steps save no time.
+/// Largest number of samples in a step of the scout; longer steps save no time.
 const LEAP: usize = 16;
 /// Tolerance of equal poses, m or 1: Newton's method converges to 1e-14, and other assembly modes
 /// are far away.
@@ -47,15 +47,15 @@ pub(super) trait Work: Sync {
 /// A completed chunk.
 struct Done<P> {
     piece: P,
-    /// Poses at its start.
+    /// Poses at the start of the chunk.
     begin: Vec<Pose<f64>>,
     /// Poses at the first sample of the next chunk; `None` at the end of the motion.
     end: Option<InverseDynamics>,
-    /// Error that stopped it.
+    /// Error that stopped the chunk.
     error: Option<Error>,
 }
 
-/// Evaluates all chunks on this number of threads and hands their results to `receive` in order.
+/// Evaluates all chunks on this number of threads and passes their results to `receive` in order.
 pub(super) fn carry_out<W: Work>(
     job: &Job<'_>,
     start: &InverseDynamics,
@@ -68,7 +68,7 @@ pub(super) fn carry_out<W: Work>(
     let size = mechanism.bodies().len() + mechanism.joints().len();
     let chunk = (WEIGHT / size.max(1)).clamp(CHUNK.0, CHUNK.1);
     let walk = Walk { job, instants: &instants, work, chunk };
-    // More threads than chunks would idle.
+    // More threads than chunks would be idle.
     let threads = threads.min(instants.count().div_ceil(chunk));
     let mut collector = Collector { walk, last: None, receive: &mut receive };
     if threads <= 1 {
@@ -85,7 +85,7 @@ pub(super) fn carry_out<W: Work>(
         std::thread::scope(|scope| {
             for _ in 0..threads {
                 scope.spawn(|| {
-                    // A waiting thread must learn of an early end of this one.
+                    // Waiting threads are notified when this one ends early.
                     let _leaving = Leaving(&board);
                     while board.has_room() {
                         let next = lock(&seeds).next();
@@ -94,7 +94,7 @@ pub(super) fn carry_out<W: Work>(
                     }
                 });
             }
-            // No thread is left waiting, however this ends.
+            // All threads are released on every exit path.
             let _closing = Closing(&board);
             let mut chunk = 0;
             while let Some(done) = board.take(chunk) {
@@ -147,7 +147,7 @@ impl<W: Work> Walk<'_, W> {
     }
 
     /// Evaluates all samples of a range, with the solver at the first, then moves to the first
-    /// sample after it; false if that does not exist.
+    /// sample after the range; false if that sample does not exist.
     fn walk(
         &self,
         range: Range<usize>,
@@ -182,7 +182,7 @@ impl<W: Work, R> Collector<'_, '_, W, R>
 where
     R: FnMut(Range<usize>, W::Piece) -> Result<(), Error>,
 {
-    /// Takes the next chunk; false if it does not begin where the previous one ends.
+    /// Takes the next chunk; false if it does not start at the end of the previous one.
     fn take(&mut self, chunk: usize, done: Done<W::Piece>) -> Result<bool, Error> {
         if let Some((_, arrived)) = &self.last
             && !is_same(&arrived.bodies().pose, &done.begin)
@@ -222,14 +222,14 @@ fn is_same(a: &[Pose<f64>], b: &[Pose<f64>]) -> bool {
     a.iter().zip(b).all(|(a, b)| entries(a).iter().zip(&entries(b)).all(near))
 }
 
-/// Finds the start poses of chunks with large steps.
+/// Computes the start poses of chunks in large steps.
 struct Seeds<'a> {
     job: &'a Job<'a>,
     instants: &'a Instants,
-    /// Present sample and solver; `None` after a failure.
+    /// Current sample and solver; `None` after a failure.
     solver: Option<InverseDynamics>,
     at: usize,
-    /// Index of the next chunk, and samples of each.
+    /// Index of the next chunk, and number of samples of each.
     next: usize,
     chunk: usize,
     leap: usize,
@@ -262,8 +262,8 @@ impl<'a> Seeds<'a> {
         Some((next, solver))
     }
 
-    /// One step of the scout; `None` for a step that was too long, an error if the motion cannot be
-    /// followed.
+    /// Advances the scout by one step, or halves a step that was too long; `None` if the motion
+    /// cannot be followed.
     fn advance(&mut self, solver: &mut InverseDynamics, first: usize) -> Option<()> {
         let samples = self.leap.min(first - self.at);
         let [from, to] = [self.at, self.at + samples].map(|sample| self.instants.at(sample));
@@ -297,7 +297,7 @@ struct State<P> {
     workers: usize,
 }
 
-/// A thread that panicked leaves no partial state that other threads see.
+/// Locks a mutex, even after a panic: a thread that panicked leaves no partial state behind.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -308,12 +308,12 @@ impl<P> Board<P> {
             state: Mutex::new(State { done: BTreeMap::new(), under_way: 0, workers }),
             changed: Condvar::new(),
             is_closed: AtomicBool::new(false),
-            // Each thread has one chunk in progress and one waiting, so memory stays bounded.
+            // Each thread has one chunk in progress and one waiting, which bounds the memory.
             most: 2 * workers + 1,
         }
     }
 
-    /// Waits until another chunk may begin; false if none is needed any more.
+    /// Waits until another chunk may start; false if no further chunk is needed.
     fn has_room(&self) -> bool {
         let mut state = lock(&self.state);
         while state.under_way >= self.most && !self.is_closed.load(Ordering::Relaxed) {
@@ -328,7 +328,7 @@ impl<P> Board<P> {
         self.changed.notify_all();
     }
 
-    /// Waits for a chunk; `None` if it will not come.
+    /// Waits for a chunk; `None` if it cannot arrive any more.
     fn take(&self, chunk: usize) -> Option<Done<P>> {
         let mut state = lock(&self.state);
         loop {
@@ -345,7 +345,7 @@ impl<P> Board<P> {
     }
 }
 
-/// Reports that a thread has ended.
+/// Guard that reports the end of a thread.
 struct Leaving<'a, P>(&'a Board<P>);
 
 impl<P> Drop for Leaving<'_, P> {
@@ -355,12 +355,12 @@ impl<P> Drop for Leaving<'_, P> {
     }
 }
 
-/// Stops all threads.
+/// Guard that stops all threads.
 struct Closing<'a, P>(&'a Board<P>);
 
 impl<P> Drop for Closing<'_, P> {
     fn drop(&mut self) {
-        // Holds the lock, so that no thread starts to wait in between.
+        // The lock ensures that no thread starts to wait in between.
         let _state = lock(&self.0.state);
         self.0.is_closed.store(true, Ordering::Relaxed);
         self.0.changed.notify_all();

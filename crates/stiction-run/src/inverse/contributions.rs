@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-9;
 const ALL: usize = 6;
 
 impl Job<'_> {
-    /// True if there are friction contributions: friction acts and a joint is actuated.
+    /// True if friction contributions exist: friction acts and a joint is actuated.
     pub fn has_shares(&self) -> bool {
         let mechanism = &self.model.mechanism;
         self.friction != FrictionMode::Off
@@ -27,7 +27,7 @@ impl Job<'_> {
     }
 }
 
-/// For each actuator the sizes of the contributions of all friction interfaces.
+/// Sizes of the contributions of all friction interfaces to each actuator's effort.
 #[derive(Clone, Debug)]
 pub(super) struct Ranking(Vec<Vec<Size>>);
 
@@ -44,8 +44,7 @@ impl Ranking {
         }
     }
 
-    /// Friction interfaces that contribute to an actuator's effort, the largest root mean square
-    /// first.
+    /// Friction interfaces that contribute to an actuator's effort, by decreasing root mean square.
     fn ranked(&self, drive: usize) -> Vec<usize> {
         let sizes = &self.0[drive];
         let largest = sizes.iter().map(Size::rms).fold(0.0, f64::max);
@@ -72,7 +71,7 @@ impl Ranking {
         names: &Names,
         changes: &[(f64, f64)],
     ) -> fmt::Result {
-        // Relative to the effort, since forces do not compare with torques.
+        // Relative to the effort, because forces and torques are not comparable.
         let relative = |drive: &usize| changes[*drive].0 / changes[*drive].1;
         let mut drives: Vec<usize> =
             (0..changes.len()).filter(|&drive| changes[drive].0 > 0.0).collect();
@@ -105,7 +104,7 @@ impl Ranking {
     }
 }
 
-/// Curves of all contributions.
+/// Curves of all friction contributions.
 #[derive(Clone, Debug)]
 pub(super) struct ShareCurves {
     ranking: Ranking,

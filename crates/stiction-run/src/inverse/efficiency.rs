@@ -1,5 +1,5 @@
-//! Efficiency: fraction of the work that arrives, with the actuators driving or with the load
-//! driving them back.
+//! Efficiency: fraction of the work transmitted, with the actuators driving or with the load
+//! back-driving them.
 //!
 //! Equation (E3) of the book's theory.
 
@@ -15,8 +15,8 @@ const ROUNDING: f64 = 1e-9;
 /// Largest number of actuators listed.
 const NAMED: usize = 3;
 
-/// Power left by friction when the load drives an actuator back, at one pose and in the direction
-/// in which the load does so.
+/// Power that remains after friction when the load back-drives an actuator, at one pose and in the
+/// direction in which the load drives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backward {
     /// The load drives the actuator in neither direction.
@@ -29,7 +29,7 @@ pub enum Backward {
         /// and cannot be back-driven.
         left: f64,
     },
-    /// Friction jams the mechanism in that direction, whatever the efforts.
+    /// Friction jams the mechanism in that direction for any efforts.
     Locked,
     /// The forces in that direction cannot be computed.
     Unknown,
@@ -46,7 +46,7 @@ pub(super) fn look_back(
     let powers = |solver: &InverseDynamics, forces: &Forces| -> Vec<(f64, f64)> {
         let drives = forces.efforts_frictionless.iter().zip(&forces.efforts);
         let at_rates = drives.zip(solver.actuator_rates());
-        // Power that the actuator absorbs.
+        // Power absorbed by the actuator.
         at_rates.map(|((without, with), rate)| (-without * rate, -with * rate)).collect()
     };
     let forces = solver.forces();
@@ -79,11 +79,11 @@ pub(super) fn look_back(
 /// Back-drivability of one actuator along a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct BackDriving {
-    /// Number of samples at which the load drives it in some direction.
+    /// Number of samples at which the load back-drives the actuator in some direction.
     samples: usize,
     /// Number of samples at which friction dissipates all of the power.
     stopped: usize,
-    /// Number of samples without a result.
+    /// Number of samples with unknown results.
     unknown: usize,
     least: Least,
     given: f64,
@@ -128,7 +128,8 @@ impl BackDriving {
 pub(super) struct Efficiency {
     last: Option<Powers>,
     samples: usize,
-    /// Work while the actuators together deliver power: their work and the part dissipated, J.
+    /// Work while the actuators together deliver power: their work and the dissipated part of it,
+    /// J.
     delivered: f64,
     dissipated: f64,
     turnover: f64,
@@ -186,14 +187,14 @@ impl Efficiency {
         self.dissipated += (a.dissipated + (b.dissipated - a.dissipated) * amid) * duration;
     }
 
-    /// Fraction of the actuators' work that is not dissipated; `None` if they deliver none. At a
-    /// single instant the fraction of their power.
+    /// Fraction of the actuators' work that is not dissipated; `None` if they deliver no work. At a
+    /// single instant, the fraction of their power.
     pub(super) fn forward(&self) -> Option<f64> {
         let (delivered, dissipated, turnover) = match (self.samples, self.last) {
             (1, Some(only)) => (only.drives, only.dissipated, only.turnover),
             _ => (self.delivered, self.dissipated, self.turnover),
         };
-        // If the load assists and friction dissipates everything, no work arrives.
+        // If the load assists and friction dissipates everything, the transmitted work is zero.
         (delivered > ROUNDING * turnover).then(|| (1.0 - dissipated / delivered).max(0.0))
     }
 
@@ -204,7 +205,7 @@ impl Efficiency {
         json!({ "forward": self.forward(), "backward": backward })
     }
 
-    /// Writes one line, or nothing without a result.
+    /// Writes one line; without a result writes no line.
     pub(super) fn write(&self, out: &mut impl Write, names: &Names) -> fmt::Result {
         let forward = self.forward().map(|part| format!("forward {}", percent(Some(part))));
         let pairs = || names.drives.iter().map(|(name, _)| name).zip(&self.backward);
@@ -217,7 +218,7 @@ impl Efficiency {
                 format!("backward at least {part} ({name} at t = {time} s)")
             })
         } else {
-            // Least efficiency first.
+            // Actuators for which friction dissipates all power most often come first.
             stopped.sort_by_key(|(_, back)| std::cmp::Reverse(back.stopped));
             let words = stopped.iter().take(NAMED).enumerate().map(|(k, (name, back))| {
                 let unit = if k == 0 { " samples" } else { "" };

@@ -44,7 +44,8 @@ pub enum Error {
         /// Cause.
         error: AssemblyError,
     },
-    /// A part is carried by a body with a local degree of freedom, such as a rod between two balls.
+    /// A body with a local degree of freedom, such as a rod between two spherical joints, carries a
+    /// part.
     #[error("`{body}` carries a payload, but can spin freely about its own axis")]
     Payload {
         /// The body.
@@ -70,7 +71,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// True for input that cannot be used, false for a question without an answer.
+    /// True for unusable input, false for a valid problem without a solution.
     pub fn is_bad_input(&self) -> bool {
         matches!(
             self,

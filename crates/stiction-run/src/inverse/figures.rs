@@ -16,7 +16,7 @@ pub struct Curves {
     has_friction: bool,
     title: String,
     drives: Vec<[Trace; 2]>,
-    /// For each actuator its interval at rest, and true once the interval has a width.
+    /// Interval of each actuator's effort at rest, and true once the interval has a width.
     intervals: Vec<([Trace; 2], bool)>,
     friction: ByLeg,
     power: [Trace; 4],

@@ -26,8 +26,8 @@ pub(super) struct Gathered<'a> {
 }
 
 impl<'a> Gathered<'a> {
-    /// Nothing yet; `verdict` holds what the scan of the motion found, `origin` is the kernel's
-    /// origin in the world, m.
+    /// Creates an empty result; `verdict` holds the results of the motion scan, `origin` is the
+    /// kernel's origin in the world, m.
     pub(super) fn new(job: &Job<'a>, verdict: Verdict, origin: Vec3<f64>) -> Self {
         Self {
             verdict,
@@ -41,7 +41,7 @@ impl<'a> Gathered<'a> {
         }
     }
 
-    /// Adds a sample, and hands it to `receive` while all samples have forces.
+    /// Adds a sample and passes it to `receive` as long as all samples have forces.
     pub(super) fn take(
         &mut self,
         mechanism: &Mechanism,
@@ -59,7 +59,8 @@ impl<'a> Gathered<'a> {
                     InverseError::CannotCarry { .. } => {
                         add_missing(&mut self.missing, time, error, verdict.samples);
                     }
-                    // Continues: a load that cannot be carried at a later sample explains more.
+                    // The run continues, because a later load that cannot be carried is a better
+                    // explanation.
                     _ => {
                         self.failed.get_or_insert((time, error));
                     }
@@ -69,7 +70,7 @@ impl<'a> Gathered<'a> {
         };
         self.turns.add(time, &mut found.joints);
         let passage = self.sides.see(found.side, time);
-        // At singular poses the sign of the determinant is rounding.
+        // At singular poses only rounding determines the sign of the determinant.
         if self.last_distance != 0.0 && found.distances.actuation > 0.0 {
             verdict.passed_singularities.extend(passage);
         }
@@ -99,7 +100,7 @@ impl<'a> Gathered<'a> {
                 Ok(verdict)
             }
             (Some(missing), None) => Err(Error::CannotCarry(Box::new(missing))),
-            // Jamming before a singular pose explains more than the singular pose.
+            // Jamming before a singular pose is a better explanation than the singular pose.
             (Some(missing), Some((time, error @ InverseError::Locked { .. })))
                 if missing.time > time =>
             {

@@ -53,9 +53,9 @@ impl Job<'_> {
             .map_err(|error| Error::Assembly { time, error })
     }
 
-    /// Coordinates that must be locked for the configuration at the first instant to be determined, by name,
-    /// and a motion that consists of this instant with these coordinates locked; `None` if the motion determines the
-    /// configuration by itself.
+    /// Names of the coordinates that must be locked to determine the configuration at the first
+    /// instant, and a motion that consists of this instant with these coordinates locked; `None` if
+    /// the motion alone determines the configuration.
     ///
     /// # Errors
     /// The mechanism cannot be assembled for another reason.
@@ -100,7 +100,7 @@ impl Job<'_> {
         self.check_motion(to)?;
         let followed = solver.follow(from, to, |t, targets| self.targets_at(t, targets));
         followed.or_else(|error| {
-            // A recording may fail to be read during the step.
+            // Reading a recording may fail during the step.
             self.check_motion(to)?;
             Err(Error::Assembly { time: to, error })
         })
@@ -122,12 +122,12 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Replaces `loads` by the external wrenches at the instant, s, at which the solver stands, and
-    /// by weight and inertia forces of the parts that are carried on one side of it.
+    /// Replaces `loads` by the external wrenches at the solver's instant, s, and by the weights and
+    /// inertia forces of the payloads carried on one side of it.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] if a load has no value; [`Error::Payload`] for a part on a body that can
-    /// spin freely, whose acceleration is not known before the forces.
+    /// [`Error::NotFinite`] if a load has no value; [`Error::Payload`] for a payload on a body that
+    /// can spin freely, because its acceleration is unknown before the forces are computed.
     pub fn loads_of(
         &self,
         solver: &InverseDynamics,
@@ -148,8 +148,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Replaces `loads` by the external wrenches at an instant, s, and by the weights of the parts
-    /// that are carried after it, for a mechanism at rest.
+    /// Replaces `loads` by the external wrenches at an instant, s, and by the weights of the
+    /// payloads carried after it, for a mechanism at rest.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value.

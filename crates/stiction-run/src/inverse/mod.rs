@@ -1,4 +1,4 @@
-//! Inverse dynamics along a motion: the main job.
+//! Inverse dynamics along a motion.
 
 mod certainty;
 mod chunks;

@@ -7,9 +7,9 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::parameters::InterfaceParameters;
 use stiction_core::statics::{Constraints, SingularityDistances};
 
-/// Follows the motion without computing forces.
+/// Chunk evaluation that follows the motion without computing forces.
 pub(super) struct Following {
-    /// Samples at which the mobility is counted.
+    /// Samples at which the mobility is computed.
     pub(super) mobility_at: [usize; 3],
 }
 
@@ -21,7 +21,7 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// Result for no samples.
+    /// Result of an empty set of samples.
     pub(super) fn none() -> Self {
         Self { fastest: 0.0, mobility: usize::MAX }
     }
@@ -56,11 +56,11 @@ impl Work for Following {
     }
 }
 
-/// Constraints farther from linear dependence than this are independent by any rank decision.
+/// Distance from linear dependence beyond which constraints count as independent.
 const INDEPENDENT: f64 = 1e-8;
 
-/// Mobility at the present pose. If sparse products show the constraints to be independent, it is
-/// the number of prescribed coordinates.
+/// Mobility at the current pose. If sparse products prove the constraints independent, it is the
+/// number of prescribed coordinates.
 fn mobility(solver: &InverseDynamics) -> usize {
     let mechanism = solver.mechanism();
     if is_determined(solver)
@@ -73,7 +73,7 @@ fn mobility(solver: &InverseDynamics) -> usize {
     Constraints::new(&solver.statics()).mobility()
 }
 
-/// Fastest sliding speed of all friction interfaces at the present state, m/s.
+/// Fastest sliding speed of all friction interfaces in the current state, m/s.
 fn fastest_interface(solver: &InverseDynamics) -> f64 {
     let (topology, bodies) = (solver.topology(), solver.bodies());
     let speed = |interface: &InterfaceParameters<f64>| {

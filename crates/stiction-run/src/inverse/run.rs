@@ -21,16 +21,16 @@ pub enum Phase {
     Forces,
 }
 
-/// Fraction of the fastest sliding speed below which an interface rests: at reversals rounding
-/// leaves 1e-16 of it, not zero.
+/// Fraction of the fastest sliding speed below which an interface is at rest: at reversals rounding
+/// leaves 1e-16 of it instead of zero.
 const REST: f64 = 1e-9;
-/// Sliding speed below which an interface rests in any motion, m/s. It decides where all samples
+/// Sliding speed below which an interface is at rest in any motion, m/s. It applies if all samples
 /// are reversals or single poses.
 const STANDSTILL: f64 = 1e-12;
 
 impl Job<'_> {
-    /// Runs on one thread. Hands each sample to `receive` and reports to `progress` the phase, the
-    /// samples done and their total; the run stops when `progress` returns false.
+    /// Runs on one thread. Passes each sample to `receive`, and to `progress` the phase, the number
+    /// of completed samples and their total; the run stops when `progress` returns false.
     ///
     /// # Errors
     /// See [`enum@Error`].
@@ -42,8 +42,8 @@ impl Job<'_> {
         self.run_on(1, receive, progress)
     }
 
-    /// Runs on this number of threads; `receive` and `progress` are called on the caller's. Results
-    /// do not depend on the number of threads.
+    /// Runs on this number of threads; `receive` and `progress` are called on the caller's thread.
+    /// Results do not depend on the number of threads.
     ///
     /// # Errors
     /// See [`enum@Error`].
@@ -57,7 +57,7 @@ impl Job<'_> {
         let count = instants.count();
         let mut start = self.assemble(instants.at(0))?;
 
-        // First the scan of the motion.
+        // The first pass scans the motion.
         let mut pace = Pace::none();
         let following = Following { mobility_at: [0, count / 3, 2 * count / 3] };
         chunks::carry_out(self, &start, &following, threads, |range, piece: Pace| {
@@ -70,7 +70,8 @@ impl Job<'_> {
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
         let spins = start.constraints().spins().len();
         let actuators = start.mechanism().actuators().count();
-        // Mobility intended by the design: as much as the actuators control.
+        // Mobility intended by the design: at most the actuated degrees of freedom and the local
+        // rotations.
         let meant = pace.mobility.min(actuators + spins);
         let verdict = Verdict {
             samples: count,

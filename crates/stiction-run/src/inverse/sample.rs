@@ -26,20 +26,20 @@ pub struct Sample<'a> {
     pub closure: f64,
     /// Singularity indices.
     pub distances: Distances,
-    /// For each joint and each component of its reaction (force, then moment) true if statics
-    /// determines it.
+    /// True for each component of each joint's reaction (force, then moment) that statics
+    /// determines.
     pub determined_reactions: &'a [[bool; 6]],
-    /// For each friction interface true if its normal load is determined.
+    /// True for each friction interface whose normal load is determined.
     pub determined_loads: &'a [bool],
-    /// For each actuator true if its effort is determined.
+    /// True for each actuator whose effort is determined.
     pub determined_drives: &'a [bool],
-    /// Coupling of friction and reactions: below one the solution is unique. `None` if unknown.
+    /// Coupling of friction and reactions; the solution is unique below one. `None` if unknown.
     pub coupling: Option<f64>,
     /// Factor on all friction coefficients at which the mechanism jams, infinite if it does not;
     /// `None` unless requested.
     pub friction_margin: Option<f64>,
-    /// Contribution of each friction interface to each actuator effort.
+    /// Contribution of each friction interface to each actuator's effort.
     pub shares: &'a Shares<f64>,
-    /// For each actuator the power with which the load drives it back; empty without friction.
+    /// Power with which the load back-drives each actuator; empty without friction.
     pub backward: &'a [Backward],
 }

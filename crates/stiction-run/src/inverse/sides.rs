@@ -1,4 +1,5 @@
-//! Singular poses between samples, at which the determinant of the actuation changes its sign.
+//! Passages of singular poses between samples, detected by sign changes of the actuation
+//! determinant.
 
 use stiction_core::dynamics::InverseDynamics;
 

@@ -20,9 +20,9 @@ use stiction_format::Side;
 /// Computes forces and verdicts at each sample.
 pub(super) struct Solving<'a> {
     pub(super) job: &'a Job<'a>,
-    /// Initial buffers.
+    /// Buffers for each chunk, copied at its start.
     pub(super) uniqueness: Uniqueness,
-    /// The degrees of freedom of [`Sample::joints`].
+    /// Degrees of freedom of [`Sample::joints`].
     pub(super) dofs: Vec<Dof>,
 }
 
@@ -61,7 +61,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Record for the receivers.
+    /// Record passed to the receivers.
     pub(super) fn sample(&self, time: f64, origin: Vec3<f64>) -> Sample<'_> {
         Sample {
             time,
@@ -102,7 +102,7 @@ impl Work for Solving<'_> {
         _sample: usize,
         time: f64,
     ) -> Result<(), Error> {
-        // Where a part is picked up or placed, forces jump: both values are results.
+        // Forces jump where a part is picked up or placed; the results include both sides.
         let sides = [Side::Before, Side::After];
         let jumps = self.job.load.jumps_at(time);
         for side in sides.into_iter().skip(usize::from(!jumps)) {
@@ -113,7 +113,7 @@ impl Work for Solving<'_> {
                     piece.has_failed = true;
                     piece.looks.push(Look { time, found: Err(error) });
                 }
-                // After a failure the other samples are not needed.
+                // After a failure the other samples are unnecessary.
                 Ok(_) if piece.has_failed => {}
                 Ok(_) => {
                     let found = self.find(piece, solver, loads, time);

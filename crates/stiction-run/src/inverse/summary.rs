@@ -20,18 +20,18 @@ use stiction_core::dynamics::{Bounds, FrictionMode, Weighting};
 pub struct Summary {
     pub(super) names: Names,
     pub(super) drives: Vec<Comparison>,
-    /// For each actuator its degree of freedom among those of [`Sample::joints`].
+    /// Degree of freedom of each actuator among those of [`Sample::joints`].
     actuated: Vec<usize>,
-    /// For each actuator its coordinate, m or rad, its speed, m/s or rad/s, and its power, W.
+    /// Coordinate (m or rad), speed (m/s or rad/s) and power (W) of each actuator.
     motions: Vec<(Range, Size, Size)>,
-    /// For each actuator the width of its effort's interval at rest.
+    /// Width of the interval of each actuator's effort at rest.
     pub(super) widest: Vec<Size>,
-    /// The widest interval of each actuator's effort.
+    /// Widest interval of each actuator's effort.
     pub(super) widest_bounds: Vec<(f64, f64)>,
     /// Guaranteed bounds of the effort at the instant of the widest interval.
     widest_outer: Vec<(f64, f64)>,
-    /// For each actuator the greatest distance of guaranteed bounds beyond the interval, and the
-    /// numbers of samples at rest by their certainty.
+    /// Greatest distance of each actuator's guaranteed bounds beyond the interval, and the numbers
+    /// of samples at rest by their certainty.
     pub(super) certified_within: Vec<f64>,
     pub(super) certainty: Certainty,
     pub(super) resting_samples: usize,
@@ -50,7 +50,7 @@ pub struct Summary {
     pub(super) closure: Size,
     pub(super) actuation: Least,
     pub(super) constraint: Least,
-    /// For each joint and component true if it is determined at all samples.
+    /// True for each component of each joint's reaction that is determined at all samples.
     pub(super) determined_reactions: Vec<[bool; 6]>,
     pub(super) determined_loads: Vec<bool>,
     pub(super) determined_drives: Vec<bool>,
@@ -183,14 +183,14 @@ impl Summary {
             .collect()
     }
 
-    /// True if efforts are unique: no actuator is redundant, and no friction depends on an
-    /// undetermined reaction.
+    /// True if the efforts are unique: the actuators are not redundant, and no friction depends on
+    /// an undetermined reaction.
     pub(super) fn drives_are_unique(&self, friction: FrictionMode) -> bool {
         let frictions = friction == FrictionMode::Off || !self.determined_loads.contains(&false);
         frictions && !self.determined_drives.contains(&false)
     }
 
-    /// Friction interfaces whose normal load, and so friction, is not unique.
+    /// Friction interfaces whose normal load, and thus friction, is not unique.
     pub(super) fn frictions_that_are_not_unique(&self) -> impl Iterator<Item = &str> {
         let interfaces = self.names.interfaces.iter().zip(&self.determined_loads);
         interfaces.filter(|(_, determined)| !**determined).map(|((name, _), _)| name.as_str())
@@ -276,7 +276,7 @@ impl Summary {
                 "dissipated_part": (total > 0.0).then(|| self.dissipated[k].value / total),
                 "determined": self.determined_loads[k],
             });
-            // Present only for laws with a state.
+            // Only laws with a state have this entry.
             if self.names.steady.contains(name) {
                 value["law"] = json!("steady state of a law with a state");
             }
@@ -377,7 +377,7 @@ pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
     }
 }
 
-/// Declared weighting that selects the undetermined parts; `None` if everything is unique.
+/// Declared weighting that selects the undetermined parts; `None` if the solution is unique.
 pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String> {
     let mechanism = &job.model.mechanism;
     let length = mechanism.characteristic_length();

@@ -1,4 +1,4 @@
-//! The tables of a run of inverse dynamics: columns and rows.
+//! Tables of a run of inverse dynamics: columns and rows.
 
 use super::job::Job;
 use super::sample::Sample;
@@ -23,21 +23,21 @@ const CONTRIBUTIONS: &str = "shares.csv";
 /// body; `shares.csv` the contribution of every friction interface to every actuator's effort.
 pub struct Tables<W: io::Write> {
     tables: table::Tables<W>,
-    /// For each actuator its degree of freedom among those of [`Sample::joints`].
+    /// Degree of freedom of each actuator among those of [`Sample::joints`].
     actuated: Vec<usize>,
-    /// For each leg its first and its last joint.
+    /// First and last joint of each leg.
     legs: Vec<(usize, usize)>,
     bodies: BodyRow,
     rows: [Vec<f64>; 6],
 }
 
 impl<W: io::Write> Tables<W> {
-    /// Names of the job's tables, in the order in which [`Self::new`] takes their files.
+    /// Names of the job's tables, in the order of the files passed to [`Self::new`].
     pub fn files(job: &Job<'_>) -> Vec<&'static str> {
         FILES.into_iter().chain(job.has_shares().then_some(CONTRIBUTIONS)).collect()
     }
 
-    /// Begins the tables.
+    /// Starts the tables with their headers.
     ///
     /// # Errors
     /// A header cannot be written.
@@ -96,7 +96,7 @@ impl<W: io::Write> Tables<W> {
         self.tables.add(sample.time, self.rows.iter().map(Vec::as_slice))
     }
 
-    /// Writes what is buffered and returns the files in their order.
+    /// Flushes all buffers and returns the files in their order.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -136,7 +136,7 @@ impl<W: io::Write> Tables<W> {
             friction.extend([interface.power, flag(determined)]);
         }
         if !forces.interfaces.is_empty() {
-            // An unknown coupling has no bound.
+            // Infinity stands for an unknown coupling.
             friction.push(sample.coupling.unwrap_or(f64::INFINITY));
         }
         bodies.extend_from_slice(self.bodies.of(sample.bodies, sample.origin, sample.loads));

@@ -12,7 +12,8 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::FrictionMode;
 use stiction_draw::numbers::{number, order, percent};
 
-/// Accuracy of singularity indices where rates at a singular pose are finite: the root of rounding.
+/// Accuracy of singularity indices where rates at a singular pose are finite: the square root of
+/// the rounding error.
 const ROOT_OF_ROUNDING: f64 = 1e-6;
 /// Singularity index below which the summary has a caution.
 const NEAR_SINGULAR: f64 = 1e-3;
@@ -103,7 +104,7 @@ fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::
     writeln!(out)
 }
 
-/// Intervals of the efforts where joints rest, and how certain they are.
+/// Writes the intervals of the efforts at rest and their certainty.
 fn write_rest(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     if summary.resting_samples == 0 {
         return Ok(());
@@ -171,7 +172,7 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
     )?;
     for &k in listed {
         let (force, moment) = &summary.reactions[k];
-        // Values of the size of rounding errors are zero.
+        // Values as small as rounding errors become zero.
         let noise = 1e-12 * force.peak * length;
         write!(
             out,
@@ -198,7 +199,7 @@ fn write_friction(
     if !summary.has_friction(job) {
         return Ok(());
     }
-    // At a single instant there is power but no work.
+    // A single instant has power but no work.
     let is_pose = verdict.samples == 1;
     let amount = |integral: &Integral| if is_pose { integral.last() } else { integral.value };
     let total = amount(&summary.work.dissipated);
@@ -211,7 +212,7 @@ fn write_friction(
     interfaces.sort_by(|a, b| b.0.total_cmp(&a.0));
     let unit = if is_pose { "W" } else { "J" };
     write!(out, "friction dissipates {} {unit}", number(total))?;
-    // Zero has no fractions.
+    // A zero total has no fractions.
     if total != 0.0 {
         let shares = interfaces.iter().take(LISTED);
         let shares = shares.map(|(part, name)| format!("{name} {}", percent(Some(part / total))));
@@ -324,7 +325,7 @@ fn write_verdicts(
     }
 }
 
-/// Writes the singular poses at which the load happens to be carried.
+/// Writes the singular poses whose load happens to be carried.
 fn write_singular(
     out: &mut impl Write,
     summary: &Summary,
@@ -362,7 +363,7 @@ fn write_singular(
     Ok(())
 }
 
-/// Writes to what extent the solution is unique with friction.
+/// Writes the extent to which the solution with friction is unique.
 fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Result {
     if let Some(coupling) = verdict.coupling.filter(|coupling| *coupling < 1.0) {
         return match coupling > 1e-9 {

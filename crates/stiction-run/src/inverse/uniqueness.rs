@@ -13,7 +13,7 @@ pub(super) struct Uniqueness {
     /// Mobility intended by the design, local rotations included.
     mobility: usize,
     joint_types: Vec<JointType>,
-    /// True if statics has as many unknowns as equations.
+    /// Calculator of the indices; `None` unless statics has as many unknowns as equations.
     proximity: Option<SingularityDistances>,
     pub(super) distances: Distances,
     pub(super) redundancy: usize,
@@ -35,18 +35,18 @@ pub struct Singular {
     pub samples: usize,
     /// Time of the first, s.
     pub time: f64,
-    /// Body that can move there with all actuators locked.
+    /// Body that can move at that pose with all actuators locked.
     pub body: String,
-    /// Its motion in words.
+    /// Motion of the body in words.
     pub motion: String,
-    /// Load that could not be carried there.
+    /// Load that could not be carried at that pose.
     pub load: String,
-    /// Self-stresses that may be added to the forces there.
+    /// Self-stresses that may be added to the forces at that pose.
     pub null_directions: Vec<NullDirection>,
 }
 
 impl Uniqueness {
-    /// Everything unique; buffers are empty.
+    /// Creates a unique result with empty buffers.
     pub(super) fn new(solver: &InverseDynamics, mobility: usize) -> Self {
         let mechanism = solver.mechanism();
         Self {
@@ -64,11 +64,11 @@ impl Uniqueness {
         }
     }
 
-    /// Examines the present pose.
+    /// Examines the current pose.
     pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64) {
         (self.is_singular, self.singular) = (false, None);
         if is_determined(solver) {
-            // Only the distances are needed.
+            // Only the singularity indices must be computed.
             self.redundancy = 0;
             self.reactions.fill([true; 6]);
             self.loads.fill(true);
@@ -96,7 +96,7 @@ impl Uniqueness {
     }
 }
 
-/// True if statics determines everything: no redundancy, and no local rotation of a body.
+/// True if statics determines all forces: no redundancy and no local rotation of a body.
 pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
     let has_spins = !solver.constraints().spins().is_empty();
     solver.weighting() == Some(Weighting::Determined) && !has_spins

@@ -9,25 +9,25 @@ use stiction_core::dynamics::{InverseDynamics, Weighting};
 pub struct Verdict {
     /// Number of samples.
     pub samples: usize,
-    /// Notes on the first configuration against `home` and `start`.
+    /// Notes on differences of the first configuration from `home` and `start`.
     pub assembly_notes: Vec<String>,
-    /// Mobility left by the constraints, the least along the motion, local rotations included.
+    /// Least mobility along the motion left by the constraints, local rotations included.
     pub mobility: usize,
     /// Bodies with a passive rotation about their own axis.
     pub idle_spins: Vec<String>,
     /// Number of redundant constraints and actuators.
     pub redundancy: usize,
-    /// Weighting that selects among the solutions; `None` for the dense fallback.
+    /// Weighting that selects one of the solutions; `None` for the dense fallback.
     pub weighting: Option<Weighting>,
-    /// Sliding speed below which friction interfaces rest, m/s.
+    /// Sliding speed below which friction interfaces are at rest, m/s.
     pub rest_speed: f64,
-    /// Greatest coupling of friction and reactions along the motion: below one the solution is
-    /// unique. `None` if unknown.
+    /// Greatest coupling of friction and reactions along the motion; the solution is unique below
+    /// one. `None` if unknown.
     pub coupling: Option<f64>,
     /// Pairs of neighbouring samples, s, between which the mechanism passes a singular pose without
     /// a finite effort.
     pub passed_singularities: Vec<(f64, f64)>,
-    /// Other solutions found; the one reported is continued from zero friction.
+    /// Other solutions; the reported one is continued from zero friction.
     pub other_solutions: Option<OtherSolutions>,
     /// Least friction margin to jamming, if requested.
     pub friction_margin: Option<Margin>,

@@ -1,4 +1,4 @@
-//! Elements of the page. Plain text is escaped; arguments named `inner` are markup.
+//! HTML elements of the page. Plain text is escaped; arguments named `inner` are markup.
 
 use stiction_draw::page;
 use stiction_draw::xml::escape;
@@ -22,7 +22,7 @@ pub(super) fn note(text: &str) -> String {
     format!("<p class=\"note\">{}</p>\n", escape(text))
 }
 
-/// Table; nothing without rows.
+/// Table; empty without rows.
 pub(super) fn table(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -33,7 +33,7 @@ pub(super) fn table(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
     format!("<div class=\"wide\">{}</div>\n", page::table(&head, &rows))
 }
 
-/// Long tables are folded.
+/// Collapsible section for long tables.
 pub(super) fn folded(summary: &str, inner: &str) -> String {
     if inner.is_empty() {
         return String::new();

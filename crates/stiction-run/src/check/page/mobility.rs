@@ -70,7 +70,7 @@ fn gap(findings: &Findings) -> String {
 }
 
 fn bodies(findings: &Findings) -> String {
-    // Bodies with most joints first: the tool is usually on one of them.
+    // Bodies with most joints come first, because the tool is usually on one of them.
     let mut bodies: Vec<_> = findings.mobility.bodies.iter().collect();
     bodies.sort_by_key(|body| std::cmp::Reverse(body.motions.len() + body.first_order_only.len()));
     let blocked = bodies.iter().any(|body| !body.first_order_only.is_empty());

@@ -1,6 +1,6 @@
 //! Results of a check as a self-contained page with a picture of the mechanism.
 //!
-//! Each section is one function. `html` escapes names and titles, which come from the user's files.
+//! Each section is a function. `html` escapes names and titles, which come from the user's files.
 
 mod html;
 mod mobility;
@@ -19,7 +19,7 @@ use stiction_draw::xml::escape;
 /// Result of [`draw_page`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page {
-    /// A complete page in HTML that is well-formed XML, too.
+    /// Complete HTML page that is also well-formed XML.
     pub html: String,
     /// Picture of the mechanism in SVG on white.
     pub picture: String,

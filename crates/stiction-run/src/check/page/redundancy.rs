@@ -40,7 +40,7 @@ pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
     section("Redundancy and uniqueness", &inner)
 }
 
-/// The first names of a list and the number of the others.
+/// First names of a list and the number of the remaining ones.
 fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
     let name = |load: &JointLoad| job.model.mechanism.joints()[load.joint.0].name.as_str();
     let few: Vec<&str> = stress.iter().take(6).map(name).collect();
@@ -54,7 +54,7 @@ fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
 fn self_stress(job: &Job<'_>, stress: &[JointLoad]) -> String {
     let largest = |part: fn(&JointLoad) -> f64| stress.iter().map(part).fold(0.0, f64::max);
     let (force, moment) = (largest(|load| load.force.norm()), largest(|load| load.moment.norm()));
-    // Values of the size of rounding errors relative to the largest are zero.
+    // Values as small as rounding errors of the largest become zero.
     let clean = |x: f64, largest: f64| {
         if x.abs() < 1e-9 * largest { "0".to_owned() } else { number(x) }
     };

@@ -69,7 +69,7 @@ fn row(kind: Kind, nearness: &Nearness, samples: usize) -> Vec<String> {
     vec![kind.word().into(), distance, when, singular, held, meaning.into()]
 }
 
-/// Makes a sentence: capital letter and full stop.
+/// Turns text into a sentence with a capital letter and a full stop.
 fn capitalised(sentence: &str) -> String {
     let mut letters = sentence.chars();
     let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();

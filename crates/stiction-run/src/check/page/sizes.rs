@@ -12,7 +12,7 @@ use stiction_draw::numbers::number;
 pub(super) fn masses(job: &Job<'_>, findings: &Findings, start: &InverseDynamics) -> String {
     let length = job.model.mechanism.characteristic_length();
     let point = |p: Vec3<f64>| {
-        // Values of the size of rounding errors relative to the robot are zero.
+        // Values as small as rounding errors of the robot's size become zero.
         let [x, y, z] = p.to_array().map(|c| if c.abs() < 1e-12 * length { 0.0 } else { c });
         format!("{}, {}, {}", millimetres(x), millimetres(y), millimetres(z))
     };

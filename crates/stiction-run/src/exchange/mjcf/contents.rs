@@ -7,7 +7,7 @@ use super::writer::{Writer, quaternion};
 use super::xml::numbers;
 
 impl Writer<'_> {
-    /// Springs as tendons between sites.
+    /// Writes springs as tendons between sites.
     pub(super) fn write_springs(&mut self) {
         let springs = self.home.model.mechanism.springs();
         if springs.is_empty() {
@@ -32,7 +32,7 @@ impl Writer<'_> {
         self.xml.close();
     }
 
-    /// Motors, in the order of the actuators.
+    /// Writes motors, in the order of the actuators.
     pub(super) fn write_drives(&mut self) {
         let mechanism = &self.home.model.mechanism;
         let mut drives = Vec::new();
@@ -55,7 +55,7 @@ impl Writer<'_> {
         self.xml.close();
     }
 
-    /// Home pose.
+    /// Writes the home pose as a keyframe.
     pub(super) fn write_keyframe(&mut self) {
         let mut qpos = Vec::new();
         for (part, NamedPart { free, steps, .. }) in self.tree.parts.iter().zip(&self.parts) {

@@ -1,4 +1,4 @@
-//! Equalities: what closes loops, and what ties a screw's advance to its angle.
+//! Equality constraints: loop closures and the coupling of a screw's advance to its angle.
 
 use super::names::Names;
 use super::tree::Closing;
@@ -6,13 +6,13 @@ use super::writer::Writer;
 use super::xml::numbers;
 use stiction_core::joint::JointType;
 
-/// How stiff equalities are: of MuJoCo's soft constraints among the stiffest that its integrators
-/// follow with the step of the file.
+/// Stiffness of the equality constraints, which are soft in MuJoCo: among the stiffest values that
+/// its integrators follow with the time step of the file.
 const SOLREF: &str = "0.002 1";
 const SOLIMP: &str = "0.9999 0.9999 0.001 0.5 2";
 
 impl Writer<'_> {
-    /// All equalities, if there are any.
+    /// Writes all equality constraints, if the model needs any.
     pub(super) fn write_equalities(&mut self) {
         let mut joint_names = Names::default();
         let threads: Vec<usize> = (0..self.tree.parts.len())

@@ -3,7 +3,7 @@
 use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law, Thread, interfaces_of};
 use stiction_core::mechanism::Joint;
 
-/// For each degree of freedom of a joint its damping, N s/m or N m s.
+/// Damping of each degree of freedom of a joint, N s/m or N m s.
 pub(super) fn damping(joint: &Joint) -> Vec<f64> {
     let mut damping = vec![0.0; joint.joint_type.dofs().len()];
     for interface in &joint.friction {

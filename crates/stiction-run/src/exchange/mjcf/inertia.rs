@@ -1,4 +1,4 @@
-//! Moments of inertia that MuJoCo accepts; it rejects those of no mass distribution.
+//! Inertias that MuJoCo accepts; it rejects those that no mass distribution has.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::Body;
@@ -8,13 +8,14 @@ use stiction_core::spatial::Mat3;
 /// replaces zero moments and by which sums of two exceed the third: rounding must not make MuJoCo
 /// reject the file.
 const SLACK: f64 = 1e-9;
-/// MuJoCo takes no moment of inertia below some 1e-14 kg m^2, even of a part of a body.
+/// Least moment of inertia of a part, kg m^2; MuJoCo rejects moments below about 1e-14 kg m^2.
 const LEAST: f64 = 1e-13;
 /// Relative change of the largest moment below which no note is written.
 const TOLD: f64 = 1e-6;
 
-/// The inertia of a body that MuJoCo takes, kg m^2, and whether it is another than the body's: the
-/// least principal moments are raised until all are positive and none exceeds the sum of the others.
+/// Inertia of a body that MuJoCo accepts, kg m^2, and true if it differs noticeably from the
+/// body's: the least principal moments are raised until all are positive and none exceeds the sum
+/// of the others.
 pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bool) {
     let eigen = SymmetricEigen::new(Matrix3::from(body.inertia));
     let given = eigen.eigenvalues;
@@ -22,7 +23,8 @@ pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bo
     let floor = (SLACK * (largest + body.mass * length * length)).max(LEAST * parts as f64);
     let mut moments = given.map(|moment| moment.max(floor));
     let top = moments.imax();
-    // What the two others lack, shared by both: of a planar model's one moment, those of a lamina.
+    // Deficit of the two other moments, shared equally: a planar model's single moment becomes the
+    // inertia of a lamina.
     let lacks = moments[top] * (2.0 + SLACK) - moments.sum();
     if lacks > 0.0 {
         for k in (0..3).filter(|k| *k != top) {
@@ -53,10 +55,10 @@ mod tests {
     #[test]
     fn only_what_is_missing_is_added() {
         for turn in [0.0, 0.7] {
-            // What a body can have stays as it is, to the last digit.
+            // A feasible inertia stays unchanged to the last digit.
             let whole = body(1.0, [1.0, 1.5, 2.0], turn);
             assert_eq!(accepted(&whole, 1.0, 2), (whole.inertia, false));
-            // One moment alone: those of a lamina.
+            // A single moment becomes the inertia of a lamina.
             let (planar, changed) = accepted(&body(1.0, [0.0, 0.0, 2.0], turn), 1.0, 2);
             let expected = body(1.0, [1.0, 1.0, 2.0], turn).inertia;
             assert!(changed && differ(planar, expected) < 1e-8);

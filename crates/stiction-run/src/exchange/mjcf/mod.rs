@@ -1,4 +1,5 @@
-//! MuJoCo's XML: the mechanism as a tree of nested bodies, and equalities that close the loops.
+//! Export to MuJoCo's XML (MJCF): a tree of nested bodies, and equality constraints that close
+//! loops.
 
 mod contents;
 mod equalities;
@@ -22,7 +23,7 @@ use writer::Writer;
 /// File for MuJoCo with notes on what it does not express.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mjcf {
-    /// The file.
+    /// Text of the file.
     pub text: String,
     /// Notes on omitted or changed properties, one per line.
     pub notes: Vec<String>,
@@ -38,7 +39,7 @@ pub enum Unfit {
         /// The body.
         body: String,
     },
-    /// A joint closes a loop, and no body beside it has a mass to hang on it.
+    /// A joint closes a loop, and neither of its bodies has mass, so that neither can be split.
     #[error(
         "joint `{joint}` closes a loop, for which MuJoCo needs a part of a body beside it, and \
          neither of them has mass"
@@ -50,7 +51,7 @@ pub enum Unfit {
 }
 
 impl Unfit {
-    /// A way out.
+    /// Suggested remedy.
     pub fn help(&self) -> &'static str {
         match self {
             Self::Massless { .. } => {
@@ -61,10 +62,10 @@ impl Unfit {
     }
 }
 
-/// The file.
+/// Converts an assembled mechanism to MJCF.
 ///
 /// # Errors
-/// Bodies without mass that MuJoCo would refuse.
+/// Bodies without mass that MuJoCo rejects.
 pub fn mjcf(home: &Home<'_>) -> Result<Mjcf, Unfit> {
     let tree = Tree::new(&home.model.mechanism)?;
     check_masses(home, &tree)?;
@@ -73,11 +74,11 @@ pub fn mjcf(home: &Home<'_>) -> Result<Mjcf, Unfit> {
     Ok(Mjcf { text, notes })
 }
 
-/// Every body with joints has mass, its own or of bodies that are fixed to it.
+/// Checks that every movable body has mass, its own or that of bodies fixed to it.
 fn check_masses(home: &Home<'_>, tree: &Tree) -> Result<(), Unfit> {
     let mechanism = &home.model.mechanism;
     let is_fixed = |part: &Part| mechanism.joints()[part.joint].joint_type == JointType::Fixed;
-    // Children stand behind their parents.
+    // Parents precede their children, so the reverse order passes mass on towards the ground.
     let mut heavy: Vec<bool> = mechanism.bodies().iter().map(|body| body.mass > 0.0).collect();
     for part in tree.parts.iter().rev().filter(|part| is_fixed(part)) {
         heavy[part.parent] |= heavy[part.body];

@@ -12,7 +12,7 @@ impl Names {
         self.0.insert(name.to_owned());
     }
 
-    /// `name`, or if that is taken the first of `name_2`, `name_3` and so on that is free.
+    /// Returns `name`, or if that is taken the first free one of `name_2`, `name_3` and so on.
     pub(super) fn take(&mut self, name: &str) -> String {
         let mut own = name.to_owned();
         for number in 2.. {

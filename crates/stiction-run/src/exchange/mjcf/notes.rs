@@ -1,4 +1,4 @@
-//! Notes on what a file for MuJoCo does not express.
+//! Notes on properties that a file for MuJoCo does not express.
 
 use super::tree::Tree;
 use super::{friction, inertia};

@@ -1,27 +1,27 @@
-//! The bodies of the file and their joints, with names that are there once.
+//! Bodies of the file and their joints, with unique names.
 
 use super::names::Names;
 use super::steps::{Step, steps};
 use super::tree::Tree;
 use crate::exchange::Home;
 
-/// A joint of the file with its name.
+/// Joint of the file with its name.
 pub(super) struct NamedStep {
     pub(super) step: Step,
     pub(super) name: String,
 }
 
-/// The names of a part and of its joints.
+/// Names of a part and of its joints.
 pub(super) struct NamedPart {
     pub(super) name: String,
-    /// Its six coordinates in the world, for which MJCF has a joint of its own.
+    /// Name of the free joint, if the part has six coordinates in the world.
     pub(super) free: Option<String>,
-    /// The joints by which it hangs otherwise.
+    /// Joints that connect the part to its parent; empty for a free part.
     pub(super) steps: Vec<NamedStep>,
 }
 
-/// For each part of the tree its names. Further parts of a body are named after it and the joint by
-/// which they hang.
+/// Names of all parts of the tree. A further part of a body is named after the body and the joint
+/// that connects it.
 pub(super) fn named(home: &Home<'_>, tree: &Tree) -> Vec<NamedPart> {
     let mechanism = &home.model.mechanism;
     let (mut bodies, mut joints) = (Names::default(), Names::default());

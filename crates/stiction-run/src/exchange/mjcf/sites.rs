@@ -1,28 +1,29 @@
-//! Marked frames: where springs end, and what closes loops. Frames that are marked in both bodies do
-//! not depend on the position in which a program reads the file, nor on where its joints are.
+//! Sites: frames at the ends of springs and at loop closures. Sites in both bodies make a
+//! constraint independent of the position in which a program reads the file and of the places of
+//! its joints.
 
 use super::names::Names;
 use super::tree::{Closing, Part, Tree};
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Pose;
 
-/// A marked frame of a body.
+/// Frame marked on a body.
 #[derive(Clone, Debug)]
 pub(super) struct Site {
     pub(super) name: String,
     pub(super) pose: Pose<f64>,
-    /// It is on the further part of the body that hangs by this joint.
+    /// Joint of the further part of the body that carries the site; `None` for the body itself.
     pub(super) part: Option<usize>,
 }
 
 /// All sites.
 #[derive(Clone, Debug)]
 pub(super) struct Sites {
-    /// For each of our bodies its own.
+    /// Sites of each body of the mechanism.
     pub(super) of_body: Vec<Vec<Site>>,
-    /// For each spring the names of those at its ends.
+    /// Names of the two sites of each spring.
     pub(super) of_spring: Vec<[String; 2]>,
-    /// For each joint that closes a loop the names of those that coincide.
+    /// Names of the two sites that coincide for each joint outside the tree.
     pub(super) of_closing: Vec<[String; 2]>,
 }
 
@@ -53,7 +54,7 @@ impl Sites {
                     place(0, j, joint.frame_j, None);
                     place(1, k, joint.frame_k, None);
                 }
-                // Both at the same place of two parts of one body.
+                // Both lie at the same place, on the two parts of one body.
                 Closing::Part => {
                     let reversed = |part: &&Part| part.joint == index && part.reversed;
                     let (body, pose) = match tree.parts.iter().find(reversed) {

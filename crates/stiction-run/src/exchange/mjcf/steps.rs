@@ -1,11 +1,11 @@
-//! Joints as MJCF has them: hinges, slides and balls, one after the other.
+//! Decomposition of joints into a sequence of MJCF's hinges, slides and balls.
 
 use super::super::Home;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::Joint;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// The kind of a joint of MJCF.
+/// Type of an MJCF joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Hinge,
@@ -13,24 +13,24 @@ pub(super) enum Kind {
     Ball,
 }
 
-/// One joint of MJCF, part of one of ours.
+/// One MJCF joint of the sequence that replaces a joint of the mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Step {
     pub(super) kind: Kind,
-    /// What is added to the joint's name.
+    /// Suffix appended to the name of the joint.
     pub(super) suffix: &'static str,
-    /// The freedom of our joint whose coordinate it has; none for the advance of a screw, which the
-    /// angle dictates. Of a ball, the first of three.
+    /// Degree of freedom of the mechanism's joint that it represents, of a ball the first of three;
+    /// `None` for the advance of a screw, which the angle determines.
     pub(super) dof: Option<usize>,
-    /// Where it is, in the frame of the child, m.
+    /// Position in the frame of the child, m.
     pub(super) position: Vec3<f64>,
-    /// Its axis in the frame of the child; of a ball without meaning.
+    /// Axis in the frame of the child; arbitrary for a ball.
     pub(super) axis: Vec3<f64>,
-    /// Its coordinate where the mechanism is put together, rad or m; zero for a ball.
+    /// Coordinate at the home position, rad or m; zero for a ball.
     pub(super) home: f64,
 }
 
-/// What a joint is made of, from J to K: kind, axis, suffix and freedom.
+/// Sequence of elementary joints from J to K: kind, axis, suffix and degree of freedom.
 fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Option<usize>)] {
     use Kind::{Ball, Hinge, Slide};
     match joint_type {
@@ -53,13 +53,13 @@ fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Opti
     }
 }
 
-/// The joints of MJCF that make up a joint, in the order in which they move the child: its successor,
-/// or its predecessor if `reversed`. Coordinates are those of our joint in both cases.
+/// MJCF joints that replace a joint, in the order in which they move the child: its successor, or
+/// its predecessor if `reversed`. Coordinates are those of the mechanism's joint in both cases.
 ///
-/// MJCF's joints of one body act one after the other, each fixed in the child as the later ones leave
-/// it, and all are given as they are in the file's own position, which is the home. With
-/// `X_JK = A1(q1) A2(q2) ..`, step `i` is seen by K through the later ones, and, if the child is the
-/// predecessor, walked backwards and seen by J through the earlier ones.
+/// The MJCF joints of one body act in sequence. Their positions and axes refer to the child in the
+/// reference position of the file, which is the home position. With `X_JK = A1(q1) A2(q2) ..`,
+/// frame K reaches the frame of step `i` through the later factors. If the child is the
+/// predecessor, the sequence is reversed and frame J reaches it through the earlier factors.
 pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> {
     let joint = &home.model.mechanism.joints()[index];
     let sequence = sequence(joint.joint_type);
@@ -83,7 +83,7 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
     let frame = child_frame(joint, reversed);
     let step = |k: usize| {
         let (kind, axis, suffix, dof) = sequence[k];
-        // Where the child sees the frame about which this step moves.
+        // Frame of this step relative to the child.
         let seen = match reversed {
             false => frame * product(&moves[k + 1..]).inverse(),
             true => frame * product(&moves[..k]),
@@ -105,7 +105,7 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
     steps
 }
 
-/// The joint's frame in its child.
+/// Frame of the joint in its child.
 fn child_frame(joint: &Joint, reversed: bool) -> Pose<f64> {
     if reversed { joint.frame_j } else { joint.frame_k }
 }

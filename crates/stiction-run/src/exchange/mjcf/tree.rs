@@ -1,43 +1,43 @@
-//! Which joints make the tree of nested bodies, and how the others close loops.
+//! Spanning tree of nested bodies, and the loop closures of the remaining joints.
 
 use super::Unfit;
 use std::cmp::Reverse;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 
-/// A body of the file: one of ours, or a part of it.
+/// Body of the file: a body of the mechanism, or a part of one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Part {
-    /// Which body.
+    /// Index of the body.
     pub(super) body: usize,
-    /// The body from which it hangs.
+    /// Index of the parent body.
     pub(super) parent: usize,
-    /// In how many bodies it is nested: the ground is one, but for what is free.
+    /// Nesting depth: number of enclosing bodies, the ground included; zero for a free body.
     pub(super) depth: usize,
-    /// It hangs from nothing but the world, with the six coordinates of a free joint.
+    /// True for a body connected to the world by a free joint, with six coordinates.
     pub(super) is_free: bool,
-    /// The joint by which it hangs.
+    /// Joint that connects the part to its parent.
     pub(super) joint: usize,
-    /// Whether it is that joint's predecessor.
+    /// True if the body is the predecessor of that joint.
     pub(super) reversed: bool,
-    /// Whether it is a further part of a body that is there already, to which it is welded.
+    /// True for a further part of a body, welded to the first part.
     pub(super) is_further: bool,
 }
 
-/// How a joint outside the tree is kept.
+/// Replacement of a joint outside the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Closing {
-    /// Two points coincide.
+    /// Makes two points coincide.
     Connect,
-    /// Two bodies are one.
+    /// Welds two bodies.
     Weld,
-    /// A part of a body hangs by it, welded to the rest.
+    /// Splits a body: the joint carries a further part, welded to the body.
     Part,
-    /// Not at all: it carries nothing.
+    /// Omits the joint, which transmits no force.
     Nothing,
 }
 
-/// What hangs from a body: the bodies at the other ends of its joints.
+/// Child of a body at the other end of one of its joints.
 #[derive(Clone, Copy, Debug)]
 struct Hanging {
     joint: usize,
@@ -45,20 +45,20 @@ struct Hanging {
     is_further: bool,
 }
 
-/// The tree.
+/// Spanning tree and loop closures.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     /// All bodies of the file, parents before children, depth first.
     pub(super) parts: Vec<Part>,
-    /// The joints outside the tree.
+    /// Joints outside the tree.
     pub(super) closings: Vec<(usize, Closing)>,
-    /// For each of our bodies how many parts it has.
+    /// Number of parts of each body of the mechanism.
     pub(super) count: Vec<usize>,
 }
 
 impl Tree {
-    /// Leaves over balls where that is possible, as these close loops by three equations between
-    /// points; then joints that make two bodies one; then the last ones of all others.
+    /// Chooses the tree. Loops are closed preferably at spherical joints, by three equations
+    /// between points, then at fixed joints, then at the last of all others.
     pub(super) fn new(mechanism: &Mechanism) -> Result<Self, Unfit> {
         let joints = mechanism.joints();
         let mut order: Vec<usize> = (0..joints.len()).collect();
@@ -100,11 +100,12 @@ impl Tree {
     }
 }
 
-/// Joints of lower rank are in the tree rather than others.
+/// Rank of a joint; joints of lower rank enter the tree first.
 fn rank(mechanism: &Mechanism, joint: &Joint) -> (usize, Reverse<usize>) {
     let ends = [joint.predecessor, joint.successor].map(|end| has_mass(mechanism, end));
     let rank = match (closing_of(joint.joint_type), ends) {
-        // It cannot be left over; or it holds a body without mass, which must not move by itself.
+        // The joint cannot close a loop, or it holds a body without mass, which must not move
+        // freely.
         (Closing::Part, [false, false]) | (Closing::Weld, [false, _] | [_, false]) => 0,
         (Closing::Part, _) => 1,
         (Closing::Weld, _) => 2,
@@ -127,7 +128,7 @@ fn has_mass(mechanism: &Mechanism, body: BodyId) -> bool {
     mechanism.bodies()[body.0].mass > 0.0
 }
 
-/// From the ground, without recursion: chains may be long.
+/// Orders the parts depth first from the ground, without recursion because chains may be long.
 fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
     let joints = mechanism.joints();
     let mut parts = Vec::new();
@@ -145,10 +146,10 @@ fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
         hanging[parent].iter().rev().map(part)
     };
     let mut next: Vec<Part> = below(BodyId::GROUND.0, 1).collect();
-    // The last in the list is the next: what is nested in the ground comes before what is not.
+    // The last entry is processed next: parts nested in the ground precede free ones.
     next.sort_by_key(|part| !part.is_free);
     while let Some(part) = next.pop() {
-        // From the child's side a joint of the tree leads back.
+        // Seen from its child, a tree joint leads back to the parent.
         if !part.is_further && std::mem::replace(&mut placed[part.body], true) {
             continue;
         }

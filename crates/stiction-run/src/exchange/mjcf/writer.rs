@@ -1,4 +1,4 @@
-//! The file as it grows: its head and its bodies.
+//! Writer of the file: its head and its bodies.
 
 use super::parts::{NamedPart, NamedStep, named};
 use super::sites::Sites;
@@ -10,10 +10,11 @@ use crate::exchange::Home;
 use stiction_core::mechanism::{BodyId, GROUND_NAME, Joint};
 use stiction_core::spatial::{Pose, Quaternion};
 
-/// The step of a simulation, s: half the time constant of the equalities, as MuJoCo asks for.
+/// Time step of a simulation, s: half the time constant of the equality constraints, as MuJoCo
+/// requires.
 const TIMESTEP: f64 = 0.001;
 
-/// The file as it grows.
+/// State of the file while it is written.
 pub(super) struct Writer<'a> {
     pub(super) home: &'a Home<'a>,
     pub(super) tree: &'a Tree,
@@ -32,7 +33,7 @@ impl<'a> Writer<'a> {
         &self.home.model.mechanism.joints()[index]
     }
 
-    /// The whole file.
+    /// Writes the whole file.
     pub(super) fn write(mut self, notes: &[String]) -> String {
         let mechanism = &self.home.model.mechanism;
         self.xml.open("mujoco", &[("model", self.home.model.name.clone())]);
@@ -69,7 +70,8 @@ impl<'a> Writer<'a> {
     fn write_bodies(&mut self) {
         self.xml.open("worldbody", &[]);
         let base = self.xml.depth();
-        // A body of its own: programs that read only the first body of the world find everything in it.
+        // The ground is a separate body, because some programs read only the first body of the
+        // world.
         let mut attributes = vec![("name", GROUND_NAME.to_owned())];
         attributes.extend(placed(self.home.model.mechanism.base()));
         self.xml.open("body", &attributes);
@@ -146,7 +148,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The sites of a body, or of a further part of it.
+    /// Writes the sites of a body, or of a further part of it.
     fn write_sites(&mut self, body: usize, part: Option<usize>) {
         for site in self.sites.of_body[body].iter().filter(|site| site.part == part) {
             let mut attributes = vec![("name", site.name.clone())];
@@ -156,7 +158,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Inertia of what has none; not every program takes it for granted.
+/// Explicit zero inertia; some programs require an inertia for every body.
 fn massless() -> [(&'static str, String); 3] {
     let zeros = numbers(&[0.0; 3]);
     [("pos", zeros.clone()), ("mass", numbers(&[0.0])), ("diaginertia", zeros)]

@@ -1,12 +1,12 @@
-//! Writing XML.
+//! XML writer.
 
 use std::fmt::Write;
 use stiction_draw::xml::escape;
 
-/// Attributes of an element, in order.
+/// Attributes of an element, in their order of output.
 pub(super) type Attributes<'a> = &'a [(&'static str, String)];
 
-/// Text that grows, with the elements that are open.
+/// XML text with its open elements.
 #[derive(Debug, Default)]
 pub(super) struct Xml {
     text: String,
@@ -14,19 +14,19 @@ pub(super) struct Xml {
 }
 
 impl Xml {
-    /// How many elements are open.
+    /// Number of open elements.
     pub(super) fn depth(&self) -> usize {
         self.open.len()
     }
 
-    /// Begins an element that has content.
+    /// Opens an element with content.
     pub(super) fn open(&mut self, tag: &'static str, attributes: Attributes<'_>) {
         self.begin(tag, attributes);
         self.text.push_str(">\n");
         self.open.push(tag);
     }
 
-    /// Ends the element that was begun last.
+    /// Closes the innermost open element.
     pub(super) fn close(&mut self) {
         if let Some(tag) = self.open.pop() {
             self.indent();
@@ -35,13 +35,13 @@ impl Xml {
         }
     }
 
-    /// An element without content.
+    /// Writes an element without content.
     pub(super) fn empty(&mut self, tag: &'static str, attributes: Attributes<'_>) {
         self.begin(tag, attributes);
         self.text.push_str("/>\n");
     }
 
-    /// A comment, one line for each of `lines`.
+    /// Writes a comment with one line for each of `lines`.
     pub(super) fn comment(&mut self, lines: &[&str]) {
         for (k, line) in lines.iter().enumerate() {
             self.indent();
@@ -51,7 +51,7 @@ impl Xml {
         }
     }
 
-    /// What is written, all elements ended.
+    /// Closes all elements and returns the text.
     pub(super) fn finish(mut self) -> String {
         while !self.open.is_empty() {
             self.close();
@@ -72,7 +72,7 @@ impl Xml {
     }
 }
 
-/// Text for a comment, which two hyphens would end.
+/// Text made safe for a comment, which two hyphens would end.
 fn harmless(text: &str) -> String {
     let mut harmless = String::with_capacity(text.len());
     for c in text.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')) {
@@ -84,11 +84,11 @@ fn harmless(text: &str) -> String {
     harmless
 }
 
-/// Numbers with all their digits, in the shortest way that reads back as the same.
+/// Formats numbers with all their digits, in the shortest form that reads back as the same number.
 pub(super) fn numbers(values: &[f64]) -> String {
     let mut text = String::new();
     for (k, &value) in values.iter().enumerate() {
-        // Without the sign of a zero.
+        // Adding zero removes the sign of a negative zero.
         let value = value + 0.0;
         let gap = if k == 0 { "" } else { " " };
         let plain = value == 0.0 || (1e-5..1e16).contains(&value.abs());

@@ -1,4 +1,4 @@
-//! The friction of a joint.
+//! Friction of a joint in the model file.
 
 use super::Unwritable;
 use stiction_core::friction::{
@@ -7,7 +7,7 @@ use stiction_core::friction::{
 use stiction_core::mechanism::Joint;
 use toml::{Table, Value};
 
-/// The table of all contacts; none without friction.
+/// Table of all friction interfaces of a joint; `None` without friction.
 pub(super) fn table(joint: &Joint) -> Result<Option<Table>, Unwritable> {
     if joint.friction.is_empty() {
         return Ok(None);
@@ -28,11 +28,11 @@ pub(super) fn table(joint: &Joint) -> Result<Option<Table>, Unwritable> {
     Ok(Some(all))
 }
 
-/// A contact beside one that has friction.
+/// Friction interface without friction in a joint that has friction elsewhere.
 fn frictionless(shape: InterfaceShape) -> Table {
     let mut table = Table::from_iter([("mu".to_owned(), Value::from(0.0))]);
     if shape.turns() {
-        // Any will do: nothing is multiplied by it.
+        // Any radius is valid, because the coefficient is zero.
         table.insert("radius".into(), 1.0.into());
     }
     table
@@ -89,14 +89,15 @@ fn law_table(law: &Law) -> Table {
     table
 }
 
-/// What is different backward; what is not said there is as forward. None where that cannot be undone.
+/// Table of the law for backward sliding; missing keys take the forward values. `None` if the file
+/// cannot express the difference.
 fn backward_table(forward: &Law, backward: &Law) -> Option<Table> {
     let shared = (forward.bristles, forward.regularisation);
     if shared != (backward.bristles, backward.regularisation) {
         return None;
     }
     let mut table = law_table(&Law { bristles: None, regularisation: None, ..backward.clone() });
-    // One coefficient for all speeds where forward there are more: those become the same.
+    // A constant law must override the static coefficient inherited from the forward law.
     let mut flat = |key: &str| table.insert(key.to_owned(), backward.mu.into());
     match (&forward.curve, &backward.curve) {
         (Curve::Static { .. } | Curve::Stribeck { .. }, Curve::Constant) => {
@@ -149,8 +150,8 @@ fn load(table: &mut Table, joint: &Joint, interface: &JointFriction) {
     };
 }
 
-/// From the angle across the thread to that in a section along its axis, which drawings give:
-/// `tan normal = tan axial cos lead`.
+/// Converts the flank angle normal to the thread, given by its cosine, to the angle in an axial
+/// section, which drawings give, rad: `tan normal = tan axial cos lead`.
 fn flank_angle(cosine: f64, pitch: f64, radius: f64) -> f64 {
     let lead = (pitch / radius).atan();
     (cosine.acos().tan() / lead.cos()).atan()

@@ -1,4 +1,4 @@
-//! A joint.
+//! Joint in the model file.
 
 use super::{Unwritable, friction, pose, rotation, vector};
 use stiction_core::joint::JointType;
@@ -58,7 +58,8 @@ fn column(matrix: &Mat3<f64>, j: usize) -> Vec3<f64> {
     Vec3::from(std::array::from_fn(|i| matrix.at(i, j)))
 }
 
-/// Where the assembly starts, with the frames turned where the joint has no axes.
+/// Start coordinates for the assembly; those of joints without axes refer to the rotated frames in
+/// which the joint is written.
 fn start(joint: &Joint) -> Option<Value> {
     let axes = joint.frame_j.rotation;
     let turned = |x: &[f64]| axes * Quaternion::from_coordinates(x).rotation() * axes.transpose();

@@ -1,4 +1,4 @@
-//! The model file of a mechanism as it stands: legs written out, expressions evaluated.
+//! Model file of a given mechanism: legs written out, expressions evaluated.
 
 mod friction;
 mod joint;
@@ -10,38 +10,39 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 use thiserror::Error;
 use toml::{Table, Value};
 
-/// Why a mechanism cannot be a model file. Mechanisms that were read from one can.
+/// Error: the model file cannot express this friction. Mechanisms read from a model file never
+/// cause it.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
     "the friction of `{joint}` backward is of another kind than forward, which no model file says"
 )]
 pub struct Unwritable {
-    /// The joint.
+    /// Name of the joint.
     pub joint: String,
 }
 
-/// The state in which a mechanism is written down.
+/// State written to a model file with its mechanism.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Instant<'a> {
-    /// What is prescribed. The file's motion `here` begins with it: a polynomial of second order in
-    /// time, which lasts for no time at all.
+    /// Prescribed coordinates. The motion `here` of the file starts with them: a polynomial of
+    /// second order in time, of zero duration.
     pub motion: &'a [(Coordinate, Target<f64>)],
-    /// The forces from outside, the file's load `here`.
+    /// External loads, written as the load case `here`.
     pub loads: &'a [AppliedLoad<f64>],
-    /// How friction acts when nothing is said.
+    /// Default friction mode of the file; `None` leaves it out.
     pub friction: Option<FrictionMode>,
 }
 
-/// The text of a model file, numbers in SI units that read back as they are, with the joints'
-/// [`start`](stiction_core::mechanism::Joint::start) as first guesses ([`Mechanism::starting_at`] puts an
-/// assembled position there).
+/// Text of a model file. Numbers are in SI units and read back unchanged. The joints'
+/// [`start`](stiction_core::mechanism::Joint::start) gives the initial guesses;
+/// [`Mechanism::starting_at`] sets it to an assembled position.
 ///
-/// The frames of S, fixed and free joints, which have no axes, are turned so that frame J is parallel
-/// to its body; components of their reactions are written in other axes then. A contact without
-/// friction that has a neighbour with some in its joint becomes one of coefficient zero.
+/// Spherical, fixed and free joints have no axes. Their frames are written with frame J parallel to
+/// its body, so that the components of their reactions refer to other axes. In a joint with several
+/// friction interfaces, one without friction is written with a coefficient of zero.
 ///
 /// # Errors
-/// Frictions that differ backward in a way that the model file has no words for.
+/// The backward friction differs in a way that a model file cannot express.
 pub fn model_file(
     mechanism: &Mechanism,
     title: &str,
@@ -102,7 +103,7 @@ fn vector(v: Vec3<f64>) -> Value {
     Value::Array(v.to_array().map(Value::from).into())
 }
 
-/// Axis and angle.
+/// Rotation as axis and angle.
 fn rotation(rotation: Mat3<f64>) -> Value {
     let turn = rotation.rotation_vector();
     let angle = turn.norm();
@@ -176,7 +177,7 @@ fn motion_table(mechanism: &Mechanism, motion: &[(Coordinate, Target<f64>)]) -> 
             "{value:?} {unit} + {rate:?} {unit}/s*t + {:?} {unit}/s^2*t^2",
             0.5 * acceleration
         );
-        // A minus binds weaker than a unit, but not after a plus.
+        // After a plus sign a minus would bind tighter than the unit, so `a + -b` becomes `a - b`.
         table.insert(name, text.replace("+ -", "- ").into());
     }
     table
