@@ -25,13 +25,13 @@ pub struct MotionConstraints {
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) path: Vec<(usize, f64)>,
-    /// Its error is an angle rather than a length.
+    /// True for an angle error, false for a length error.
     pub(super) is_angle: bool,
 }
 
-/// A rotation of one body about an axis of its own that neither the motion nor the loops
-/// determine, such as that of a rod between two balls. By convention the body does not spin; the
-/// dynamics determine with what acceleration it would begin to.
+/// Rotation of one body about a body-fixed axis that neither the motion nor the loops determine,
+/// such as that of a rod between two ball joints. By convention the spin rate is zero; the dynamics
+/// determine the spin acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spin {
     /// The body.
