@@ -1,44 +1,46 @@
-//! Continuation from the frictionless solution to the given coefficients of friction.
+//! Continuation from the frictionless solution to the given friction coefficients.
 //!
 //! Equation (F8) of the book's theory.
 
-/// A point at which friction locks the mechanism: the solution ends there, with loads that grow without bound.
+/// Limit point at which friction locks the mechanism: the solution branch ends, and the loads
+/// diverge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lock {
-    /// The part of the given coefficients.
+    /// Fraction of the given coefficients.
     pub(crate) part: f64,
-    /// Index of the interface whose normal load has grown most.
+    /// Index of the interface with the largest growth of the normal load.
     pub(crate) interface: usize,
 }
 
-/// Coupling, by its bound, at which the first step may end: the solution is the only one there.
+/// Coupling bound at the end of the first step; the solution is unique there.
 const CERTAIN: f64 = 0.99;
 
-/// Steps of the part of the given coefficients.
+/// Step sizes of the fraction of the given coefficients.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepPolicy {
     /// Shortest first step.
     pub(crate) first: f64,
-    /// Growth of a step after one that succeeds.
+    /// Growth of a step after a success.
     pub(crate) growth: f64,
-    /// Longest step, relative to the part that is reached.
+    /// Longest step, relative to the current fraction.
     pub(crate) longest: f64,
-    /// Shortest step, relative to the part that is reached where that exceeds one.
+    /// Shortest step, relative to the current fraction if that exceeds one.
     pub(crate) shortest: f64,
 }
 
 impl StepPolicy {
-    /// The policy with a first step that goes as far as a bound on the coupling makes certain, up to `until`.
+    /// Sets the first step to the largest fraction, up to `until`, with a unique solution by a
+    /// bound on the coupling.
     pub(crate) fn with_bound(self, bound: f64, until: f64) -> Self {
         let certain = if bound > 0.0 { CERTAIN / bound } else { f64::INFINITY };
         Self { first: certain.min(until).max(self.first), ..self }
     }
 }
 
-/// A solution that depends on the part of the coefficients of friction.
+/// A solution that depends on the fraction of the friction coefficients.
 pub(crate) trait Branch {
-    /// Solves with this part of the coefficients from the last accepted solution. Returns whether there is a solution
-    /// on the same branch: the determinant has not changed its sign.
+    /// Solves with this fraction of the coefficients from the last accepted solution. Returns
+    /// `true` for a solution on the same branch: the determinant has the same sign.
     fn correct(&mut self, part: f64) -> bool;
 
     /// Accepts the solution of the last [`Self::correct`].
@@ -47,14 +49,15 @@ pub(crate) trait Branch {
     /// Returns to the last accepted solution.
     fn reject(&mut self);
 
-    /// Index of the interface whose normal load has grown most since the frictionless solution.
+    /// Index of the interface with the largest growth of the normal load since the frictionless
+    /// solution.
     fn fastest_growing(&self) -> usize;
 }
 
 /// Follows a branch from the frictionless solution to `until` times the given coefficients, halving steps that fail.
 ///
 /// # Errors
-/// The lock, where no step succeeds any more: the determinant of the coupled system vanishes there.
+/// The lock at which steps no longer succeed: the determinant of the coupled system vanishes there.
 pub(crate) fn follow(branch: &mut impl Branch, policy: StepPolicy, until: f64) -> Result<(), Lock> {
     let (mut part, mut step) = (0.0, policy.first);
     while part < until {
@@ -77,7 +80,7 @@ pub(crate) fn follow(branch: &mut impl Branch, policy: StepPolicy, until: f64) -
     Ok(())
 }
 
-/// Index of the normal load that has grown most since `start`, by its ratio.
+/// Index of the normal load with the largest ratio to its value in `start`.
 pub(crate) fn fastest_growing(start: &[f64], now: &[f64]) -> usize {
     let size = start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let growth = |k: usize| now[k] / (start[k] + 1e-12 * size);

@@ -4,15 +4,16 @@ use super::small_system::{Four, blocks_of};
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 
-/// A linear operator from unknowns of friction, one or more an interface, to the wrenches of the interfaces' joints.
+/// Linear operator from friction unknowns, one or more per interface, to the wrenches of the
+/// interfaces' joints.
 pub(crate) trait Influence {
-    /// Calls `put(row, column, wrench)` once for each pair: `wrench` is the change of the complete wrench at the joint of
-    /// interface `row` per unit of unknown `column`.
+    /// Calls `put(row, column, wrench)` once for each pair: `wrench` is the change of the complete
+    /// wrench at the joint of interface `row` per unit of unknown `column`.
     fn visit(&mut self, put: impl FnMut(usize, usize, Wrench<f64>));
 }
 
-/// The operator with one unknown for each interface, stored as a matrix: for each interface six rows, the components of
-/// its joint's wrench (force first), in blocks of four columns, the last filled up with zeros.
+/// The operator with one unknown per interface, stored as a matrix: six rows per interface, the
+/// components of its joint's wrench (force first), in blocks of four columns, padded with zeros.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InfluenceMatrix {
     count: usize,

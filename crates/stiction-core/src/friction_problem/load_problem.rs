@@ -1,4 +1,4 @@
-//! The friction problem with the normal loads as unknowns: which interfaces slide, and how, is given.
+//! Friction problem with the normal loads as unknowns, for given slip states of the interfaces.
 //!
 //! Equation (D3) of the book's theory.
 
@@ -14,14 +14,14 @@ use crate::spatial::Wrench;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown {
     pub(super) interface: usize,
-    /// Its friction, as the load of a thread contains it.
+    /// Own friction, as the load of a thread includes it.
     pub(super) own: OwnFriction<f64>,
-    /// The wrench of its joint without any friction that grows with a normal load.
+    /// Wrench of its joint without load-dependent friction.
     pub(super) base: Wrench<f64>,
 }
 
 impl Unknown {
-    /// Its own friction with a part of the given coefficient.
+    /// Own friction with a fraction of the given coefficient.
     pub(super) fn own_at(&self, part: f64) -> OwnFriction<f64> {
         OwnFriction { coefficient: part * self.own.coefficient, ..self.own }
     }
@@ -55,7 +55,8 @@ impl LoadProblem {
         self.unknowns.push(Unknown { interface, own, base });
     }
 
-    /// Stores how each normal load changes the wrenches at the joints of all unknowns, by its friction.
+    /// Stores the influence of each normal load, through its friction, on the wrenches at the
+    /// joints of all unknowns.
     pub(crate) fn set_influence(&mut self, operator: &mut impl Influence) {
         self.influence.store(self.unknowns.len(), operator);
     }
@@ -65,7 +66,8 @@ impl LoadProblem {
         self.unknowns.iter().map(|unknown| unknown.interface)
     }
 
-    /// Normal loads without friction that grows with them, N: the solution with the part zero of the coefficients.
+    /// Normal loads without load-dependent friction, N: the solution at the fraction zero of the
+    /// coefficients.
     pub(crate) fn uncoupled_loads(&self, at: Configuration<'_>, loads: &mut Vec<f64>) {
         loads.clear();
         loads.extend(self.unknowns.iter().map(|unknown| {
@@ -73,8 +75,8 @@ impl LoadProblem {
         }));
     }
 
-    /// Solves near `known` loads, one for each interface of the mechanism, if there is a solution connected with the
-    /// frictionless one there, else by continuation with these steps.
+    /// Solves near `known` loads, one for each interface of the mechanism, if a solution there is
+    /// connected with the frictionless one; else by continuation with these steps.
     ///
     /// # Errors
     /// The lock at which the continuation ends.
@@ -105,7 +107,7 @@ impl LoadProblem {
             .map_err(|lock| Lock { interface: self.unknowns[lock.interface].interface, ..lock })
     }
 
-    /// Solves from given loads, N, on whatever branch; whether a solution is found.
+    /// Solves from given loads, N, on any branch; returns `true` at a solution.
     pub(crate) fn solve_from(
         &self,
         at: Configuration<'_>,
@@ -127,7 +129,7 @@ impl LoadProblem {
     }
 }
 
-/// The loads while the coefficients grow.
+/// Loads while the coefficients grow.
 struct LoadBranch<'a> {
     problem: &'a LoadProblem,
     at: Configuration<'a>,

@@ -1,4 +1,5 @@
-//! Friction coupled with the reactions that bound it: one problem for inverse and forward dynamics.
+//! Friction coupled with the reactions that determine it: one problem for inverse and forward
+//! dynamics.
 //!
 //! A friction interface carries a normal load `N`, and its friction is affine in `N`. All joint wrenches are affine in
 //! the frictions. Scaling every coefficient of friction by `s`, the normal loads satisfy
@@ -20,8 +21,8 @@
 //! | [`uniqueness`] | a bound on the coupling below which the solution is the only one |
 //! | [`complementarity`] | friction vectors when it is open which interfaces stick and which slide |
 //!
-//! The equations of motion stay with the callers: the sparse balance of inverse dynamics, the dense Newton-Euler system,
-//! and the decomposed balance of forward dynamics.
+//! The callers own the equations of motion: the sparse balance of inverse dynamics, the dense
+//! Newton-Euler system, and the decomposed balance of forward dynamics.
 //!
 //! Equations (F5) to (F8), (D3) and (D5) of the book's theory.
 

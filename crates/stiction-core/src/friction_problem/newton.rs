@@ -6,29 +6,29 @@ use super::small_system::{Four, blocks_of, pack, solve_in_place};
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
 
-/// Newton steps from one start.
+/// Maximum number of Newton steps from one start.
 const STEPS: usize = 30;
-/// Relative change of the loads at which they are found. It is the change of the last step; the remaining error is about
-/// its square, which is round-off even where the system is close to singular.
+/// Relative change of the loads at convergence. It is the change of the last step; the remaining
+/// error is about its square, at round-off level even if the system is nearly singular.
 const SETTLED: f64 = 1e-9;
-/// Relative change below which a change that does not decrease is round-off.
+/// Relative change below which a lack of decrease indicates round-off.
 const STAGNATED: f64 = 1e-10;
-/// Growth of the loads, by this factor, that counts as growth without bound.
+/// Growth factor of the loads that counts as divergence.
 pub(crate) const UNBOUNDED: f64 = 1e9;
 
 /// Buffers of Newton's method.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NewtonWorkspace {
     blocks: Vec<Four>,
-    /// First the residual, then the change.
+    /// The residual, then the Newton step.
     change: Vec<f64>,
     matrix: Vec<Four>,
 }
 
 impl LoadProblem {
-    /// Solves with the given part of the coefficients from `loads`, which become the solution. Returns whether the
-    /// determinant is positive, as it is on the branch of the frictionless solution; None if no solution is found or a load
-    /// exceeds `limit`.
+    /// Solves with the given fraction of the coefficients from `loads`, which become the solution.
+    /// Returns the sign of the determinant: `true` if positive, as on the branch of the
+    /// frictionless solution. None if the method does not converge or a load exceeds `limit`.
     pub(super) fn newton(
         &self,
         at: Configuration<'_>,
@@ -75,7 +75,7 @@ impl LoadProblem {
     }
 }
 
-/// The largest magnitude; NaN if any number is.
+/// Largest magnitude; NaN if any number is NaN.
 pub(crate) fn largest(numbers: &[f64]) -> f64 {
     let nan = |a: f64, b: f64| a.is_nan() || b.is_nan();
     numbers.iter().fold(0.0_f64, |m, x| if nan(m, *x) { f64::NAN } else { m.max(x.abs()) })

@@ -22,8 +22,8 @@ impl Configuration<'_> {
         self.parameters.interfaces[interface].joint
     }
 
-    /// Normal load of an interface, N, under its joint's complete wrench; `own` is its own friction, which the load of
-    /// a thread contains.
+    /// Normal load of an interface, N, under its joint's complete wrench; `own` is its own
+    /// friction, which the load of a thread includes.
     pub(crate) fn normal_load(
         &self,
         interface: usize,
@@ -35,9 +35,9 @@ impl Configuration<'_> {
         normal_load(&content.load, content, pitch, self.bodies, wrench, own)
     }
 
-    /// Upper bound on the change of an interface's normal load, N, if its joint's wrench changes by `wrench`: the load
-    /// of that change alone, without preload and smoothing. Of a thread the larger bound of both directions of its own
-    /// friction with this coefficient.
+    /// Upper bound on the change of an interface's normal load, N, for a change `wrench` of its
+    /// joint's wrench: the load of that change alone, without preload and smoothing. For a thread
+    /// the larger bound of both directions of its own friction with this coefficient.
     pub(crate) fn largest_load_change(
         &self,
         interface: usize,
@@ -71,7 +71,7 @@ pub(crate) fn normal_load<T: Scalar>(
     normal_load_between(map, interface, pitch, j, k, wrench, own)
 }
 
-/// Normal load between the frames `j` and `k` of the joint; `wrench` is in the frame in which these are given.
+/// Normal load between the frames `j` and `k` of the joint; `wrench` is in the same frame as these.
 pub(crate) fn normal_load_between<T: Scalar>(
     map: &NormalLoadMap<T>,
     interface: &InterfaceParameters<T>,

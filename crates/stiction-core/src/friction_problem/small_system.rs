@@ -2,23 +2,24 @@
 
 use crate::scalar::{Lanes, Scalar};
 
-/// Four numbers that are computed with side by side.
+/// Block of four numbers for SIMD arithmetic.
 pub(super) type Four = Lanes<f64, 4>;
 
-/// Number of blocks that hold `count` numbers, at least one.
+/// Number of blocks for `count` numbers, at least one.
 pub(super) fn blocks_of(count: usize) -> usize {
     count.div_ceil(4).max(1)
 }
 
-/// Stores numbers in blocks, the last filled up with zeros.
+/// Stores numbers in blocks and pads the last with zeros.
 pub(super) fn pack(numbers: &[f64], blocks: &mut Vec<Four>) {
     blocks.clear();
     let of = |chunk: &[f64]| Four::from_fn(|l| chunk.get(l).copied().unwrap_or(0.0));
     blocks.extend(numbers.chunks(4).map(of));
 }
 
-/// Solves a small dense system in place by Gaussian elimination with row pivoting; `right` becomes the solution. Returns
-/// whether the determinant is positive, or None if the matrix is singular.
+/// Solves a small dense system in place by Gaussian elimination with row pivoting; `right` becomes
+/// the solution. Returns the sign of the determinant (`true` if positive), or None if the matrix is
+/// singular.
 pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<bool> {
     let n = right.len();
     let width = blocks_of(n);

@@ -1,11 +1,11 @@
-//! A bound on the coupling of friction and normal loads; below one the solution is the only one.
+//! A bound on the coupling of friction and normal loads; below one the solution is unique.
 //!
 //! Equations (F6) and (F7) of the book's theory.
 
 use super::influence::Influence;
 use super::normal_load::Configuration;
 
-/// Steps of the power iteration; any number gives a bound.
+/// Steps of the power iteration; every iterate gives a valid bound.
 const STEPS: usize = 60;
 
 /// Buffers of [`coupling_bound`].
@@ -17,12 +17,14 @@ pub(crate) struct BoundWorkspace {
     vectors: [Vec<f64>; 2],
 }
 
-/// Bound on the spectral radius of the coupling. Entry (i, j) of its matrix bounds the change of the normal load of
-/// interface i if that of interface j changes by one newton, through the friction at j. Load maps are seminorms of the
-/// wrench and wrenches are affine in frictions, so with a radius below one there is one solution and no other (Banach's
-/// fixed-point theorem in the maximum norm weighted by the matrix's own vector).
+/// Bound on the spectral radius of the coupling. Entry (i, j) of its matrix bounds the change of
+/// the normal load of interface i per newton of normal load of interface j, through the friction at
+/// j. Load maps are seminorms of the wrench and wrenches are affine in friction, so a radius below
+/// one implies a unique solution (Banach's fixed-point theorem in the maximum norm weighted by the
+/// matrix's eigenvector).
 ///
-/// `interfaces` are indices with the coefficient of their own friction; `influence` is by normal loads.
+/// `interfaces` are indices with the coefficient of their own friction; `influence` is per normal
+/// load.
 pub(crate) fn coupling_bound(
     at: Configuration<'_>,
     interfaces: impl Iterator<Item = (usize, f64)>,
@@ -65,7 +67,7 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, [x, next]: &mut [Vec<f6
         }
         let ratio = next.iter().zip(x.iter()).map(|(next, x)| next / x).fold(0.0, f64::max);
         bound = bound.min(ratio);
-        // Half a step, and not to zero: the vector stays positive whatever the matrix.
+        // Average with the previous vector, so that all components stay positive for any matrix.
         let largest = next.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         for (x, next) in x.iter_mut().zip(next.iter()) {
             *x = 0.5 * *x + 0.5 * next / largest + 1e-12;

@@ -91,7 +91,7 @@ impl Architecture {
 
 /// Singularity index of the actuators for finite motions from the solver's position: the least
 /// total actuator displacement in a unit motion (angles in radians, lengths in characteristic
-/// lengths). It is zero if the Jacobian of equation (21) of Zhang et al. is singular. If the
+/// lengths). It is zero if the Jacobian in equation (21) of Zhang et al. does not exist. If the
 /// instantaneous mobility exceeds the finite one, the balance is unsolvable even for a positive
 /// index. None for an immobile mechanism.
 pub fn governance(solver: &InverseDynamics) -> Option<f64> {

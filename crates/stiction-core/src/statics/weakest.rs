@@ -33,7 +33,7 @@ impl GainedTwist {
         (name, describe_motion(in_world, mechanism.characteristic_length()))
     }
 
-    /// Infeasible load on the body: a unit load along the motion.
+    /// Description of the infeasible load on the body: it does work on the motion.
     pub fn load_in_words(&self, length: f64) -> String {
         let Twist { angular, linear } = self.twists[self.body];
         let Some(axis) = angular.direction().filter(|_| self.turns) else {

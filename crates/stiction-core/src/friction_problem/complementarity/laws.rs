@@ -2,12 +2,12 @@
 
 use crate::friction::OwnFriction;
 
-/// The law that an interface obeys.
+/// Friction law of an interface.
 #[derive(Clone, Debug)]
 pub(crate) enum MemberLaw {
-    /// Coulomb's law: it sticks or slides.
+    /// Coulomb's law with stick and slip.
     Dry(DryFriction),
-    /// It slides for certain: its unknown is the normal load, in units of which its friction is given.
+    /// Certain sliding: the unknown is the normal load, and friction is given per unit of it.
     Sliding(OwnFriction<f64>),
     /// A smooth function of the rate.
     Smooth(Box<dyn SmoothFriction>),

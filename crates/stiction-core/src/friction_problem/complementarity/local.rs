@@ -1,4 +1,4 @@
-//! The friction law of one member with the frictions of all others fixed.
+//! Friction law of one member with the friction of all others fixed.
 
 use super::laws::SmoothFriction;
 use crate::friction_problem::surface_vector::norm;
@@ -27,8 +27,8 @@ impl LocalResponse {
         Self { vectors: eigen.eigenvectors, values }
     }
 
-    /// Friction of this member by Coulomb's law: at most `most`, where the rate without it is `free`; near `before` where
-    /// it is not unique.
+    /// Friction of this member by Coulomb's law with the limit `most` and the frictionless rate
+    /// `free`; close to `before` if it is not unique.
     pub(super) fn dry_friction(
         &self,
         free: [f64; 3],
@@ -39,7 +39,7 @@ impl LocalResponse {
         if most <= 0.0 {
             return [0.0; 3];
         }
-        // Viscous friction lowers the rates, and their change with the dry friction.
+        // Viscous friction reduces the rates and their change with the dry friction.
         let damped = self.values.map(|w| 1.0 / (1.0 + viscous * w));
         let values = self.values.component_mul(&damped);
         let free = (self.vectors.transpose() * Vector3::from(free)).component_mul(&damped);
@@ -88,7 +88,7 @@ pub(super) fn smooth_friction(
     if factor <= 0.0 {
         return law.friction(load, start);
     }
-    // Friction grows with the velocity, so a step short enough always lowers the error.
+    // Friction increases with the velocity, so a sufficiently short step always reduces the error.
     let mut velocity = start;
     let mut damping = 1.0;
     let mut before = f64::INFINITY;

@@ -1,19 +1,23 @@
-//! Frictions of many interfaces that satisfy all friction laws at once: a nonlinear complementarity problem.
+//! Friction of many interfaces that satisfies all friction laws at once: a nonlinear
+//! complementarity problem.
 //!
-//! The unknowns are frictions `f` at the surfaces. Surface rates `b` (accelerations, or velocities at the end of a step)
-//! and joint wrenches are affine in them; normal loads `N` are norms of the wrenches. A dry interface satisfies
+//! The unknowns are friction forces `f` at the surfaces. Surface rates `b` (accelerations, or
+//! velocities at the end of a step) and joint wrenches are affine in them; normal loads `N` are
+//! norms of the wrenches. A dry interface satisfies
 //!
 //! ```text
 //! f = projection of (f + rho b) onto |f| <= mu N(f)
 //! ```
 //!
-//! which is all of Coulomb's law: friction is within its limit where the interface sticks, and at its limit against the
-//! sliding where it slides. Balls and plates have three components, other interfaces one.
+//! This is Coulomb's law: friction of a sticking interface is within its limit, and friction of a
+//! sliding interface is at its limit and opposes the sliding. Balls and plates have three
+//! components, other interfaces one.
 //!
-//! The projected Gauss-Seidel method visits one interface after the other; it descends from any start, but slowly. Newton's
-//! method on the nonsmooth equations (Alart and Curnier 1991) converges fast near a solution. Its steps are the shortest
-//! ones where self-stresses leave frictions open, so it finds a solution near the start. Where both fail, the solution is
-//! followed from no friction.
+//! The projected Gauss-Seidel method solves one interface at a time; it descends from any start,
+//! but slowly. Newton's method on the nonsmooth equations (Alart and Curnier 1991) converges fast
+//! near a solution. Its steps have minimum norm if self-stresses leave the friction indeterminate,
+//! so the solution is close to the start. If both methods fail, continuation starts from zero
+//! friction.
 //!
 //! Equation (D5) of the book's theory.
 
@@ -29,22 +33,23 @@ pub(crate) use problem::{Complementarity, Member};
 
 use super::continuation::{self, Branch, StepPolicy};
 
-/// Residual of the laws relative to the largest force at which a solution is found.
+/// Residual of the laws relative to the largest force at convergence.
 const SETTLED: f64 = 1e-12;
-/// Sweeps before Newton's method is tried again; twice as many after each failure.
+/// Sweeps before another attempt of Newton's method; doubled after each failure.
 const SWEEPS: usize = 40;
 const ROUNDS: usize = 6;
-/// Factors of the rates in Newton's method, tried in this order, relative to the effective mass of each member's lightest
-/// direction: a rod between balls spins far more easily than it swings.
+/// Factors of the rates in Newton's method, tried in this order, relative to the effective mass of
+/// each member's lightest direction: a rod between ball joints spins far more easily than it
+/// swings.
 const STIFFNESSES: [f64; 3] = [1.0, 30.0, 1000.0];
-/// Steps of the continuation from no friction.
+/// Step sizes of the continuation from zero friction.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-4 };
 
 /// A solution.
 #[derive(Clone, Debug)]
 pub(crate) struct Solution {
-    /// Frictions at the surfaces, and normal loads of sliding members, N.
+    /// Friction at the surfaces, and normal loads of sliding members, N.
     pub(crate) amounts: Vec<f64>,
     /// Surface rates.
     pub(crate) rates: Vec<f64>,
@@ -52,7 +57,7 @@ pub(crate) struct Solution {
     pub(crate) loads: Vec<f64>,
     /// Largest residual of the laws relative to the largest force.
     pub(crate) residual: f64,
-    /// True if each member sticks.
+    /// Stick flag of each member.
     pub(crate) sticks: Vec<bool>,
 }
 
@@ -81,7 +86,8 @@ impl Complementarity<'_> {
         Some(self.complete(x))
     }
 
-    /// The interface whose law has the largest residual where the projected Gauss-Seidel method ends.
+    /// Interface with the largest residual of its law at the end of the projected Gauss-Seidel
+    /// method.
     pub(crate) fn worst(&self, start: &[f64]) -> Option<usize> {
         let mut x = start.to_vec();
         self.project(&mut x, 1.0, 4 * SWEEPS);
@@ -96,7 +102,7 @@ impl Complementarity<'_> {
         worst.map(|member| member.interface)
     }
 
-    /// Newton's method from a start, with one stiffness after the other.
+    /// Newton's method from a start, with each stiffness in turn.
     fn newton_from(&mut self, start: &[f64]) -> Option<Vec<f64>> {
         let mut found = None;
         for stiffness in STIFFNESSES {
@@ -111,7 +117,7 @@ impl Complementarity<'_> {
         found
     }
 
-    /// Follows the solution from no friction; None where it is lost.
+    /// Continuation of the solution from zero friction; None if the branch ends.
     fn follow_friction(&self) -> Option<Vec<f64>> {
         let x = vec![0.0; self.count()];
         let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
@@ -129,7 +135,7 @@ impl Complementarity<'_> {
     }
 }
 
-/// The frictions while the coefficients grow.
+/// Friction while the coefficients grow.
 struct FrictionBranch<'a> {
     problem: &'a Complementarity<'a>,
     x: Vec<f64>,

@@ -4,16 +4,16 @@ use super::SETTLED;
 use super::problem::Complementarity;
 use crate::linalg::RowSpace;
 
-/// Residual that counts as round-off where it does not decrease any more.
+/// Residual that counts as round-off once it stops decreasing.
 const STAGNATED: f64 = 1e-9;
-/// Newton steps, and halvings of a step until the residual decreases.
+/// Maximum numbers of Newton steps, and of halvings of a step to reduce the residual.
 const STEPS: usize = 40;
 const HALVINGS: usize = 10;
-/// Relative size of a row's independent part below which the row of Newton's matrix depends on the others.
+/// Relative size of a row's independent part below which the row of the Newton matrix is dependent.
 const DEPENDENT: f64 = 1e-11;
 
 impl Complementarity<'_> {
-    /// Newton's method with a part of the coefficients from `x`; returns whether it ends at a solution.
+    /// Newton's method with a fraction of the coefficients from `x`; returns `true` at a solution.
     pub(super) fn newton(&self, x: &mut Vec<f64>, part: f64) -> bool {
         let n = self.count();
         let (mut matrix, mut space) = (Vec::new(), RowSpace::default());

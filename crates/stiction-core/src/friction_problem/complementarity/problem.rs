@@ -1,4 +1,4 @@
-//! The complementarity problem: its members, and how rates and joint wrenches respond to their frictions.
+//! Complementarity problem: its members, and the response of rates and joint wrenches to friction.
 
 use super::laws::MemberLaw;
 use super::local::LocalResponse;
@@ -8,39 +8,40 @@ use crate::friction_problem::normal_load::Configuration;
 use crate::spatial::Wrench;
 use std::ops::Range;
 
-/// One interface.
+/// One interface of the problem.
 #[derive(Clone, Debug)]
 pub(crate) struct Member {
     pub(crate) interface: usize,
-    /// Its unknowns.
+    /// Indices of its unknowns.
     pub(crate) places: Range<usize>,
     pub(crate) law: MemberLaw,
 }
 
-/// The problem.
+/// Nonlinear complementarity problem of friction.
 pub(crate) struct Complementarity<'a> {
     at: Configuration<'a>,
     pub(crate) members: Vec<Member>,
-    /// Rate of each unknown's surface without any friction of the members; not read for those that slide for certain.
+    /// Frictionless surface rate of each unknown; unused for members that slide for certain.
     pub(super) free: Vec<f64>,
     /// Change of each rate with each unknown, row by row.
     pub(super) compliance: Vec<f64>,
-    /// Wrench of each member's joint without any friction of the members.
+    /// Wrench of each member's joint without friction of the members.
     base: Vec<Wrench<f64>>,
     /// Change of the wrench of each member's joint with each unknown, row by row.
     pub(super) influence: Vec<Wrench<f64>>,
-    /// Inverse factor by which the residual of a sticking member's rate counts less than that of forces; infinite if it
-    /// must vanish.
+    /// Inverse weight of a sticking member's rate residual relative to force residuals; infinite
+    /// for an exact constraint.
     pub(crate) slack: f64,
-    /// Own response of each member with several components.
+    /// Response of each member with several components to its own friction.
     pub(super) local: Vec<Option<LocalResponse>>,
-    /// Factor of the rates, relative to the default.
+    /// Factor of the rates relative to the default.
     pub(super) stiffness: f64,
 }
 
 impl<'a> Complementarity<'a> {
-    /// The problem of `members` with free rates, their change with each unknown (row by row), the joint wrenches without
-    /// friction of the members, and the influence of the unknowns on these.
+    /// Problem of `members` with free rates, their change with each unknown (row by row), the joint
+    /// wrenches without friction of the members, and the influence of the unknowns on these
+    /// wrenches.
     pub(crate) fn new(
         at: Configuration<'a>,
         members: Vec<Member>,
@@ -95,7 +96,7 @@ impl<'a> Complementarity<'a> {
         self.at.normal_load(*interface, wrench, own)
     }
 
-    /// Factor that turns rates of a member into numbers of the size of forces.
+    /// Factor that scales rates of a member to the magnitude of forces.
     pub(super) fn rate_factor(&self, places: &Range<usize>) -> f64 {
         let n = self.count();
         let compliance: f64 = places.clone().map(|i| -self.compliance[i * n + i]).sum();

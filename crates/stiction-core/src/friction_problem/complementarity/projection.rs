@@ -1,4 +1,4 @@
-//! The projected Gauss-Seidel method: one interface after the other.
+//! Projected Gauss-Seidel method: one interface at a time.
 
 use super::SETTLED;
 use super::laws::{DryFriction, MemberLaw, SmoothFriction};
@@ -9,21 +9,22 @@ use crate::spatial::Wrench;
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// State of the problem as one member sees it.
+/// Local problem of one member.
 struct View<'a> {
-    /// Its unknowns.
+    /// Unknowns of the member.
     places: Range<usize>,
     x: &'a [f64],
     rates: &'a [f64],
     load: f64,
-    /// Part of the coefficients of friction.
+    /// Fraction of the friction coefficients.
     part: f64,
-    /// Factor that turns its rates into numbers of the size of forces.
+    /// Factor that scales its rates to the magnitude of forces.
     factor: f64,
 }
 
 impl Complementarity<'_> {
-    /// Solves the law of each member in turn, with a part of the coefficients, and updates rates and wrenches.
+    /// Solves the law of each member in turn, with a fraction of the coefficients, and updates
+    /// rates and wrenches.
     pub(super) fn project(&self, x: &mut [f64], part: f64, sweeps: usize) {
         let n = self.count();
         let mut rates = self.rates(x);
@@ -112,7 +113,7 @@ fn projected_friction(law: DryFriction, view: &View<'_>) -> [f64; 3] {
     }
     if viscous > 0.0 && *factor > 0.0 {
         for (k, i) in places.clone().enumerate() {
-            // Rate without its own friction.
+            // Rate without the member's own friction.
             let free = rates[i] + x[i] / factor;
             let rate = (free - next[k] / factor) / (1.0 + viscous / factor);
             next[k] += viscous * rate;

@@ -5,7 +5,7 @@ use super::problem::Complementarity;
 use crate::friction::Load;
 use crate::friction_problem::surface_vector::norm;
 
-/// Rates relative to the largest one without friction that count as round-off.
+/// Rates, relative to the largest frictionless one, that count as round-off.
 const ROUND_OFF: f64 = 1e-14;
 
 /// Residual of the friction laws.
@@ -16,12 +16,12 @@ pub(super) struct Residual {
     scale: f64,
     /// Rates of sticking members relative to the largest, times the slack; infinite for all others.
     rates: Vec<f64>,
-    /// True if each member sticks.
+    /// Stick flag of each member.
     pub(super) sticks: Vec<bool>,
 }
 
 impl Residual {
-    /// Sum of the squares.
+    /// Sum of squares.
     pub(super) fn square(&self) -> f64 {
         self.values.iter().map(|x| x * x).sum()
     }
@@ -41,18 +41,19 @@ impl Residual {
     }
 }
 
-/// Unknowns at which the laws are evaluated.
+/// Values of the unknowns at which the laws are evaluated.
 struct Point<'a> {
     x: &'a [f64],
-    /// Part of the coefficients of friction.
+    /// Fraction of the friction coefficients.
     part: f64,
     rates: Vec<f64>,
-    /// Largest rate without any friction of the members.
+    /// Largest frictionless rate.
     largest: f64,
 }
 
 impl Complementarity<'_> {
-    /// Residual with a part of the coefficients of friction; `matrix` becomes its change with the unknowns, row by row.
+    /// Residual with a fraction of the friction coefficients; `matrix` becomes its derivative with
+    /// respect to the unknowns, row by row.
     pub(super) fn residual(
         &self,
         x: &[f64],
@@ -61,7 +62,7 @@ impl Complementarity<'_> {
     ) -> Residual {
         let n = self.count();
         let mut rates = self.rates(x);
-        // Round-off of rates is set to zero: short steps would turn it into large forces.
+        // Set round-off of rates to zero: short steps would convert it to large forces.
         let largest = self.free.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));
         rates.iter_mut().filter(|rate| rate.abs() < ROUND_OFF * largest).for_each(|r| *r = 0.0);
         let mut residual = Residual {
@@ -96,7 +97,7 @@ impl Complementarity<'_> {
         self.load(index, point.x, self.wrench(index, point.x))
     }
 
-    /// Change of a member's normal load with an unknown.
+    /// Derivative of a member's normal load with respect to an unknown.
     fn load_slope(&self, index: usize, load: &Load<f64>, unknown: usize) -> f64 {
         load.gradient.power(self.influence[index * self.count() + unknown])
     }
