@@ -299,7 +299,7 @@ fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
     }
 }
 
-/// Explains the reason for a missing simulation.
+/// Converts a simulation error to a failure.
 fn failure_of(error: SimulationError) -> Failure {
     match error {
         SimulationError::Mark => Failure::input(format!("{CHECKPOINT} is damaged: {error}"))

@@ -89,7 +89,7 @@ fn poles_are_refused() {
     folder.stiction(&load).fails(2, &["the load on `bob` has no finite value at t = 0.25 s"]);
 }
 
-/// Jumps and zeros are not poles, whatever their number and wherever the samples fall.
+/// Jumps and zeros are not poles, for any number of them and any sample times.
 #[test]
 fn jumps_are_not_poles() {
     let folder = folder("jumps");
