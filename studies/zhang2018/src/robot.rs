@@ -62,8 +62,8 @@ pub(super) const NO_LOAD: Load = [0.0; 6];
 pub(super) const PRINTED_LOAD: Load = [100.0, 100.0, 100.0, 80.0, 80.0, 80.0];
 
 impl Robot {
-    /// The robot as printed: sides of 900 mm and 300 mm, masses, radii and coefficients of section
-    /// 6. The paper does not give the point P.
+    /// The robot as printed: sides of 900 mm and 300 mm; masses, radii and coefficients of
+    /// section 6. The paper does not give the point P.
     pub(super) fn printed() -> Self {
         let (k, l) = (0.150, 0.450);
         let r3 = 3.0_f64.sqrt();

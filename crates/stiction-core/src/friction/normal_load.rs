@@ -78,7 +78,7 @@ pub enum Supports<T> {
 pub struct Load<T> {
     /// The normal load, N, not negative.
     pub value: T,
-    /// Its gradient: `d value = gradient.power(d wrench)`. Zero in every part that vanishes.
+    /// Gradient: `d value = gradient.power(d wrench)`. Zero in every part that vanishes.
     pub gradient: Twist<T>,
 }
 

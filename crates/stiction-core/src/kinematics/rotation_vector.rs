@@ -111,8 +111,8 @@ pub(super) struct Orientation<T> {
 }
 
 impl<T: Scalar> Orientation<T> {
-    /// Computes the orientation from a rotation vector and its derivatives, with `a = |r|`: `omega
-    /// = r' + b r x r' + d r x (r x r')`, `b = (1 - cos a)/a^2`, `d = (a - sin a)/a^3`.
+    /// Computes the orientation from a rotation vector and its derivatives, with `a = |r|`:
+    /// `omega = r' + b r x r' + d r x (r x r')`, `b = (1 - cos a)/a^2`, `d = (a - sin a)/a^3`.
     pub(super) fn of(r: Vec3<T>, rate: Vec3<T>, acceleration: Vec3<T>) -> Self {
         let a2 = r.norm_squared();
         let number = T::from_f64;

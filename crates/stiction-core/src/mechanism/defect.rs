@@ -125,7 +125,7 @@ pub enum Defect {
     NegativeMass {
         /// The body.
         body: String,
-        /// Its mass, kg.
+        /// Mass, kg.
         mass: f64,
     },
     /// An asymmetric inertia tensor.
@@ -171,7 +171,7 @@ pub enum Defect {
     NoContact {
         /// The joint.
         joint: String,
-        /// Its type's symbol.
+        /// Symbol of the joint type.
         joint_type: &'static str,
     },
     /// Friction declared twice at one interface.
@@ -187,7 +187,7 @@ pub enum Defect {
         joint: String,
         /// The parameter's name.
         parameter: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
         /// The admissible range in words.
         range: &'static str,
@@ -241,7 +241,7 @@ pub enum Defect {
         spring: String,
         /// The parameter's name.
         parameter: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
     },
     /// The characteristic length is not positive.

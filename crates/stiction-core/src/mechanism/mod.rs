@@ -40,7 +40,7 @@ pub const GROUND_NAME: &str = "ground";
 /// A rigid body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Its name, unique among bodies.
+    /// Name, unique among bodies.
     pub name: String,
     /// Mass, kg, not negative.
     pub mass: f64,
@@ -63,9 +63,9 @@ impl Body {
 /// A joint between two bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Its name, unique among joints.
+    /// Name, unique among joints.
     pub name: String,
-    /// Its type.
+    /// Joint type.
     pub joint_type: JointType,
     /// Body that carries frame J. Reactions are exerted by this body on the successor.
     pub predecessor: BodyId,
@@ -136,7 +136,7 @@ pub struct Mechanism {
 }
 
 impl Mechanism {
-    /// Its name.
+    /// Name of the mechanism.
     pub fn name(&self) -> &str {
         &self.name
     }

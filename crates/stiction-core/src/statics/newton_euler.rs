@@ -30,7 +30,7 @@ pub enum Unknown {
     Drive {
         /// The actuator's index.
         actuator: usize,
-        /// Its joint's index.
+        /// Index of the joint.
         joint: usize,
         /// Index of its degree of freedom.
         dof: usize,

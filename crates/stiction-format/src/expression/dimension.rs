@@ -105,7 +105,7 @@ impl Dimension {
         )
     }
 
-    /// Its SI unit: `kg m^2/s^2`.
+    /// SI unit, for example `kg m^2/s^2`.
     pub(crate) fn units(self) -> String {
         let powers = [("kg", self.kilogram), ("m", self.metre), ("s", self.second)];
         let write = |sign: i16| {
