@@ -98,19 +98,19 @@ fn advance_floating<T: Scalar>(q: &mut [T], step: &[T]) {
 /// Poses and motions of all bodies, in world axes about the kernel origin.
 #[derive(Debug)]
 pub struct Bodies<T> {
-    /// For each body its frame, `X_WB`.
+    /// Frame of each body, `X_WB`.
     pub pose: Vec<Pose<T>>,
-    /// For each body its twist.
+    /// Twist of each body.
     pub twist: Vec<Twist<T>>,
-    /// For each body the time derivative of its twist.
+    /// Time derivative of the twist of each body.
     pub acceleration: Vec<Twist<T>>,
-    /// For each body the part of its acceleration that does not depend on the tree's accelerations.
+    /// Bias acceleration of each body: the part independent of the tree's accelerations.
     pub(crate) bias: Vec<Twist<T>>,
-    /// For each joint its frame J.
+    /// Frame J of each joint.
     pub frame_j: Vec<Pose<T>>,
-    /// For each joint its frame K.
+    /// Frame K of each joint.
     pub frame_k: Vec<Pose<T>>,
-    /// For each degree of freedom of the tree its unit twist, parent to child.
+    /// Unit twist of each degree of freedom of the tree, parent to child.
     pub(crate) screws: Vec<Twist<T>>,
 }
 
@@ -156,7 +156,7 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// For each joint frame K seen from frame J.
+    /// Pose of frame K in frame J for each joint.
     pub fn joint_poses(&self) -> impl Iterator<Item = Pose<T>> + '_ {
         self.frame_j.iter().zip(&self.frame_k).map(|(j, k)| j.inverse() * *k)
     }

@@ -83,7 +83,7 @@ impl MotionConstraints {
         &self.coordinates
     }
 
-    /// For each prescribed coordinate its index among the tree's coordinates, if it is an angle of a joint in the
+    /// Index of each prescribed coordinate among the tree's coordinates, if it is an angle of a joint in the
     /// tree. Such an angle counts whole turns, which poses do not contain.
     pub fn tree_angles<'a>(
         &'a self,
@@ -107,7 +107,7 @@ impl MotionConstraints {
         self.rows.len()
     }
 
-    /// For each row, `true` if its error is an angle rather than a length.
+    /// Flags of the rows: `true` for an angle error, `false` for a length error.
     pub(super) fn are_angles(&self) -> impl Iterator<Item = bool> + '_ {
         self.rows.iter().map(|row| row.is_angle)
     }

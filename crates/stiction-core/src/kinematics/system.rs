@@ -98,7 +98,7 @@ impl<T: Scalar> Kinematics<T> {
         errors.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
     }
 
-    /// All errors, row by row.
+    /// Errors of all rows, in order.
     pub(super) fn errors(&self) -> &[T] {
         &self.errors
     }

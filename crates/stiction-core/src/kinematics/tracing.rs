@@ -246,7 +246,7 @@ pub(crate) struct OpenMotions {
 }
 
 impl<'a> Loops<'a> {
-    /// With one target for each of the `coordinates`.
+    /// Builds the loop equations with one target for each of the `coordinates`.
     pub(super) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,

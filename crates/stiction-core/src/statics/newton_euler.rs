@@ -45,7 +45,7 @@ pub enum Unknown {
 pub struct NewtonEuler {
     /// The unknowns, one for each column.
     pub unknowns: Vec<Unknown>,
-    /// For each unknown its unit wrench, predecessor on successor, about the kernel origin.
+    /// Unit wrench of each unknown, predecessor on successor, about the kernel origin.
     pub wrenches: Vec<Wrench<f64>>,
     /// The coefficients.
     pub matrix: DMatrix<f64>,

@@ -180,14 +180,14 @@ impl Statics {
         DVector::from_iterator(rows.len(), scaled)
     }
 
-    /// For each unknown, `true` if the balance alone determines it.
+    /// Flags of the unknowns: `true` for a statically determinate unknown.
     pub fn determined(&self) -> Vec<bool> {
         // Null vectors have unit norm: a component of rounding size counts as zero.
         let free = |k: usize| self.null.iter().map(|n| n[k] * n[k]).sum::<f64>().sqrt();
         (0..self.column_scales.len()).map(|k| free(k) < DETERMINED).collect()
     }
 
-    /// For each actuator effort, `true` if the balance alone determines it.
+    /// Flags of the actuator efforts: `true` for a statically determinate effort.
     pub fn determined_drives(&self) -> Vec<bool> {
         // Actuator efforts are the last unknowns.
         let mut unknowns = self.determined();
