@@ -1,5 +1,6 @@
-//! `cargo xtask audit`: slow checks to run now and then: licences and known defects of dependencies, their oldest
-//! versions, the oldest compiler, builds without optional features, memory errors, other processors.
+//! `cargo xtask audit`: slow, occasional checks: licences and known defects of dependencies, their
+//! oldest versions, the oldest compiler, builds without optional features, memory errors, other
+//! processors.
 //!
 //! Most steps need an additional tool. A step whose tool is missing is skipped and does not fail; a table of
 //! all results ends the output.
@@ -67,13 +68,13 @@ fn ended(good: bool) -> Ended {
     if good { Ended::Passed } else { Ended::Failed }
 }
 
-/// Returns whether a program starts and exits with success.
+/// Returns `true` if a program starts and exits with success.
 fn runs(command: &mut Command) -> bool {
     let status = command.stdout(Stdio::null()).stderr(Stdio::null()).status();
     status.is_ok_and(|status| status.success())
 }
 
-/// Cargo of another toolchain. Removes the variables by which cargo passes its own toolchain on.
+/// Cargo of another toolchain. Removes the variables by which cargo passes on its own toolchain.
 fn cargo_of(toolchain: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new("cargo");
     command.arg(format!("+{toolchain}")).args(arguments);

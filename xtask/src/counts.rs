@@ -37,7 +37,7 @@ pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {
     }
 }
 
-/// Counts all kernels and compares with the stored counts; returns whether none is slower.
+/// Counts all kernels and compares with the stored counts; returns `true` if none is slower.
 fn count(write: bool) -> Result<bool, String> {
     let program = build()?;
     let compiler = output(Command::new("rustc").arg("--version"))?.trim().to_owned();

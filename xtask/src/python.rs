@@ -46,7 +46,7 @@ pub(crate) fn environment(folder: &Path) -> Result<PathBuf, String> {
     Ok(python)
 }
 
-/// Returns whether this interpreter runs and is at least [`LEAST_PYTHON`].
+/// Returns `true` if this interpreter runs and is at least [`LEAST_PYTHON`].
 fn is_recent(python: &Path) -> bool {
     let (major, minor) = LEAST_PYTHON;
     let question = format!("import sys; sys.exit(sys.version_info < ({major}, {minor}))");

@@ -14,20 +14,20 @@ use std::process::Command;
 pub(crate) enum Outcome {
     Passed,
     Failed,
-    /// This machine lacks something; a message has named it.
+    /// A prerequisite is missing on this machine; a message has named it.
     Skipped,
 }
 
 /// Origin of the program to compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Program {
-    /// Build it first.
+    /// Build the program first.
     ToBuild,
-    /// The tests have just built it.
+    /// Use the program that the tests have built.
     Built,
 }
 
-/// Builds the program where needed, creates the Python environment and compares.
+/// Builds the program if necessary, creates the Python environment and compares.
 pub(crate) fn validate(program: Program) -> Outcome {
     let xtask = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = xtask.parent().unwrap_or(xtask).join("validation");

@@ -29,7 +29,7 @@ fn execute(options: &Check) -> Result<(), Failure> {
     }
     let job = request.job()?;
     let interrupted = listen_for_interrupt();
-    // A folder that cannot be written is refused before the computation.
+    // Reject an unwritable folder before the computation.
     let mut outputs =
         options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     let files = match &mut outputs {

@@ -47,7 +47,7 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     }
 }
 
-/// Writes a file that is complete or absent. Pipes and devices receive the text directly.
+/// Writes a file atomically. Pipes and devices receive the text directly.
 fn write(path: &Path, text: &str, files_read: Vec<PathBuf>) -> Result<(), Failure> {
     let failure = |why: String| {
         Failure::input(format!("cannot write {}: {why}", path.display()))
@@ -59,7 +59,7 @@ fn write(path: &Path, text: &str, files_read: Vec<PathBuf>) -> Result<(), Failur
     if path.is_symlink() && !path.exists() {
         return Err(failure("it is a link to a file that does not exist".into()));
     }
-    // A link stays a link.
+    // Keep a symbolic link and write its target.
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     if files_read.contains(&target) {
         return Err(failure("it is an input of this conversion".into()));

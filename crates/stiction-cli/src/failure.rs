@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 use stiction::{Error, ErrorKind};
 
-/// An error, with the form in which the user asked for it.
+/// An error and its output format, text or JSON.
 #[derive(Debug)]
 pub(crate) struct Failure {
     error: Error,
@@ -13,17 +13,17 @@ pub(crate) struct Failure {
 }
 
 impl Failure {
-    /// A failure because the input cannot be used.
+    /// Failure for invalid input.
     pub(crate) fn input(message: impl Into<String>) -> Self {
         Error::input(message).into()
     }
 
-    /// A failure because the question has no answer.
+    /// Failure for a problem without a solution.
     pub(crate) fn no_answer(message: impl Into<String>) -> Self {
         Error::no_answer(message).into()
     }
 
-    /// A failure because the user stopped the program, without results.
+    /// Failure for an interruption by the user, without results.
     pub(crate) fn interrupted() -> Self {
         Error::interrupted("interrupted; nothing was written").into()
     }
@@ -33,7 +33,7 @@ impl Failure {
         Self { error: self.error.with_help(text), ..self }
     }
 
-    /// Sets the numbers behind the message, for programs.
+    /// Sets the machine-readable details of the message.
     pub(crate) fn details(self, value: serde_json::Value) -> Self {
         Self { error: self.error.with_details(value), ..self }
     }
@@ -47,7 +47,7 @@ impl Failure {
     pub(crate) fn print(&self) {
         if self.json {
             let text = format!("{:#}\n", json!({ "error": self.error.to_json() }));
-            // Where standard output is closed, standard error may still be read.
+            // Standard error may still be open if standard output is closed.
             if let Err(failure) = crate::print(&text) {
                 failure.print();
             }

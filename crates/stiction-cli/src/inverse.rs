@@ -96,7 +96,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         print(&format!("{json:#}\n"))?;
     } else {
         let mut text = String::new();
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write_summary(&mut text, &job, &summary, &verdict);
         print(&text)?;
     }
@@ -132,12 +132,12 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Installs handlers for Ctrl-C and SIGTERM, which set the returned flag, so that the program ends cleanly. A
-/// second signal ends it at once.
+/// Installs handlers for Ctrl-C and SIGTERM that set the returned flag, so that the program ends
+/// cleanly. A second signal ends it immediately.
 pub(crate) fn listen_for_interrupt() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let set = Arc::clone(&flag);
-    // Without a handler Ctrl-C still stops the program, only less tidily.
+    // Without a handler Ctrl-C still stops the program, but leaves temporary files.
     let _ = ctrlc::set_handler(move || {
         if set.swap(true, Ordering::Relaxed) {
             std::process::exit(130);

@@ -1,11 +1,11 @@
 //! The program `stiction`: inverse and forward dynamics of robots with closed kinematic chains and joint
 //! friction, on the command line.
 //!
-//! Holds arguments, output files, progress and exit codes; everything else is in the library `stiction`.
-//! Data go to standard output, messages to standard error. Exit codes: 0 done, 1 the question has no answer
-//! (a singular position, a mechanism that jams), 2 the input cannot be used, 130 interrupted.
+//! Contains arguments, output files, progress and exit codes; all computation is in the library
+//! `stiction`. Data go to standard output, messages to standard error. Exit codes: 0 success, 1 no
+//! solution (a singular position, a mechanism that jams), 2 invalid input, 130 interrupted.
 
-/// Prints a line to standard error. A closed standard error is no failure.
+/// Prints a line to standard error and ignores a closed standard error.
 macro_rules! message {
     ($($what:tt)*) => {{
         use std::io::Write as _;
@@ -54,8 +54,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Prints the defect of the arguments and exits. A misspelt command is taken for a model, and the next
-/// argument for a command, so that this case needs a message of its own.
+/// Prints the error in the arguments and exits. A misspelt command is parsed as a model and the
+/// next argument as a command, so this case has a separate message.
 fn refuse(error: &clap::Error) -> ! {
     use clap::error::ErrorKind::{ArgumentConflict, DisplayHelp, DisplayVersion};
     let first = std::env::args_os().nth(1).unwrap_or_default().to_string_lossy().into_owned();
@@ -77,7 +77,7 @@ fn refuse(error: &clap::Error) -> ! {
     std::process::exit(2)
 }
 
-/// Writes data to standard output. A reader that has closed its end is no failure.
+/// Writes data to standard output and ignores a closed reader.
 fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

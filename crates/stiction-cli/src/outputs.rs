@@ -11,8 +11,8 @@ use std::time::SystemTime;
 /// Checkpoint from which an interrupted simulation resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.json";
 
-/// Files of one run in a folder, each under a temporary name until all are complete. Incomplete files are
-/// removed; files of earlier runs stay until then.
+/// Files of one run in a folder, each under a temporary name until all are complete. Incomplete
+/// files are removed; files of earlier runs remain until then.
 #[derive(Debug)]
 pub(crate) struct Outputs {
     folder: PathBuf,
@@ -22,14 +22,14 @@ pub(crate) struct Outputs {
     begun: SystemTime,
     /// Full paths of the files read for this run.
     inputs: Vec<PathBuf>,
-    /// `true` once a checkpoint refers to the incomplete files, which then stay.
+    /// `true` once a checkpoint refers to the incomplete files, which are then kept.
     kept: Cell<bool>,
 }
 
 impl Outputs {
     /// Creates the folder if it does not exist. `inputs` are the full paths of files that must not be replaced.
     pub(crate) fn new(folder: &Path, inputs: Vec<PathBuf>) -> Result<Self, Failure> {
-        // A file at the folder's place or above it.
+        // A file with the path of the folder or of one of its parents.
         let blocks = |at: &&Path| at.exists() && !at.is_dir();
         if let Some(file) = folder.ancestors().find(blocks) {
             return Err(Failure::input(format!(
@@ -57,7 +57,7 @@ impl Outputs {
         Ok(outputs)
     }
 
-    /// Refuses a folder that holds a resumable simulation, which other results would spoil.
+    /// Refuses a folder with a resumable simulation, which other results would damage.
     pub(crate) fn refuse_interrupted(&self) -> Result<(), Failure> {
         if !self.folder.join(CHECKPOINT).exists() {
             return Ok(());
@@ -133,7 +133,7 @@ impl Outputs {
         let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
         let written = File::create(&partial).and_then(|mut file| {
             file.write_all(content)?;
-            // Without it a power cut may leave the name without the content.
+            // Without this, a power failure may leave a file name without contents.
             file.sync_all()?;
             fs::rename(&partial, self.folder.join(name))
         });
@@ -211,7 +211,7 @@ impl Outputs {
             let stale = self.folder.join(name);
             if self.pending.iter().all(|(_, complete)| *complete != stale) && !self.is_input(&stale)
             {
-                // Mostly it does not exist.
+                // Usually the file does not exist.
                 let _ = fs::remove_file(stale);
             }
         }
@@ -231,7 +231,7 @@ impl Outputs {
             let is_own =
                 whole == CHECKPOINT || self.pending.iter().any(|(_, own)| own.ends_with(whole));
             if is_own && is_older(&entry.path()) {
-                // Without permission they stay; they do no harm.
+                // Files without write permission remain; they are harmless.
                 let _ = fs::remove_file(entry.path());
             }
         }
@@ -242,7 +242,7 @@ impl Outputs {
         self.trouble_with(&self.folder.join(name).display(), error)
     }
 
-    /// A failure to write the tables, whichever of them it was.
+    /// A failure to write any of the tables.
     pub(crate) fn trouble_with_tables(&self, error: impl Display) -> Failure {
         self.trouble_with(&format_args!("the tables in {}", self.folder.display()), error)
     }
@@ -271,7 +271,7 @@ impl Drop for Outputs {
     }
 }
 
-/// Final name of a temporary file, if `name` is that of one.
+/// Final name of a temporary file; `None` for other files.
 fn of_partial(name: &str) -> Option<&str> {
     let (whole, id) = name.strip_prefix('.')?.strip_suffix(".partial")?.rsplit_once('.')?;
     id.bytes().all(|byte| byte.is_ascii_digit()).then_some(whole)

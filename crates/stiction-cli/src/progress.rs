@@ -6,16 +6,16 @@ use std::time::{Duration, Instant};
 use stiction_run::inverse::Phase;
 
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Time between two lines where standard error is no terminal.
+/// Time between two lines if standard error is not a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// Progress bar on a terminal, or a line every ten seconds, once a computation takes long.
+/// Progress bar on a terminal, or a line every ten seconds elsewhere, for long computations.
 pub(crate) struct Progress {
     begun: Instant,
     printed: Instant,
     bar: Option<(String, ProgressBar)>,
     watched: bool,
-    /// Step of a study that was printed last.
+    /// Last printed step of a study.
     step: Option<usize>,
 }
 
@@ -95,7 +95,7 @@ impl Progress {
     }
 }
 
-/// Removes the bar however the computation ends.
+/// Removes the bar at the end of the computation, in success and failure.
 impl Drop for Progress {
     fn drop(&mut self) {
         self.clear();

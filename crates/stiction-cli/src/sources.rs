@@ -1,4 +1,4 @@
-//! Models and names on the command line.
+//! Models and names given on the command line.
 
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -11,7 +11,7 @@ use stiction::{Diagnostics, ReadProgress, Robot, gallery};
 /// The robot of a model file, of standard input (`-`), or of the gallery.
 pub(crate) fn robot(name: &OsStr) -> Result<Robot, Failure> {
     let path = Path::new(name);
-    // Names of files need not be valid UTF-8; those of built-in models are.
+    // File names need not be valid UTF-8; names of built-in models are.
     let Some(name) = name.to_str() else {
         return Ok(Robot::load_with(path, Some(read_progress()))?);
     };
@@ -33,10 +33,10 @@ pub(crate) fn robot_or_default(name: Option<&OsStr>) -> Result<Robot, Failure> {
     robot(name.unwrap_or(OsStr::new(DEFAULT_MODEL)))
 }
 
-/// Name of the built-in robot that runs without a model.
+/// Name of the default built-in robot.
 pub(crate) const DEFAULT_MODEL: &str = "zhang2018-regular";
 
-/// A progress bar for each long file that is read.
+/// Progress bar for reading long files.
 fn read_progress() -> Arc<ReadProgress> {
     let progress: Mutex<Option<Progress>> = Mutex::new(None);
     Arc::new(move |file: &str, done: u64, of: u64| {
@@ -65,7 +65,7 @@ pub(crate) fn note_frictionless(robot: &Robot) {
 
 /// A failure for a name that is neither a file nor a built-in model.
 pub(crate) fn unknown_model(name: &str) -> Failure {
-    // A misspelt command is taken for a model.
+    // A misspelt command is parsed as a model.
     let command = near_command(name);
     let nearest = gallery::names()
         .map(|known| (strsim::damerau_levenshtein(known, name), known))
@@ -82,7 +82,7 @@ pub(crate) fn unknown_model(name: &str) -> Failure {
     Failure::input(format!("there is no built-in model and no file named `{name}`")).help(help)
 }
 
-/// The command with the nearest name, if one is near.
+/// The command with the most similar name, if one is similar.
 pub(crate) fn near_command(name: &str) -> Option<&'static str> {
     ["inverse", "forward", "check", "breakaway", "study", "convert", "models", "schema", "help"]
         .into_iter()

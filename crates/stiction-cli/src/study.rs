@@ -29,8 +29,8 @@ fn execute(options: &Study) -> Result<(), Failure> {
         return Err(unknown(name));
     }
     let interrupted = listen_for_interrupt();
-    // A folder that cannot be written is refused before the computation. With --json, files are written
-    // only on request.
+    // Reject an unwritable folder before the computation. With --json, files are written only on
+    // request.
     let folder = options
         .output
         .clone()
@@ -54,7 +54,7 @@ fn execute(options: &Study) -> Result<(), Failure> {
         print(&format!("{:#}\n", report.json()))?;
     } else {
         let mut text = String::new();
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = report.write_findings(&mut text);
         print(&text)?;
     }
@@ -72,11 +72,11 @@ fn execute(options: &Study) -> Result<(), Failure> {
     Ok(())
 }
 
-/// File name of the report's page.
+/// File name of the report's HTML page.
 const PAGE: &str = "report.html";
 
-/// Writes all files of a report except the page and returns their number. Removes those of the `earlier`
-/// files that this report does not have.
+/// Writes all files of a report except the page and returns their number. Removes those `earlier`
+/// files that this report does not contain.
 fn write(mut outputs: Outputs, report: &Report, earlier: &[String]) -> Result<usize, Failure> {
     outputs.write("report.md", report.markdown().as_bytes())?;
     let files: Vec<(String, String)> =

@@ -1,5 +1,4 @@
-//! File contents handed to the reader: a whole text, or a source of bytes that can be read
-//! repeatedly.
+//! File contents for the reader: a whole text, or a source of bytes that can be read repeatedly.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -9,8 +8,8 @@ use std::sync::Arc;
 pub enum Contents {
     /// The whole text.
     Whole(String),
-    /// UTF-8 text that is read piece by piece when needed. Only recordings can be handed over like
-    /// this; they occupy little memory, however long they are.
+    /// UTF-8 text read piece by piece when needed. Only recordings use this form; it needs little
+    /// memory at any length.
     Stored(Arc<dyn Store>),
 }
 

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parameters {
     names: Vec<String>,
-    /// `None` if the definition or the name is invalid; uses of it are then not reported again.
+    /// `None` if the definition or the name is invalid; errors of its uses are then suppressed.
     values: Vec<Option<Quantity>>,
     index: HashMap<String, usize>,
 }
@@ -52,7 +52,7 @@ impl Parameters {
     }
 }
 
-/// Reason why no parameter can have this name.
+/// Reason for a reserved name.
 pub(crate) fn complaint(name: &str) -> Option<String> {
     let mut letters = name.chars();
     let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');

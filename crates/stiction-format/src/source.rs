@@ -55,7 +55,7 @@ impl Place {
         Self { source: Arc::clone(source), span }
     }
 
-    /// Tests if the place stands for the whole text.
+    /// Tests for a reference to the whole text, which has an empty range at the start.
     pub(crate) fn is_whole(&self) -> bool {
         self.span == (0..0) && self.source.begin.bytes == 0
     }

@@ -1,4 +1,4 @@
-//! The general engine on the two models of the gallery, in the terms of the paper's formulas.
+//! Results of the general engine for the two gallery models, in the notation of the paper.
 
 use super::Error;
 use super::friction::OfJoints;
@@ -11,14 +11,14 @@ use stiction_draw::figure::Figure;
 use stiction_format::{ModelFile, Source, gallery, read};
 use stiction_run::inverse::{self, Curves, Job, Phase, Summary, Verdict};
 
-/// A model of the gallery.
+/// Loads a model of the gallery.
 pub(super) fn model(name: &str) -> Result<ModelFile, Error> {
     let text = gallery::get(name).ok_or_else(|| Error::Gallery(name.to_owned()))?;
     let no_files = |file: &str| Err(format!("{file}: the gallery reads no files"));
     read(&Source::new(name, text), &no_files).map_err(|_| Error::Gallery(name.to_owned()))
 }
 
-/// A job on such a model with a motion and a load of its own.
+/// Builds a job on a gallery model with the given motion and load.
 pub(super) fn job<'a>(
     model: &'a ModelFile,
     motion: &str,
@@ -38,29 +38,29 @@ pub(super) fn job<'a>(
     })
 }
 
-/// One instant as the engine sees it.
+/// Engine results at one instant.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
     pub(super) time: f64,
     pub(super) drives: [f64; 3],
     pub(super) ideal: [f64; 3],
-    /// For each leg the 14 unknowns of equations (22) to (27) in its own axes.
+    /// The 14 unknowns of equations (22) to (27) for each leg, in the leg's axes.
     pub(super) unknowns: [[f64; OF_LEG]; 3],
     pub(super) power: Power,
 }
 
-/// A run along a motion.
+/// Results along a motion.
 pub(super) struct Run {
     pub(super) samples: Vec<Sample>,
     pub(super) verdict: Verdict,
-    /// As `summary.json`.
+    /// Contents of `summary.json`.
     pub(super) summary: Value,
-    /// As the plots of `stiction inverse`.
+    /// Plots of `stiction inverse`.
     pub(super) figures: Vec<(&'static str, Figure)>,
 }
 
 impl Run {
-    /// Carries out a job on one of the two robots.
+    /// Runs a job on one of the two robots.
     pub(super) fn of(
         job: &Job<'_>,
         mut progress: impl FnMut(Phase, usize, usize) -> bool,
@@ -91,7 +91,7 @@ impl Run {
     }
 }
 
-/// Joints of leg n in the order of the models' chain.
+/// Joints of leg n, in the order of the model's chain.
 fn joints(mechanism: &Mechanism, n: usize) -> Result<[JointId; 3], Error> {
     let id = |joint: &str| {
         let found = mechanism.joint_id(&format!("leg{}.{joint}", n + 1));
@@ -100,7 +100,7 @@ fn joints(mechanism: &Mechanism, n: usize) -> Result<[JointId; 3], Error> {
     Ok([id("R")?, id("P")?, id("S")?])
 }
 
-/// The first three of some numbers.
+/// The first three values of a slice.
 fn three<T: Copy>(values: &[T], mechanism: &Mechanism) -> Result<[T; 3], Error> {
     match *values {
         [a, b, c, ..] => Ok([a, b, c]),
@@ -114,14 +114,14 @@ fn of_sample(sample: &inverse::Sample<'_>, mechanism: &Mechanism) -> Result<Samp
     for n in 0..3 {
         let ids = joints(mechanism, n)?;
         let [r, p, s] = ids.map(|id| forces.reactions[id.0]);
-        // The P joint's frame stands upright in the leg: its axes are t, y, u.
+        // Axes of the P joint's frame in the leg: t, y, u.
         let frame = sample.bodies.frame_j[ids[1].0].rotation;
         let [t, y, u] = [0, 1, 2].map(|k| frame * Vec3::unit(k));
         let of = &mut unknowns[n];
         for (i, axis) in [t, y, u].into_iter().enumerate() {
             of[unknown::FR + i] = r.0.dot(axis);
             of[unknown::MP + i] = p.1.dot(axis);
-            // The paper's is that on the rod.
+            // The paper states the reaction on the rod.
             of[unknown::FS + i] = -s.0.dot(axis);
         }
         for (i, axis) in [t, u].into_iter().enumerate() {
@@ -158,7 +158,7 @@ pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>,
                 bodies.joint_rates(topology, joint.0).get(dof).copied()
             };
             lengths[n] = solver.joint_coordinates(p).first().copied().unwrap_or(f64::NAN);
-            // Of a ball the rate about its axis y, along which all R axes lie.
+            // A ball joint's rate about its y axis, which is parallel to all R axes.
             let all = [rate(p, 0), rate(r, 0), rate(s, 1)].map(|rate| rate.unwrap_or(f64::NAN));
             rates[n] = all;
         }
@@ -167,24 +167,24 @@ pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>,
     Ok(all)
 }
 
-/// What static friction leaves open at one instant.
+/// Intervals of the actuator forces left undetermined by static friction at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interval {
-    /// The least and the greatest of each driving force that are attained, N.
+    /// Inner bounds of each actuator force, N: lower and upper.
     pub(super) attained: [(f64, f64); 3],
-    /// Nothing exceeds these, N.
+    /// Guaranteed bounds of each actuator force, N.
     pub(super) outer: [(f64, f64); 3],
 }
 
 impl Interval {
-    /// The most by which anything may lie beyond what is attained, N.
+    /// Largest gap between the inner and the guaranteed bounds, N.
     pub(super) fn beyond(&self) -> f64 {
         let pairs = self.attained.iter().zip(&self.outer);
         pairs.map(|(a, o)| (a.0 - o.0).max(o.1 - a.1)).fold(0.0, f64::max)
     }
 }
 
-/// The interval of each driving force at one instant.
+/// Actuator force intervals at one instant.
 pub(super) fn interval(job: &Job<'_>, time: f64, rest_speed: f64) -> Result<Interval, Error> {
     let mut solver = job.assemble(time)?;
     *solver.settings_mut() = Settings { friction: job.friction, rest_speed, ..Settings::default() };

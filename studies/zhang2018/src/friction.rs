@@ -1,4 +1,4 @@
-//! Section 5 of the paper: friction in all joints, equation (28), and what should stand in their place.
+//! Section 5 of the paper: friction in all joints, equation (28) and its replacement.
 
 use super::kinematics::{angle_jacobian, inverse_jacobian, joint_rates, leg_motion};
 use super::lagrangian::drives_of;
@@ -6,27 +6,28 @@ use super::reactions::{Form, System};
 use super::robot::{Load, Motion, Robot};
 use nalgebra::DVector;
 
-/// For each leg a number for its P, R and S joint.
+/// One number for the P, R and S joint of each leg.
 pub(super) type OfJoints = [[f64; 3]; 3];
 
-/// How friction is brought into the driving forces.
+/// Method of including friction in the actuator forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Method {
-    /// Friction and reactions in balance with each other.
+    /// Friction and reactions in mutual balance.
     Converged,
-    /// Friction from the frictionless reactions, once, by virtual work.
+    /// Friction from the frictionless reactions in a single pass, by virtual work.
     OnePass,
-    /// Equation (28) with displacements from these legs' positions: lengths, turns of R, turns of S.
+    /// Equation (28) with displacements from these leg positions: lengths, rotations of R,
+    /// rotations of S.
     Literal([[f64; 3]; 3]),
-    /// As `Converged`, but only the prismatic joints rub.
+    /// Converged friction in the prismatic joints alone.
     PrismaticOnly,
-    /// As `OnePass`, but the torques of section 5.1 as printed: forces, in which the radius is missing.
+    /// Single pass with the torques of section 5.1 as printed: forces, without the radius.
     WithoutRadius,
 }
 
-/// The unnumbered equations of section 5.1: friction of a joint with its rate's sign. Of P in N; of R
-/// and S the torque in N m, which is the force at the surface times its radius; the paper's T_R and
-/// T_S lack that factor.
+/// Joint friction with the sign of its rate, by the unnumbered equations of section 5.1. For P the
+/// force in N; for R and S the torque in N m, the force at the surface times its radius. The
+/// paper's T_R and T_S lack this factor.
 pub(super) fn joint_friction(
     robot: &Robot,
     rates: &OfJoints,
@@ -43,44 +44,45 @@ pub(super) fn joint_friction(
     })
 }
 
-/// The sign of a number, zero of zero.
+/// Sign of a number; zero for zero.
 pub(super) fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// What a method gives at one instant.
+/// Results of a method at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Result {
-    /// Driving forces, N.
+    /// Actuator forces, N.
     pub(super) drives: [f64; 3],
-    /// The same without friction, N.
+    /// Frictionless actuator forces, N.
     pub(super) ideal: [f64; 3],
-    /// Friction of all joints.
+    /// Friction of all joints, N for P, N m for R and S.
     pub(super) friction: OfJoints,
-    /// Their rates.
+    /// Rates of the joints.
     pub(super) rates: OfJoints,
-    /// How many times the reactions were computed.
+    /// Number of evaluations of the reactions.
     pub(super) passes: usize,
 }
 
 impl Result {
-    /// What friction adds to the driving forces, N.
+    /// Friction contributions to the actuator forces, N.
     pub(super) fn change(&self) -> [f64; 3] {
         core::array::from_fn(|n| self.drives[n] - self.ideal[n])
     }
 
-    /// The power of that addition, W: what it does to the energy of the world.
+    /// Mechanical power of the friction contributions, W.
     pub(super) fn power_of_change(&self) -> f64 {
         let change = self.change();
         (0..3).map(|n| change[n] * self.rates[n][0]).sum()
     }
 }
 
-/// Passes after which the balance of friction and reactions is given up: it contracts by 0.2 and
-/// better at the paper's coefficient.
+/// Maximum number of passes. The iteration contracts by a factor of 0.2 or better at the paper's
+/// friction coefficient.
 const MOST_PASSES: usize = 200;
 
-/// The driving forces by one of the methods. None where the system is singular or does not settle.
+/// Actuator forces by one of the methods. None if the system is singular or the iteration does not
+/// converge.
 pub(super) fn driving_forces_with_friction(
     robot: &Robot,
     motion: &Motion,
@@ -121,7 +123,7 @@ pub(super) fn driving_forces_with_friction(
                 let now = System::loads(&unknowns);
                 let change = greatest_difference(&now, &loads);
                 loads = now;
-                // Rounding stops it falling.
+                // Rounding limits further convergence.
                 if change == 0.0 || (change >= last && change < 1e-10) {
                     return Some(result(System::drives(&unknowns), friction, pass));
                 }
@@ -140,7 +142,7 @@ fn greatest_difference(a: &OfJoints, b: &OfJoints) -> f64 {
     a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Derivatives of the rates of P, R and S of leg n by those of (x, z, theta).
+/// Derivatives of the P, R and S rates of leg n with respect to the rates of (x, z, theta).
 fn shares(robot: &Robot, motion: &Motion) -> [[[f64; 3]; 3]; 3] {
     let (lengths, angles) =
         (inverse_jacobian(robot, motion.pose), angle_jacobian(robot, motion.pose));
@@ -150,8 +152,8 @@ fn shares(robot: &Robot, motion: &Motion) -> [[[f64; 3]; 3]; 3] {
     })
 }
 
-/// The generalised force (x, z, theta) that overcomes frictions: their virtual work. It belongs in the
-/// place of equation (28).
+/// Generalised force (x, z, theta) that overcomes the friction, by virtual work. It replaces
+/// equation (28).
 pub(super) fn virtual_work(robot: &Robot, motion: &Motion, friction: &OfJoints) -> [f64; 3] {
     let shares = shares(robot, motion);
     core::array::from_fn(|i| {
@@ -159,10 +161,10 @@ pub(super) fn virtual_work(robot: &Robot, motion: &Motion, friction: &OfJoints) 
     })
 }
 
-/// Equation (28) to the letter: what the term -|f_P dq + T_R dphi_R + T_S dphi_S| of L' adds to
-/// Lagrange's equations, loads taken as given and torques with their radii. With displacements d from
-/// `from`, the viscous part f_v q' d gives d/dt (f_v d) - f_v q' = 0: it cancels. What is left is the
-/// Coulomb part with the sign of the sum in the bars in place of that of the motion.
+/// Equation (28) as printed: the contribution of the term -|f_P dq + T_R dphi_R + T_S dphi_S| of L'
+/// to Lagrange's equations, with constant normal loads and with the radii in the torques. With
+/// displacements d from `from`, the viscous part f_v q' cancels: d/dt (f_v d) - f_v q' = 0. The
+/// Coulomb part remains, with the sign of the sum between the bars instead of that of the motion.
 pub(super) fn energy_of_friction(
     robot: &Robot,
     motion: &Motion,
@@ -186,7 +188,7 @@ pub(super) fn energy_of_friction(
     force
 }
 
-/// Length of each leg, its turn at R, the platform's turn at S; m and rad.
+/// Length of each leg, its rotation at R, and the platform's rotation at S; m and rad.
 pub(super) fn displacements(robot: &Robot, motion: &Motion) -> OfJoints {
     let platform = core::f64::consts::FRAC_PI_2 - motion.pose[2];
     core::array::from_fn(|n| {

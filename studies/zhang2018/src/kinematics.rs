@@ -1,14 +1,14 @@
 //! Section 2 of the paper: equations (7), (9) to (15), and the Jacobian.
 //!
-//! With `T` a dual number in time these functions give rates and accelerations, exact to rounding.
+//! With `T` a dual number in time, these functions give rates and accelerations to rounding error.
 
 use super::robot::{Motion, Pose, Robot, leg_vector};
 use stiction_core::scalar::{Dual, Scalar};
 
-/// A number with its first and second derivative in time.
+/// A number with its first and second time derivatives.
 pub(super) type Timed = Dual<Dual<f64, 1>, 1>;
 
-/// Length of leg n: equation (7) without the length at zero input.
+/// Length of leg n: equation (7) without subtraction of the length at zero input.
 pub(super) fn leg_length<T: Scalar>(robot: &Robot, n: usize, pose: Pose<T>) -> T {
     let [dx, dz] = leg_vector(robot, n, pose);
     (dx * dx + dz * dz).sqrt()
@@ -19,8 +19,8 @@ pub(super) fn inputs<T: Scalar>(robot: &Robot, pose: Pose<T>) -> [T; 3] {
     core::array::from_fn(|n| leg_length(robot, n, pose) - T::from_f64(robot.home[n]))
 }
 
-/// Equations (13) to (15): the angle of leg n with the x axis. The paper's arccos loses its sign; the
-/// full angle is the same wherever the ball is above the base.
+/// Equations (13) to (15): the angle of leg n with the x axis. The paper's arccos loses the sign;
+/// both agree if the ball is above the base.
 pub(super) fn leg_angle<T: Scalar>(robot: &Robot, n: usize, pose: Pose<T>) -> T {
     let [dx, dz] = leg_vector(robot, n, pose);
     dz.atan2(dx)
@@ -34,7 +34,7 @@ pub(super) fn rod_centre<T: Scalar>(robot: &Robot, n: usize, pose: Pose<T>) -> [
     [T::from_f64(robot.b[n][0]) + dx * part, T::from_f64(robot.b[n][2]) + dz * part]
 }
 
-/// The lengths before equation (20): centre of mass of base n, x and z.
+/// Centre of mass of base n, x and z, from the lengths before equation (20).
 pub(super) fn base_centre<T: Scalar>(robot: &Robot, n: usize, pose: Pose<T>) -> [T; 2] {
     let [dx, dz] = leg_vector(robot, n, pose);
     let length = (dx * dx + dz * dz).sqrt();
@@ -42,13 +42,13 @@ pub(super) fn base_centre<T: Scalar>(robot: &Robot, n: usize, pose: Pose<T>) -> 
     [T::from_f64(robot.b[n][0]) + dx * part, T::from_f64(robot.b[n][2]) + dz * part]
 }
 
-/// The matrix before section 3, J^-1: row n holds the derivatives of q_n by x, z and theta,
-/// u_n . dS_n/dX.
+/// The matrix before section 3, J^-1: row n holds the derivatives of q_n with respect to x, z and
+/// theta, u_n . dS_n/dX.
 pub(super) fn inverse_jacobian(robot: &Robot, pose: Pose<f64>) -> [[f64; 3]; 3] {
     core::array::from_fn(|n| gradient(pose, |pose| leg_length(robot, n, pose)))
 }
 
-/// Derivatives of the leg angles (13) to (15) by x, z and theta.
+/// Derivatives of the leg angles (13) to (15) with respect to x, z and theta.
 pub(super) fn angle_jacobian(robot: &Robot, pose: Pose<f64>) -> [[f64; 3]; 3] {
     core::array::from_fn(|n| gradient(pose, |pose| leg_angle(robot, n, pose)))
 }
@@ -57,15 +57,15 @@ fn gradient(pose: Pose<f64>, f: impl Fn(Pose<Dual<f64, 3>>) -> Dual<f64, 3>) -> 
     f(core::array::from_fn(|i| Dual::variable(pose[i], i))).slope
 }
 
-/// The determinant of J^-1 times all leg lengths, in closed form for the printed robot: it is zero at
-/// theta = 90 deg whatever x, z, k and l are.
+/// Determinant of J^-1 times all leg lengths, in closed form for the printed robot. It is zero at
+/// theta = 90 deg for all x, z, k and l.
 pub(super) fn determinant(robot: &Robot, [x, z, theta]: Pose<f64>) -> f64 {
     let (sin, cos) = theta.sin_cos();
     let (k, l) = (robot.k, robot.l);
     2.0 * k * l * cos * (k * (x * cos + z * sin) - l * z)
 }
 
-/// The motion as numbers that carry their derivatives in time.
+/// The motion as dual numbers with time derivatives.
 pub(super) fn timed(motion: &Motion) -> Pose<Timed> {
     core::array::from_fn(|i| Dual {
         value: Dual { value: motion.pose[i], slope: [motion.rate[i]] },
@@ -73,12 +73,12 @@ pub(super) fn timed(motion: &Motion) -> Pose<Timed> {
     })
 }
 
-/// Value, first and second derivative.
+/// Value, first and second derivative of a dual number.
 pub(super) fn parts(number: Timed) -> [f64; 3] {
     [number.value.value, number.value.slope[0], number.slope[0].slope[0]]
 }
 
-/// What moves in a leg, with first and second derivatives in time.
+/// Moving quantities of a leg, with first and second time derivatives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LegMotion {
     /// Length, m.

@@ -1,28 +1,27 @@
 //! Section 3 of the paper: energies (8) and (16) to (20), the Lagrangian, and equation (21).
 //!
-//! The Lagrangian is written as it stands in the paper; its derivatives are taken by dual numbers, so
-//! that nothing is lost or mended on the way.
+//! The Lagrangian has the form printed in the paper. Dual numbers differentiate it exactly.
 
 use super::kinematics::{base_centre, inverse_jacobian, leg_angle, rod_centre};
 use super::robot::{Load, Motion, Pose, Robot};
 use nalgebra::{Matrix3, Vector3};
 use stiction_core::scalar::{Dual, Scalar};
 
-/// Which of the moments of inertia are taken as printed.
+/// Moments of inertia taken as printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Printed {
-    /// J'_d of equation (8): J_d + m_d (x^2 + z^2), with the translation counted once more.
+    /// J'_d of equation (8): J_d + m_d (x^2 + z^2), which counts the translation twice.
     pub(super) platform: bool,
-    /// J'_n1 of equation (16): J_n1 + m_n1 l_n1^2, with the translation counted once more.
+    /// J'_n1 of equation (16): J_n1 + m_n1 l_n1^2, which counts the translation twice.
     pub(super) rods: bool,
     /// J'_n2 of equation (17): about the axis O1 y1 for all three legs.
     pub(super) bases: bool,
 }
 
 impl Printed {
-    /// Corrected throughout.
+    /// All moments of inertia corrected.
     pub(super) const NONE: Self = Self { platform: false, rods: false, bases: false };
-    /// As printed throughout.
+    /// All moments of inertia as printed.
     pub(super) const ALL: Self = Self { platform: true, rods: true, bases: true };
 }
 
@@ -67,7 +66,8 @@ pub(super) fn rod_energy<T: Scalar>(
     sum * T::from_f64(0.5)
 }
 
-/// Equation (17): kinetic energy of the three bases, J. About R_n it is J_n2 + m_n2 p^2 that turns.
+/// Equation (17): kinetic energy of the three bases, J. The moment of inertia about R_n is J_n2 +
+/// m_n2 p^2.
 pub(super) fn base_energy<T: Scalar>(
     robot: &Robot,
     printed: bool,
@@ -112,15 +112,15 @@ pub(super) fn lagrangian<T: Scalar>(
         - potential(robot, pose)
 }
 
-/// A pose that moves.
+/// Pose as a dual number with its rate.
 fn moving<T: Scalar>(pose: Pose<T>, rate: Pose<T>) -> Pose<Dual<T, 1>> {
     core::array::from_fn(|i| Dual { value: pose[i], slope: [rate[i]] })
 }
 
-/// The line before equation (21): the generalised force (F_x, F_z, M_theta) of the motion, by
-/// Lagrange's equations; N, N, N m.
+/// Generalised force (F_x, F_z, M_theta) of the motion by Lagrange's equations, the line before
+/// equation (21); N, N, N m.
 pub(super) fn generalised_force(robot: &Robot, printed: Printed, motion: &Motion) -> [f64; 3] {
-    // Time runs in the inner number, the rates vary in the outer one.
+    // The inner dual number differentiates in time, the outer one with respect to the rates.
     let flow = |value: f64, slope: f64| Dual::<f64, 1> { value, slope: [slope] };
     let pose =
         core::array::from_fn(|i| Dual::<_, 3>::constant(flow(motion.pose[i], motion.rate[i])));
@@ -134,13 +134,13 @@ pub(super) fn generalised_force(robot: &Robot, printed: Printed, motion: &Motion
     core::array::from_fn(|i| momentum[i].slope[0] - force[i])
 }
 
-/// A wrench on the platform as a generalised force: theta turns against +y.
+/// Converts a platform wrench to a generalised force; theta is opposite to +y.
 pub(super) fn generalised_load([fx, _, fz, _, my, _]: Load) -> [f64; 3] {
     [fx, fz, -my]
 }
 
-/// Equation (21) with the load that it lacks: the driving forces, N, from
-/// J_a^T tau = F - Q. None where the matrix has no inverse to rounding.
+/// Equation (21) with the missing external load: the actuator forces, N, from J_a^T tau = F - Q.
+/// None if the matrix is numerically singular.
 pub(super) fn driving_forces(
     robot: &Robot,
     printed: Printed,
@@ -152,11 +152,11 @@ pub(super) fn driving_forces(
     drives_of(robot, motion.pose, core::array::from_fn(|i| force[i] - external[i]))
 }
 
-/// The driving forces that do the work of a generalised force.
+/// Actuator forces equivalent to a generalised force.
 pub(super) fn drives_of(robot: &Robot, pose: Pose<f64>, force: [f64; 3]) -> Option<[f64; 3]> {
     let rows = inverse_jacobian(robot, pose);
     let matrix = Matrix3::from_fn(|i, n| rows[n][i]);
-    // The third equation is one of moments: in units of k, as all else of a length.
+    // The third equation is a moment: scale it by k to a force.
     let unit = Vector3::new(1.0, 1.0, 1.0 / robot.k);
     let scaled = Matrix3::from_diagonal(&unit) * matrix;
     let smallest = scaled.singular_values().min();

@@ -1,10 +1,10 @@
-//! The paper, equation by equation: Zhang Y., Jin P., Gong J., Liu Q. (2018), Dynamic Modeling of 3-RPS
-//! Parallel Robot Considering Joint Friction.
+//! Equation-by-equation study of the paper Zhang Y., Jin P., Gong J., Liu Q. (2018), Dynamic
+//! Modeling of 3-RPS Parallel Robot Considering Joint Friction.
 //!
-//! Closed formulas of this one robot live here, where they stand beside the engine that serves every
-//! mechanism and do not help it. `screws`, `kinematics`, `lagrangian`, `reactions`, `friction` and
-//! `simulation` are the paper's sections 1 to 6; `engine` is the general engine in the same terms;
-//! `sections` says what comes of it.
+//! This crate holds the closed formulas of one robot and compares them with the general engine,
+//! which does not use them. `screws`, `kinematics`, `lagrangian`, `reactions`, `friction` and
+//! `simulation` are the paper's sections 1 to 6; `engine` converts results of the general engine to
+//! the paper's notation; `sections` assembles the report.
 
 mod engine;
 mod friction;
@@ -27,27 +27,27 @@ use stiction_run::check::examine;
 use stiction_run::inverse::{self, Job};
 use thiserror::Error as ThisError;
 
-/// Why the study has no report.
+/// Errors of the study.
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum Error {
-    /// A model that the program brings with it cannot be used.
+    /// A built-in model is invalid.
     #[error("the built-in model `{0}` cannot be used; this is a defect of the program")]
     Gallery(
-        /// Its name.
+        /// Name of the model.
         String,
     ),
     /// A run failed.
     #[error(transparent)]
     Run(#[from] inverse::Error),
-    /// A formula has no value where it should have one.
+    /// A formula has no solution where one is expected.
     #[error(
         "the study's formulas have no solution where they should; this is a defect of the program"
     )]
     NoSolution,
 }
 
-/// The parts of the study in their order, for progress.
+/// Steps of the study in order, for progress reports.
 const STEPS: [&str; 6] = [
     "structure of the printed robot",
     "positions",
@@ -57,7 +57,7 @@ const STEPS: [&str; 6] = [
     "methods side by side",
 ];
 
-/// Says where the study is, and asks whether to go on.
+/// Reports progress and tests for cancellation.
 struct Steps<F> {
     progress: F,
     step: usize,
@@ -82,8 +82,8 @@ impl<F: FnMut(&str, usize, usize) -> bool> Steps<F> {
     }
 }
 
-/// Carries out the study. `progress` is told what is being done, how many parts are done and how many
-/// there are, many times for each part, and answers whether to go on.
+/// Runs the study. `progress` receives the current step, the number of completed steps and their
+/// total, several times per step, and returns false to cancel.
 ///
 /// # Errors
 /// See [`enum@Error`].
@@ -109,7 +109,7 @@ pub fn study(progress: impl FnMut(&str, usize, usize) -> bool) -> Result<Report,
     let one_pass = with("L0", FrictionMode::OnePass)?;
     let runs = sections::twin::Runs { none: &none, moderate: &moderate, printed: &heavy };
     steps.begin(4)?;
-    // The printed case has no answer, which is the answer.
+    // The printed case has no solution, which is the result.
     let hopeless = job(&printed, "printed", "printed", FrictionMode::Off)?;
     let refused = match hopeless.run(|_| Ok(()), |_, _, _| steps.goes_on()) {
         Err(inverse::Error::Interrupted) => return Err(inverse::Error::Interrupted.into()),
@@ -176,9 +176,8 @@ fn footer() -> Vec<String> {
     ]
 }
 
-/// Point k of a sequence that fills the unit cube evenly: multiples, without their whole parts, of the
-/// powers of the number that does in three dimensions what the golden ratio does in one (the root of
-/// x^4 = x + 1).
+/// Point k of a low-discrepancy sequence in the unit cube: fractional parts of multiples of the
+/// inverse powers of the generalised golden ratio in three dimensions (root of x^4 = x + 1).
 fn even(k: usize) -> [f64; 3] {
     const ROOT: f64 = 1.220_744_084_605_759_6;
     let part = |power: i32| ((k + 1) as f64 * ROOT.powi(-power)).fract();

@@ -1,19 +1,19 @@
 //! Section 4 of the paper: equations (22) to (27), 42 equations for 42 unknowns.
 //!
-//! For each leg 14 unknowns in its own axes (t, y, u): u along the leg from R to S, y along the R axis,
-//! t = y x u. F_R, M_R: ground on base at R; F_P, M_P: base on rod at P; tau: base on rod along u;
-//! F_S: platform on rod at S. N and N m.
+//! Each leg has 14 unknowns in its own axes (t, y, u): u along the leg from R to S, y along the R
+//! axis, t = y x u. F_R, M_R: ground on base at R; F_P, M_P: base on rod at P; tau: base on rod
+//! along u; F_S: platform on rod at S. Units N and N m.
 
 use super::kinematics::{LegMotion, leg_motion};
 use super::robot::{Load, Motion, Robot};
 use nalgebra::{DMatrix, DVector, Vector3};
 
-/// How many equations there are, and how many unknowns.
+/// Number of equations and of unknowns.
 pub(super) const SIZE: usize = 42;
-/// Unknowns of a leg.
+/// Number of unknowns per leg.
 pub(super) const OF_LEG: usize = 14;
 
-/// Where an unknown stands among those of its leg.
+/// Offsets of the unknowns of a leg.
 pub(super) mod unknown {
     pub(crate) const FR: usize = 0;
     pub(crate) const MR: usize = 3;
@@ -23,7 +23,7 @@ pub(super) mod unknown {
     pub(crate) const FS: usize = 11;
 }
 
-/// The names of a leg's unknowns in their order, with their units.
+/// Names of the unknowns of a leg, in order, with units.
 pub(super) const NAMES: [(&str, &str); OF_LEG] = [
     ("F<sub>Rt</sub>", "N"),
     ("F<sub>Ry</sub>", "N"),
@@ -41,16 +41,17 @@ pub(super) const NAMES: [(&str, &str); OF_LEG] = [
     ("F<sub>Su</sub>", "N"),
 ];
 
-/// Which equations.
+/// Variants of the equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
-    /// As printed: without F'_R in (22), so that nine unknowns stand in no equation.
+    /// As printed: without F'_R in (22), so that nine unknowns appear in no equation.
     Literal,
-    /// As printed in spirit: F'_R is put back and legs are turned the right way, all else is as printed:
-    /// of the inertia forces only the rods' axial one, arms L_i / 2 and L_i + L_j / 2 with L_j = 2 m and L_i + L_j the leg's
-    /// length, moments of inertia forces without their arms and with their printed sign.
+    /// The printed equations with minimal repairs: F'_R restored and leg directions corrected. The
+    /// rest is as printed: inertia forces include the rods' axial term alone; the arms are L_i / 2
+    /// and L_i + L_j / 2 with L_j = 2 m and L_i + L_j the leg's length; moments of inertia forces
+    /// have no arms and keep their printed sign.
     Printed,
-    /// The complete equations of Newton and Euler.
+    /// Complete Newton-Euler equations.
     Corrected,
 }
 
@@ -60,9 +61,10 @@ fn axes(leg: &LegMotion) -> [Vector3<f64>; 3] {
     [Vector3::new(cos, 0.0, -sin), Vector3::y(), Vector3::new(sin, 0.0, cos)]
 }
 
-/// The equations at one instant.
+/// Linear system of the equations at one instant.
 pub(super) struct System {
-    /// Rows: for each leg (22), (23), (24), (25); then (26), (27); three each, fixed axes.
+    /// Coefficient matrix. Rows: for each leg (22), (23), (24), (25); then (26), (27); three each,
+    /// in fixed axes.
     pub(super) matrix: DMatrix<f64>,
     /// Right-hand side without friction.
     pub(super) right: DVector<f64>,
@@ -72,7 +74,7 @@ pub(super) struct System {
 const E_Y: usize = 1;
 
 impl System {
-    /// The equations (22) to (27) for a motion under a load.
+    /// Assembles the equations (22) to (27) for a motion under a load.
     pub(super) fn new(robot: &Robot, motion: &Motion, load: Load, form: Form) -> Self {
         let legs: [LegMotion; 3] = core::array::from_fn(|n| leg_motion(robot, n, motion));
         let mut system =
@@ -84,7 +86,7 @@ impl System {
         system
     }
 
-    /// Adds a force, and with an arm its moment, of the unknown vector at `place` to rows.
+    /// Adds the force, and with an arm the moment, of an unknown to rows.
     fn put(&mut self, row: usize, column: usize, direction: Vector3<f64>, factor: f64) {
         for i in 0..3 {
             self.matrix[(row + i, column)] += factor * direction[i];
@@ -102,16 +104,17 @@ impl System {
         let local = [t, y, u];
         let length = leg.length[0];
         let (row, first) = (12 * n, OF_LEG * n);
-        // Where P is: fixed in the base, or at the lower end of the rod, L_j = 2 m below the ball.
+        // Distance of P from R: fixed in the base, or at the lower end of the rod, L_j = 2 m below
+        // the ball.
         let pad = if form == Form::Corrected { robot.pad } else { length - 2.0 * robot.rod_com };
         for (i, axis) in local.into_iter().enumerate() {
-            // (22) and (24), forces on leg and rod.
+            // (22) and (24): forces on leg and rod.
             if form != Form::Literal {
                 self.put(row, first + FR + i, axis, 1.0);
             }
             self.put(row, first + FS + i, axis, 1.0);
             self.put(row + 6, first + FS + i, axis, 1.0);
-            // (23) about R and (25) about P.
+            // (23) about R and (25) about P: moments.
             self.put(row + 3, first + FS + i, u.cross(&axis), length);
             self.put(row + 9, first + FS + i, u.cross(&axis), length - pad);
             self.put(row + 9, first + MP + i, axis, 1.0);
@@ -131,7 +134,7 @@ impl System {
         match form {
             Form::Corrected => {
                 let at = |c: [[f64; 3]; 2]| Vector3::new(c[0][2], 0.0, c[1][2]);
-                // Mass times acceleration less weight.
+                // Inertia force less weight.
                 let of_rod = at(leg.rod) * rod - weight(rod);
                 let of_base = at(leg.base) * base - weight(base);
                 let rod_arm = length - robot.rod_com;
@@ -167,7 +170,7 @@ impl System {
         for n in 0..3 {
             let leg = self.legs[n];
             let [t, y, u] = axes(&leg);
-            // S_n from O2; in y the difference of fixed points.
+            // S_n from O2; the y component is the difference of fixed points.
             let [ax, az] = super::robot::arm(robot, n, motion.pose[2]);
             let arm = Vector3::new(ax, robot.s[n][1], az);
             for (i, axis) in [t, y, u].into_iter().enumerate() {
@@ -182,20 +185,20 @@ impl System {
         let moment = Vector3::new(load[3], load[4], load[5]);
         let needed = Vector3::new(mass * ax, 0.0, mass * (az + robot.gravity));
         self.set(row, needed - force);
-        // beta = 90 deg - theta; the printed sign of M_lk is the opposite one.
+        // beta = 90 deg - theta; the printed sign of M_lk is reversed.
         let sign = if form == Form::Corrected { 1.0 } else { -1.0 };
         let inertia = Vector3::new(0.0, -sign * robot.inertia[0] * turning, 0.0);
         self.set(row + 3, inertia - moment);
     }
 
-    /// What frictions, of P in N, of R and S in N m for each leg with the sign of the rate, add to the
-    /// right-hand side.
+    /// Adds joint friction to the right-hand side: for each leg P in N, R and S in N m, with the
+    /// signs of the rates.
     pub(super) fn add_friction(&self, friction: &[[f64; 3]; 3], right: &mut DVector<f64>) {
         for (n, &[of_p, of_r, of_s]) in friction.iter().enumerate() {
             let row = 12 * n;
             let [_, _, u] = axes(&self.legs[n]);
-            // It acts on the successor against the rate and on the predecessor with it: on rod and base,
-            // on base and ground, on platform and rod.
+            // Friction opposes the rate on the successor and has the opposite sign on the
+            // predecessor: rod and base, base and ground, platform and rod.
             right[row + 3 + E_Y] += of_r - of_s;
             for i in 0..3 {
                 right[row + 6 + i] += of_p * u[i];
@@ -210,7 +213,7 @@ impl System {
         core::array::from_fn(|i| unknowns[OF_LEG * n + i])
     }
 
-    /// The loads on the nine joints: of P its lateral force, of R its radial force, of S its resultant.
+    /// Normal loads of the nine joints: lateral force of P, radial force of R, resultant of S.
     pub(super) fn loads(unknowns: &DVector<f64>) -> [[f64; 3]; 3] {
         use unknown::{FP, FR, FS};
         core::array::from_fn(|n| {
@@ -223,16 +226,16 @@ impl System {
         })
     }
 
-    /// The driving forces, N.
+    /// Actuator forces, N.
     pub(super) fn drives(unknowns: &DVector<f64>) -> [f64; 3] {
         core::array::from_fn(|n| unknowns[OF_LEG * n + unknown::TAU])
     }
 }
 
 impl System {
-    /// The same equations with each body by itself, the rod about P and the base about R: other
-    /// combinations of the same rows, for corrected equations. It has the same solutions, and another
-    /// least-squares answer where there are none.
+    /// Equivalent equations for single bodies, the rod about P and the base about R: other linear
+    /// combinations of the corrected equations. The solutions are identical; the least-squares
+    /// result of an unsolvable system differs.
     pub(super) fn of_single_bodies(&self, robot: &Robot) -> Self {
         let mut rows = DMatrix::zeros(SIZE, SIZE + 1);
         rows.columns_mut(0, SIZE).copy_from(&self.matrix);
@@ -254,20 +257,20 @@ impl System {
         }
     }
 
-    /// The force across leg n at its ball, F_S,t, N: the y component of (23) holds nothing else that is
-    /// unknown, so it follows from the leg's own motion.
+    /// Transverse force of leg n at its ball, F_S,t, N. It is the only unknown in the y component
+    /// of (23), so it follows from the motion of the leg.
     pub(super) fn across(&self, n: usize) -> f64 {
         let (row, column) = (12 * n + 3 + E_Y, OF_LEG * n + unknown::FS);
         self.right[row] / self.matrix[(row, column)]
     }
 
-    /// The same equations with the platform's moment about y, which may have no bearer, left out, and
-    /// the self-stress (-2, 1, 1) f of the printed robot given in its place.
+    /// Replaces the platform's moment equation about y, which may be unsolvable, by the prescribed
+    /// self-stress (-2, 1, 1) f of the printed robot.
     pub(super) fn with_self_stress(&self, f: f64) -> Self {
         let mut system =
             Self { matrix: self.matrix.clone(), right: self.right.clone(), legs: self.legs };
         system.matrix.row_mut(PITCH).fill(0.0);
-        // Without friction the three forces along y would be such; their weighted sum is f.
+        // Without friction the three forces along y equal (-2, 1, 1) f; their weighted sum is f.
         for (n, part) in [-2.0, 1.0, 1.0].into_iter().enumerate() {
             system.matrix[(PITCH, OF_LEG * n + unknown::FS + 1)] = part / 6.0;
         }
@@ -275,11 +278,11 @@ impl System {
         system
     }
 
-    /// By how much a solution misses the platform's moment about y, N m.
+    /// Residual of the platform's moment equation about y, N m.
     pub(super) fn missing_pitch(&self, unknowns: &DVector<f64>, right: &DVector<f64>) -> f64 {
         right[PITCH] - (self.matrix.row(PITCH) * unknowns)[0]
     }
 }
 
-/// The row of the platform's moment about y.
+/// Row of the platform's moment equation about y.
 pub(super) const PITCH: usize = 36 + 3 + E_Y;

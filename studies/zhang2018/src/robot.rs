@@ -1,7 +1,7 @@
-//! The robot of the paper and its regular twin as plain numbers, as section 6 of the paper states them.
+//! Data of the paper's robot and of its regular twin, from section 6 of the paper.
 //!
-//! The study's formulas read these and not the model files, so that agreement with the engine is
-//! agreement of two ways, data included. Lengths in m, masses in kg.
+//! The study's formulas use these numbers and not the model files, so that the comparison with the
+//! engine also covers the data. Lengths in m, masses in kg.
 
 use core::f64::consts::TAU;
 use stiction_core::scalar::Scalar;
@@ -21,13 +21,13 @@ pub(super) struct Robot {
     pub(super) y: f64,
     /// Masses of platform, rod and base of a leg.
     pub(super) mass: [f64; 3],
-    /// Their moments of inertia about y through their centres of mass, kg m^2.
+    /// Moments of inertia of platform, rod and base about y through their centres of mass, kg m^2.
     pub(super) inertia: [f64; 3],
-    /// The paper's m: from the S joint back to the rod's centre of mass.
+    /// The paper's m: distance from the S joint to the rod's centre of mass.
     pub(super) rod_com: f64,
-    /// The paper's p: from the R joint up to the base's centre of mass.
+    /// The paper's p: distance from the R joint to the base's centre of mass.
     pub(super) base_com: f64,
-    /// From the R joint to the point P at which the reaction of the prismatic joint is stated.
+    /// Distance from the R joint to the reference point P of the prismatic joint's reaction.
     pub(super) pad: f64,
     /// Radii of the R and S joints.
     pub(super) radius: [f64; 2],
@@ -53,17 +53,17 @@ pub(super) struct Motion {
     pub(super) acceleration: Pose<f64>,
 }
 
-/// A wrench on the platform at O2 in fixed axes: force, moment; N, N m.
+/// A wrench on the platform at O2 in fixed axes: force, N, and moment, N m.
 pub(super) type Load = [f64; 6];
 
-/// Nothing but weight.
+/// No external load.
 pub(super) const NO_LOAD: Load = [0.0; 6];
 /// The load of section 6.
 pub(super) const PRINTED_LOAD: Load = [100.0, 100.0, 100.0, 80.0, 80.0, 80.0];
 
 impl Robot {
-    /// The robot as printed: 900 mm and 300 mm for the sides, masses, radii and coefficients of
-    /// section 6. The point P is not in the paper.
+    /// The robot as printed: sides of 900 mm and 300 mm; masses, radii and coefficients of
+    /// section 6. The paper does not give the point P.
     pub(super) fn printed() -> Self {
         let (k, l) = (0.150, 0.450);
         let r3 = 3.0_f64.sqrt();
@@ -89,7 +89,8 @@ impl Robot {
         robot
     }
 
-    /// The twin: the platform's triangle tilted by 30 deg about S2 S3, the base narrowed to match.
+    /// The twin: the platform's triangle tilted by 30 deg about S2 S3, with a narrower base to
+    /// match.
     pub(super) fn regular() -> Self {
         let mut robot = Self::printed();
         let (k, l, tilt) = (robot.k, robot.l, (TAU / 12.0).tan());
@@ -132,8 +133,8 @@ impl Robot {
     }
 }
 
-/// Centre of ball n in the fixed frame, x and z, less the platform's point O2: the vector O2 S_n
-/// between equations (3) and (4). R_y(beta) s_n with beta = 90 deg - theta.
+/// Vector O2 S_n between equations (3) and (4), in fixed axes, x and z: R_y(beta) s_n with beta =
+/// 90 deg - theta.
 pub(super) fn arm<T: Scalar>(robot: &Robot, n: usize, theta: T) -> [T; 2] {
     let (sin, cos) = theta.sin_cos();
     let [sx, _, sz] = robot.s[n].map(T::from_f64);

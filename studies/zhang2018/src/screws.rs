@@ -1,14 +1,14 @@
-//! Section 1 of the paper: equations (1) to (3) and what follows from them.
+//! Section 1 of the paper: screw equations (1) to (3) and their consequences.
 //!
-//! Twists are (angular; linear), wrenches (force; moment), both about one point in fixed axes, so that
+//! Twists are (angular; linear), wrenches (force; moment), both about one point in fixed axes;
 //! their product is the power.
 
 use super::robot::{Pose, Robot, arm, leg_vector};
 use nalgebra::{DMatrix, Vector3, Vector6};
 use stiction_core::linalg::Svd;
 
-/// Equation (1): the five twists of leg n about its R joint: R, P, and the three axes of S; equation (2)
-/// puts them side by side.
+/// Equations (1) and (2): the five joint twists of leg n about its R joint, in the order R, P and
+/// the three axes of S.
 pub(super) fn leg_twists(robot: &Robot, n: usize, pose: Pose<f64>) -> [Vector6<f64>; 5] {
     let [dx, dz] = leg_vector(robot, n, pose);
     let r = Vector3::new(dx, 0.0, dz);
@@ -23,19 +23,20 @@ pub(super) fn leg_twists(robot: &Robot, n: usize, pose: Pose<f64>) -> [Vector6<f
     ]
 }
 
-/// Equation (3): the wrench reciprocal to them, a force along y through the ball; about the R joint.
+/// Equation (3): the wrench about the R joint reciprocal to these twists, a force along y through
+/// the ball.
 pub(super) fn reciprocal(robot: &Robot, n: usize, pose: Pose<f64>) -> Vector6<f64> {
     let [dx, dz] = leg_vector(robot, n, pose);
     stack(Vector3::y(), Vector3::new(dx, 0.0, dz).cross(&Vector3::y()))
 }
 
-/// What a wrench (force; moment) does on a twist (angular; linear), per unit.
+/// Power of a unit wrench (force; moment) on a unit twist (angular; linear).
 pub(super) fn power(wrench: &Vector6<f64>, twist: &Vector6<f64>) -> f64 {
     wrench.fixed_rows::<3>(0).dot(&twist.fixed_rows::<3>(3))
         + wrench.fixed_rows::<3>(3).dot(&twist.fixed_rows::<3>(0))
 }
 
-/// The three wrenches (3) on the platform about O2, moments in units of k.
+/// The three constraint wrenches (3) on the platform about O2, moments in units of k.
 pub(super) fn constraint_wrenches(robot: &Robot, pose: Pose<f64>) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(6, 3);
     for n in 0..3 {
@@ -46,7 +47,7 @@ pub(super) fn constraint_wrenches(robot: &Robot, pose: Pose<f64>) -> DMatrix<f64
     matrix
 }
 
-/// The wrenches of the three drives on the platform about O2, moments in units of k.
+/// Wrenches of the three actuators on the platform about O2, moments in units of k.
 pub(super) fn actuation_wrenches(robot: &Robot, pose: Pose<f64>) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(6, 3);
     for n in 0..3 {
@@ -59,7 +60,7 @@ pub(super) fn actuation_wrenches(robot: &Robot, pose: Pose<f64>) -> DMatrix<f64>
     matrix
 }
 
-/// Smaller parts of the largest singular value count as zero.
+/// Rank tolerance: smaller singular values, relative to the largest, count as zero.
 pub(super) const NEGLIGIBLE: f64 = 1e-10;
 
 /// Rank of a set of screws.
@@ -67,7 +68,7 @@ pub(super) fn rank(screws: &DMatrix<f64>) -> usize {
     Svd::new(screws).rank(NEGLIGIBLE)
 }
 
-/// The self-stress of the three constraint forces, scaled to -2 in leg 1; none where they are
+/// Self-stress of the three constraint forces, scaled to -2 in leg 1; none if the forces are
 /// independent.
 pub(super) fn self_stress(robot: &Robot, pose: Pose<f64>) -> Option<[f64; 3]> {
     let svd = Svd::new(&constraint_wrenches(robot, pose));
@@ -77,13 +78,13 @@ pub(super) fn self_stress(robot: &Robot, pose: Pose<f64>) -> Option<[f64; 3]> {
     Some([null[0] * scale, null[1] * scale, null[2] * scale])
 }
 
-/// How much the platform can roll about S2 S3 if its joints have play, rad: the loop in y closes within
-/// the gap (sqrt(3) / 2) k roll^2, to second order.
+/// Roll of the platform about S2 S3 permitted by joint clearance, rad. To second order the loop in
+/// y opens by (sqrt(3) / 2) k roll^2.
 pub(super) fn roll_within(robot: &Robot, clearance: f64) -> f64 {
     (clearance / (3.0_f64.sqrt() / 2.0 * robot.k)).sqrt()
 }
 
-/// The same from the exact gap sqrt(3) k (1 - cos roll).
+/// Exact gap sqrt(3) k (1 - cos roll) for a roll angle.
 pub(super) fn gap_of_roll(robot: &Robot, roll: f64) -> f64 {
     3.0_f64.sqrt() * robot.k * (1.0 - roll.cos())
 }

@@ -1,4 +1,4 @@
-//! Section 6 of the paper: what equation (29) asks for.
+//! Section 6 of the paper: solvability of the equations along the motion (29).
 
 use super::friction::{joint_friction, virtual_work};
 use super::kinematics::{inverse_jacobian, joint_rates};
@@ -8,18 +8,18 @@ use super::robot::{Load, Motion, Robot, leg_lengths};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use stiction_core::linalg::Svd;
 
-/// The unknowns that are moments, N m, among the 42: M_R and M_P of each leg.
+/// Tests for a moment, N m, among the 42 unknowns: M_R or M_P of a leg.
 fn is_moment(column: usize) -> bool {
     let place = column % super::reactions::OF_LEG;
     (3..5).contains(&place) || (7..10).contains(&place)
 }
 
-/// The equations that are of moments.
+/// Tests for a moment equation among the 42 rows.
 fn is_moment_row(row: usize) -> bool {
     (row / 3) % 2 == 1
 }
 
-/// The 42 equations with lengths in units of 1 / `per_metre` m.
+/// Converts the 42 equations to a length unit of 1 / `per_metre` m.
 pub(super) fn in_units(system: &System, per_metre: f64) -> (DMatrix<f64>, DVector<f64>) {
     let row_factor = |row: usize| if is_moment_row(row) { per_metre } else { 1.0 };
     let column_factor = |column: usize| if is_moment(column) { per_metre } else { 1.0 };
@@ -29,24 +29,25 @@ pub(super) fn in_units(system: &System, per_metre: f64) -> (DMatrix<f64>, DVecto
     (matrix, DVector::from_fn(SIZE, |i, _| system.right[i] * row_factor(i)))
 }
 
-/// The moment M_y on the platform, N m, that no drive can give at theta = 90 deg, without friction. All leg lines meet in
-/// one point there, in the projection along y: a resultant is balanced only if
-/// k z / (k - l) F_x - k x / (k - l) F_z + M_y = 0. Positive is missing about +y.
+/// Unbalanced moment M_y on the platform, N m, at theta = 90 deg without friction. In the
+/// projection along y all leg lines meet in one point there, so a resultant is balanced only if k z
+/// / (k - l) F_x - k x / (k - l) F_z + M_y = 0. The result is positive if a moment about +y is
+/// missing.
 pub(super) fn missing_moment(robot: &Robot, motion: &Motion, load: Load) -> f64 {
     let force = generalised_force(robot, Printed::NONE, motion);
     let load = generalised_load(load);
     let needed: [f64; 3] = core::array::from_fn(|i| force[i] - load[i]);
     let [x, z, _] = motion.pose;
     let lever = robot.k / (robot.k - robot.l);
-    // The third generalised force turns with theta, against +y.
+    // The third generalised force acts along theta, which is opposite to +y.
     lever * z * needed[0] - lever * x * needed[1] - needed[2]
 }
 
-/// The load on the platform, (F, M) at O2 in fixed axes, that the 42 equations of the printed robot cannot
-/// take at all: the left null vector's part, scaled to its largest component. A load along it has no
-/// solution whatever the drives do, one across it has. None if the rank is not 41.
+/// Platform load (F, M) at O2 in fixed axes that the 42 equations of the printed robot cannot
+/// balance: the platform part of the left null vector, scaled to its largest component. A load with
+/// a component along it has no solution for any actuator forces. None if the rank is not 41.
 ///
-/// And by how much a solution is missed under `load`, in the same scale.
+/// Also returns the imbalance under `load`, in the same scale.
 pub(super) fn out_of_range(robot: &Robot, motion: &Motion, load: Load) -> Option<([f64; 6], f64)> {
     let system = System::new(robot, motion, load, Form::Corrected);
     let [null] = Svd::new(&system.matrix.transpose()).null_space(SIZE - 1).try_into().ok()?;
@@ -55,9 +56,10 @@ pub(super) fn out_of_range(robot: &Robot, motion: &Motion, load: Load) -> Option
     Some((part.map(|x| x / largest), null.dot(&system.right) / largest))
 }
 
-/// The printed robot with friction and with a self-stress (-2, 1, 1) f of its legs, if something else bears
-/// the platform's moment about y: the generalised force of motion and friction, N, N, N m, and the moment
-/// about y that this something bears, N m. None where it does not settle.
+/// Solves the printed robot with friction and the self-stress (-2, 1, 1) f of its legs, with an
+/// auxiliary support of the platform's moment about y. Returns the generalised force of motion and
+/// friction, N, N, N m, and the moment of the support about y, N m. None if the iteration does not
+/// converge.
 pub(super) fn with_friction(
     robot: &Robot,
     motion: &Motion,
@@ -74,7 +76,7 @@ pub(super) fn with_friction(
         let friction = joint_friction(robot, &rates, &System::loads(&unknowns), true);
         let mut right = borne.right.clone();
         borne.add_friction(&friction, &mut right);
-        // The row of the self-stress has no friction in it.
+        // Friction does not enter the self-stress row.
         right[PITCH] = f;
         let next = lu.solve(&right)?;
         let change = (&next - &unknowns).amax();
@@ -92,8 +94,8 @@ pub(super) fn with_friction(
     None
 }
 
-/// What least squares of least norm would give for the drives, N, and the residual's length, in the
-/// units chosen: an answer to another question.
+/// Minimum-norm least-squares actuator forces, N, and the norm of the residual, in the chosen
+/// units. The result depends on these units.
 pub(super) fn least_squares(
     system: &System,
     per_metre: f64,
@@ -101,7 +103,7 @@ pub(super) fn least_squares(
 ) -> ([f64; 3], f64) {
     let (mut matrix, mut right) = in_units(system, per_metre);
     if without_pitch {
-        // The platform's equation of moments about y.
+        // Moment equation of the platform about y.
         matrix = matrix.remove_row(40);
         right = right.remove_row(40);
     }
@@ -111,7 +113,7 @@ pub(super) fn least_squares(
     (System::drives(&unknowns), residual)
 }
 
-/// The same for the three equations (21).
+/// Least-squares solution of the three equations (21).
 pub(super) fn planar_least_squares(
     robot: &Robot,
     motion: &Motion,
@@ -128,9 +130,9 @@ pub(super) fn planar_least_squares(
     [solution[0], solution[1], solution[2]]
 }
 
-/// Forward kinematics beside the motion (29): the pose at which the legs have the lengths of that
-/// motion at `time`, leg 1 longer by `longer` m, nearest to a turn of the platform by `turn` rad. None
-/// where the loops do not close.
+/// Forward kinematics near the motion (29): the pose for the leg lengths at `time`, with leg 1
+/// longer by `longer` m, closest to a platform rotation of `turn` rad. None if the loops do not
+/// close.
 pub(super) fn fold(robot: &Robot, time: f64, longer: f64, turn: f64) -> Option<[f64; 3]> {
     let start = Robot::printed_motion(time).pose;
     let mut lengths = leg_lengths(robot, start);
@@ -141,7 +143,7 @@ pub(super) fn fold(robot: &Robot, time: f64, longer: f64, turn: f64) -> Option<[
         let misfit = Vector3::from_fn(|n, _| lengths[n] - now[n]);
         let rows = inverse_jacobian(robot, pose);
         let step = Matrix3::from_fn(|n, i| rows[n][i]).lu().solve(&misfit)?;
-        // A fold without solution throws Newton's method far away.
+        // Limit the step: near a fold Newton's method diverges.
         let step = step * (0.05 / step.norm()).min(1.0);
         for (value, step) in pose.iter_mut().zip(step.iter()) {
             *value += step;

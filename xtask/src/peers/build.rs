@@ -28,7 +28,7 @@ pub(crate) struct Tools {
     pub(crate) core: Option<usize>,
 }
 
-/// Compiler flags of all harnesses, as for a fast build.
+/// Optimisation flags of the compiler for all harnesses.
 pub(crate) const FLAGS: [&str; 4] = ["-std=c++17", "-O3", "-march=native", "-DNDEBUG"];
 
 /// Flags that the headers of Pinocchio need, from the CMake file of its wheel.
@@ -168,7 +168,7 @@ print(json.dumps({'python': platform.python_version(), **{name: version(name) fo
     }
 }
 
-/// A command that gets its arguments one by one.
+/// Builder of a command with single arguments.
 pub(crate) struct Runs(Command);
 
 impl Runs {
@@ -182,7 +182,7 @@ impl Runs {
     }
 }
 
-/// What a command prints.
+/// Standard output of a command.
 pub(crate) fn output(command: &mut Command) -> Result<String, Trouble> {
     let done = command
         .stderr(Stdio::inherit())
@@ -194,7 +194,7 @@ pub(crate) fn output(command: &mut Command) -> Result<String, Trouble> {
     String::from_utf8(done.stdout).map_err(|error| Trouble::Failed(error.to_string()))
 }
 
-/// A folder of headers in which nothing is to be warned of.
+/// Include folder without compiler warnings.
 fn system(folder: &Path) -> Vec<String> {
     vec!["-isystem".into(), folder.display().to_string()]
 }
@@ -209,7 +209,7 @@ fn compiler() -> Option<(String, String)> {
     })
 }
 
-/// MuJoCo's library, whose name has its version.
+/// MuJoCo's library, with the version in its file name.
 fn shared_library(folder: &Path) -> Option<PathBuf> {
     let names = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
     names

@@ -1,7 +1,8 @@
 //! `cargo xtask peers`: compares speed with other engines, see `peers/README.md`.
 //!
-//! Builds a harness for each engine and checks its forces against ours. Then runs batches of a millisecond of
-//! all engines in turn, so that a slow spell of the machine affects all of them.
+//! Builds a harness for each engine and checks its forces against ours. Then runs batches of a
+//! millisecond of all engines in rotation, so that a slow period of the machine affects all of
+//! them.
 
 mod build;
 mod machine;
@@ -32,7 +33,7 @@ struct Options {
     write: bool,
 }
 
-/// Compared models; the ratios are those of the first.
+/// Compared models; the reported ratios are those of the first.
 const MODELS: [&str; 2] = ["3rps", "gough"];
 
 /// Runs the comparison. Exit codes: 0 success, 1 failure or disagreement, 2 missing prerequisite.
@@ -106,7 +107,7 @@ fn processes(tools: &Tools, states: &Path, model: &str) -> Result<Vec<Process>, 
         ("pinocchio", tools.harness("pinocchio").arg(file("pinocchio.txt"))),
     ];
     if model == MODELS[0] {
-        // The dense harness holds the 42 equations of this model.
+        // The dense harness implements the 42 equations of this model.
         commands.push(("dense", tools.harness("dense")));
     }
     let start = |(name, runs): (_, build::Runs)| {
@@ -117,7 +118,7 @@ fn processes(tools: &Tools, states: &Path, model: &str) -> Result<Vec<Process>, 
 
 /// Checks that all engines compute the same forces; engines with soft constraints are exempt.
 fn check(processes: &[Process]) -> Result<(), Trouble> {
-    // Rounding makes differences of about 1e-14.
+    // Rounding causes differences of about 1e-14.
     const LIMIT: f64 = 1e-10;
     for process in processes {
         for subject in &process.subjects {

@@ -1,4 +1,4 @@
-//! Tables of the book, between two marks in the page.
+//! Generated tables of the book, between two marks in a page.
 
 use super::build::Tools;
 use serde_json::Value;

@@ -68,10 +68,10 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// Closes the standard input of the harness, which ends it.
+    /// Closes the standard input of the harness, which then exits.
     fn drop(&mut self) {
         self.requests = None;
-        // The exit status has no meaning here.
+        // The exit status is irrelevant.
         let _ = self.child.wait();
     }
 }

@@ -11,7 +11,7 @@ pub(crate) struct ModelResult {
 
 const OURS: &str = "stiction";
 
-/// Returns whether a subject computes accelerations from forces.
+/// Returns `true` if a subject computes accelerations from forces.
 fn is_forward(subject: &str) -> bool {
     subject.starts_with("forward")
 }

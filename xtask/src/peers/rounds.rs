@@ -1,4 +1,4 @@
-//! Timed batches of all engines in turn.
+//! Timed batches of all engines in rotation.
 
 use super::process::Process;
 

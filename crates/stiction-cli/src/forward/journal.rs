@@ -9,7 +9,7 @@ use std::io::BufWriter;
 use std::time::{Duration, Instant};
 use stiction_run::forward::{Job, Mark, checksum};
 
-/// Writes a checkpoint at regular intervals of wall-clock time.
+/// Writer of checkpoints at regular intervals of wall-clock time.
 pub(super) struct Journal {
     every: Duration,
     last: Instant,
@@ -19,7 +19,7 @@ pub(super) struct Journal {
 /// A checkpoint of an interrupted run.
 pub(super) struct Kept {
     pub(super) mark: Mark,
-    /// For each table the file with its rows, and the bytes of it that count.
+    /// File with the rows of each table, and its valid length in bytes.
     pub(super) files: Vec<(String, u64)>,
 }
 
@@ -29,7 +29,7 @@ impl Journal {
             return Err(Failure::input(format!("--checkpoint is {every} s"))
                 .help("give a time of at least 0 s"));
         }
-        // A time too long for the clock means never.
+        // An interval too long for the clock disables checkpoints.
         let every = Duration::try_from_secs_f64(every).unwrap_or(Duration::MAX);
         Ok(Self { every, last: Instant::now(), fingerprint: job.fingerprint() })
     }
@@ -64,7 +64,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Reads the checkpoint that an interrupted run of the same simulation has left in the folder.
+    /// Reads the checkpoint of an interrupted run of the same simulation in the folder.
     pub(super) fn read(&self, outputs: &Outputs) -> Result<Kept, Failure> {
         let text = outputs.read(CHECKPOINT).ok_or_else(|| {
             Failure::input(format!("there is no {CHECKPOINT} to resume from"))
@@ -85,7 +85,7 @@ impl Journal {
             ))
             .help("give the same options, or start again without --resume"));
         }
-        // A changed digit would make it another simulation.
+        // A changed digit would define a different simulation.
         if value["checksum"] != json!(checksum_of(&value["tables"], &value["mark"])) {
             return Err(wrong("is damaged"));
         }
@@ -113,7 +113,7 @@ fn checksum_of(tables: &Value, mark: &Value) -> String {
 /// Temporary names and lengths of the tables being written.
 ///
 /// # Errors
-/// One of them is gone, so that a checkpoint could not be resumed.
+/// A file is missing, so that a checkpoint could not be resumed.
 pub(super) fn partials(outputs: &Outputs) -> Result<[(String, u64); FILES.len()], Failure> {
     for_each_file(|_, name| {
         outputs.partial(name).ok_or_else(|| {
@@ -123,7 +123,7 @@ pub(super) fn partials(outputs: &Outputs) -> Result<[(String, u64); FILES.len()]
     })
 }
 
-/// Begins the tables, empty or with the rows of an interrupted run.
+/// Opens the tables, empty or with the rows of an interrupted run.
 pub(super) fn begin(
     outputs: &mut Outputs,
     kept: Option<&Kept>,

@@ -121,7 +121,8 @@ fn execute(options: &Forward) -> Result<(), Failure> {
                         }
                     };
                     read_again(outputs, &layout, kept, receive)?;
-                    // The files of the interrupted run stay until this run has a checkpoint of its own.
+                    // The files of the interrupted run remain until this run has its own
+                    // checkpoint.
                     journal.write(outputs, &kept.mark, &partials(outputs)?)?;
                     for (at, _) in kept.files.iter().filter(|(at, _)| at.ends_with(".partial")) {
                         outputs.remove(at);
@@ -161,7 +162,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
             Ok(())
         },
         &|| {
-            // Called at every evaluation: a single row may take long.
+            // Called at every evaluation, because a single row may take long.
             progress.borrow_mut().update_samples("simulating", done.get(), count);
             interrupted.load(Ordering::Relaxed)
         },
@@ -178,7 +179,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     let cut = matches!(outcome.ending, Ending::Interrupted);
     if !options.json {
         let mut text = String::new();
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write_summary(&mut text, &job, &summary, &outcome);
         print(&text)?;
     } else if !failed && !cut {
@@ -191,7 +192,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
             outputs.end(name, file, &[])?;
         }
         if !outcome.invertible && outcome.mark.is_none() {
-            // Inverse dynamics has no answer for a motion that the actuators do not determine.
+            // Inverse dynamics has no solution for a motion not determined by the actuators.
             outputs.abandon("motion.csv");
         }
         let mut events = Vec::new();
@@ -240,7 +241,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     }
 }
 
-/// Reads the rows that an interrupted run has written.
+/// Reads the rows of an interrupted run.
 fn read_again(
     outputs: &Outputs,
     layout: &Layout,
@@ -262,9 +263,9 @@ fn read_again(
     })
 }
 
-/// The tables.
+/// Names of the tables.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
-/// Files that some runs do not write.
+/// Names of optional files.
 const POSSIBLE: [&str; 7] = [
     "motion.csv",
     "error.svg",
@@ -275,7 +276,7 @@ const POSSIBLE: [&str; 7] = [
     "friction.png",
 ];
 
-/// Turns an early end of the simulation into a failure.
+/// Converts an early end of the simulation to a failure.
 fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
     let results = kept.map(|folder| {
         format!("the results up to t = {} s are in {}", outcome.last, folder.display())
@@ -298,7 +299,7 @@ fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
     }
 }
 
-/// Explains why there is no simulation.
+/// Converts a simulation error to a failure.
 fn failure_of(error: SimulationError) -> Failure {
     match error {
         SimulationError::Mark => Failure::input(format!("{CHECKPOINT} is damaged: {error}"))

@@ -39,7 +39,7 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// True if generated parts are to be written instead of compared.
+/// Returns `true` if the generated parts are to be written instead of compared.
 fn renewed() -> bool {
     std::env::var_os("STICTION_BOOK").is_some_and(|word| word == "renew")
 }

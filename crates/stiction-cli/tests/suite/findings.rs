@@ -1,4 +1,4 @@
-//! Earlier findings of fuzzing: runs every file below `fuzz/findings` through the trial of its
+//! Earlier findings of fuzzing: runs every file below `fuzz/findings` through the test of its
 //! target.
 
 use std::fs;
@@ -37,7 +37,7 @@ fn nothing_that_was_found_does_harm_again() {
     assert!(count > 0, "the findings are not where they should be");
 }
 
-/// The trials work: an intact checkpoint is resumed.
+/// The tests are effective: an intact checkpoint is resumed.
 #[test]
 fn a_whole_mark_passes() {
     let text = crate::trials::checkpoint::whole();

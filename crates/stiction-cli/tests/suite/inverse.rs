@@ -107,7 +107,7 @@ fn a_recording_can_be_the_motion() {
     }
 }
 
-/// An encoder that counts within one turn would otherwise give a very fast motion.
+/// An encoder that counts within one turn would otherwise imply a very fast motion.
 #[test]
 fn wrapped_recordings_are_reported() {
     let folder = Folder::new("wrapped");
@@ -292,7 +292,7 @@ fn models_are_listed_and_printed() {
     json(folder.stiction(&["schema"]).succeeds());
 }
 
-/// A large recording that consists mostly of comments.
+/// A large recording with mostly comment lines.
 fn long_recording(rows: usize) -> String {
     let comment = "# ".to_owned() + &"-".repeat(1000);
     let mut text = String::from("time [s],A [deg]\n");
@@ -335,7 +335,7 @@ fn times_take_units() {
         .fails(2, &["'3 mm'", "--step", "expected a time, found a length"]);
 }
 
-/// The name of a model file may be any that the system allows.
+/// A model file may have any name that the system allows.
 #[cfg(unix)]
 #[test]
 fn names_of_files_need_not_be_utf_8() {

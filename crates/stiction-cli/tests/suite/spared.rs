@@ -50,7 +50,7 @@ fn inputs_are_not_overwritten() {
         .stiction(&["inverse", "named.toml", "-o", "."])
         .fails(2, &["inverse.csv is an input of this run"]);
     assert_eq!(folder.read("inverse.csv"), recording);
-    // Another folder is accepted.
+    // A different folder is accepted.
     folder.stiction(&["inverse", "named.toml", "-o", "new"]).succeeds();
 }
 
@@ -67,7 +67,7 @@ fn interrupted_simulations_are_kept() {
     let told = ["run holds an interrupted simulation (checkpoint.json)", "give another folder"];
     folder.stiction(&["inverse", "pendulum.toml", "-o", "run"]).fails(2, &told);
     assert_eq!(Folder(folder.0.join("run")).files(), kept);
-    // The program does nothing beyond the request, and prints nothing about it.
+    // The program does only the requested work, and prints no message about it.
     let mut early = run.clone();
     early[5] = "0.001";
     early.push("--resume");
@@ -89,7 +89,7 @@ fn poles_are_refused() {
     folder.stiction(&load).fails(2, &["the load on `bob` has no finite value at t = 0.25 s"]);
 }
 
-/// Jumps and zeros are not poles, whatever their number and wherever the samples fall.
+/// Jumps and zeros are not poles, for any number of them and any sample times.
 #[test]
 fn jumps_are_not_poles() {
     let folder = folder("jumps");

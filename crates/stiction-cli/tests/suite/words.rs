@@ -37,7 +37,7 @@ fn loops_open_by_an_angle_are_named() {
     said.fails(1, &["joint `p", "stays open by", " deg"]);
 }
 
-/// Nothing carries the weight of a pendulum of 1 ug without an actuator: a moment of 1e-13 N m is
+/// The weight of a pendulum of 1 ug without an actuator is unbalanced: a moment of 1e-13 N m is
 /// significant here.
 #[test]
 fn small_amounts_are_reported() {

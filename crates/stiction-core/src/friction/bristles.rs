@@ -4,21 +4,20 @@
 
 use crate::scalar::Scalar;
 
-/// The bristles between two surfaces. Their mean deflection `z` is the internal state:
+/// Bristles between two surfaces. Their mean deflection `z` is the internal state:
 ///
 /// ```text
 /// dz/dt = v - stiffness |v| z / mu(v)
 /// force = load (stiffness z + damping dz/dt) + viscous v
 /// ```
 ///
-/// with the sliding velocity `v` and the coefficient `mu(v)` of the law's curve. Without damping and
-/// with a constant coefficient it is Dahl's law. Where velocity and load stay as they are,
-/// `stiffness z` comes to `mu(v) sgn v`, whatever the stiffness: steady friction is that of the
-/// curve, which is what inverse dynamics uses.
+/// with the sliding velocity `v` and the coefficient `mu(v)` of the law's curve. Without damping
+/// and with a constant coefficient it is Dahl's law. At constant velocity and load, `stiffness z`
+/// converges to `mu(v) sgn v` for any stiffness: steady friction follows the curve, and inverse
+/// dynamics uses it.
 ///
-/// Stiffness and damping are per newton of normal load, so that friction vanishes at once with the normal
-/// load. Where a data sheet gives them in N/m and N s/m at a constant load,
-/// divide them by that load.
+/// Stiffness and damping are per newton of normal load, so friction vanishes together with the
+/// normal load. Divide data-sheet values in N/m and N s/m at a constant load by that load.
 ///
 /// Sources: P. R. Dahl 1968 (A solid friction model, The Aerospace Corporation); Canudas de Wit,
 /// Olsson, Åström, Lischinsky 1995 (IEEE Transactions on Automatic Control 40(3), 419-425); the form
@@ -33,14 +32,14 @@ pub struct Bristles<T = f64> {
 }
 
 impl<T: Scalar> Bristles<T> {
-    /// The rate of the deflection `z` (m) at a sliding velocity (m/s), where the law's curve has the
-    /// coefficient `mu`, which is positive.
+    /// Rate of the deflection `z` (m) at a sliding velocity (m/s) with the positive coefficient
+    /// `mu` of the law's curve.
     #[inline]
     pub fn rate(&self, z: T, velocity: T, mu: T) -> T {
         velocity - self.stiffness * velocity.abs() * z / mu
     }
 
-    /// Friction per newton of normal load, with the sign of the velocity that it resists.
+    /// Friction per newton of normal load, with the sign of the velocity that it opposes.
     #[inline]
     pub fn coefficient(&self, z: T, rate: T) -> T {
         self.stiffness * z + self.damping * rate
@@ -80,8 +79,8 @@ mod tests {
         }
     }
 
-    /// Dahl's friction over displacement from rest: `mu (1 - exp(-stiffness x / mu))`, whatever the
-    /// speed. Integrated by Runge and Kutta's method of fourth order, over lanes of dual numbers.
+    /// Dahl's friction over displacement from rest: `mu (1 - exp(-stiffness x / mu))` at any speed.
+    /// Integrated by the fourth-order Runge-Kutta method, over lanes of dual numbers.
     #[test]
     fn dahl_rises_exponentially_with_displacement() {
         type S = Dual<Lanes<f64, 2>, 1>;
@@ -105,7 +104,7 @@ mod tests {
             // The method's error is of the order (2.5 / 400)^4 = 1.5e-9.
             let found = bristles.coefficient(z, rate(z)).value.0[lane];
             assert!((found - mu * (1.0 - left)).abs() < 1e-9, "{found}");
-            // The rest of an initial deflection.
+            // Remainder of an initial deflection.
             assert!((z.slope[0].0[lane] - left).abs() < 1e-8);
         }
     }

@@ -1,4 +1,4 @@
-//! Friction interfaces of joints: place, geometry and friction of sliding surfaces.
+//! Friction interfaces of joints: position, geometry and friction of sliding surfaces.
 
 use super::{Law, NormalLoadMap};
 use crate::joint::{Carrier, JointType};
@@ -8,25 +8,25 @@ use crate::joint::{Carrier, JointType};
 pub struct JointFriction {
     /// Index of the interface among those of the joint's type: an index into [`interfaces_of`].
     pub place: usize,
-    /// Radius of the sliding surface, m; of a plate the effective one, at which its friction resists
-    /// its turning. Guides slide along their axis and take no radius.
+    /// Radius of the sliding surface, m; for a plate the effective radius at which friction opposes
+    /// rotation. Guides slide along their axis and have no radius.
     pub radius: Option<f64>,
-    /// Friction law: friction force by speed and normal load.
+    /// Friction law: friction force as a function of speed and normal load.
     pub law: Law,
-    /// The law for sliding backward, if it differs; only for interfaces with one degree of freedom.
+    /// Law for backward sliding, if different; only for interfaces with one degree of freedom.
     pub backward: Option<Law>,
-    /// Normal load by the joint's reaction.
+    /// Normal load as a function of the joint's reaction.
     pub load: NormalLoadMap<f64>,
 }
 
 impl JointFriction {
-    /// The guide of a prismatic joint, with the lateral force as normal load.
+    /// Friction of a prismatic joint's guide, with the lateral force as normal load.
     pub fn guide(law: Law) -> Self {
         Self { place: 0, radius: None, law, backward: None, load: NormalLoadMap::force_only() }
     }
 
-    /// The first interface of a joint that turns on a surface of radius `radius` (m): a pin, a ball, a plate, a thread;
-    /// with the force on it as normal load.
+    /// Friction of the first interface of a joint that rotates on a surface of radius `radius` (m),
+    /// such as a pin, a ball, a plate or a thread, with its force as normal load.
     pub fn round(radius: f64, law: Law) -> Self {
         Self { radius: Some(radius), ..Self::guide(law) }
     }
@@ -53,8 +53,8 @@ pub enum InterfaceShape {
     Thread,
     /// A ball: degrees of freedom 0, 1, 2 are the angular velocity in K.
     Ball,
-    /// A plate with its middle at the origin of K on a plane normal to the z axis of J: degrees of freedom 0
-    /// and 1 are the velocity of its middle, 2 is its rotation.
+    /// A plate with its midpoint at the origin of K on a plane normal to the z axis of J: degrees
+    /// of freedom 0 and 1 are the velocity of the midpoint, 2 is the rotation.
     Plate,
 }
 
@@ -74,7 +74,7 @@ impl InterfaceShape {
         !matches!(self, Self::Guide { .. })
     }
 
-    /// Returns `true` if the surfaces slide forward or backward, and in no other direction.
+    /// Returns `true` if the surfaces slide along one line, forward or backward.
     pub const fn has_one_dof(self) -> bool {
         !matches!(self, Self::Ball | Self::Plate)
     }
@@ -83,8 +83,8 @@ impl InterfaceShape {
 const PIN_Z: InterfaceShape =
     InterfaceShape::Pin { dof: 0, axis: 2, carrier: Carrier::Predecessor };
 
-/// The friction interfaces of a joint type, each with its name (empty where the joint has only one).
-/// Fixed and free joints have none.
+/// Friction interfaces of a joint type, each with its name (empty for a single interface). Fixed
+/// and free joints have no interfaces.
 pub const fn interfaces_of(joint_type: JointType) -> &'static [(&'static str, InterfaceShape)] {
     match joint_type {
         JointType::Revolute => &[("", PIN_Z)],

@@ -1,26 +1,26 @@
-//! Friction laws: friction force by sliding speed and normal load.
+//! Friction laws: friction force as a function of sliding speed and normal load.
 //!
 //! Equation (F1) of the book's theory.
 
 use super::Bristles;
 use crate::scalar::Scalar;
 
-/// Friction law, affine in the normal load:
-/// `force = viscous * speed + coefficient(speed) * load`, against the motion.
+/// Friction law, affine in the normal load: `force = viscous * speed + coefficient(speed) * load`,
+/// opposite to the motion.
 ///
 /// Source of the plain case, Coulomb and viscous friction: Zhang et al. 2018, section 5.1, with the
 /// force (not a torque) as its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Law<T = f64> {
-    /// Coefficient of friction while sliding (fast, where it changes with speed), dimensionless, not
-    /// negative. A table has its own.
+    /// Kinetic coefficient of friction (at high speed, if it depends on speed), dimensionless, not
+    /// negative. A table replaces it.
     pub mu: T,
     /// Viscous coefficient at the sliding surface, N s/m, not negative.
     pub viscous: T,
     /// Dependence of the coefficient on speed, and the coefficient at rest.
     pub curve: Curve<T>,
-    /// Regularisation speed, m/s: the coefficient is multiplied by `tanh(speed / this)` and vanishes at rest. The
-    /// surfaces then creep instead of sticking.
+    /// Regularisation speed, m/s: the coefficient is multiplied by `tanh(speed / this)` and
+    /// vanishes at rest. The surfaces then creep and do not stick.
     pub regularisation: Option<T>,
     /// Internal state of the law; the other fields describe its steady sliding.
     pub bristles: Option<Bristles<T>>,
@@ -29,9 +29,9 @@ pub struct Law<T = f64> {
 /// Dependence of a friction coefficient on the sliding speed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Curve<T = f64> {
-    /// Constant, also at rest.
+    /// Constant, with the same value at rest.
     Constant,
-    /// Constant while sliding, with another coefficient at rest.
+    /// Constant while sliding, with a different coefficient at rest.
     Static {
         /// Static coefficient.
         mu_static: T,
@@ -48,8 +48,8 @@ pub enum Curve<T = f64> {
         /// Exponent of the curve.
         exponent: Exponent<T>,
     },
-    /// Speed (m/s) and coefficient in rows: straight between them, constant beyond the last. The
-    /// first speed is zero, they increase.
+    /// Rows of speed (m/s) and coefficient: linear in between, constant beyond the last. Speeds
+    /// increase from zero.
     Table(Vec<[T; 2]>),
 }
 
@@ -89,7 +89,7 @@ impl<T: Scalar> Resistance<T> {
 }
 
 impl<T: Scalar> Law<T> {
-    /// Coulomb and viscous friction, nothing else.
+    /// Creates a law of Coulomb and viscous friction.
     pub fn coulomb_viscous(mu: T, viscous: T) -> Self {
         Self { mu, viscous, curve: Curve::Constant, regularisation: None, bristles: None }
     }
@@ -104,8 +104,8 @@ impl<T: Scalar> Law<T> {
         resistance
     }
 
-    /// The coefficient at a sliding speed of magnitude `speed`, m/s. Not inlined: kernels of dual
-    /// numbers grow large.
+    /// Coefficient at a sliding speed of magnitude `speed`, m/s. Not inlined, to keep kernels of
+    /// dual numbers small.
     pub fn coefficient(&self, speed: T) -> T {
         let coefficient = match &self.curve {
             Curve::Constant | Curve::Static { .. } => self.mu,
@@ -118,14 +118,14 @@ impl<T: Scalar> Law<T> {
         match self.regularisation {
             None => coefficient,
             Some(velocity) => {
-                // tanh x = (1 - exp -2x) / (1 + exp -2x), and nothing overflows.
+                // tanh x = (1 - exp -2x) / (1 + exp -2x), without overflow.
                 let decay = (speed * T::from_f64(-2.0) / velocity).exp();
                 coefficient * ((T::one() - decay) / (T::one() + decay))
             }
         }
     }
 
-    /// The coefficient at rest: that of the greatest force before it slides.
+    /// Static coefficient: the static friction limit per newton of normal load.
     pub fn at_rest(&self) -> T {
         if self.regularisation.is_some() {
             return T::zero();
@@ -145,7 +145,7 @@ impl<T: Scalar> Law<T> {
 }
 
 impl Law {
-    /// Returns `true` if friction at vanishing sliding speed equals the greatest friction at rest.
+    /// Returns `true` if friction at vanishing sliding speed equals the static friction limit.
     pub(crate) fn slides_as_at_its_limit(&self) -> bool {
         self.coefficient(0.0) == self.at_rest()
     }
@@ -177,7 +177,7 @@ impl Law {
 }
 
 impl Exponent {
-    /// The exponent of this value.
+    /// Creates the exponent from a number.
     pub fn new(exponent: f64) -> Self {
         match exponent {
             1.0 => Self::One,
@@ -186,7 +186,7 @@ impl Exponent {
         }
     }
 
-    /// Its value.
+    /// Value of the exponent.
     pub fn value(self) -> f64 {
         match self {
             Self::One => 1.0,
@@ -197,13 +197,13 @@ impl Exponent {
 }
 
 impl<T: Scalar> Exponent<T> {
-    /// `x` to this power; `x` is not negative.
+    /// `x` to this power, for a non-negative `x`.
     fn of(self, x: T) -> T {
         match self {
             Self::One => x,
             Self::Two => x * x,
             Self::Other(exponent) => {
-                // The logarithm of zero would spoil derivatives.
+                // The logarithm of zero would make derivatives NaN.
                 let safe = x.if_positive(x, T::one());
                 x.if_positive((safe.ln() * exponent).exp(), x * T::zero())
             }
@@ -218,7 +218,7 @@ fn interpolated<T: Scalar>(rows: &[[T; 2]], speed: T) -> T {
         let slope = (value_1 - value_0) / (speed_1 - speed_0);
         value = (speed_1 - speed).if_positive(value_0 + slope * (speed - speed_0), value);
     }
-    // Comparisons pass over NaN, sums do not.
+    // Comparisons ignore NaN, sums propagate it.
     value + speed * T::zero()
 }
 
@@ -232,7 +232,7 @@ mod tests {
         Law { curve, regularisation, ..Law::coulomb_viscous(0.1, 3.0) }
     }
 
-    /// One of each kind.
+    /// One law of each kind.
     fn laws() -> Vec<Law> {
         let stribeck = |exponent| Curve::Stribeck {
             mu_static: 0.25,
@@ -252,14 +252,14 @@ mod tests {
     fn curves_agree_with_their_formulas() {
         let found = |curve: Curve, speed: f64| law(curve, None).sliding(speed).coefficient;
         let stribeck = |exponent, velocity| Curve::Stribeck { mu_static: 0.3, velocity, exponent };
-        // At the Stribeck velocity 1/e of the difference is left, whatever the exponent.
+        // At the Stribeck velocity 1/e of the difference remains, for any exponent.
         let one_over_e = 0.1 + 0.2 / std::f64::consts::E;
         for exponent in [1.0, 2.0, 0.5, 7.0] {
             let curve = stribeck(Exponent::new(exponent), 0.04);
             assert!((found(curve.clone(), 0.04) - one_over_e).abs() < 1e-16);
             assert_eq!(found(curve, 0.0), 0.3);
         }
-        // At twice of it e^-4, or e^-2 of the exponential law.
+        // At twice this velocity e^-4 remains, or e^-2 with the exponential law.
         let (gauss, exponential) = (Exponent::new(2.0), Exponent::new(1.0));
         let expected = [0.1 + 0.2 * 0.018_315_638_888_734_18, 0.1 + 0.2 * 0.135_335_283_236_612_7];
         assert!((found(stribeck(gauss, 0.04), 0.08) - expected[0]).abs() < 1e-16);
@@ -282,8 +282,8 @@ mod tests {
     }
 
     proptest! {
-        /// Eight lanes give the digits of eight numbers, dual numbers the derivative, and no law
-        /// gives power.
+        /// Eight lanes give the same digits as eight numbers, dual numbers give the derivative, and
+        /// every law dissipates power.
         #[test]
         fn every_scalar_says_the_same(speeds in prop::array::uniform8(0.0..0.5_f64)) {
             for law in laws() {
@@ -306,8 +306,8 @@ mod tests {
                     };
                     if !near_kink {
                         let slope = (ahead.coefficient - behind.coefficient) / (2.0 * step);
-                        // Second-order differences of curves that bend within 2 mm/s: the third
-                        // derivative is some mu / (2 mm/s)^3, and the step 1e-6 m/s.
+                        // Second-order differences of curves that change within 2 mm/s: the third
+                        // derivative is about mu / (2 mm/s)^3, and the step 1e-6 m/s.
                         let error = (dual.coefficient.slope[0] - slope).abs();
                         prop_assert!(error < 1e-4 * (1.0 + slope.abs()), "{law:?} {speed} {error}");
                     }
@@ -316,7 +316,7 @@ mod tests {
         }
     }
 
-    /// A derivative at speed zero is a number.
+    /// A derivative at speed zero is finite.
     #[test]
     fn no_law_has_an_infinite_slope_at_rest() {
         for law in laws() {

@@ -1,8 +1,9 @@
-//! Friction in joints that grows with the joint's own reaction.
+//! Load-dependent joint friction.
 //!
-//! Friction at an interface consists of a *normal load map* (the components of the joint's reaction that press the
-//! surfaces together, [`NormalLoadMap`]) and a *law* (the coefficient by speed and the viscous part, [`Law`]). A
-//! [`JointFriction`] applies both at an interface of known place and radius.
+//! Friction at an interface consists of a *normal load map* (components of the joint's reaction
+//! that contribute to the normal load, [`NormalLoadMap`]) and a *law* (coefficient as a function of
+//! speed, and viscous part, [`Law`]). A [`JointFriction`] applies both at an interface of given
+//! position and radius.
 
 mod bristles;
 mod interface;

@@ -1,11 +1,11 @@
-//! Normal load maps: normal load of a friction interface by the joint's reaction.
+//! Normal load maps: normal load of a friction interface as a function of the joint's reaction.
 //!
 //! Equation (F3) of the book's theory.
 
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 
-/// Components of a joint's reaction that press its sliding surfaces together, with their arms.
+/// Components of a joint's reaction that contribute to the normal load, with their arms.
 ///
 /// The normal load has these parts:
 ///
@@ -17,44 +17,45 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// | `torsion_arm` | - | torsional moment / arm | - | - | - |
 /// | `preload` | added | added | added | added | added |
 ///
-/// [`Combine`] defines their sum. Moments are about the middle between the supports, see
-/// [`Supports`]: the joint's origin by default; of a plate about its own origin, that of K. A part
-/// without its length is absent.
+/// [`Combine`] defines their sum. Moments are about the midpoint between the supports, see
+/// [`Supports`]: by default the joint's origin; for a plate its own origin, that of K. A part
+/// without its length is omitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalLoadMap<T> {
     /// Distance between the two supports of a pin or guide, or across a plate, m.
     pub bending_span: Option<T>,
     /// Collar radius over pin radius, dimensionless.
     pub axial_ratio: Option<T>,
-    /// Arm at which a guide takes torsion, m.
+    /// Arm at which a guide carries torsion, m.
     pub torsion_arm: Option<T>,
     /// Constant load, N.
     pub preload: T,
-    /// Rule by which the parts add.
+    /// Combination rule of the parts.
     pub combine: Combine,
     /// Positions of the supports.
     pub supports: Supports<T>,
     /// Cosine of a thread's half flank angle in the section normal to the thread.
     pub flank_cosine: Option<T>,
-    /// Rounds off the corner of every norm at zero: `sqrt(x^2 + smoothing^2) - smoothing`, N.
+    /// Smoothing force, N, that rounds the corner of every norm at zero: `sqrt(x^2 + smoothing^2) -
+    /// smoothing`.
     pub smoothing: Option<T>,
 }
 
-/// Rule by which the parts of a normal load add.
+/// Combination rule of the parts of a normal load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Combine {
-    /// Sum of the parts, each on surfaces of its own.
+    /// Sum of the parts, each on separate surfaces.
     #[default]
     Sum,
-    /// Radial (lateral) force and bending moment make one force at each of two supports, a span
-    /// apart: the sum of these two forces, `|F/2 + M x e/span| + |F/2 - M x e/span|` with the axis
-    /// `e`. Axial force and torsion add to it.
+    /// Radial (lateral) force and bending moment combine to one force at each of two supports, a
+    /// span apart. Sum of these two forces, `|F/2 + M x e/span| + |F/2 - M x e/span|` with the axis
+    /// `e`; axial force and torsion are added.
     Pads,
-    /// The root of the sum of the squares of all parts; the preload is added.
+    /// Square root of the sum of the squares of all parts, plus the preload.
     RootSumSquare,
 }
 
-/// Positions of the two supports that carry the bending moment where the bodies slide along each other.
+/// Positions of the two supports that carry the bending moment.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Supports<T> {
     /// On the predecessor, half a span before and behind the origin of J.
@@ -62,12 +63,12 @@ pub enum Supports<T> {
     Predecessor,
     /// On the successor, half a span before and behind the origin of K.
     Successor,
-    /// One on each, as the gland of a cylinder and the piston of its rod: the span changes with the
-    /// slide, and takes the place of [`NormalLoadMap::bending_span`].
+    /// One on each body, such as the gland of a cylinder and the piston of its rod. The span
+    /// changes with the displacement and replaces [`NormalLoadMap::bending_span`].
     OneOnEach {
-        /// Place of the predecessor's support along the axis, from the origin of J, m.
+        /// Position of the predecessor's support along the axis, from the origin of J, m.
         gland: T,
-        /// Place of the successor's support along the axis, from the origin of K, m.
+        /// Position of the successor's support along the axis, from the origin of K, m.
         piston: T,
     },
 }
@@ -77,12 +78,12 @@ pub enum Supports<T> {
 pub struct Load<T> {
     /// The normal load, N, not negative.
     pub value: T,
-    /// Its gradient: `d value = gradient.power(d wrench)`. Zero in every part that vanishes.
+    /// Gradient: `d value = gradient.power(d wrench)`. Zero in every part that vanishes.
     pub gradient: Twist<T>,
 }
 
 impl<T: Scalar> NormalLoadMap<T> {
-    /// The resultant force only.
+    /// Uses the resultant force alone.
     pub fn force_only() -> Self {
         Self {
             bending_span: None,
@@ -96,14 +97,14 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// The map as a seminorm of the reaction: without preload, its corners not rounded off. No load
-    /// changes by more than this one of the change of the reaction.
+    /// The map as a seminorm of the reaction: without preload and smoothing. It bounds the change
+    /// of the load by the change of the reaction.
     pub fn seminorm(&self) -> Self {
         Self { preload: T::zero(), smoothing: None, ..*self }
     }
 
-    /// The distance between supports on both bodies where the origin of K is `slide` before that of
-    /// J along the axis; positive as long as they overlap. `None` where the span is constant.
+    /// Distance between supports on both bodies with the origin of K at `slide` along the axis of
+    /// J; positive for overlapping bodies. `None` for a constant span.
     #[inline]
     pub fn overlap(&self, slide: T) -> Option<T> {
         let Supports::OneOnEach { gland, piston } = self.supports else { return None };
@@ -127,15 +128,16 @@ impl<T: Scalar> NormalLoadMap<T> {
         self.across(wrench, middle, axis, span)
     }
 
-    /// The load of a pin or guide: a surface around the line through `point`, the middle between its
-    /// supports, along the unit vector `axis`, under `wrench` (about the kernel's origin).
+    /// Load of a pin or guide, a surface around the line through `point` along the unit vector
+    /// `axis`, under `wrench` (about the kernel's origin). `point` is the midpoint between the
+    /// supports.
     pub fn around_axis(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         self.across(wrench, point, axis, self.bending_span)
     }
 
     #[inline]
     fn across(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
-        // Rare cases are not inlined: kernels of dual numbers grow large.
+        // Rare cases are not inlined, to keep kernels of dual numbers small.
         if self.combine == Combine::Sum && self.smoothing.is_none() {
             self.sum(wrench, point, axis, span)
         } else {
@@ -172,7 +174,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         sum.load(point)
     }
 
-    /// The parts, added and smoothed as is declared.
+    /// Combines and smooths the parts as declared.
     fn combined(
         &self,
         wrench: Wrench<T>,
@@ -249,7 +251,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         .load(point)
     }
 
-    /// The length of a force and its gradient, with the corner rounded off if that is declared.
+    /// Norm of a force and its gradient, with smoothing if declared.
     #[inline]
     fn norm(&self, force: Vec3<T>) -> Part<T, Vec3<T>> {
         match self.smoothing {
@@ -258,7 +260,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// The root of a square and the factor that makes its gradient from that of half the square.
+    /// Square root of a square, and the factor from the gradient of half the square to its
+    /// gradient.
     fn root(&self, square: T) -> Part<T, T> {
         match self.smoothing {
             None => {
@@ -345,7 +348,7 @@ mod tests {
 
     type D = Dual<f64, 6>;
 
-    /// Every part, in every way to add them.
+    /// All parts in all combinations.
     fn maps() -> Vec<NormalLoadMap<f64>> {
         let whole = NormalLoadMap {
             bending_span: Some(0.1),
@@ -365,7 +368,7 @@ mod tests {
         maps
     }
 
-    /// All kinds of contacts under a wrench.
+    /// All kinds of friction interfaces under a wrench.
     fn loads<T: Scalar>(map: &NormalLoadMap<T>, wrench: Wrench<T>) -> [Load<T>; 4] {
         let point = Vec3::new(0.2, -0.1, 0.3);
         let axis = Vec3::new(2.0, -1.0, 2.0).direction().unwrap();
@@ -383,7 +386,8 @@ mod tests {
     }
 
     proptest! {
-        /// The gradient against exact derivatives of the value itself; lanes against numbers.
+        /// Compares the gradient with exact derivatives of the value, and lanes with single
+        /// numbers.
         #[test]
         fn gradient_is_the_derivative_of_the_value(
             wrench in prop::array::uniform6(-5.0..5.0_f64)
@@ -409,8 +413,8 @@ mod tests {
             }
         }
 
-        /// A load grows no faster than its reaction: the triangle inequality, on which uniqueness
-        /// rests.
+        /// A load grows no faster than its reaction: the triangle inequality, the basis of
+        /// uniqueness.
         #[test]
         fn loads_are_seminorms(
             a in prop::array::uniform6(-5.0..5.0_f64),
@@ -436,9 +440,9 @@ mod tests {
         }
     }
 
-    /// Two pads by hand: 30 N across and 4 N m about the same direction's normal, 0.2 m apart, make
-    /// 15 N + 20 N on one pad and 15 N - 20 N on the other; at right angles each bears the root of
-    /// 15^2 + 20^2.
+    /// Two pads by hand: 30 N lateral force and 4 N m about the normal of the same direction, 0.2 m
+    /// apart, give 15 N + 20 N on one pad and 15 N - 20 N on the other; perpendicular to each other
+    /// they give the square root of 15^2 + 20^2 on each.
     #[test]
     fn two_pads() {
         let map = NormalLoadMap {
@@ -465,7 +469,7 @@ mod tests {
         }
     }
 
-    /// A rod under a force across its end, in a gland and with a piston: a lever.
+    /// A rod with a lateral force at its end, in a gland and with a piston: a lever.
     #[test]
     fn gland_and_piston() {
         let map = NormalLoadMap {

@@ -6,36 +6,38 @@ use super::{Load, NormalLoadMap};
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 
-/// The line of a thread: a helix of this radius and advance.
+/// Helix of a thread with this radius and advance.
 ///
-/// The flanks exert a normal force on each other and friction along the helix. Of the axial force
-/// `F` that the joint carries, the friction `R` bears a part. With the lead angle `l`
-/// (`tan l = pitch / radius`), half the flank angle `b` in the section normal to the thread, and
-/// `d = 1` where it slides forward, `-1` backward, the flanks carry
+/// The flanks exert a normal force on each other and friction along the helix. The friction `R`
+/// carries a part of the joint's axial force `F`. With the lead angle `l` (`tan l = pitch /
+/// radius`), half the flank angle `b` in the section normal to the thread, and `d = 1` for forward
+/// and `-1` for backward sliding, the normal force is
 ///
 /// ```text
 /// N cos b = | F / cos l + d R tan l |,    R = constant + coefficient (N + N_other)
 /// ```
 ///
-/// which is solved for `N`: it is linear on either side of zero. The actuator does not enter, so that a motor
-/// may turn the spindle through this joint or through another. The result agrees with the textbook torques `F r tan(l + r')` to raise a load and
-/// `F r tan(r' - l)` to lower it, with `tan r' = coefficient / cos b`.
+/// The equation is solved for `N`; it is linear on either side of zero. The actuator does not
+/// appear, so a motor may turn the spindle through this joint or through another. The result agrees
+/// with the textbook torques `F r tan(l + r')` to raise a load and `F r tan(r' - l)` to lower it,
+/// with `tan r' = coefficient / cos b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thread<T> {
-    /// Radius at which the flanks touch, m.
+    /// Contact radius of the flanks, m.
     pub radius: T,
     /// Advance, m/rad; negative in a left-hand thread.
     pub pitch: T,
 }
 
-/// The friction of the thread, which carries a part of the load that causes it.
+/// Friction of the thread, which carries a part of its own normal load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnFriction<T> {
-    /// Its force per newton of normal load.
+    /// Friction force per newton of normal load.
     pub coefficient: T,
-    /// Its force without normal load, N.
+    /// Friction force without normal load, N.
     pub constant: T,
-    /// 1 where it slides forward, -1 backward; at rest the part of it by which it holds.
+    /// Direction: 1 for forward, -1 for backward sliding; at rest the mobilised fraction of static
+    /// friction.
     pub direction: T,
 }
 
@@ -60,8 +62,8 @@ impl<T: Scalar> Thread<T> {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()
     }
 
-    /// The load under `wrench` (about the kernel's origin): what the flanks carry, and `other`, the
-    /// load of the thread as a pin. Infinite where the friction exceeds its own support.
+    /// Normal load under `wrench` (about the kernel's origin): the normal force of the flanks plus
+    /// `other`, the load of the thread as a pin. Infinite if friction jams the thread.
     pub fn load(
         &self,
         map: &NormalLoadMap<T>,
@@ -77,7 +79,7 @@ impl<T: Scalar> Thread<T> {
             + back * (own.constant + own.coefficient * other.value);
         let sign = axial.if_positive(T::one(), (-axial).if_positive(-T::one(), T::zero()));
         let left = map.flank_cosine.unwrap_or(T::one()) - sign * back * own.coefficient;
-        // Zero divided into what is not.
+        // A zero divisor gives an infinite load.
         let left = left.if_positive(left, T::zero());
         let factor = sign / left;
         let gradient = Twist { angular: Vec3::zero(), linear: axis * over_cosine }
@@ -104,8 +106,8 @@ mod tests {
     };
 
     proptest! {
-        /// The flanks' normal force and friction against the equilibrium of one flank, resolved
-        /// along the axis and around it, and the gradient against exact derivatives.
+        /// Compares the flanks' normal force and friction with the equilibrium of one flank,
+        /// resolved along the axis and around it, and the gradient with exact derivatives.
         #[test]
         fn flanks_are_in_balance(
             c in prop::array::uniform6(-50.0..50.0_f64),
@@ -158,7 +160,7 @@ mod tests {
         }
     }
 
-    /// Friction steeper than the flank: nothing carries the load upwards.
+    /// Friction that jams the thread while it raises the load.
     #[test]
     fn friction_that_outgrows_its_load_has_no_bound() {
         let thread = Thread { radius: 0.01, pitch: 0.02 };

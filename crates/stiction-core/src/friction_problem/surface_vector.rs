@@ -1,4 +1,4 @@
-//! Vectors of friction and sliding at a surface: up to three components, the rest zero.
+//! Vectors of friction and sliding at a surface, with up to three components padded by zeros.
 
 /// Length of a vector.
 pub(crate) fn norm(v: [f64; 3]) -> f64 {

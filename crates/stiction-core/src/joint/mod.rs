@@ -1,4 +1,5 @@
-//! Joint types with their degrees of freedom and constraints. One file a type, the same items in each.
+//! Joint types with their degrees of freedom and constraints. Each type has one file with the same
+//! items.
 //!
 //! A joint connects frame J, fixed in its *predecessor* body, with frame K, fixed in its
 //! *successor*. At zero coordinates the frames coincide. The axis of a joint is the z axis of J.
@@ -15,9 +16,9 @@
 //! | fixed | none | none | all six |
 //! | free | position, unit quaternion | translation x y z of J, rotation x y z of K | nothing |
 //!
-//! Forces pass through the origin of J. The twist of each degree of freedom is constant in the body that carries it, which
-//! makes the rate of change of every joint's motion subspace one formula:
-//! `d/dt S_k = (twist of the carrier) x S_k`.
+//! Forces pass through the origin of J. The twist of each degree of freedom is constant in the body
+//! that carries it, so the rate of change of every joint's motion subspace has one formula: `d/dt
+//! S_k = (twist of the carrier) x S_k`.
 //!
 //! Equation (K3) of the book's theory.
 
@@ -43,11 +44,11 @@ pub enum JointType {
     Revolute,
     /// One translation.
     Prismatic,
-    /// A screw: rotation and translation tied by a pitch.
+    /// A screw: rotation and translation coupled by a pitch.
     Helical,
     /// Rotation about and translation along one axis.
     Cylindrical,
-    /// Two rotations about axes at right angles that meet (Hooke, Cardan).
+    /// Two rotations about perpendicular, intersecting axes (Hooke, Cardan).
     Universal,
     /// All rotations about a point.
     Spherical,
@@ -95,7 +96,7 @@ pub enum Motion {
     Screw,
 }
 
-/// A constraint wrench of a joint, which does no work, in frame J.
+/// A constraint wrench of a joint in frame J; its power on the joint's degrees of freedom is zero.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Constraint {
@@ -103,7 +104,7 @@ pub enum Constraint {
     Force(usize),
     /// Unit moment along an axis.
     Moment(usize),
-    /// Unit force along z with the moment `-pitch` along z: the thread's.
+    /// Unit force along z with the moment `-pitch` along z, the constraint of a screw.
     Thread,
     /// Unit moment along the common normal of a universal joint's axes.
     Normal,
@@ -113,7 +114,7 @@ const fn dof(motion: Motion, axis: usize, carrier: Carrier, name: &'static str) 
     Dof { motion, axis, carrier, name }
 }
 
-/// Selects an item from the file of a type.
+/// Selects an item from the module of a type.
 macro_rules! of_type {
     ($joint_type:expr, $item:ident $($call:tt)*) => {
         match $joint_type {
@@ -183,7 +184,7 @@ impl JointType {
         of_type!(self, pose(q, pitch))
     }
 
-    /// The pose that the joint allows, nearest to `relative` (an actual `X_JK`), and its scalar
+    /// Nearest pose to `relative` (an actual `X_JK`) that the joint permits, and its scalar
     /// coordinates (zeros for quaternions).
     #[inline]
     pub fn nearest<T: Scalar>(self, relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
@@ -200,7 +201,7 @@ impl JointType {
         }
     }
 
-    /// Writes the coordinates of `relative`, an `X_JK` that the joint allows.
+    /// Writes the coordinates of `relative`, an `X_JK` permitted by the joint.
     pub fn write_coordinates(self, relative: Pose<f64>, pitch: f64, q: &mut [f64]) {
         match self {
             Self::Spherical => Quaternion::from_rotation(relative.rotation).write(q),
@@ -215,7 +216,8 @@ impl JointType {
         }
     }
 
-    /// Moves the coordinates by a small step in the rates (rad, m). Quaternions stay of unit length.
+    /// Advances the coordinates by a small step in the rates (rad, m). Quaternions keep unit
+    /// length.
     #[inline]
     pub fn advance<T: Scalar>(self, q: &mut [T], step: &[T]) {
         let turn = |q: &mut [T], step: &[T]| {
@@ -244,8 +246,8 @@ impl JointType {
 }
 
 impl Dof {
-    /// Returns `true` if its coordinate is a length, m, and its effort a force, N; `false` for an angle, rad, and a
-    /// moment, N m.
+    /// Returns `true` for a length coordinate (m) with a force effort (N), `false` for an angle
+    /// (rad) with a moment (N m).
     pub fn translates(&self) -> bool {
         self.motion == Motion::Translation
     }
@@ -328,9 +330,9 @@ impl Constraint {
 }
 
 impl JointType {
-    /// Deviation of `relative` (an actual `X_JK`) from the poses that the joint allows, along each of
-    /// its constraints (m, rad), and the scalar coordinates there. The errors' rates are the
-    /// powers of the unit constraint wrenches on the relative twist, exactly so where they vanish.
+    /// Deviation of `relative` (an actual `X_JK`) from the permitted poses along each constraint
+    /// (m, rad), and the scalar coordinates there. At zero deviation the rates of the errors equal
+    /// the powers of the unit constraint wrenches on the relative twist.
     #[inline]
     pub fn misfit<T: Scalar>(self, relative: Pose<T>, pitch: T) -> ([T; 6], [T; 3]) {
         let (allowed, coordinates) = self.nearest(relative, pitch);
@@ -347,13 +349,13 @@ impl JointType {
     }
 }
 
-/// A vector along the axis of `turn` that equals its rotation vector to first order and, unlike the
-/// skew part, does not shrink beyond a right angle: `2 n tan(a/2)`, bounded near a half turn.
-/// Assembly from a poor first guess needs this; at the solution only the first order matters.
+/// Vector along the axis of `turn` that equals its rotation vector to first order and, unlike the
+/// skew part, does not decrease beyond a right angle: `2 n tan(a/2)`, bounded near a half turn.
+/// Assembly from a poor initial guess needs this; at the solution only the first order matters.
 #[inline]
 fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
     const FLOOR: f64 = 1e-3;
-    // (1 + cos a)/2 = (1 + trace)/4, lifted so that a half turn stays finite.
+    // (1 + cos a)/2 = (1 + trace)/4, with an offset that keeps a half turn finite.
     let denominator = (T::one() + turn.trace()) * T::from_f64(0.25) + T::from_f64(FLOOR);
     turn.skew_part() * (T::from_f64(1.0 + FLOOR) / denominator)
 }
@@ -361,7 +363,7 @@ fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
 /// The angle of a rotation about z.
 #[inline]
 fn angle_about_z<T: Scalar>(rotation: &Mat3<T>) -> T {
-    // Best fit for a rotation that is not quite about z.
+    // Best fit for a rotation that is not exactly about z.
     (rotation.at(1, 0) - rotation.at(0, 1)).atan2(rotation.at(0, 0) + rotation.at(1, 1))
 }
 
@@ -388,8 +390,8 @@ mod tests {
     }
 
     proptest! {
-        /// Constraint wrenches do no work on the degrees of freedom, each effort works on its own only, and
-        /// together they span all wrenches.
+        /// Constraint wrenches do no work on the degrees of freedom, each effort works on its own
+        /// alone, and together they span all wrenches.
         #[test]
         fn dofs_and_constraints_are_reciprocal(numbers in numbers()) {
             for joint_type in JointType::ALL {
@@ -444,8 +446,8 @@ mod tests {
             }
         }
 
-        /// The misfit of a slightly wrong pose is the work of the constraint wrenches on the
-        /// displacement that makes it wrong, to first order.
+        /// To first order, the misfit of a displaced pose equals the work of the constraint
+        /// wrenches on the displacement.
         #[test]
         fn misfit_is_reciprocal_to_the_constraints(numbers in numbers()) {
             let size = 1e-6;

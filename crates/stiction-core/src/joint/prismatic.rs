@@ -22,7 +22,7 @@ pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
 
 #[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
-    // The slide along the successor's own axis line, which a small tilt leaves unchanged.
+    // The displacement along the successor's axis line, which a small tilt does not change.
     let slide = relative.rotation.columns[2].dot(relative.position);
     (pose(&[slide], pitch), [slide, T::zero(), T::zero()])
 }

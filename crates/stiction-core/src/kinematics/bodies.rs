@@ -30,7 +30,7 @@ impl<T: Clone> Clone for State<T> {
         }
     }
 
-    /// Copies in place, reusing the buffers: tracking allocates nothing.
+    /// Copies in place, reusing the buffers, so that tracking does not allocate.
     fn clone_from(&mut self, other: &Self) {
         self.coordinates.clone_from(&other.coordinates);
         self.rates.clone_from(&other.rates);
@@ -39,13 +39,13 @@ impl<T: Clone> Clone for State<T> {
 }
 
 impl State<f64> {
-    /// Round-off of the largest coordinate: joints that turned many times, and lengths far from zero.
+    /// Round-off of the largest coordinate: joints with many turns, and lengths far from zero.
     pub(crate) fn round_off(&self) -> f64 {
         let largest = self.coordinates.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
         8.0 * f64::EPSILON * largest
     }
 
-    /// The same numbers as constants of another scalar.
+    /// Converts to constants of another scalar type.
     pub fn lift<T: Scalar>(&self) -> State<T> {
         let lift = |numbers: &[f64]| numbers.iter().map(|&x| T::from_f64(x)).collect();
         State {
@@ -57,7 +57,7 @@ impl State<f64> {
 }
 
 impl<T: Scalar> State<T> {
-    /// At rest, all joint frames coinciding.
+    /// State at rest with coinciding joint frames.
     pub fn new(topology: &Topology) -> Self {
         let mut coordinates = vec![T::zero(); topology.coordinates()];
         for node in &topology.nodes {
@@ -71,7 +71,7 @@ impl<T: Scalar> State<T> {
         Self { coordinates, rates: zeros.clone(), accelerations: zeros }
     }
 
-    /// Moves the coordinates by a small step in the rates.
+    /// Advances the coordinates by a small step in the rates.
     pub fn advance(&mut self, topology: &Topology, step: &[T]) {
         for node in &topology.nodes {
             let q = &mut self.coordinates[node.coordinates.clone()];
@@ -98,19 +98,19 @@ fn advance_floating<T: Scalar>(q: &mut [T], step: &[T]) {
 /// Poses and motions of all bodies, in world axes about the kernel origin.
 #[derive(Debug)]
 pub struct Bodies<T> {
-    /// For each body its frame, `X_WB`.
+    /// Frame of each body, `X_WB`.
     pub pose: Vec<Pose<T>>,
-    /// For each body its twist.
+    /// Twist of each body.
     pub twist: Vec<Twist<T>>,
-    /// For each body the time derivative of its twist.
+    /// Time derivative of the twist of each body.
     pub acceleration: Vec<Twist<T>>,
-    /// For each body the part of its acceleration that does not depend on the tree's accelerations.
+    /// Bias acceleration of each body: the part independent of the tree's accelerations.
     pub(crate) bias: Vec<Twist<T>>,
-    /// For each joint its frame J.
+    /// Frame J of each joint.
     pub frame_j: Vec<Pose<T>>,
-    /// For each joint its frame K.
+    /// Frame K of each joint.
     pub frame_k: Vec<Pose<T>>,
-    /// For each degree of freedom of the tree its unit twist, parent to child.
+    /// Unit twist of each degree of freedom of the tree, parent to child.
     pub(crate) screws: Vec<Twist<T>>,
 }
 
@@ -156,7 +156,7 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// For each joint frame K seen from frame J.
+    /// Pose of frame K in frame J for each joint.
     pub fn joint_poses(&self) -> impl Iterator<Item = Pose<T>> + '_ {
         self.frame_j.iter().zip(&self.frame_k).map(|(j, k)| j.inverse() * *k)
     }
@@ -223,7 +223,8 @@ impl<T: Scalar> Bodies<T> {
             if let Link::Joint { joint, reversed } = node.link {
                 let dofs = topology.joint_types[joint].dofs();
                 for (tree_dof, dof) in node.tree_dofs.clone().zip(dofs) {
-                    // The child is the successor unless the joint is walked against its direction.
+                    // The child is the successor unless the joint is traversed against its
+                    // direction.
                     let by_child = (dof.carrier == Carrier::Successor) != reversed;
                     let carrier = if by_child { twist } else { self.twist[parent] };
                     bias += carrier.carry(self.screws[tree_dof]) * rates[tree_dof];
@@ -251,7 +252,7 @@ impl<T: Scalar> Bodies<T> {
 
     /// Adds to the accelerations of all bodies the effect of `amount` times these accelerations of the tree.
     pub(crate) fn accelerate_more(&mut self, topology: &Topology, accelerations: &[T], amount: T) {
-        // The bias is not touched: sums of accelerations add up along the tree as they are.
+        // The bias is unchanged: accelerations add up along the tree.
         for node in &topology.nodes {
             let mut sum = Twist::zero();
             let mut next = Some(node);
@@ -318,7 +319,7 @@ impl<T: Scalar> Bodies<T> {
         dof.effort(&self.frame_j[joint], &self.frame_k[joint])
     }
 
-    /// Rate and acceleration of a joint's degree of freedom beside its coordinate, which is given.
+    /// Rate and acceleration of a joint's degree of freedom with its given coordinate.
     pub(crate) fn joint_motion(
         &self,
         topology: &Topology,

@@ -1,8 +1,8 @@
 //! Checks prescribed rates and accelerations against the loop constraints.
 //!
-//! Where there are more rows than degrees of freedom, the solution for rates leaves out rows that others imply.
-//! Along a motion that the mechanism can carry out, these rows hold by themselves. At a single position
-//! they may not: the loops close there, but the prescribed rates would open them.
+//! If rows outnumber degrees of freedom, the solution for rates omits dependent rows. Along a
+//! feasible motion these rows hold automatically. At a single position they may not: the loops
+//! close there, but the prescribed rates would open them.
 
 use super::coordinate::Target;
 use super::model::KinematicModel;
@@ -11,14 +11,14 @@ use super::system::Kinematics;
 use super::{AssemblyError, State};
 use crate::parameters::Parameters;
 
-/// Relative tolerance of a row: a part of the sum of its terms. Interpolated recordings of redundant coordinates
-/// agree to less than this.
+/// Relative tolerance of a row: a fraction of the sum of its terms. Interpolated recordings of
+/// redundant coordinates agree more closely.
 const RELATIVE: f64 = 1e-5;
-/// Absolute tolerance, 1/s and 1/s², lengths in characteristic lengths: slower than any motion, and larger than the
-/// round-off of rates where a motion reverses.
+/// Absolute tolerance, 1/s and 1/s², in characteristic lengths: below the rates of any practical
+/// motion, and above the round-off of rates at a reversal.
 const ABSOLUTE: f64 = 1e-9;
 
-/// A row that is not satisfied, and its residual.
+/// A violated row and its residual.
 #[derive(Clone, Copy, Default)]
 struct Missed {
     row: usize,
@@ -56,7 +56,7 @@ impl Kinematics<f64> {
         Err(AssemblyError::Contradiction { order, joint, by: missed.by, unit })
     }
 
-    /// True where rates or accelerations miss a loop or a prescribed coordinate; needs
+    /// Returns `true` if rates or accelerations violate a loop or a prescribed coordinate; needs
     /// [`Self::differentiate`]. Does not allocate.
     pub(crate) fn contradicts(
         &mut self,
@@ -68,7 +68,7 @@ impl Kinematics<f64> {
         self.most_missed(model, parameters, state, targets).is_some()
     }
 
-    /// The row that rates, or else accelerations, miss most, if they miss any.
+    /// The row most violated by rates, or else by accelerations, if any.
     fn most_missed(
         &mut self,
         model: &KinematicModel,

@@ -7,8 +7,8 @@ use crate::scalar::Scalar;
 /// A scalar coordinate of a mechanism that a motion may prescribe. Loop closure determines the rest of the
 /// configuration.
 ///
-/// Poses of bodies are seen from the frame of the ground ([`crate::mechanism::Mechanism::base`]), so
-/// that a robot which is mounted elsewhere keeps its motions.
+/// Poses of bodies are in the frame of the ground ([`crate::mechanism::Mechanism::base`]), so the
+/// motions of a robot do not depend on its mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Coordinate {
     /// A component of the position of a body's origin, m.

@@ -1,4 +1,4 @@
-//! Motions that the prescribed coordinates leave open.
+//! Motions left open by the prescribed coordinates.
 
 use super::bodies::Bodies;
 use super::error::OpenDof;
@@ -10,16 +10,16 @@ use crate::spatial::{Twist, Vec3, describe_motion};
 use crate::topology::{Actuator, Link, Topology};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values below this, relative to the largest, count as zero. Matrices are scaled to entries of
-/// order one. Where a motion is blocked to second order only, positions and singular values are accurate
-/// to the square root of round-off, 1e-8.
+/// Relative singular values below this count as zero. Matrices are scaled to entries of order one.
+/// If a motion is blocked at second order only, positions and singular values are accurate to the
+/// square root of round-off, 1e-8.
 pub(super) const OPEN: f64 = 1e-6;
 
-/// Motions that are left open.
+/// Open motions.
 pub(super) enum OpenMotion {
-    /// Only passive spins of single bodies.
+    /// Passive spins of single bodies alone.
     Spins(Vec<Spin>),
-    /// Other motions.
+    /// Other open motions.
     Others(Vec<OpenTwist>),
 }
 
@@ -35,7 +35,7 @@ impl OpenTwist {
     }
 }
 
-/// The motions that the scaled system leaves open at the present position.
+/// Open motions of the scaled system at the current position.
 pub(super) fn open_motions(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -93,8 +93,8 @@ pub(crate) fn actuator_rate(
     (twists[successor] - twists[predecessor]).power(effort)
 }
 
-/// The passive spins, if all open motions combine rotations of single bodies about axes through their own
-/// centres of mass and move no actuator.
+/// Passive spins, if all open motions are combinations of rotations of single bodies about axes
+/// through their centres of mass that move no actuator.
 fn idle_spins(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -114,7 +114,7 @@ fn idle_spins(
             }
         }
     }
-    // Bodies whose spins are chosen, as rows of amounts in each open motion.
+    // Bodies selected for their spins, as rows of amounts in each open motion.
     let mut chosen = DMatrix::<f64>::zeros(0, rates.len());
     let mut spins = Vec::new();
     for body in 1..bodies.pose.len() {
@@ -154,7 +154,7 @@ fn idle_spins(
     (spins.len() == rates.len()).then_some(spins)
 }
 
-/// Describes a motion by the body that moves most.
+/// Describes a motion by the body with the largest displacement.
 fn in_words(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,

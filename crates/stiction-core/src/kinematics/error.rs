@@ -18,21 +18,21 @@ pub enum AssemblyError {
         count(open.len(), "coordinate")
     )]
     Open {
-        /// Each open motion in words.
+        /// Description of each open motion.
         open: Vec<OpenDof>,
     },
-    /// At a position on the way the prescribed coordinates leave motions open that they determine elsewhere:
-    /// a singular position, where branches of motion may meet.
+    /// At an intermediate position the prescribed coordinates leave motions open that they
+    /// determine elsewhere: a singular position, where branches of motion may meet.
     #[error(
         "what is prescribed does not determine the motion at this position: {} (a singular position; \
          prescribe other coordinates, or avoid it)",
         list(open)
     )]
     Undetermined {
-        /// Each open motion in words.
+        /// Description of each open motion.
         open: Vec<OpenDof>,
     },
-    /// The prescribed second angle is where the other two are not defined.
+    /// The prescribed second angle is at a value where the other two angles are undefined.
     #[error(
         "the second rotation angle of body `{body}` is prescribed as {degrees:.3} deg, at or beyond \
          the limit of its range ({range}) where the other two are not defined; prescribe another \
@@ -43,26 +43,26 @@ pub enum AssemblyError {
         body: String,
         /// The prescribed value, deg.
         degrees: f64,
-        /// The range in words.
+        /// Description of the permitted range.
         range: &'static str,
     },
-    /// A prescribed value, rate or acceleration is NaN, or greater than can be computed with.
+    /// A prescribed value, rate or acceleration is NaN or too large for the computation.
     #[error(
         "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that is not a number up to 1e30"
     )]
     NotFinite {
-        /// Its place among the prescribed coordinates.
+        /// Index among the prescribed coordinates.
         index: usize,
     },
-    /// Begin or end of a motion is not a finite time.
+    /// A motion's start or end time is not finite.
     #[error("a motion cannot be followed from {from} s to {to} s: both must be finite")]
     NoTime {
-        /// s.
+        /// Start time, s.
         from: f64,
-        /// s.
+        /// End time, s.
         to: f64,
     },
-    /// The loops close, but not while they move as prescribed.
+    /// The loops close, but the prescribed rates or accelerations violate them.
     #[error(
         "the loops close at this position, but it cannot be passed with the prescribed {order}: {} by \
          {by:.3e} {unit}; the mechanism does not move that way here",
@@ -72,16 +72,16 @@ pub enum AssemblyError {
         }
     )]
     Contradiction {
-        /// Rates or accelerations.
+        /// Name of the violated quantity: rates or accelerations.
         order: &'static str,
-        /// The joint that would open most; none if a coordinate would be missed more.
+        /// Joint with the largest violation; none if a coordinate is violated more.
         joint: Option<String>,
         /// Violation of the constraint.
         by: f64,
         /// Unit of the violation.
         unit: &'static str,
     },
-    /// The mechanism cannot follow without changing its assembly mode.
+    /// The mechanism cannot follow the motion within its assembly mode.
     #[error(
         "the mechanism cannot follow the motion smoothly: between two instants that are {step:.1e} s \
          apart, body `{body}` would jump by {} mm and {} deg (it changes its assembly mode, or passes a singular position)",
@@ -89,22 +89,22 @@ pub enum AssemblyError {
         significant(*angle_deg, 4)
     )]
     Jump {
-        /// The body that moves most.
+        /// Body with the largest displacement.
         body: String,
-        /// Its displacement beyond what its velocity explains, mm.
+        /// Displacement not explained by its velocity, mm.
         distance_mm: f64,
-        /// Its rotation beyond that, deg.
+        /// Rotation not explained by its velocity, deg.
         angle_deg: f64,
-        /// The time between the two instants, s.
+        /// Time between the two instants, s.
         step: f64,
     },
 }
 
-/// Gap of a mechanism that cannot be assembled: the least weighted residual of loops and prescribed
-/// coordinates, the latter with the greater weight.
+/// Gap of a mechanism that cannot be assembled: the minimum weighted residual of loops and
+/// prescribed coordinates, the latter with the larger weight.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gap {
-    /// The joint that is open most; none in a mechanism without loops.
+    /// Joint with the largest gap; none in a mechanism without loops.
     pub joint: Option<String>,
     /// Gap of that joint, m.
     pub length: f64,
@@ -116,7 +116,7 @@ pub struct Gap {
     pub missed_angle: f64,
     /// Number of prescribed coordinates and mobility, if the mobility is smaller.
     pub prescribed: Option<(usize, usize)>,
-    /// The mechanism's characteristic length, m; much smaller gaps are not reported.
+    /// The mechanism's characteristic length, m; negligible gaps relative to it are not reported.
     pub scale: f64,
 }
 
@@ -156,7 +156,7 @@ impl core::fmt::Display for Gap {
     }
 }
 
-/// A length and an angle in words, without those that are negligible for a mechanism of this scale.
+/// Formats a length and an angle, omitting values negligible at the mechanism's scale.
 fn amounts(length: f64, angle: f64, scale: f64) -> String {
     let in_words = |length: f64| match length {
         length if length < 1.0 => format!("{} mm", significant(length * 1e3, 4)),
@@ -170,12 +170,12 @@ fn amounts(length: f64, angle: f64, scale: f64) -> String {
 /// Negligible gap, rad or characteristic lengths.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// A motion that neither the loops nor the prescribed coordinates determine.
+/// A motion left open by the loops and the prescribed coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenDof {
-    /// The body that moves most.
+    /// Body with the largest displacement.
     pub body: String,
-    /// Its motion in words; positions are in the world frame.
+    /// Description of its motion; positions are in the world frame.
     pub motion: String,
 }
 

@@ -1,8 +1,8 @@
 //! Damped least squares (Levenberg 1944, Marquardt 1963) on the position equations of a mechanism.
 //!
-//! The equations are the errors of loop closure and of prescribed coordinates; the unknowns are small
-//! steps of the tree's degrees of freedom. The method needs no plan and no good guess, and dependent
-//! equations do not disturb it.
+//! The equations are the errors of loop closure and of prescribed coordinates; the unknowns are
+//! small steps of the tree's degrees of freedom. The method needs neither a plan nor a good initial
+//! guess, and it tolerates dependent equations.
 //!
 //! Equation (K5) of the book's theory.
 
@@ -14,7 +14,7 @@ use crate::parameters::Parameters;
 use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
-/// Damping at the start, its limits, and its factors after a step that helps and one that does not.
+/// Initial damping, its limits, and its factors after a successful and a failed step.
 const DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-15;
 const GREATEST_DAMPING: f64 = 1e12;
@@ -30,29 +30,28 @@ pub(super) struct PositionEquations<'a> {
     parameters: &'a Parameters<f64>,
     constraints: &'a MotionConstraints,
     targets: &'a [Target<f64>],
-    /// Indices of the rows, each with the factor that makes its error comparable with others.
+    /// Indices of the rows, each with the factor that scales its error.
     rows: Vec<(usize, f64)>,
-    /// Indices of the tree's degrees of freedom that move, each with the factor that makes it
-    /// comparable with others.
+    /// Indices of the moving degrees of freedom of the tree, each with its scale factor.
     columns: Vec<(usize, f64)>,
 }
 
 /// Outcome of a search.
 pub(super) struct Descent {
-    /// The largest scaled error that is left.
+    /// Largest remaining scaled error.
     pub(super) error: f64,
     /// The sum of all steps, in rates of the tree.
     pub(super) moved: Vec<f64>,
-    /// Sizes of the first two steps: root sums of squares, rad and characteristic lengths.
+    /// Norms of the first two steps, rad and characteristic lengths.
     first_steps: [f64; 2],
-    /// The errors have no derivatives where the search stopped.
+    /// True if the errors have no derivatives at the final position.
     pub(super) is_undefined: bool,
 }
 
 impl Descent {
-    /// Says that the steps shrink from the beginning as Newton's do near a simple root. For a quadratic
-    /// equation the second step is less than a quarter of the first exactly if the other root is
-    /// more than some 3.8 times as far away as the one found.
+    /// Tests for steps that shrink from the beginning like Newton's near a simple root. For a
+    /// quadratic equation the second step is less than a quarter of the first exactly if the other
+    /// root is more than about 3.8 times as far away as this one.
     pub(super) fn contracts(&self) -> bool {
         let [first, second] = self.first_steps;
         first < 0.5 && second <= 0.25 * first
@@ -60,7 +59,7 @@ impl Descent {
 }
 
 impl<'a> PositionEquations<'a> {
-    /// All rows and all degrees of freedom.
+    /// Uses all rows and all degrees of freedom.
     pub(super) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,
@@ -72,14 +71,14 @@ impl<'a> PositionEquations<'a> {
         Self { topology, parameters, constraints, targets, rows, columns }
     }
 
-    /// Multiplies the weight of each row by a factor, and leaves out rows with the factor zero.
+    /// Multiplies the weight of each row by a factor; removes rows with the factor zero.
     pub(super) fn weighted(mut self, factor: impl Fn(usize) -> f64) -> Self {
         self.rows.iter_mut().for_each(|(row, scale)| *scale *= factor(*row));
         self.rows.retain(|(_, scale)| *scale != 0.0);
         self
     }
 
-    /// Keeps the other degrees of freedom of the tree where they are.
+    /// Fixes all other degrees of freedom of the tree.
     pub(super) fn moving(mut self, moves: impl Fn(usize) -> bool) -> Self {
         self.columns.retain(|(column, _)| moves(*column));
         self
@@ -96,7 +95,7 @@ impl<'a> PositionEquations<'a> {
         DVector::from_iterator(self.rows.len(), self.rows.iter().map(|(r, s)| errors[*r] * s))
     }
 
-    /// The scaled derivatives of the errors where the bodies were placed last.
+    /// Scaled derivatives of the errors at the last placement of the bodies.
     pub(super) fn jacobian(&self, kinematics: &mut Kinematics<f64>) -> DMatrix<f64> {
         kinematics.linearise(self.topology, self.constraints);
         let mut row_of = vec![usize::MAX; self.constraints.row_count()];
@@ -122,8 +121,8 @@ impl<'a> PositionEquations<'a> {
         rates
     }
 
-    /// Moves `state` until all scaled errors are below `close`, for `most` steps, or as far as steps
-    /// reduce the errors.
+    /// Moves `state` until all scaled errors are below `close`, at most `most` steps, or until the
+    /// errors stop decreasing.
     pub(super) fn solve(
         &self,
         kinematics: &mut Kinematics<f64>,
@@ -183,8 +182,8 @@ impl<'a> PositionEquations<'a> {
     }
 }
 
-/// The damped step `-(J^T J + d 1)^-1 J^T e`, by the smaller of the normal matrices `J^T J` and
-/// `J J^T`; `None` where the matrix is not positive definite to rounding.
+/// Damped step `-(J^T J + d 1)^-1 J^T e`, by the smaller of the normal matrices `J^T J` and `J
+/// J^T`; `None` if the matrix is numerically not positive definite.
 pub(super) fn damped_step(
     jacobian: &DMatrix<f64>,
     errors: &DVector<f64>,

@@ -1,10 +1,10 @@
 //! Positions of legs in closed form.
 //!
-//! A leg is a chain that hangs from the ground or from a floating body and whose cut joint holds a point
-//! of it to another such body (S, U, R). If those bodies are placed, the point is known, and joints of
-//! few degrees of freedom follow from distances and heights that only one of them changes (subproblems in the
-//! sense of Paden 1986 and Kahan). Rule and branch of each coordinate are selected by trial: those that
-//! give the coordinates of known positions.
+//! A leg is a chain from the ground or a floating body whose cut joint (S, U, R) connects a point
+//! of it to another such body. The poses of those bodies determine the point. Joints of few degrees
+//! of freedom then follow from distances and heights that only one of them changes (subproblems in
+//! the sense of Paden 1986 and Kahan). Rule and branch of each coordinate are selected by trial:
+//! those that reproduce the coordinates of known positions.
 //!
 //! Equation (K7) of the book's theory.
 
@@ -20,53 +20,56 @@ use core::ops::Range;
 /// Tolerance of a coordinate at the known positions, rad or characteristic lengths.
 const SAME: f64 = 1e-7;
 
-/// The legs of a mechanism that have closed forms.
+/// Legs of a mechanism with closed-form solutions.
 #[derive(Clone, Debug, Default)]
 pub struct Legs {
     legs: Vec<Leg>,
 }
 
-/// One coordinate that turns about or slides along an axis of its frame.
+/// One coordinate: a rotation about or translation along an axis of its frame.
 #[derive(Clone, Copy, Debug)]
 struct Element {
     axis: usize,
     slides: bool,
-    /// -1 in a joint that is walked against its direction.
+    /// Sign: -1 for a joint traversed against its direction.
     sign: f64,
-    /// Its place among the coordinates of the tree.
+    /// Index among the coordinates of the tree.
     coordinate: usize,
 }
 
 #[derive(Clone, Debug)]
 struct Leg {
-    /// From the root outwards.
+    /// Elements from the root outwards.
     nodes: Vec<usize>,
     elements: Vec<Element>,
     root: usize,
     end: usize,
     cut: usize,
-    /// The cut joint's successor is the last body of the leg.
+    /// True if the cut joint's successor is the last body of the leg.
     ends_in_successor: bool,
     choices: Vec<Choice>,
 }
 
-/// Rules that find one coordinate of the interval of unknown ones.
+/// Rules for one coordinate at either end of the interval of unknown ones.
 #[derive(Clone, Copy, Debug)]
 enum Rule {
-    /// The last: turning about the point where all axes before it meet changes no distance from it.
+    /// Last coordinate: rotations about the common point of all axes before it preserve the
+    /// distance from that point.
     LastByDistance,
-    /// The first: the point where all axes after it meet keeps its distance from the end.
+    /// First coordinate: the common point of all axes after it has a constant distance from the
+    /// end.
     FirstByDistance,
-    /// The last: turning about the only axis before it changes no height along it.
+    /// Last coordinate: a rotation about the single axis before it preserves the height along that
+    /// axis.
     LastByHeight,
-    /// The only one.
+    /// The only unknown coordinate.
     Alone,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Choice {
     rule: Rule,
-    /// The sign of the root.
+    /// Sign of the root.
     branch: f64,
 }
 
@@ -74,7 +77,7 @@ impl Rule {
     const ALL: [Self; 4] =
         [Self::Alone, Self::LastByDistance, Self::FirstByDistance, Self::LastByHeight];
 
-    /// Finds the last coordinate rather than the first.
+    /// Returns `true` for a rule of the last coordinate, `false` for the first.
     fn is_last(self) -> bool {
         matches!(self, Self::LastByDistance | Self::LastByHeight)
     }
@@ -95,7 +98,7 @@ impl Element {
         }
     }
 
-    /// Its coordinate from the displacement, or from multiples of the cosine and sine of the angle.
+    /// Coordinate from the displacement, or from multiples of the cosine and sine of the angle.
     fn slide<T: Scalar>(&self, displacement: T) -> T {
         displacement * T::from_f64(self.sign)
     }
@@ -104,7 +107,7 @@ impl Element {
         (sine * T::from_f64(self.sign)).atan2(cosine)
     }
 
-    /// The coordinate at which the squared distance between `point` and `centre` is `square`.
+    /// Coordinate at which the squared distance between `point` and `centre` is `square`.
     fn by_distance<T: Scalar>(&self, point: Vec3<T>, centre: Vec3<T>, square: T, branch: T) -> T {
         let axis = self.axis();
         if self.slides {
@@ -119,7 +122,8 @@ impl Element {
         self.by_product(point, centre, product, branch)
     }
 
-    /// The angle at which the components of `point` and `other` normal to the axis have this scalar product.
+    /// Angle at which the components of `point` and `other` normal to the axis have this scalar
+    /// product.
     fn by_product<T: Scalar>(&self, point: Vec3<T>, other: Vec3<T>, product: T, branch: T) -> T {
         let axis = self.axis();
         let cosine = point.dot(other) - point.dot(axis) * other.dot(axis);
@@ -132,14 +136,15 @@ impl Element {
     }
 }
 
-/// Intersection of two axes, or the point of the first, which goes through the origin, nearest to the second.
+/// Intersection of two axes, or the point of the first axis (through the origin) nearest to the
+/// second.
 fn meeting<T: Scalar>(axis: Vec3<T>, other: Vec3<T>, through: Vec3<T>) -> Vec3<T> {
     let cosine = axis.dot(other);
     let along = axis.dot(through) - cosine * other.dot(through);
     axis * (along / (T::one() - cosine * cosine))
 }
 
-/// The unknown part of a leg: `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point` is `target`.
+/// Unknown part of a leg: `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point` is `target`.
 struct Open<'a, T> {
     elements: &'a [Element],
     fixed: &'a [Pose<T>],
@@ -148,7 +153,8 @@ struct Open<'a, T> {
 }
 
 impl<T: Scalar> Open<'_, T> {
-    /// The pose of the frame of an element in that of an earlier one, both at zero and all between.
+    /// Pose of the frame of an element in that of an earlier one, with all elements between at
+    /// zero.
     fn between(&self, first: usize, last: usize) -> Pose<T> {
         self.fixed[first + 1..=last].iter().fold(Pose::identity(), |sum, fixed| sum * *fixed)
     }
@@ -169,7 +175,7 @@ impl<T: Scalar> Open<'_, T> {
         }
     }
 
-    /// The coordinate by a rule; `None` where the rule does not apply.
+    /// Coordinate by a rule; `None` if the rule does not apply.
     fn find(&self, Choice { rule, branch }: Choice) -> Option<T> {
         let branch = T::from_f64(branch);
         let count = self.elements.len();
@@ -221,7 +227,7 @@ impl<T: Scalar> Open<'_, T> {
 }
 
 impl Leg {
-    /// The poses between its elements, from the root's frame to the last body's.
+    /// Constant poses between the elements, from the root's frame to the last body's.
     fn fixed<T: Scalar>(&self, topology: &Topology, parameters: &Parameters<T>) -> Vec<Pose<T>> {
         let mut fixed = Vec::with_capacity(self.elements.len() + 1);
         let mut pose = Pose::identity();
@@ -240,7 +246,7 @@ impl Leg {
         fixed
     }
 
-    /// The point of the cut joint in the leg's last body and seen from its root.
+    /// Point of the cut joint, in the leg's last body and in its root.
     fn points<T: Scalar>(
         &self,
         parameters: &Parameters<T>,
@@ -252,7 +258,7 @@ impl Leg {
         [own, root.inverse().apply(end.apply(other))]
     }
 
-    /// The coordinates by these choices in turn: indices of the elements, and values.
+    /// Coordinates by these choices in turn: indices of the elements, and values.
     fn follow<T: Scalar>(
         &self,
         topology: &Topology,
@@ -283,7 +289,7 @@ impl Leg {
         Some(found)
     }
 
-    /// Returns `true` if these choices give the coordinates of a known position.
+    /// Returns `true` if these choices reproduce the coordinates of a known position.
     fn agrees(&self, at: &Position<'_>, choices: &[Choice]) -> bool {
         let Position { topology, parameters, bodies, coordinates } = at;
         let poses = [&bodies.pose[self.root], &bodies.pose[self.end]];
@@ -295,7 +301,7 @@ impl Leg {
             true => difference / parameters.length,
             false => difference.sin().hypot(1.0 - difference.cos()),
         };
-        // Not a number is not the same.
+        // A NaN difference counts as a mismatch.
         difference.abs() < SAME
     }
 }
@@ -308,12 +314,12 @@ struct Position<'a> {
     coordinates: &'a [f64],
 }
 
-/// Returns `true` if a body's pose is known before the legs' coordinates.
+/// Returns `true` if the pose of a body is known independently of the legs' coordinates.
 fn is_placed(topology: &Topology, body: usize) -> bool {
     topology.node_of_body[body].is_none_or(|node| topology.nodes[node].link == Link::Floating)
 }
 
-/// The motions that a joint's coordinates make, in their order from J to K: axis, and whether it slides.
+/// Motions of a joint's coordinates, in order from J to K: axis, and `true` for a translation.
 fn elements_of(joint_type: JointType) -> Option<&'static [(usize, bool)]> {
     match joint_type {
         JointType::Fixed => Some(&[]),
@@ -326,8 +332,8 @@ fn elements_of(joint_type: JointType) -> Option<&'static [(usize, bool)]> {
 }
 
 impl Legs {
-    /// Finds the closed forms that give the legs' coordinates at these positions of the tree, which must
-    /// close all loops. Legs without one are left out.
+    /// Selects the closed forms that reproduce the legs' coordinates at these positions of the
+    /// tree, which must close all loops. Legs without a closed form are omitted.
     pub fn new(topology: &Topology, parameters: &Parameters<f64>, positions: &[Vec<f64>]) -> Self {
         let positions: Vec<Position<'_>> = positions
             .iter()
@@ -360,9 +366,9 @@ impl Legs {
         elements.into_iter().any(|element| element.coordinate == coordinate)
     }
 
-    /// Computes coordinates from the poses of floating bodies, which `floating` gives by the body's index, from the
-    /// kernel origin, and passes index and value of each to `receive`. Dual numbers as the scalar give rates and
-    /// accelerations.
+    /// Computes coordinates from the poses of floating bodies (`floating`, by the body's index,
+    /// from the kernel origin) and passes index and value of each to `receive`. Dual numbers as the
+    /// scalar give rates and accelerations.
     pub fn find<T: Scalar>(
         &self,
         topology: &Topology,
@@ -391,9 +397,9 @@ impl Legs {
     }
 }
 
-/// The chain that a cut joint holds to a placed body, if it is one.
+/// The chain between a cut joint and a placed body, if it is a leg.
 fn leg_of(topology: &Topology, cut: usize) -> Option<Leg> {
-    // Joints that keep a plane or a line fix no point.
+    // Joints that constrain a point to a plane or line do not fix it.
     let holds_a_point = matches!(
         topology.joint_types[cut],
         JointType::Spherical | JointType::Universal | JointType::Revolute
@@ -406,7 +412,7 @@ fn leg_of(topology: &Topology, cut: usize) -> Option<Leg> {
         return None;
     }
     let mut nodes = topology.ancestors(tip);
-    // Up to the floating body from which the chain hangs, or to the ground.
+    // Ascend to the floating body or the ground at the root of the chain.
     let count =
         nodes.iter().take_while(|node| topology.nodes[**node].link != Link::Floating).count();
     let root = nodes.get(count).map_or(0, |node| topology.nodes[*node].body);

@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// A coordinate's value, and the covector that gives its rate from a twist.
+/// Value of a coordinate, and the covector that gives its rate from a twist.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured<T> {
     pub(super) value: T,
@@ -25,7 +25,7 @@ pub(crate) enum Difference {
     Angle,
 }
 
-/// The nodes whose motion a coordinate measures, with signs.
+/// Nodes whose motion a coordinate measures, with signs.
 pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f64)> {
     match coordinate {
         Coordinate::Position { body, .. }
@@ -44,8 +44,8 @@ pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f
     }
 }
 
-/// The kind of difference for a coordinate. Joint coordinates of the tree are kept as they
-/// are, also over several turns; what is read off a pose is known only modulo a turn.
+/// Kind of difference for a coordinate. Joint coordinates of the tree count full turns; coordinates
+/// measured from a pose are known modulo one turn.
 pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
     match coordinate {
         Coordinate::Angle { .. } => Difference::Angle,
@@ -59,7 +59,7 @@ pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Differe
     }
 }
 
-/// The place among the tree's coordinates of one that is an angle of a joint there.
+/// Index of a joint angle among the tree's coordinates, if the coordinate is one.
 pub(super) fn tree_angle(topology: &Topology, coordinate: Coordinate) -> Option<usize> {
     let Coordinate::Joint { joint, dof } = coordinate else { return None };
     let node = topology.node_of(joint.0)?;
@@ -79,7 +79,7 @@ pub(crate) fn deviation<T: Scalar>(difference: Difference, found: T, reference: 
     }
 }
 
-/// Measures a coordinate; needs the bodies placed.
+/// Measures a coordinate; needs placed bodies.
 pub(super) fn measure<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
@@ -123,8 +123,8 @@ pub(super) fn measure<T: Scalar>(
     }
 }
 
-/// The second derivative of a coordinate when the tree's accelerations are zero; needs the bodies
-/// moving.
+/// Second derivative of a coordinate at zero accelerations of the tree; needs the bodies'
+/// velocities.
 pub(super) fn bias<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
@@ -145,7 +145,7 @@ pub(super) fn bias<T: Scalar>(
             let axes = axes_of(order, intrinsic_angles(rotation, order));
             let rows = rate_rows(axes);
             let rates = rows.map(|row| row.dot(omega));
-            // The axes turn: omega' = E angles'' + E' angles'.
+            // The axes rotate: omega' = E angles'' + E' angles'.
             let turning = (axes[0] * rates[0]).cross(axes[1]) * rates[1]
                 + (axes[0] * rates[0] + axes[1] * rates[1]).cross(axes[2]) * rates[2];
             bodies.bias[body.0].power(covector) - rows[index].dot(turning)
@@ -168,13 +168,13 @@ pub(super) fn bias<T: Scalar>(
     }
 }
 
-/// A body's axes seen from the ground's.
+/// Axes of a body in the ground's frame.
 pub(super) fn seen_from<T: Scalar>(ground: Pose<T>, body: Pose<T>) -> Mat3<T> {
     ground.rotation.transpose() * body.rotation
 }
 
-/// Axes of an order and the sign of their permutation. For orders like zxz the third axis is the one
-/// that does not occur.
+/// Axes of an order and the sign of their permutation. For orders like zxz the third axis is the
+/// unused one.
 fn parity(order: AngleOrder) -> (usize, usize, usize, f64) {
     let [i, j, last] = order.axes();
     let k = if order.is_tait_bryan() { last } else { 3 - i - j };

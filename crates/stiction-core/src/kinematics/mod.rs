@@ -1,8 +1,8 @@
 //! Position, velocity and acceleration of closed chains.
 //!
 //! [`Kinematics`] is the kernel: one Newton step, and exact rates and accelerations, over any scalar.
-//! `Assembly` drives it in `f64`: it finds the first position, follows a motion without changing
-//! the assembly mode, and says why where it cannot.
+//! `Assembly` applies it in `f64`: it computes the first position, follows a motion within one
+//! assembly mode, and explains failures.
 
 mod assembly;
 mod bodies;

@@ -25,13 +25,13 @@ pub struct MotionConstraints {
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) path: Vec<(usize, f64)>,
-    /// Its error is an angle rather than a length.
+    /// True for an angle error, false for a length error.
     pub(super) is_angle: bool,
 }
 
-/// A rotation of one body about an axis of its own that neither the motion nor the loops
-/// determine, such as that of a rod between two balls. By convention the body does not spin; the
-/// dynamics determine with what acceleration it would begin to.
+/// Rotation of one body about a body-fixed axis that neither the motion nor the loops determine,
+/// such as that of a rod between two ball joints. By convention the spin rate is zero; the dynamics
+/// determine the spin acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spin {
     /// The body.
@@ -83,7 +83,7 @@ impl MotionConstraints {
         &self.coordinates
     }
 
-    /// For each prescribed coordinate its index among the tree's coordinates, if it is an angle of a joint in the
+    /// Index of each prescribed coordinate among the tree's coordinates, if it is an angle of a joint in the
     /// tree. Such an angle counts whole turns, which poses do not contain.
     pub fn tree_angles<'a>(
         &'a self,
@@ -107,7 +107,7 @@ impl MotionConstraints {
         self.rows.len()
     }
 
-    /// For each row, `true` if its error is an angle rather than a length.
+    /// Flags of the rows: `true` for an angle error, `false` for a length error.
     pub(super) fn are_angles(&self) -> impl Iterator<Item = bool> + '_ {
         self.rows.iter().map(|row| row.is_angle)
     }

@@ -1,4 +1,4 @@
-//! Assembly from incomplete information, and the constraints on rates at the position found.
+//! Assembly from incomplete data, and the constraints on rates at the resulting position.
 
 use super::assembly::Given;
 use super::bodies::State;
@@ -13,18 +13,18 @@ use crate::spatial::Pose;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Loops are closed and values met below this (rad, or m over the characteristic length).
+/// Tolerance of closed loops and given values (rad, or m over the characteristic length).
 const MET: f64 = 1e-12;
-/// Newton's method with the shortest steps begins at errors of this size.
+/// Error below which Newton's method with minimum-norm steps takes over.
 const NEAR: f64 = 1e-3;
-/// Newton's method stops at errors of this size.
+/// Error at which Newton's method stops.
 const ROUND_OFF: f64 = 1e-15;
-/// Most steps of either method.
+/// Maximum number of steps of either method.
 const STEPS: usize = 500;
-/// Rows whose component beyond the span of others is smaller than this depend on them.
+/// Independent component below which a row counts as dependent on others.
 const DEPENDENT: f64 = 1e-10;
 
-/// A condition that is not met, and the residual, m or rad.
+/// A violated condition and its residual, m or rad.
 pub(crate) struct Missed {
     pub(crate) what: What,
     pub(crate) by: f64,
@@ -53,8 +53,8 @@ fn targets(values: &[f64]) -> Vec<Target<f64>> {
     values.iter().map(|&value| Target { value, rate: 0.0, acceleration: 0.0 }).collect()
 }
 
-/// A state near the configuration that the model gives, with loops closed and the given values of coordinates. All
-/// steps lie in the span of the rows: other coordinates do not move.
+/// State near the model's reference configuration with closed loops and the given values of
+/// coordinates. All steps lie in the span of the rows, so unrelated coordinates do not move.
 pub(crate) fn assemble_partly(
     mechanism: &Mechanism,
     topology: &Topology,
@@ -98,7 +98,7 @@ pub(crate) fn assemble_partly(
     }
     let errors = equations.errors(&mut kinematics, &state);
     let size = |row: usize| if errors[row].is_nan() { f64::INFINITY } else { errors[row].abs() };
-    // A contradicting value is reported itself rather than the loop that it opens.
+    // Report a contradictory value rather than the loop that it opens.
     let worst = (0..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let Some(row) = worst.filter(|row| size(*row) > MET) else { return Ok(state) };
     let given = (topology.constraints..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
@@ -108,7 +108,7 @@ pub(crate) fn assemble_partly(
 
 /// Linear equations for the rates of the tree: first loops, then coordinates with given rates.
 pub(crate) struct RateRows {
-    /// Row by row, scaled; rates of lengths in characteristic lengths.
+    /// Scaled entries, row by row; rates of lengths in characteristic lengths.
     pub(crate) matrix: Vec<f64>,
     pub(crate) rights: Vec<f64>,
     pub(crate) scales: Vec<f64>,
@@ -141,7 +141,7 @@ impl RateRows {
         Self { matrix, rights, scales }
     }
 
-    /// The condition to which a row belongs.
+    /// The condition of a row.
     pub(crate) fn what(topology: &Topology, row: usize) -> What {
         what(topology, row)
     }

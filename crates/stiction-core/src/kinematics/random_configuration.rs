@@ -1,4 +1,4 @@
-//! Random configurations, far from each other, all reached from one.
+//! Random configurations, distant from each other, reachable from a given one.
 
 use super::bodies::State;
 use super::tracing::Loops;
@@ -8,25 +8,25 @@ use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Size of a stride, angles in radians, lengths in units of the characteristic length.
+/// Size of a step, angles in radians, lengths in characteristic lengths.
 const STRIDE: f64 = 0.1;
-/// Strides from one position to the next.
+/// Number of steps from one position to the next.
 const STRIDES: usize = 8;
-/// Tries of a stride; where motion ends, few directions go on.
+/// Maximum number of attempts per step; near the end of the range of motion few directions succeed.
 const TRIES: usize = 6;
-/// Singular values, relative to the largest, below this leave a motion open.
+/// Relative singular values below this count as open motions.
 const OPEN: f64 = 1e-6;
 
-/// Positions and how far they go.
+/// Random positions and their largest distance from the initial one.
 pub(crate) struct RandomConfiguration {
-    /// The positions; the first is not the one of departure, unless nothing moves.
+    /// The positions; the initial position is not included unless the mechanism is immobile.
     pub(crate) states: Vec<State<f64>>,
-    /// The greatest distance of any of them from the position of departure.
+    /// Largest distance of a position from the initial one.
     pub(crate) reach: f64,
 }
 
 impl RandomConfiguration {
-    /// `count` positions, reached from `state` in random directions with all loops closed.
+    /// Computes `count` positions from `state` in random directions with all loops closed.
     pub(crate) fn new(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -40,7 +40,7 @@ impl RandomConfiguration {
         let mut reach = 0.0_f64;
         let mut states = Vec::with_capacity(count);
         for _ in 0..count {
-            // A walk at random keeps coming back; one direction for each position does not.
+            // A random walk keeps returning; one direction per position does not.
             let mut heading: Option<DVector<f64>> = None;
             for _ in 0..STRIDES {
                 let svd = loops.svd(&at);
@@ -63,7 +63,7 @@ impl RandomConfiguration {
     }
 }
 
-/// A stride on, in the direction of the last one as far as that is open, or in a new one.
+/// Takes a step in the direction of the last one as far as it is open, or in a new one.
 fn stride(
     loops: &mut Loops<'_>,
     random: &mut Random,
@@ -81,10 +81,10 @@ fn stride(
             (0, Some(ahead)) => ahead.clone(),
             _ => random.within(open),
         };
-        // Strides of equal length could return to the start along a single degree of freedom.
+        // Steps of equal length could return to the start along a single degree of freedom.
         let step = direction * (STRIDE * (1.0 + 0.5 * random.number()));
         if let Some((next, moved)) = loops.step(at, &step)
-            // Blocked steps come back, and jumps lead to another branch.
+            // Reject blocked steps, which return, and jumps to another branch.
             && moved.norm() > 0.2 * STRIDE
             && moved.norm() < 3.0 * STRIDE
         {

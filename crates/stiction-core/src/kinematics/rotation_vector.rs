@@ -21,7 +21,7 @@ impl<T: Scalar> RotationVector<T> {
         let half = T::from_f64(0.5);
         let sine = w.norm();
         let angle = sine.atan2((rotation.trace() - T::one()) * half);
-        // Near zero: power series; the switch at a = 0.1 leaves both sides better than 1e-13.
+        // Power series near zero; with the switch at a = 0.1 both sides are accurate to 1e-13.
         let large = angle - T::from_f64(0.1);
         let safe = large.if_positive(angle, T::one());
         let (s, c) = safe.sin_cos();
@@ -99,8 +99,8 @@ fn series<T: Scalar>(x: T, coefficients: &[f64]) -> T {
     sum
 }
 
-/// A prescribed orientation `exp(r)` with its motion. Unlike the way back it has no limits: `r` may
-/// pass half turns and whole turns.
+/// Prescribed orientation `exp(r)` with its motion. Unlike the inverse map it has no limits: `r`
+/// may exceed half turns and whole turns.
 pub(super) struct Orientation<T> {
     /// `exp(r)`.
     pub(super) rotation: Mat3<T>,
@@ -111,12 +111,12 @@ pub(super) struct Orientation<T> {
 }
 
 impl<T: Scalar> Orientation<T> {
-    /// From a rotation vector and its derivatives, with `a = |r|`:
+    /// Computes the orientation from a rotation vector and its derivatives, with `a = |r|`:
     /// `omega = r' + b r x r' + d r x (r x r')`, `b = (1 - cos a)/a^2`, `d = (a - sin a)/a^3`.
     pub(super) fn of(r: Vec3<T>, rate: Vec3<T>, acceleration: Vec3<T>) -> Self {
         let a2 = r.norm_squared();
         let number = T::from_f64;
-        // Below one the series, above it the closed forms.
+        // Series below one, closed forms above.
         let large = a2 - T::one();
         let safe2 = large.if_positive(a2, T::one());
         let a = safe2.norm_of_square();
@@ -178,8 +178,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Along r(t) = r0 + r1 t the rate matrix turns the angular velocity into r1, and its change
-        /// is its derivative; the angular velocity by dual numbers from the rotation itself.
+        /// Along r(t) = r0 + r1 t the rate matrix maps the angular velocity to r1, and its change
+        /// is its derivative; dual numbers give the angular velocity from the rotation itself.
         #[test]
         fn rotation_vector_rates_are_exact(
             r0 in prop::array::uniform3(-1.7..1.7f64),
@@ -214,7 +214,7 @@ mod tests {
             let error = (vector.rate_matrix() * omega - r1).norm();
             prop_assert!(error < 1e-11, "rate {error:e}");
 
-            // The same object over dual numbers differentiates the matrix.
+            // Evaluation with dual numbers differentiates the matrix.
             let dual = RotationVector::of(rotation).rate_matrix();
             let change = vector.rate_matrix_change(omega);
             for k in 0..3 {
@@ -225,7 +225,7 @@ mod tests {
             }
         }
 
-        /// The orientation and its motion are those of the exponential series, also beyond a turn.
+        /// The orientation and its motion agree with the exponential series, also beyond a turn.
         #[test]
         fn orientations_are_exact(
             r0 in prop::array::uniform3(-5.0..5.0f64),

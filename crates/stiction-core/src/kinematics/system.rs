@@ -19,7 +19,7 @@ use crate::spatial::{Vec3, Wrench};
 use crate::topology::Topology;
 use nalgebra::DMatrix;
 
-/// The orientation that three targets prescribe.
+/// Orientation prescribed by three targets.
 fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
     let [x, y, z] = places.map(|place| targets[place]);
     Orientation::of(
@@ -50,7 +50,7 @@ pub struct Kinematics<T> {
     pub(super) entries: Vec<T>,
     factors: Vec<T>,
     right: Vec<T>,
-    /// The right-hand side before it was solved for, where there are derivatives.
+    /// Copy of the right-hand side before the solution, if there are derivatives.
     right_before: Vec<T>,
     step: Vec<T>,
     closures: usize,
@@ -98,12 +98,12 @@ impl<T: Scalar> Kinematics<T> {
         errors.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
     }
 
-    /// All errors, row by row.
+    /// Errors of all rows, in order.
     pub(super) fn errors(&self) -> &[T] {
         &self.errors
     }
 
-    /// Places the bodies and measures all errors.
+    /// Places the bodies and computes all errors.
     pub(super) fn place(
         &mut self,
         topology: &Topology,
@@ -159,7 +159,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// The system's entries; needs [`Self::place`].
+    /// Computes the system's entries; needs [`Self::place`].
     pub(super) fn linearise(
         &mut self,
         topology: &Topology,
@@ -177,8 +177,8 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// One Newton step towards loop closure and prescribed values. [`Self::largest_error`] is the error before
-    /// the step.
+    /// Takes one Newton step towards loop closure and prescribed values. [`Self::largest_error`]
+    /// gives the error before the step.
     pub fn approach(
         &mut self,
         model: &KinematicModel,
@@ -197,8 +197,8 @@ impl<T: Scalar> Kinematics<T> {
         state.advance(topology, &self.step);
     }
 
-    /// Rates and accelerations at the present position, which must close the loops and have the prescribed coordinates.
-    /// Places the bodies, so errors are those of the position found.
+    /// Computes rates and accelerations at the current position, which must satisfy loop closure
+    /// and prescribed coordinates. Also places the bodies and updates the errors.
     pub fn differentiate(
         &mut self,
         model: &KinematicModel,
@@ -220,8 +220,8 @@ impl<T: Scalar> Kinematics<T> {
         self.bodies.accelerate(topology, &state.accelerations);
     }
 
-    /// Solves for the right-hand side. Derivatives follow from the residual of the equations with the solution as
-    /// constants: equation (P7) of the book's theory.
+    /// Solves for the right-hand side. Derivatives follow from the residual of the equations with
+    /// the solution held constant: equation (P7) of the book's theory.
     fn solve(
         &mut self,
         motion_constraints: &MotionConstraints,
@@ -268,13 +268,13 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// The right-hand side that was written last.
+    /// Right-hand side of the last solution.
     pub(super) fn right_hand_side(&self) -> &[T] {
         &self.right
     }
 
-    /// Right-hand side for the tree's accelerations: prescribed accelerations less the parts of the second
-    /// derivatives that are due to velocities.
+    /// Right-hand side for the tree's accelerations: prescribed accelerations less the velocity
+    /// terms of the second derivatives.
     pub(super) fn right_of_accelerations(
         &mut self,
         topology: &Topology,
@@ -316,7 +316,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Second derivatives of the loop errors due to velocities alone.
+    /// Velocity terms of the second derivatives of the loop errors.
     pub(super) fn closure_biases(
         &mut self,
         topology: &Topology,
@@ -327,16 +327,16 @@ impl<T: Scalar> Kinematics<T> {
         self.right[..self.closures].iter().map(|right| -*right).collect()
     }
 
-    /// The sign of the determinant of the system at the present position by any program that was
-    /// made for it, up to a constant of that program; none if it was made for other rows.
+    /// Sign of the determinant of the system at the current position by any program compiled for
+    /// it, up to a constant of that program; none if the program has other rows.
     pub(crate) fn sign_by(&self, program: &StaticLu) -> Option<T> {
         let fits = program.rows() == self.errors.len() && program.columns() == self.step.len();
         let mut factors = vec![T::zero(); program.values()];
         fits.then(|| program.factor(&self.entries, &mut factors))
     }
 
-    /// The tree's rates for a unit rate of one prescribed coordinate and nothing else; needs
-    /// [`Self::differentiate`].
+    /// The tree's rates for a unit rate of one prescribed coordinate and zero rates of all others;
+    /// needs [`Self::differentiate`].
     pub(crate) fn response_to_coordinate(
         &mut self,
         model: &KinematicModel,
@@ -349,8 +349,8 @@ impl<T: Scalar> Kinematics<T> {
         self.solve(&model.constraints, &model.rates, rates);
     }
 
-    /// The tree's accelerations for a unit acceleration of one idle spin and nothing else; needs
-    /// [`Self::differentiate`].
+    /// The tree's accelerations for a unit acceleration of one passive spin and zero accelerations
+    /// of all others; needs [`Self::differentiate`].
     pub(crate) fn response_to_spin(
         &mut self,
         model: &KinematicModel,
@@ -365,7 +365,7 @@ impl<T: Scalar> Kinematics<T> {
 }
 
 impl Kinematics<f64> {
-    /// Chooses the rows and the order by which the system is solved, from its present numbers; needs
+    /// Plans the rows and the elimination order of the system from its current values; needs
     /// [`Self::linearise`].
     ///
     /// # Errors
@@ -398,8 +398,8 @@ impl Kinematics<f64> {
     }
 }
 
-/// The largest loop-closure error over all cut joints where bodies are like this, m; angles times the characteristic
-/// length.
+/// Largest loop-closure error over all cut joints for the given body poses, m; angles times the
+/// characteristic length.
 pub(crate) fn closure_error(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -415,10 +415,10 @@ pub(crate) fn closure_error(
     largest_in_metres(errors, parameters.length)
 }
 
-/// The largest of the sizes of errors; those that are said to be angles times `length`.
+/// Largest magnitude of errors; angles are multiplied by `length`.
 fn largest_in_metres(errors: impl Iterator<Item = (f64, bool)>, length: f64) -> f64 {
     let in_metres = errors.map(|(size, is_angle)| size * if is_angle { length } else { 1.0 });
-    // NaN must not get lost.
+    // Propagate NaN.
     in_metres.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
 }
 
@@ -426,7 +426,7 @@ fn largest<T: Scalar>(values: &[T]) -> f64 {
     let mut worst = 0.0;
     for value in values {
         let size = value.largest();
-        // NaN must not get lost.
+        // Propagate NaN.
         if size > worst || size.is_nan() {
             worst = size;
         }

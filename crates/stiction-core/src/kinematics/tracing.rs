@@ -13,25 +13,27 @@ use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
-/// Size of the steps, angles in radians, lengths in units of the characteristic length. What is
-/// blocked to second order comes back from them to the square root of what counts as closed, what is
-/// blocked to fourth order to its fourth root, 6e-4.
+/// Step size, angles in radians, lengths in characteristic lengths. After closing the loops, a
+/// motion blocked at second order retains the square root of the closure tolerance, a motion
+/// blocked at fourth order its fourth root, 6e-4.
 const STEP: f64 = 4e-3;
-/// Size of the step away from where branches of motion may meet. Around there they bend as cones do:
-/// a [`STEP`] by some `STEP / AWAY` of itself.
+/// Size of the step away from a possible intersection of branches. Near it branches curve like
+/// cones: a [`STEP`] by about `STEP / AWAY` of itself.
 const AWAY: f64 = 0.1;
-/// Loops closed better than this count as closed.
+/// Closure tolerance of the loops.
 const CLOSED: f64 = 1e-13;
-/// Steps of the way back onto closed loops.
+/// Maximum number of corrections to close the loops.
 const CORRECTIONS: usize = 400;
-/// Least and greatest ratio of the errors after and before a correction. For the equations `x^2 = 0` and
-/// `x y = 0` the longest steps lead straight to the origin, though y is free; short ones lead to the line `x = 0`.
+/// Minimum and maximum ratio of the errors after and before a correction. For the equations `x^2 =
+/// 0` and `x y = 0` the longest steps lead straight to the origin, although y is free; short ones
+/// lead to the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
-/// Errors below this are left no matter how fast: what is blocked is then some 1e-3 off, no longer as
-/// far as what is free.
+/// Error below which the ratio no longer matters: blocked motions are then within about 1e-3, much
+/// less than free ones.
 const NEAR: f64 = 1e-6;
-/// Of steps of length one, what is left after closing the loops: more than this is motion, less is the
-/// bend of a motion (some 0.04) or the rest of a blocked one (0.14 at most, see [`STEP`]).
+/// Threshold of the displacement that remains of a unit step after closing the loops: above it is
+/// motion, below it the curvature of a motion (about 0.04) or the rest of a blocked one (at most
+/// 0.14, see [`STEP`]).
 const MOVES: f64 = 0.2;
 
 /// The loop equations of a mechanism, and optionally prescribed coordinates.
@@ -45,11 +47,12 @@ pub(super) struct Loops<'a> {
     columns: Vec<f64>,
 }
 
-/// The loops' equations at a position, decomposed.
+/// Decomposed loop equations at a position.
 pub(crate) struct LoopsAt<'a> {
     loops: Loops<'a>,
     state: &'a State<f64>,
-    /// Decomposition of the scaled derivatives of the errors by the degrees of freedom of the tree.
+    /// Decomposition of the scaled derivatives of the errors with respect to the degrees of freedom
+    /// of the tree.
     svd: Svd,
     /// Number of independent equations.
     pub(crate) rank: usize,
@@ -68,7 +71,8 @@ impl<'a> LoopsAt<'a> {
     ) -> Self {
         let mut loops = Loops::new(topology, parameters, &[], &[]);
         let svd = loops.svd(state);
-        // In a loop without constraints, as of two slides along one axis, all entries are round-off.
+        // In a loop without constraints, such as two prismatic joints along one axis, all entries
+        // are round-off.
         let rank = svd.rank_of_order_one(negligible);
         let open = svd.null_space(rank);
         Self { loops, state, svd, rank, negligible, open }
@@ -92,30 +96,30 @@ impl<'a> LoopsAt<'a> {
         self.svd.singular_values.as_slice()
     }
 
-    /// The number of independent motions of finite size, by tracing them: from a generic position
-    /// nearby steps in all directions that are open to first order are taken, the loops closed
-    /// again, and what is left of the steps is counted.
+    /// Finite mobility by tracing: takes small steps from a generic position in all directions open
+    /// to first order, closes the loops, and counts the independent remaining displacements.
     pub(crate) fn finite_mobility(&mut self) -> usize {
         let Self { loops, state, open, .. } = self;
-        // Where all equations are independent, each motion to first order extends to a finite one.
+        // With independent equations each instantaneous motion extends to a finite one.
         if open.is_empty() || self.rank == loops.topology.constraints {
             return open.len();
         }
         let mut random = Random::new(1);
-        // Where branches of motion meet, more is open than along any of them: step away first.
-        // Branches may differ in what is open along them; each is known by the farthest way.
+        // At an intersection of branches the instantaneous mobility exceeds that of each branch:
+        // step away first. Branches may differ in mobility; identify each by the farthest step.
         let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..2 * open.len() + 6 {
             let Some((reached, moved)) = loops.step(state, &(random.within(open) * AWAY)) else {
                 continue;
             };
-            // A step that comes back belongs to no branch.
+            // A step that returns belongs to no branch.
             let moved = moved.norm() / AWAY;
             if moved <= 0.5 * MOVES {
                 continue;
             }
             let svd = loops.svd(&reached);
-            // Positions are closed to 1e-13, singular values of a double root to its square root.
+            // Positions are closed to 1e-13, so singular values of a double root are accurate to
+            // its square root.
             let open = svd.null_space(svd.rank_of_order_one(self.negligible.max(1e-6)));
             match branches.iter_mut().find(|known| known.open.len() == open.len()) {
                 Some(known) if known.moved >= moved => {}
@@ -126,10 +130,10 @@ impl<'a> LoopsAt<'a> {
         branches.iter().map(|branch| loops.motions_at(branch, &mut random)).max().unwrap_or(0)
     }
 
-    /// Motions that are open to first order, as rates of the tree. Some are blocked to second order:
-    /// along them the equations depend on each other, but their second derivatives do not agree.
-    /// These derivatives along the loops' self-stresses are quadratic forms, and exact. (Where the
-    /// forms are not definite, branches of motion meet, and `to_second` holds too few.)
+    /// Motions open to first order, as rates of the tree. Some are blocked at second order: the
+    /// equations are dependent along them, but their second derivatives are incompatible. These
+    /// derivatives along the self-stresses of the loops are exact quadratic forms. (If the forms
+    /// are indefinite, branches of motion meet, and `to_second` contains too few motions.)
     pub(crate) fn open_motions(&mut self) -> OpenMotions {
         let to_second = self.open_to_second();
         let columns = &self.loops.columns;
@@ -142,8 +146,8 @@ impl<'a> LoopsAt<'a> {
         }
     }
 
-    /// The least change of the coordinates, all together, in a unit motion (scaled) that is open to second
-    /// order; `None` if nothing is open.
+    /// Smallest total change of the coordinates in a unit motion (scaled) that is open to second
+    /// order; `None` if no motion is open.
     pub(crate) fn governed_by(
         &mut self,
         coordinates: &[Coordinate],
@@ -162,7 +166,7 @@ impl<'a> LoopsAt<'a> {
         Some(Svd::new(&rates).singular_values.min())
     }
 
-    /// The motions that are open to first order and blocked to second.
+    /// Motions open to first order and blocked at second order.
     pub(crate) fn blocked_motions(&mut self) -> Vec<BlockedMotion> {
         let to_second = self.open_to_second();
         let blocked = complement(&self.open, &to_second);
@@ -179,14 +183,14 @@ impl<'a> LoopsAt<'a> {
         each.collect()
     }
 
-    /// A basis of the motions that are open to second order, scaled.
+    /// Basis of the motions open to second order, scaled.
     fn open_to_second(&mut self) -> Vec<DVector<f64>> {
         let Self { loops, state, open, .. } = self;
         loops.errors(state);
         let count = open.len();
         let stresses = Svd::new(&loops.jacobian().transpose()).null_space(self.rank);
         let pure: Vec<DVector<f64>> = open.iter().map(|d| loops.second_derivatives(d)).collect();
-        // One form for each self-stress, one above the other.
+        // One quadratic form for each self-stress, stacked.
         let mut forms = DMatrix::zeros(count * stresses.len(), count);
         for i in 0..count {
             for j in i..count {
@@ -205,7 +209,7 @@ impl<'a> LoopsAt<'a> {
             }
         }
         let forms = Svd::new(&forms);
-        // Second derivatives of unit motions, lengths in units of the mechanism's, are of order one.
+        // In characteristic lengths, second derivatives of unit motions are of order one.
         let blocked = forms.singular_values.iter().filter(|&&value| value > 1e-6).count();
         let combine = |amounts: DVector<f64>| {
             let mut sum = DVector::zeros(loops.columns.len());
@@ -216,33 +220,33 @@ impl<'a> LoopsAt<'a> {
     }
 }
 
-/// A motion that is open to first order and blocked to second.
+/// A motion open to first order and blocked at second order.
 pub(crate) struct BlockedMotion {
     /// Rates of the tree.
     pub(crate) rates: Vec<f64>,
-    /// The second derivatives of the loops' errors along it, m and rad.
+    /// Second derivatives of the loop errors along the motion, m and rad.
     pub(crate) biases: Vec<f64>,
 }
 
 /// A position on a branch of motion.
 struct Branch {
-    /// Part of the step that is left after closing the loops.
+    /// Fraction of the step that remains after closing the loops.
     moved: f64,
     reached: State<f64>,
-    /// Motions that are open there to first order, scaled.
+    /// Instantaneous motions there, scaled.
     open: Vec<DVector<f64>>,
 }
 
-/// Motions that are open to first order, as rates of the tree.
+/// Motions open to first order, as rates of the tree.
 pub(crate) struct OpenMotions {
-    /// A basis of all.
+    /// Basis of all motions open to first order.
     pub(crate) all: Vec<Vec<f64>>,
-    /// A basis of those that are open to second order, too.
+    /// Basis of the motions also open to second order.
     pub(crate) to_second: Vec<Vec<f64>>,
 }
 
 impl<'a> Loops<'a> {
-    /// With one target for each of the `coordinates`.
+    /// Builds the loop equations with one target for each of the `coordinates`.
     pub(super) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,
@@ -257,7 +261,7 @@ impl<'a> Loops<'a> {
         Self { topology, parameters, motion_constraints, targets, kinematics, rows, columns }
     }
 
-    /// Places the bodies; the loops' errors, scaled.
+    /// Places the bodies and returns the scaled loop errors.
     pub(super) fn errors(&mut self, state: &State<f64>) -> DVector<f64> {
         let Self { topology, parameters, motion_constraints, targets, .. } = self;
         self.kinematics.place(topology, parameters, motion_constraints, state, targets);
@@ -265,14 +269,14 @@ impl<'a> Loops<'a> {
         DVector::from_iterator(self.rows.len(), errors)
     }
 
-    /// The scaled derivatives of the errors where the bodies were placed last.
+    /// Scaled derivatives of the errors at the last placement of the bodies.
     pub(super) fn jacobian(&mut self) -> DMatrix<f64> {
         self.kinematics.linearise(self.topology, &self.motion_constraints);
         self.kinematics.scaled_matrix(&self.motion_constraints, &self.rows, &self.columns)
     }
 
-    /// The scaled second derivatives of the errors along constant rates (scaled) of the tree, where
-    /// the bodies were placed last.
+    /// Scaled second derivatives of the errors along constant rates (scaled) of the tree, at the
+    /// last placement of the bodies.
     fn second_derivatives(&mut self, rates: &DVector<f64>) -> DVector<f64> {
         let rates: Vec<f64> = rates.iter().zip(&self.columns).map(|(r, c)| r * c).collect();
         self.kinematics.bodies.move_with(self.topology, &rates);
@@ -287,7 +291,8 @@ impl<'a> Loops<'a> {
         )
     }
 
-    /// Steps in all directions that are open at a position, loops closed again: how many are left.
+    /// Takes steps in all open directions at a position, closes the loops, and counts the remaining
+    /// displacements.
     fn motions_at(&mut self, branch: &Branch, random: &mut Random) -> usize {
         let Branch { reached, open, .. } = branch;
         let mut left = Vec::new();
@@ -300,18 +305,18 @@ impl<'a> Loops<'a> {
         if left.is_empty() {
             return 0;
         }
-        // Random directions have as much of each of the open ones.
+        // Random directions have similar components along all open ones.
         let each = (left.len() as f64 / open.len() as f64).sqrt();
         let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
         let limit = MOVES * each;
         let counted = spread.singular_values.iter().filter(|&&value| value > limit).count();
-        // A path with a radius of curvature like the step adds its bend: no more motions count than are
-        // open to first order.
+        // A path with a radius of curvature comparable to the step adds its curvature; the count is
+        // limited to the instantaneous mobility.
         counted.min(open.len())
     }
 
-    /// Takes a step (scaled rates) and closes the loops again by the shortest corrections. Returns the state
-    /// and the total displacement; `None` if the loops do not close.
+    /// Takes a step (scaled rates) and closes the loops with minimum-norm corrections. Returns the
+    /// state and the total displacement; `None` if the loops remain open.
     pub(super) fn step(
         &mut self,
         from: &State<f64>,
@@ -350,7 +355,7 @@ impl<'a> Loops<'a> {
                 damping = damping.min(1e-12);
             }
             if part > fast_enough {
-                // Equations that depend on each other need some damping at any rate.
+                // Dependent equations always need some damping.
                 damping = (damping * 0.25).max(1e-15);
             }
         }

@@ -1,5 +1,5 @@
-//! Compliance of joints. It determines the distribution of load over redundant constraints, which rigid
-//! bodies leave open.
+//! Joint compliance, which determines the load distribution over redundant constraints. Rigid
+//! bodies leave it indeterminate.
 
 use crate::joint::JointType;
 use crate::spatial::Vec3;
@@ -19,7 +19,7 @@ pub struct Compliance {
 }
 
 impl Compliance {
-    /// The parts with their names.
+    /// The components with their names.
     pub fn parts(&self) -> [(&'static str, f64); 4] {
         [
             ("radial", self.radial),
@@ -29,7 +29,7 @@ impl Compliance {
         ]
     }
 
-    /// Returns `true` if a joint of this type carries the load of the named part.
+    /// Returns `true` if a joint of this type carries the load of the named component.
     pub fn applies(joint_type: JointType, part: &str) -> bool {
         use JointType::{
             Cylindrical, Fixed, Free, Helical, Planar, Prismatic, Revolute, Spherical, Universal,
@@ -52,8 +52,7 @@ impl Compliance {
         let Self { radial, axial, bending, torsional } = *self;
         match joint_type {
             JointType::Spherical => (Vec3::new(radial, radial, radial), Vec3::zero()),
-            // The one moment that it holds has no fixed direction in J; along the others it carries
-            // nothing.
+            // The constrained moment has no fixed direction in J; the others are zero.
             JointType::Universal => {
                 (Vec3::new(radial, radial, axial), Vec3::new(torsional, torsional, torsional))
             }

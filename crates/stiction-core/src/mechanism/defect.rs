@@ -80,7 +80,7 @@ pub enum Defect {
         /// The joint with that degree of freedom.
         other: String,
     },
-    /// A joint with a name that results have for something else.
+    /// A joint with a reserved column name of the results.
     #[error("a joint cannot be named `{name}`: results have columns of that name")]
     NameTaken {
         /// The name.
@@ -125,10 +125,10 @@ pub enum Defect {
     NegativeMass {
         /// The body.
         body: String,
-        /// Its mass, kg.
+        /// Mass, kg.
         mass: f64,
     },
-    /// An inertia tensor that no distribution of mass has because it is not symmetric.
+    /// An asymmetric inertia tensor.
     #[error("the inertia of body `{body}` is not symmetric")]
     AsymmetricInertia {
         /// The body.
@@ -171,7 +171,7 @@ pub enum Defect {
     NoContact {
         /// The joint.
         joint: String,
-        /// Its type's symbol.
+        /// Symbol of the joint type.
         joint_type: &'static str,
     },
     /// Friction declared twice at one interface.
@@ -187,7 +187,7 @@ pub enum Defect {
         joint: String,
         /// The parameter's name.
         parameter: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
         /// The admissible range in words.
         range: &'static str,
@@ -241,7 +241,7 @@ pub enum Defect {
         spring: String,
         /// The parameter's name.
         parameter: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
     },
     /// The characteristic length is not positive.
@@ -250,7 +250,8 @@ pub enum Defect {
         /// The declared value, m.
         f64,
     ),
-    /// The characteristic length is far from the mechanism's size, so that round-off would decide ranks.
+    /// A characteristic length far from the mechanism's size, for which round-off would decide
+    /// ranks.
     #[error(
         "the characteristic length is {length:e} m, but where joints and centres of mass are some {own:.1e} m apart it \
          must be between {least:.1e} and {most:.1e} m"

@@ -1,7 +1,8 @@
-//! Mechanisms: bodies, joints and springs between them, gravity. Loops are native.
+//! Mechanisms: bodies, joints and springs between them, gravity. Closed loops need no special
+//! treatment.
 //!
-//! A [`Mechanism`] is made by a [`MechanismBuilder`], which reports all defects at once; once built
-//! it is consistent and does not change.
+//! [`MechanismBuilder`] builds a [`Mechanism`] and reports all defects at once. A built mechanism
+//! is consistent and immutable.
 
 mod builder;
 mod compliance;
@@ -39,7 +40,7 @@ pub const GROUND_NAME: &str = "ground";
 /// A rigid body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Its name, unique among bodies.
+    /// Name, unique among bodies.
     pub name: String,
     /// Mass, kg, not negative.
     pub mass: f64,
@@ -62,13 +63,13 @@ impl Body {
 /// A joint between two bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Its name, unique among joints.
+    /// Name, unique among joints.
     pub name: String,
-    /// Its type.
+    /// Joint type.
     pub joint_type: JointType,
-    /// The body that carries frame J. Reactions are those of this body on the successor.
+    /// Body that carries frame J. Reactions are exerted by this body on the successor.
     pub predecessor: BodyId,
-    /// The body that carries frame K.
+    /// Body that carries frame K.
     pub successor: BodyId,
     /// `X_PJ`: the joint frame in the predecessor.
     pub frame_j: Pose<f64>,
@@ -76,19 +77,19 @@ pub struct Joint {
     pub frame_k: Pose<f64>,
     /// Advance of a helical joint, m/rad; zero for the other types.
     pub pitch: f64,
-    /// For each degree of freedom, `true` if an actuator drives it.
+    /// Actuation flag of each degree of freedom.
     pub actuated: Vec<bool>,
-    /// Coordinates near which the joint is assembled, as many as the type has; `None` if they follow from
-    /// the poses of the bodies.
+    /// Initial guess of the coordinates for assembly, one per coordinate of the type; `None` if the
+    /// poses of the bodies determine them.
     pub start: Option<Vec<f64>>,
-    /// Its friction, at most one for each friction interface of the type.
+    /// Friction, at most one entry per friction interface of the type.
     pub friction: Vec<JointFriction>,
-    /// Its compliance; `None` if it is rigid.
+    /// Compliance; `None` for a rigid joint.
     pub compliance: Option<Compliance>,
 }
 
 impl Joint {
-    /// The start coordinates; those at which both frames coincide, if there are none.
+    /// Start coordinates; by default those at which both frames coincide.
     #[doc(hidden)]
     pub fn start_or_zero(&self) -> Vec<f64> {
         self.start.clone().unwrap_or_else(|| {
@@ -103,7 +104,8 @@ impl Joint {
         self.actuated.iter().enumerate().filter(|(_, driven)| **driven).map(|(k, _)| k)
     }
 
-    /// The name of a degree of freedom, by its index: that of the joint, if it has no other, else `joint.dof`.
+    /// Name of a degree of freedom by index: that of the joint if it has one degree of freedom,
+    /// else `joint.dof`.
     pub fn dof_name(&self, dof: usize) -> String {
         match self.joint_type.dofs() {
             [_] => self.name.clone(),
@@ -111,7 +113,8 @@ impl Joint {
         }
     }
 
-    /// The name of an actuated degree of freedom: that of the joint, if no other is actuated, else `joint.dof`.
+    /// Name of an actuated degree of freedom: that of the joint if it has one actuator, else
+    /// `joint.dof`.
     pub fn actuator_name(&self, dof: usize) -> String {
         match self.actuated_dofs().count() {
             1 => self.name.clone(),
@@ -133,7 +136,7 @@ pub struct Mechanism {
 }
 
 impl Mechanism {
-    /// Its name.
+    /// Name of the mechanism.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -163,10 +166,10 @@ impl Mechanism {
         self.base
     }
 
-    /// The length, m, by which moments and forces, angles and lengths are compared wherever that is
-    /// needed (distances to singularities, default weights, ranks): declared, or the root mean
-    /// square of the distances between points of one body, taken over all bodies with the ground,
-    /// the points being joint origins and the centre of mass. It depends on the geometry alone.
+    /// Length, m, that relates moments to forces and angles to lengths (singularity indices,
+    /// default weights, ranks). Either declared, or the root mean square distance between points of
+    /// one body over all bodies with the ground; the points are joint origins and the centre of
+    /// mass. It depends on the geometry alone.
     pub fn characteristic_length(&self) -> f64 {
         self.characteristic_length
     }
@@ -201,8 +204,8 @@ impl Mechanism {
         other
     }
 
-    /// Returns the mechanism with a part fixed to a body, whose centre of mass and inertia are given in the frame of that
-    /// body. The characteristic length stays.
+    /// Returns the mechanism with a part fixed to a body. Centre of mass and inertia of the part
+    /// are in the frame of that body. The characteristic length does not change.
     pub fn with_payload(&self, body: BodyId, part: &Body) -> Self {
         let mut other = self.clone();
         if let Some(body) = other.bodies.get_mut(body.0)
@@ -224,8 +227,9 @@ impl Mechanism {
         other
     }
 
-    /// Returns the mechanism with the start coordinates of these joint poses, frame K seen from frame J, in the order of
-    /// the joints ([`crate::kinematics::Bodies::joint_poses`]): assembly finds this configuration again.
+    /// Returns the mechanism with the start coordinates of these joint poses (frame K in frame J),
+    /// in the order of the joints ([`crate::kinematics::Bodies::joint_poses`]), so that assembly
+    /// reproduces this configuration.
     pub fn starting_at(&self, joint_poses: impl IntoIterator<Item = Pose<f64>>) -> Self {
         let mut other = self.clone();
         for (joint, relative) in other.joints.iter_mut().zip(joint_poses) {

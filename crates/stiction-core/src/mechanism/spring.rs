@@ -4,14 +4,14 @@ use super::{BodyId, Defect};
 use crate::spatial::Vec3;
 use std::collections::HashMap;
 
-/// A straight spring, and a damper beside it, between a point of one body and a point of another.
-/// They pull along the line between the points with
-/// `stiffness * (length - free_length) + damping * rate of the length`.
+/// A straight spring with a parallel damper between a point of one body and a point of another.
+/// Tension along the line between the points: `stiffness * (length - free_length) + damping * rate
+/// of the length`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spring {
-    /// Its name, unique among springs.
+    /// Name, unique among springs.
     pub name: String,
-    /// The bodies of its two ends, different from each other.
+    /// Bodies of the two ends, distinct from each other.
     pub ends: [BodyId; 2],
     /// Positions of the ends, each in its body's frame, m.
     pub points: [Vec3<f64>; 2],
@@ -48,19 +48,19 @@ impl SpringSpec {
         }
     }
 
-    /// Its ends in the frames of their bodies, m.
+    /// Sets the ends in the frames of their bodies, m.
     pub fn points(mut self, from: Vec3<f64>, to: Vec3<f64>) -> Self {
         self.points = [from, to];
         self
     }
 
-    /// Stiffness, N/m, and free length, m.
+    /// Sets stiffness, N/m, and free length, m.
     pub fn stiffness(mut self, stiffness: f64, free_length: f64) -> Self {
         (self.stiffness, self.free_length) = (stiffness, free_length);
         self
     }
 
-    /// Damping, N s/m.
+    /// Sets damping, N s/m.
     pub fn damping(mut self, damping: f64) -> Self {
         self.damping = damping;
         self

@@ -3,7 +3,7 @@
 use super::Mechanism;
 use thiserror::Error;
 
-/// A suspicious property of a mechanism. Warnings never change numbers.
+/// A suspicious property of a mechanism. Warnings never change results.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Warning {
@@ -42,7 +42,7 @@ impl Mechanism {
         for body in moving {
             let [smallest, middle, largest] = body.principal_moments();
             let sum = smallest + middle;
-            // One moment alone is how planar models are written down.
+            // Planar models commonly define a single moment.
             if middle > 0.0 && largest > sum * (1.0 + 1e-6) {
                 warnings.push(Warning::ImpossibleInertia { body: body.name.clone(), largest, sum });
             }

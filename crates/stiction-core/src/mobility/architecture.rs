@@ -1,10 +1,10 @@
-//! Architecture singularity: distinguishes singularity in every position from singularity at one.
+//! Architecture singularity: distinguishes singularity in all positions from singularity in one.
 //!
-//! A rank that is short at a position taken at random is short, with probability one, in all
-//! positions that can be reached from it: minors are analytic functions of the position, and those
-//! that do not vanish identically vanish on a set of measure zero. So positions are taken at random,
-//! far from each other, and their singular values compared. More digits in the arithmetic would
-//! not add truth: the dimensions themselves are known to sixteen.
+//! A rank deficiency at a random position holds, with probability one, in all positions that can be
+//! reached from it: minors are analytic functions of the position, and those that do not vanish
+//! identically vanish on a set of measure zero. The analysis therefore compares singular values at
+//! distant random positions. Extended precision would not help, because the dimensions themselves
+//! have sixteen digits.
 //!
 //! Equation (M8) of the book's theory.
 
@@ -14,48 +14,47 @@ use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 
-/// Positions taken.
+/// Number of random positions.
 const POSITIONS: usize = 8;
-/// Singular values, relative to the largest, below this are zero.
+/// Relative singular values below this are zero.
 const ZERO: f64 = 1e-9;
-/// Above this they are not.
+/// Relative singular values above this are non-zero.
 const NOT_ZERO: f64 = 1e-4;
-/// Between `ZERO` and this they are zero where a motion is blocked to second order: such a position is
-/// found to the square root of rounding only. Otherwise what is between is not decided.
+/// Singular values between `ZERO` and this are zero if a motion is blocked to second order, because
+/// such a position is accurate to the square root of round-off only. Otherwise they are undecided.
 const ROOT_OF_ZERO: f64 = 1e-6;
 
-/// Generic ranks, at random positions.
+/// Generic ranks, from random positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Architecture {
     /// Number of positions examined.
     pub positions: usize,
     /// Distance of the farthest position from the first, rad and characteristic lengths.
     pub reach: f64,
-    /// Of the constraints alone.
+    /// Generic rank of the constraints.
     pub constraints: GenericRank,
-    /// Of constraints and actuators together.
+    /// Generic rank of constraints and actuators together.
     pub actuated: GenericRank,
-    /// The best [`governance`] of all positions.
+    /// The best [`governance`] over all positions.
     pub governance: Option<f64>,
 }
 
-/// A rank in general.
+/// A generic rank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GenericRank {
-    /// Motions that are left open to first order: the fewest at any of the positions, idle spins
-    /// included.
+    /// Generic instantaneous mobility: the minimum over all positions, passive spins included.
     pub open: usize,
-    /// Of all the positions with so many the least singular value that counts, relative to the
-    /// largest; none if nothing counts.
+    /// Smallest non-zero singular value, relative to the largest, over the positions with this
+    /// mobility; none if all are zero.
     pub kept: Option<f64>,
-    /// The greatest that does not count; none if all count.
+    /// Largest singular value that counts as zero; none if all are non-zero.
     pub dropped: Option<f64>,
-    /// All singular values are clearly zero or clearly not.
+    /// True if every singular value is clearly zero or clearly non-zero.
     pub decided: bool,
 }
 
 impl Architecture {
-    /// Examines random positions that can be reached from the solver's present one.
+    /// Examines random positions reachable from the solver's current one.
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.state();
@@ -90,11 +89,11 @@ impl Architecture {
     }
 }
 
-/// Singularity index of the actuators with respect to finite motions from the solver's position: the least
-/// displacement of all actuators together in such a motion of size one (angles in radians, lengths in units
-/// of the characteristic length). It is the paper's question whether the Jacobian of its equation (21)
-/// exists; where more is free to first order, the balance has no answer even if this is not zero.
-/// None if nothing moves.
+/// Singularity index of the actuators for finite motions from the solver's position: the least
+/// total actuator displacement in a unit motion (angles in radians, lengths in characteristic
+/// lengths). It is zero if the Jacobian in equation (21) of Zhang et al. does not exist. If the
+/// instantaneous mobility exceeds the finite one, the balance is unsolvable even for a positive
+/// index. None for an immobile mechanism.
 pub fn governance(solver: &InverseDynamics) -> Option<f64> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     governance_at(topology, parameters, solver.state())
@@ -109,7 +108,7 @@ fn governance_at(
     LoopsAt::new(topology, parameters, state, ROOT_OF_ZERO).governed_by(&actuators, &targets)
 }
 
-/// All actuators as prescribed coordinates, and values for them.
+/// All actuators as prescribed coordinates with their values.
 fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
     let each = topology.actuators.iter();
     let coordinates: Vec<_> =
@@ -120,12 +119,12 @@ fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
 }
 
 impl GenericRank {
-    /// From the singular values at each position, one for each degree of freedom, largest first, and a
-    /// function that counts the motions blocked to second order there.
+    /// Evaluates the singular values at each position, one per degree of freedom, largest first,
+    /// and a function that counts the motions blocked to second order there.
     fn of(positions: impl Iterator<Item = (Vec<f64>, impl FnOnce() -> usize)>) -> Self {
         let mut generic: Option<Self> = None;
         for (values, blocked) in positions {
-            // Entries are of order one: where all are rounding, nothing counts.
+            // Entries are of order one: if all values are round-off, the rank is zero.
             let largest = values.first().copied().unwrap_or(0.0).max(1.0);
             let relative = |value: &f64| value / largest;
             let values: Vec<f64> = values.iter().map(relative).collect();
@@ -158,7 +157,7 @@ impl GenericRank {
             open: self.open,
             kept: both(self.kept, other.kept, f64::min),
             dropped: both(self.dropped, other.dropped, f64::max),
-            // One clear position decides: at others something may happen to be small.
+            // One clear position decides: at others a value may be small by coincidence.
             decided: self.decided || other.decided,
         }
     }

@@ -1,9 +1,10 @@
 //! Effect of clearance in a joint on motions that are blocked to second order only.
 //!
-//! Along such a motion `x t` the loops open by `q t^2 / 2`, seen by the self-stress `s` that blocks
-//! it: `q = s . (second derivative along x)`. A joint that carries the force `F` of this self-stress
-//! and has the clearance `c` gives `F c` at most. So `t = sqrt(2 F c / |q|)`: a motion grows as the
-//! root of the clearance. (For the robot of Zhang et al. 2018: `c = sqrt(3)/2 k roll^2`.)
+//! Along such a motion `x t` the loops open by `q t^2 / 2` in the direction of the self-stress `s`
+//! that blocks it: `q = s . (second derivative along x)`. A joint with clearance `c` that carries
+//! the force `F` of this self-stress contributes at most `F c`. So `t = sqrt(2 F c / |q|)`: the
+//! motion grows with the square root of the clearance. (For the robot of Zhang et al. 2018: `c =
+//! sqrt(3)/2 k roll^2`.)
 //!
 //! Equation (M4) of the book's theory.
 
@@ -16,30 +17,29 @@ use crate::statics::newton_euler::Unknown;
 use crate::statics::{Constraints, GainedTwist, Statics};
 use nalgebra::DVector;
 
-/// A motion that clearance in one joint sets free.
+/// A motion permitted by clearance in one joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Play {
     /// The motion, described by one body.
     pub motion: GainedTwist,
-    /// The joint that takes the greatest force of the self-stress which blocks the motion.
+    /// The joint with the largest force in the self-stress that blocks the motion.
     pub joint: JointId,
-    /// Displacement of the body to either side, rad or m, with a clearance of one metre in the joint:
-    /// it grows as the square root.
+    /// Displacement of the body to either side, rad or m, per square root of the clearance in m.
     pub per_root_metre: f64,
 }
 
 impl Play {
-    /// Displacement of the body to either side, rad, or m if it does not turn, with this clearance, m,
-    /// in the joint.
+    /// Displacement of the body to either side for a clearance in m: rad, or m if the body does not
+    /// turn.
     pub fn with(&self, clearance: f64) -> f64 {
         self.per_root_metre * clearance.sqrt()
     }
 }
 
-/// Forces of self-stresses below this part of the largest moment over length block nothing.
+/// Self-stress forces below this fraction of the largest moment over length do not block motions.
 const NO_FORCE: f64 = 1e-9;
 
-/// The motions that are open to first order and blocked to second at the solver's position.
+/// Motions open to first order and blocked to second order at the solver's position.
 pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     let state = solver.state();
@@ -50,7 +50,7 @@ pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     twists.map(|twists| statics.told(&of_bodies(&statics, &twists))).collect()
 }
 
-/// The motions that clearance sets free at the solver's position.
+/// Motions permitted by clearance at the solver's position.
 pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Play> {
     let blocked = loops.blocked_motions();
     if blocked.is_empty() {
@@ -68,7 +68,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
         let count = topology.joint_types[cut.joint].constraints().len();
         row_of.extend((0..count).map(|index| (cut.joint, index)));
     }
-    // For each unknown of the constraints the loop equation that it is the multiplier of.
+    // Loop equation of each constraint multiplier.
     let rows: Vec<Option<usize>> = constraints
         .unknowns()
         .map(|unknown| match unknown {
@@ -89,7 +89,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
                     pairs.filter_map(|(row, amount)| Some(motion.biases[(*row)?] * amount)).sum()
                 })
                 .collect();
-            // Of all self-stresses the one that blocks this motion most.
+            // The self-stress that blocks this motion most.
             let combined = stresses
                 .iter()
                 .zip(&openings)
@@ -116,7 +116,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
         .collect()
 }
 
-/// Velocity of the centre of mass and angular velocity of each body, one below the other.
+/// Stacked velocity of the centre of mass and angular velocity of each body.
 fn of_bodies(statics: &Statics, twists: &[Twist<f64>]) -> DVector<f64> {
     let each = twists.iter().enumerate().skip(1).flat_map(|(body, twist)| {
         let velocity = twist.velocity_at(statics.system().com(body));

@@ -1,4 +1,4 @@
-//! Mobility by three counts, and the motions of each body.
+//! Mobility by three methods, and the motions of each body.
 //!
 //! Equations (M1) and (M2) of the book's theory.
 
@@ -9,59 +9,60 @@ use crate::kinematics::{LoopsAt, body_twists};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::spatial::{Twist, Vec3};
 
-/// Singular values of the loops' equations below this, relative to the largest, count as zero.
-/// Matrices are scaled to entries of order one, positions are closed to 1e-13.
+/// Relative singular values of the loop equations below this count as zero. Matrices are scaled to
+/// entries of order one; positions are closed to 1e-13.
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
-/// Singular values between [`ROUND_OFF`] and this, relative to the largest, are zero or not depending on
-/// the last digits of the dimensions; positions that are blocked to second order are found to the root of round-off.
+/// Relative singular values between [`ROUND_OFF`] and this are zero or non-zero depending on the
+/// last digits of the dimensions: positions blocked to second order are accurate to the square root
+/// of round-off.
 const DOUBTFUL: f64 = 1e-6;
-/// Singular values below this are zero to round-off.
+/// Relative singular values below this are zero to round-off.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Degrees of freedom of a mechanism, passive spins included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mobility {
-    /// By counting bodies and joint constraints (Gruebler, Kutzbach): right if all constraints are
-    /// independent.
+    /// Gruebler-Kutzbach count of bodies and joint constraints; valid for independent constraints.
     pub gruebler: i64,
-    /// At this position, to first order.
+    /// Instantaneous mobility at this position.
     pub instantaneous: usize,
     /// Finite (full-cycle) mobility from this position.
     pub finite: FiniteMobility,
-    /// Branches of motion meet at this position: each of them leaves fewer motions open than the second
-    /// order here, or others.
+    /// True if branches of motion meet at this position. The mobility along a branch may then
+    /// differ from the second-order result.
     pub branches_meet: bool,
-    /// Constraints that depend on others at this position.
+    /// Number of redundant constraints at this position.
     pub redundant_constraints: usize,
-    /// The smallest singular value that counts as one and the largest that counts as zero, both
-    /// relative to the largest of all: the gap that decides. None where there is no such value.
+    /// Smallest non-zero and largest zero singular value, both relative to the largest: the gap
+    /// that decides the rank. None if no such value exists.
     pub gap: (Option<f64>, Option<f64>),
     /// The motions of each moving body, in the order of the mechanism's bodies.
     pub bodies: Vec<BodyDofs>,
-    /// Motions that are blocked to second order only and that clearance sets free; empty where such
-    /// motions cannot be distinguished from finite ones.
+    /// Motions blocked at second order only, which clearance permits; empty if they cannot be
+    /// distinguished from finite motions.
     pub play: Vec<Play>,
 }
 
-/// Finite mobility: the number of independent motions over a finite distance, or the range in which it lies.
+/// Finite mobility: the number of independent finite motions, or its bounds.
 ///
-/// It is decided where tracing finds all motions that the second order leaves open, and where no singular
-/// value lies between zero and not zero.
+/// The number is decided if tracing confirms all motions open to second order and if the gap of the
+/// singular values is clear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FiniteMobility {
-    /// Motions that were traced over a finite distance, loops closed within the closure tolerance.
+    /// Lower bound: motions traced over a finite distance, loops closed within the closure
+    /// tolerance.
     pub traced: usize,
-    /// Upper bound: motions that are open to first order and not blocked to second.
+    /// Upper bound: motions open to first order and not blocked to second order.
     pub greatest: usize,
 }
 
 impl FiniteMobility {
-    /// The number, if it is decided.
+    /// The finite mobility, if decided.
     pub fn decided(self) -> Option<usize> {
         (self.traced == self.greatest).then_some(self.traced)
     }
 
-    /// Least and greatest number.
+    /// Lower and upper bound.
     pub fn range(self) -> [usize; 2] {
         [self.traced, self.greatest]
     }
@@ -81,14 +82,14 @@ impl core::fmt::Display for FiniteMobility {
 pub struct BodyDofs {
     /// The body's name.
     pub body: String,
-    /// Independent motions in words.
+    /// Description of its independent motions.
     pub motions: Vec<String>,
-    /// Motions that are open to first order only; empty where they cannot be distinguished from finite ones.
+    /// Instantaneous motions only; empty if they cannot be distinguished from finite motions.
     pub first_order_only: Vec<String>,
 }
 
 impl Mechanism {
-    /// The spatial count of Gruebler and Kutzbach: six for each moving body, less the constraints of all joints.
+    /// Spatial Gruebler-Kutzbach count: six per moving body, less the constraints of all joints.
     pub fn gruebler(&self) -> i64 {
         let constraints: usize =
             self.joints().iter().map(|j| j.joint_type.constraints().len()).sum();
@@ -97,7 +98,7 @@ impl Mechanism {
 }
 
 impl Mobility {
-    /// At the solver's present position.
+    /// Computes the mobility at the solver's current position.
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.state();
@@ -137,7 +138,7 @@ impl Mobility {
 fn body_dofs(solver: &InverseDynamics, loops: &mut LoopsAt<'_>, traced: usize) -> Vec<BodyDofs> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     let open = loops.open_motions();
-    // Where branches of motion meet, the second order blocks too much.
+    // At an intersection of branches the second-order test blocks too many motions.
     let is_decided = open.to_second.len() == traced;
     let lasting = if is_decided { &open.to_second } else { &open.all };
     let twists = |basis: &[Vec<f64>]| -> Vec<Vec<Twist<f64>>> {
@@ -164,7 +165,7 @@ fn body_dofs(solver: &InverseDynamics, loops: &mut LoopsAt<'_>, traced: usize) -
         .collect()
 }
 
-/// Names and places, from the kernel origin, of the joints at a body.
+/// Names and positions, from the kernel origin, of the joints of a body.
 fn joints_of(solver: &InverseDynamics, body: usize) -> Vec<(&str, Vec3<f64>)> {
     let joints = solver.mechanism().joints().iter().enumerate();
     let at = |id: BodyId| id == BodyId(body);

@@ -1,4 +1,4 @@
-//! What can move and what cannot, here and beyond this position: analysis by dense decompositions.
+//! Mobility analysis at a position and beyond it, by dense decompositions.
 
 mod architecture;
 mod clearance;

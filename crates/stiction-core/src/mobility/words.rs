@@ -7,10 +7,10 @@ use nalgebra::{DMatrix, DVector};
 /// Components of unit motions below this count as zero.
 const NONE: f64 = 1e-6;
 
-/// Independent motions of one body in words: the span of `lasting`, and its complement in the span of `all`.
-/// Twists are about the kernel origin, `com` is the centre of mass seen from there, and `origin` the
-/// kernel origin in the world. `points` are the body's joints: an axis through two of them is described by
-/// their names.
+/// Describes the independent motions of one body: the span of `lasting`, and its complement in the
+/// span of `all`. Twists are about the kernel origin, `com` is the centre of mass from there, and
+/// `origin` the kernel origin in the world. `points` are the body's joints; an axis through two of
+/// them is described by their names.
 pub(crate) fn describe_dofs(
     lasting: &[Twist<f64>],
     all: &[Twist<f64>],
@@ -19,7 +19,7 @@ pub(crate) fn describe_dofs(
     origin: Vec3<f64>,
     length: f64,
 ) -> (Vec<String>, Vec<String>) {
-    // About the centre of mass, angles and lengths made comparable.
+    // Shift to the centre of mass and scale angles to lengths.
     let vector = |twist: &Twist<f64>| {
         let (w, v) = (twist.angular, twist.velocity_at(com) * (1.0 / length));
         DVector::from_column_slice(&[w.x, w.y, w.z, v.x, v.y, v.z])
@@ -31,7 +31,7 @@ pub(crate) fn describe_dofs(
         .iter()
         .cloned()
         .map(|mut motion| {
-            // Twice, against round-off.
+            // Orthogonalise twice, against round-off.
             for _ in 0..2 {
                 for known in &lasting {
                     let part = known.dot(&motion);
@@ -51,8 +51,8 @@ pub(crate) fn describe_dofs(
     (in_words(&lasting, place, length), words)
 }
 
-/// A rotation about the line through two joints, if one is among `all` motions; of several the one
-/// that is most like what is `beyond` the others.
+/// A rotation about the line through two joints, if `all` motions contain one; among several, the
+/// one closest to the motions `beyond` the others.
 fn about_joints(
     beyond: &DVector<f64>,
     all: &[DVector<f64>],
@@ -80,7 +80,7 @@ fn about_joints(
     best.map(|(_, words)| words)
 }
 
-/// An orthonormal basis of what vectors span.
+/// Orthonormal basis of the span of vectors.
 fn basis(vectors: &[DVector<f64>]) -> Vec<DVector<f64>> {
     if vectors.is_empty() {
         return Vec::new();
@@ -90,8 +90,7 @@ fn basis(vectors: &[DVector<f64>]) -> Vec<DVector<f64>> {
     (0..count).map(|k| svd.u.column(k).into_owned()).collect()
 }
 
-/// Translations first, then rotations and screws, along the axes of the world where these are among
-/// them.
+/// Basis of translations first, then rotations and screws, along the world axes where possible.
 fn in_words(motions: &[DVector<f64>], com: Vec3<f64>, length: f64) -> Vec<String> {
     if motions.is_empty() {
         return Vec::new();
@@ -118,14 +117,14 @@ fn in_words(motions: &[DVector<f64>], com: Vec3<f64>, length: f64) -> Vec<String
         for &direction in &translations {
             velocity = velocity - direction * velocity.dot(direction);
         }
-        // A shift of the axis adds a translation at right angles to it.
+        // A shift of the axis adds a perpendicular translation.
         let is_free = |shift: Vec3<f64>| {
             let rest = translations.iter().fold(shift, |rest, t| rest - *t * t.dot(rest));
             rest.norm() < NONE
         };
         let frame = Mat3::between(Vec3::unit(2), axis).columns;
         words.push(if is_free(frame[0]) && is_free(frame[1]) {
-            // With these its place is anywhere.
+            // With these translations the position of the axis is arbitrary.
             format!("rotation about {}", describe_direction(axis))
         } else {
             let linear = velocity + com.cross(axis);
@@ -139,8 +138,8 @@ fn vector_of(column: &DVector<f64>) -> Vec3<f64> {
     Vec3::new(column[0], column[1], column[2])
 }
 
-/// An orthonormal basis of the span of orthonormal vectors, of the world's axes as far as these are
-/// in it.
+/// Orthonormal basis of the span of orthonormal vectors, with world axes where the span contains
+/// them.
 fn along_axes(vectors: &[Vec3<f64>]) -> Vec<Vec3<f64>> {
     let mut found: Vec<Vec3<f64>> = Vec::new();
     let within =

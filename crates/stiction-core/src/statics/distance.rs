@@ -1,10 +1,10 @@
 //! Singularity indices of a position.
 //!
-//! The measure is a singular value of the balance of all bodies, made free of units by the
-//! characteristic length: forces at joints count in newtons, moments (about the joint's origin, and
-//! about each body's centre of mass) in newtons times that length. An index `d` means: joint forces resist some
-//! unit motion of the bodies by at most `d` per unit of generalised force. It does not depend on units, on the order of bodies, on the base, or
-//! on which joints are cut.
+//! The measure is a singular value of the balance of all bodies, made dimensionless with the
+//! characteristic length: joint forces count in newtons, moments (about the joint's origin, and
+//! about each body's centre of mass) in newtons times that length. At an index `d`, some unit
+//! motion of the bodies meets a resistance of at most `d` per unit of generalised force. The index
+//! does not depend on units, the order of bodies, the base, or the choice of cut joints.
 //!
 //! Equation (M5) of the book's theory.
 
@@ -16,23 +16,24 @@ use crate::mechanism::JointId;
 use crate::spatial::{Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
 
-/// Number of joints from which a body counts as a hub, where legs end.
+/// Minimum number of joints of a hub, a body at which legs end.
 const HUB: usize = 3;
 
 /// Singularity indices at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distances {
-    /// Index of the singularity of actuation (type 2): zero where neither a constraint nor an actuator resists
-    /// some motion, apart from passive spins.
+    /// Type 2 (actuation) singularity index: zero if a motion other than passive spins is resisted
+    /// by neither constraints nor actuators.
     pub actuation: f64,
-    /// Index of the constraint singularity: zero where the constraints leave more motions than the mechanism
-    /// has in general.
+    /// Constraint singularity index: zero if the constraints leave more motions than the generic
+    /// mobility.
     pub constraint: f64,
 }
 
 impl Distances {
-    /// For a balance that has as many unknowns as equations: nothing redundant, no idle spins, and
-    /// as many actuators as degrees of freedom. Much faster than by decompositions.
+    /// Computes the indices for a balance with equal numbers of unknowns and equations: no
+    /// redundancy, no passive spins, and one actuator per degree of freedom. Much faster than dense
+    /// decompositions.
     pub fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
         let scaled = system.scaled_matrix(joint_types);
         let is_constraint = |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
@@ -48,8 +49,8 @@ impl Distances {
         }
     }
 
-    /// From decompositions: `mobility` is the number of motions that the constraints leave in general,
-    /// `idle_spins` the number of passive spins among them.
+    /// Computes the indices by dense decompositions: `mobility` is the generic mobility of the
+    /// constraints, `idle_spins` the number of passive spins in it.
     pub fn new(statics: &Statics, mobility: usize, idle_spins: usize) -> Self {
         Self {
             actuation: statics.actuation_distance(idle_spins),
@@ -75,9 +76,10 @@ pub struct Constraints<'a> {
     statics: &'a Statics,
     /// Indices of the constraints among the unknowns of the balance.
     unknowns: Vec<usize>,
-    /// Their part of the scaled balance: a row for each constraint, a column for each equation.
+    /// Constraint part of the scaled balance: a row for each constraint, a column for each
+    /// equation.
     transposed: DMatrix<f64>,
-    /// Its singular values, one for each equation, largest first.
+    /// Singular values of this part, one for each equation, largest first.
     singular_values: Vec<f64>,
 }
 
@@ -97,13 +99,13 @@ impl<'a> Constraints<'a> {
         self.statics
     }
 
-    /// A row for each constraint, a column for each equation of the scaled balance.
+    /// Returns a row for each constraint, a column for each equation of the scaled balance.
     pub(super) fn transposed(&self) -> &DMatrix<f64> {
         &self.transposed
     }
 
-    /// Basis of the self-stress states (null space of the equilibrium matrix): for each the loaded joints
-    /// and their wrenches, without a scale.
+    /// Basis of the self-stress states (null space of the equilibrium matrix): for each the loaded
+    /// joints and their wrenches, unscaled.
     pub fn self_stresses(&self) -> Vec<Vec<JointLoad>> {
         self.stress_vectors().iter().map(|stress| self.loads(&(stress / stress.amax()))).collect()
     }
@@ -119,13 +121,13 @@ impl<'a> Constraints<'a> {
         self.unknowns.iter().map(|&k| self.statics.system().unknowns[k])
     }
 
-    /// The amounts of [`Self::unknowns`], N and N m, for scaled ones.
+    /// Converts scaled amounts of [`Self::unknowns`] to N and N m.
     pub(crate) fn amounts(&self, scaled: &DVector<f64>) -> Vec<f64> {
         let scales = self.unknowns.iter().map(|&k| self.statics.column_scales()[k]);
         scales.zip(scaled.iter()).map(|(scale, amount)| scale * amount).collect()
     }
 
-    /// The load of each joint for scaled amounts, without joints that carry nothing.
+    /// Loads of the loaded joints for scaled amounts.
     pub(crate) fn loads(&self, scaled: &DVector<f64>) -> Vec<JointLoad> {
         let (statics, system) = (self.statics, self.statics.system());
         let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
@@ -145,8 +147,9 @@ impl<'a> Constraints<'a> {
         loads.into_iter().filter(|load| size(load) > 1e-9 * most).collect()
     }
 
-    /// Index of a leg singularity (type 1): zero where bodies between the hubs (bodies with three joints or
-    /// more) can move while the hubs stand still, apart from passive spins. `None` without such bodies or hubs.
+    /// Type 1 (leg) singularity index: zero if bodies between the hubs (bodies with three or more
+    /// joints) can move with fixed hubs, apart from passive spins. `None` without such bodies or
+    /// hubs.
     pub fn leg_distance(&self, idle_spins: usize) -> Option<f64> {
         let of_legs = of_legs(self.statics.system());
         if of_legs.is_empty() || of_legs.len() == self.transposed.ncols() {
@@ -157,13 +160,13 @@ impl<'a> Constraints<'a> {
         Some(zero_or(&values, last))
     }
 
-    /// Number of independent motions that the constraints leave at this position.
+    /// Instantaneous mobility of the constraints at this position.
     pub fn mobility(&self) -> usize {
         let largest = self.singular_values.first().copied().unwrap_or(0.0);
         self.singular_values.iter().filter(|&&s| s <= RANK_TOLERANCE * largest).count()
     }
 
-    /// Index of the constraint singularity: zero where the constraints leave more than `mobility` motions.
+    /// Constraint singularity index: zero if the constraints leave more than `mobility` motions.
     pub fn distance(&self, mobility: usize) -> f64 {
         let held = self.singular_values.len().saturating_sub(mobility);
         held.checked_sub(1).map_or(1.0, |last| zero_or(&self.singular_values, last))
@@ -184,14 +187,14 @@ pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
         .collect()
 }
 
-/// The singular values of a matrix, largest first, as many as it has columns.
+/// Singular values of a matrix, largest first, one per column.
 fn one_for_each_column(matrix: &DMatrix<f64>) -> Vec<f64> {
     Svd::new(matrix).singular_values.as_slice().to_vec()
 }
 
 impl Statics {
-    /// Index of the singularity of actuation (type 2): zero where neither a constraint nor an actuator resists
-    /// some motion, apart from passive spins.
+    /// Type 2 (actuation) singularity index: zero if a motion other than passive spins is resisted
+    /// by neither constraints nor actuators.
     pub fn actuation_distance(&self, idle_spins: usize) -> f64 {
         let resisted = self.system().matrix.nrows().saturating_sub(idle_spins);
         match resisted.checked_sub(1) {

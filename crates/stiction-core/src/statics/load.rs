@@ -9,7 +9,7 @@ use crate::spatial::{Vec3, Wrench};
 /// Axes of an external load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadAxes {
-    /// World axes: the load keeps its direction.
+    /// World axes: the load has a constant direction.
     World,
     /// The body's axes: the load turns with the body.
     Body,
@@ -44,8 +44,9 @@ impl AppliedLoad<f64> {
 }
 
 impl AppliedLoad<f64> {
-    /// Weight and inertia force of a part that moves with a body, on that body, by d'Alembert's principle. Centre of
-    /// mass and inertia of the part are given in the frame of the body; `gravity`, m/s^2, in world axes.
+    /// Gravity and inertia force of a part that moves with a body, on that body, by d'Alembert's
+    /// principle. Centre of mass and inertia of the part are in the frame of the body; `gravity`,
+    /// m/s^2, is in world axes.
     pub fn of_payload(body: BodyId, part: &Body, gravity: Vec3<f64>, bodies: &Bodies<f64>) -> Self {
         let (pose, twist) = (bodies.pose[body.0], bodies.twist[body.0]);
         let acceleration = bodies.acceleration[body.0];
@@ -84,8 +85,8 @@ impl<T: Scalar> AppliedLoad<T> {
     }
 }
 
-/// The wrench that a body's joints together must exert on it, about the kernel origin: its rate of
-/// change of momentum, less gravity. Loads from outside are not in it.
+/// Required total joint wrench on a body about the kernel origin: rate of change of momentum, less
+/// gravity. External loads are not included.
 pub(crate) fn demand_of_motion<T: Scalar>(
     parameters: &Parameters<T>,
     bodies: &Bodies<T>,

@@ -1,7 +1,7 @@
 //! Dense balance of all bodies at one position: forces of joints and actuators, their uniqueness, and singularity
 //! indices.
 //!
-//! Forces of inertia count as loads (D'Alembert), so the results hold for moving mechanisms, too.
+//! Inertia forces count as loads (d'Alembert), so the results also hold for moving mechanisms.
 
 mod distance;
 mod load;

@@ -1,8 +1,8 @@
-//! The balance of all bodies as one dense system: every constraint reaction and every drive is an
-//! unknown, each body gives six equations. Slow, but simple.
+//! Balance of all bodies as one dense system: the unknowns are all constraint reactions and
+//! actuator efforts, with six equations per body. Slow, but simple.
 //!
-//! It is the test oracle of the kernels and the dense fallback: it decides which forces are determined or
-//! redundant, and which loads cannot be carried.
+//! It is the test oracle of the kernels and the dense fallback: it determines statically
+//! indeterminate forces and infeasible loads.
 //!
 //! Source: the 42 equations (22) to (27) of Zhang et al. 2018, corrected and for any mechanism.
 //!
@@ -30,7 +30,7 @@ pub enum Unknown {
     Drive {
         /// The actuator's index.
         actuator: usize,
-        /// Its joint's index.
+        /// Index of the joint.
         joint: usize,
         /// Index of its degree of freedom.
         dof: usize,
@@ -45,7 +45,7 @@ pub enum Unknown {
 pub struct NewtonEuler {
     /// The unknowns, one for each column.
     pub unknowns: Vec<Unknown>,
-    /// For each unknown its unit wrench, predecessor on successor, about the kernel origin.
+    /// Unit wrench of each unknown, predecessor on successor, about the kernel origin.
     pub wrenches: Vec<Wrench<f64>>,
     /// The coefficients.
     pub matrix: DMatrix<f64>,
@@ -57,7 +57,7 @@ pub struct NewtonEuler {
 }
 
 impl NewtonEuler {
-    /// The system at the present position of `bodies`.
+    /// Assembles the system at the current position of `bodies`.
     pub fn new(mechanism: &Mechanism, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> Self {
         let joints = mechanism.joints();
         let ends: Vec<_> = joints.iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
@@ -123,8 +123,8 @@ impl NewtonEuler {
         }
     }
 
-    /// The wrenches that the joints must exert on the bodies: Newton's and Euler's equations, less gravity,
-    /// external loads and springs.
+    /// Required joint wrenches on the bodies: Newton-Euler equations, less gravity, external loads
+    /// and springs.
     pub fn demand(
         &self,
         parameters: &Parameters<f64>,
@@ -166,8 +166,8 @@ impl NewtonEuler {
         a + alpha.cross(c) + omega.cross(v + omega.cross(c))
     }
 
-    /// The matrix with rows of moments divided, and columns of moments multiplied, by the
-    /// characteristic length: entries without a unit, so that singular values mean something.
+    /// Dimensionless matrix: rows of moments divided, and columns of moments multiplied, by the
+    /// characteristic length, so that singular values are comparable.
     pub fn scaled_matrix(&self, joint_types: &[JointType]) -> DMatrix<f64> {
         let columns = self.column_scales(joint_types);
         DMatrix::from_fn(self.matrix.nrows(), self.matrix.ncols(), |i, j| {

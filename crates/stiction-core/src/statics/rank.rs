@@ -11,12 +11,12 @@ use crate::parameters::Weights;
 use crate::spatial::{Pose, Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values below this, relative to the largest, count as zero. The matrix is scaled to
-/// entries of order one and positions are exact to 1e-13, so that exact zeros come out below 1e-12; values
-/// between are near-singular and are solved, with their singularity index.
+/// Relative singular values below this count as zero. The matrix is scaled to entries of order one
+/// and positions are exact to 1e-13, so exact zeros appear below 1e-12. Larger values are
+/// near-singular; the system is solved and the singularity index reported.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-10;
 
-/// The balance of all bodies at one position, decomposed.
+/// Decomposed balance of all bodies at one position.
 #[derive(Clone, Debug)]
 pub struct Statics {
     system: NewtonEuler,
@@ -24,7 +24,7 @@ pub struct Statics {
     column_scales: Vec<f64>,
     svd: Svd,
     rank: usize,
-    /// Scaled unknowns that load no body: self-stresses.
+    /// Self-stresses: scaled unknowns without a resultant on any body.
     null: Vec<DVector<f64>>,
     drive_weights: Vec<f64>,
     /// Frame J of each joint, from the kernel origin.
@@ -41,21 +41,21 @@ pub struct StaticSolution {
     pub unknowns: DVector<f64>,
 }
 
-/// A load that no reactions and no driving forces can carry.
+/// A load that reactions and actuator forces cannot balance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InfeasibleLoad {
-    /// The motion that nothing resists.
+    /// The unconstrained motion.
     pub motion: GainedTwist,
-    /// The required effort along the motion that cannot be provided, N m or, if the body does not turn, N.
+    /// Unbalanced effort along the motion, N m, or N if the body does not turn.
     pub missing: f64,
 }
 
-/// A self-stress: a change of forces without any effect on the bodies.
+/// A self-stress: a change of internal forces without effect on the bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NullDirection {
-    /// The change of each drive, in the order of the actuators, N or N m.
+    /// Change of each actuator effort, in the order of the actuators, N or N m.
     pub drives: Vec<f64>,
-    /// The change at each joint that takes part.
+    /// Change of the wrench at each affected joint.
     pub joints: Vec<JointLoad>,
 }
 
@@ -91,7 +91,7 @@ impl Statics {
         }
     }
 
-    /// The system's matrix, free of units.
+    /// The system's dimensionless matrix.
     pub fn scaled_matrix(&self) -> DMatrix<f64> {
         let matrix = &self.system.matrix;
         DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
@@ -99,7 +99,7 @@ impl Statics {
         })
     }
 
-    /// Scale of each unknown: the characteristic length for moments, one for forces.
+    /// Scale of each unknown: the characteristic length for moments, 1 for forces.
     pub(super) fn column_scales(&self) -> &[f64] {
         &self.column_scales
     }
@@ -134,13 +134,13 @@ impl Statics {
         self.null.len()
     }
 
-    /// Number of motions that nothing resists.
+    /// Number of unconstrained motions.
     pub fn open_motions(&self) -> usize {
         self.row_scales.len() - self.rank
     }
 
-    /// The amounts of `units` (other demands, one for each idle spin) that bring a demand into
-    /// reach, as far as they can.
+    /// Amounts of `units` (other demands, one per passive spin) that make a demand feasible, as far
+    /// as possible.
     pub fn amounts_into_reach(
         &self,
         demand: &DVector<f64>,
@@ -150,7 +150,7 @@ impl Statics {
         if units.is_empty() {
             return Vec::new();
         }
-        // What lies outside the reach of the joints.
+        // The infeasible part of the demand.
         let outside = |rows: &DVector<f64>| {
             let scaled = self.scale_rows(rows);
             let inside = self.apply(&self.particular(&scaled));
@@ -158,7 +158,7 @@ impl Statics {
         };
         let columns: Vec<_> = units.iter().map(outside).collect();
         let missing = outside(&self.less_friction(demand, friction));
-        // Units differ in size as inertias do: each is measured by itself.
+        // The units differ in size with the inertias, so each is normalised.
         let sizes: Vec<f64> = columns.iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
         let scaled: Vec<_> = columns.iter().zip(&sizes).map(|(c, s)| c / *s).collect();
         let svd = Svd::new(&DMatrix::from_columns(&scaled));
@@ -166,7 +166,7 @@ impl Statics {
         amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect()
     }
 
-    /// The part of a demand that friction leaves to constraints and actuators.
+    /// The part of a demand that constraints and actuators balance, after friction.
     fn less_friction(&self, demand: &DVector<f64>, friction: &[Wrench<f64>]) -> DVector<f64> {
         let mut rest = demand.clone();
         for (joint, &wrench) in friction.iter().enumerate() {
@@ -180,16 +180,16 @@ impl Statics {
         DVector::from_iterator(rows.len(), scaled)
     }
 
-    /// For each unknown, `true` if the balance alone determines it.
+    /// Flags of the unknowns: `true` for a statically determinate unknown.
     pub fn determined(&self) -> Vec<bool> {
-        // Null vectors are of length one: a component of rounding size is no freedom.
+        // Null vectors have unit norm: a component of rounding size counts as zero.
         let free = |k: usize| self.null.iter().map(|n| n[k] * n[k]).sum::<f64>().sqrt();
         (0..self.column_scales.len()).map(|k| free(k) < DETERMINED).collect()
     }
 
-    /// For each actuator effort, `true` if the balance alone determines it.
+    /// Flags of the actuator efforts: `true` for a statically determinate effort.
     pub fn determined_drives(&self) -> Vec<bool> {
-        // Drives are the last unknowns.
+        // Actuator efforts are the last unknowns.
         let mut unknowns = self.determined();
         unknowns.split_off(unknowns.len() - self.drive_weights.len())
     }
@@ -212,14 +212,14 @@ impl Statics {
         determined
     }
 
-    /// Basis of the self-stress states: for each the wrench at each joint, about the kernel origin. The
-    /// unknowns of each have norm one.
+    /// Basis of the self-stress states: for each the wrench at each joint, about the kernel origin.
+    /// The unknowns of each state have unit norm.
     pub fn self_stresses(&self) -> Vec<Vec<Wrench<f64>>> {
         self.null.iter().map(|vector| self.wrenches_of(vector)).collect()
     }
 
-    /// Directions in which any solution may be changed: for each the actuator efforts and the wrenches of the loaded
-    /// joints, without a scale.
+    /// Null space of the balance: for each direction the actuator efforts and the wrenches of the
+    /// loaded joints, unscaled.
     pub fn null_directions(&self) -> Vec<NullDirection> {
         let count = self.drive_weights.len();
         let each = self.null.iter().map(|vector| {
@@ -250,13 +250,13 @@ impl Statics {
         self.system.joint_wrenches(&unknowns, &vec![Wrench::zero(); self.frames.len()])
     }
 
-    /// Solves the balance for a demand ([`NewtonEuler::demand`]) under the weighting that is
-    /// declared for what it leaves open: first the least drives, then the least reactions, see
-    /// [`crate::dynamics::Weighting`]. `friction` are the efforts of friction at each joint; they
-    /// load the bodies and are part of the reactions that are weighed.
+    /// Solves the balance for a demand ([`NewtonEuler::demand`]). If it is statically
+    /// indeterminate, minimises first the actuator efforts, then the reactions, with the declared
+    /// weighting [`crate::dynamics::Weighting`]. `friction` are the friction efforts at each joint;
+    /// they load the bodies and are part of the weighted reactions.
     ///
     /// # Errors
-    /// The demand is out of reach.
+    /// The demand is infeasible.
     pub fn carry(
         &self,
         demand: &DVector<f64>,
@@ -268,7 +268,7 @@ impl Statics {
         Ok(self.distributed(particular, friction))
     }
 
-    /// Solves for the part of a demand that can be carried. The result is linear in demand and friction
+    /// Solves for the feasible part of a demand. The result is linear in demand and friction
     /// together.
     pub(crate) fn carry_what_can_be(
         &self,
@@ -289,10 +289,10 @@ impl Statics {
         StaticSolution { unknowns: DVector::from_iterator(particular.len(), unknowns) }
     }
 
-    /// The shortest least-squares solution for a scaled demand.
+    /// Minimum-norm least-squares solution for a scaled demand.
     fn particular(&self, scaled: &DVector<f64>) -> DVector<f64> {
         let first = self.svd.solve(scaled, self.rank);
-        // One step of refinement with the matrix itself.
+        // One step of iterative refinement.
         let residual = scaled - self.apply(&first);
         &first + self.svd.solve(&residual, self.rank)
     }
@@ -312,16 +312,17 @@ impl Statics {
         if residual.amax() <= 1e-9 * size {
             return Ok(());
         }
-        // The residual lies in the motions that nothing resists; the demand is greatest along itself.
+        // The residual lies in the unconstrained motions; the demand is largest along itself.
         let motion = self.scale_rows(&residual);
         let demand = scaled.dot(&residual);
         let told = self.told(&motion);
-        // The reported motion is that of the residual, scaled; the demand along it likewise.
+        // Scale the residual to the reported motion, and the demand along it likewise.
         let size = motion_size(&motion, told.body, told.turns);
         Err(InfeasibleLoad { missing: demand / size, motion: told })
     }
 
-    /// Moves the solution within the null space to the least actuator efforts, then to the least reactions.
+    /// Moves the solution within the null space to minimum actuator efforts, then to minimum
+    /// reactions.
     fn distribute(&self, solution: &mut DVector<f64>, friction: &[Wrench<f64>]) {
         if self.null.is_empty() {
             return;
@@ -330,7 +331,7 @@ impl Statics {
         let drives: Vec<usize> = (0..self.system.unknowns.len())
             .filter(|&k| matches!(self.system.unknowns[k], Unknown::Drive { .. }))
             .collect();
-        // Stage 1: drives.
+        // Stage 1: actuator efforts.
         let efforts = |x: &DVector<f64>| {
             DVector::from_iterator(
                 drives.len(),
@@ -359,8 +360,8 @@ impl Statics {
         }
     }
 
-    /// All reactions for scaled unknowns and friction, as numbers whose sum of squares is least:
-    /// compliances as declared, or all joints alike.
+    /// All reactions for scaled unknowns and friction, weighted for least squares: by declared
+    /// compliances, or equally for all joints.
     fn weighed(
         &self,
         scaled: &DVector<f64>,
@@ -386,12 +387,12 @@ impl Statics {
     }
 }
 
-/// Zero in place of round-off.
+/// Rounds values at round-off level to zero.
 fn clean(part: f64) -> f64 {
     if part.abs() < DETERMINED { 0.0 } else { part }
 }
 
-/// Speed of a body in a motion of all bodies, rad/s, or m/s if it does not turn.
+/// Speed of a body in a motion of all bodies: rad/s, or m/s if it does not turn.
 fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
     motion.fixed_rows::<3>(6 * (body - 1) + if turns { 3 } else { 0 }).norm()
 }
@@ -399,8 +400,8 @@ fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
 /// Components of unit vectors below this are round-off.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
-/// Moves `solution` along the columns of `open` such that `now + response * amounts` is least; returns
-/// the directions that are still open.
+/// Moves `solution` along the columns of `open` to minimise `now + response * amounts`; returns the
+/// remaining open directions.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,
@@ -408,7 +409,7 @@ fn least(
     solution: &mut DVector<f64>,
 ) -> DMatrix<f64> {
     let svd = Svd::new(response);
-    // Responses are efforts for unit self-stresses: of order one, or rounding.
+    // Responses are efforts for unit self-stresses: of order one, or round-off.
     let rank = svd.singular_values.iter().filter(|&&s| s > DETERMINED).count();
     let amounts = -svd.solve(now, rank);
     let rest: Vec<_> = svd.null_space(rank).iter().map(|direction| &open * direction).collect();

@@ -1,9 +1,9 @@
 //! Fast singularity indices along a motion, for statically determinate mechanisms.
 //!
-//! A smallest singular value is the root of the smallest eigenvalue of a matrix times its own transpose.
-//! Over bodies such a product has blocks only between bodies with a common joint, over joints only between
-//! joints with a common body. Its decomposition costs in proportion to the number of legs, except for the
-//! coupling of the joints at one hub.
+//! A smallest singular value is the square root of the smallest eigenvalue of the matrix times its
+//! transpose. Over bodies this product couples only bodies with a common joint; over joints only
+//! joints with a common body. The cost of its factorisation is proportional to the number of legs,
+//! except for the coupling of the joints at one hub.
 //!
 //! Equation (M6) of the book's theory.
 
@@ -16,31 +16,32 @@ use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 
-/// Below this part of the largest entry, solutions are refined against the matrix itself: the product has lost
-/// too many digits. The error enters by the square of (the product's round-off, some 1e-14, over the
-/// value's square).
+/// Values below this fraction of the largest entry are refined with the matrix itself, because the
+/// product loses digits. The error is quadratic in the ratio of the product's round-off, about
+/// 1e-14, to the squared value.
 const SMALL: f64 = 1e-4;
-/// Below this part the matrix itself is decomposed: the product's decomposition is too inaccurate for
-/// refinement, which gains a factor of (value's square over the product's round-off) with each pass.
+/// Values below this fraction come from a decomposition of the matrix itself: refinement, which
+/// gains a factor of (squared value over the product's round-off) per pass, would converge too
+/// slowly.
 const TINY: f64 = 1e-6;
-/// Passes of refinement at most: at [`TINY`] each gains a factor of a hundred.
+/// Maximum number of refinement passes: at [`TINY`] each gains a factor of a hundred.
 const PASSES: usize = 10;
-/// Corrections of a solution that are rounding.
+/// Relative corrections below this are round-off.
 const REFINED: f64 = 1e-14;
 
 /// Computes [`Distances`] at many positions of one mechanism.
 #[derive(Clone, Debug)]
 pub struct SingularityDistances {
-    /// Without the ground.
+    /// Number of bodies without the ground.
     bodies: usize,
     joints: Vec<Content>,
-    /// Products between bodies: of all that joints and actuators carry.
+    /// Products between bodies, over constraints and actuators.
     by_bodies: BlockCholesky,
     body_slots: Vec<[Option<Slot>; 3]>,
-    /// Products between joints: of constraints.
+    /// Products between joints, over constraints.
     by_joints: BlockCholesky,
     joint_slots: Vec<Meeting>,
-    /// For each joint its unit wrenches, constraints first, on its predecessor and its successor; scaled.
+    /// Scaled unit wrenches of each joint, constraints first, on its predecessor and its successor.
     on: Vec<[[Part; BLOCK]; 2]>,
     lanczos: Lanczos,
 }
@@ -51,12 +52,12 @@ struct Content {
     /// Predecessor and successor.
     ends: [usize; 2],
     constraints: usize,
-    /// Constraints and drives.
+    /// Numbers of constraints and actuators.
     unknowns: usize,
     drives: Vec<Dof>,
 }
 
-/// Two joints at one body, with the end of each.
+/// Two joints of one body, with the end of each.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     joints: [usize; 2],
@@ -65,7 +66,7 @@ struct Meeting {
 }
 
 impl SingularityDistances {
-    /// Prepares a mechanism; `None` unless its balance has as many unknowns as equations.
+    /// Prepares a mechanism; `None` unless its balance has equal numbers of unknowns and equations.
     pub fn new(mechanism: &Mechanism) -> Option<Self> {
         let bodies = mechanism.bodies().len() - 1;
         let joints: Vec<Content> = mechanism
@@ -130,7 +131,7 @@ impl SingularityDistances {
         })
     }
 
-    /// The distances at the present position of `bodies`.
+    /// Computes the indices at the current position of `bodies`.
     pub fn measure(
         &mut self,
         mechanism: &Mechanism,
@@ -157,7 +158,7 @@ impl SingularityDistances {
         Distances::of_square(&NewtonEuler::new(mechanism, parameters, bodies), &types)
     }
 
-    /// The scaled balance at the position, joint by joint; returns its largest entry.
+    /// Writes the scaled balance at the position, joint by joint; returns its largest entry.
     fn place(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
         let mut largest = 0.0_f64;
         let length = parameters.length;
@@ -231,7 +232,7 @@ impl SingularityDistances {
             }
         };
         let motion = weakest(matrix, &mut self.lanczos, all, refine.then_some(product))?;
-        // The value from the matrix itself: the product has fewer digits.
+        // Use the matrix itself: the product has fewer digits.
         let mut square = 0.0;
         for (index, joint) in self.joints.iter().enumerate() {
             for unknown in 0..joint.unknowns {
@@ -264,7 +265,7 @@ impl SingularityDistances {
                 }
             }
         }
-        // Unit rows for components that a joint does not carry are decoupled.
+        // Unit rows decouple the components without a constraint.
         for (index, joint) in self.joints.iter().enumerate() {
             let Some(slot) = matrix.slot(index, index) else { continue };
             let (block, _) = matrix.block(slot);
@@ -316,8 +317,8 @@ impl SingularityDistances {
     }
 }
 
-/// The vector of the smallest eigenvalue of the matrix, whose blocks of rows have these sizes. With
-/// `product`, which multiplies by the matrix without having formed it, solutions are refined.
+/// Eigenvector of the smallest eigenvalue of a matrix with row blocks of these sizes. With
+/// `product`, which multiplies by the matrix without forming it, solutions are refined.
 fn weakest<'a>(
     matrix: &mut BlockCholesky,
     lanczos: &'a mut Lanczos,
@@ -327,7 +328,7 @@ fn weakest<'a>(
     if !matrix.factor() {
         return None;
     }
-    // Any start is suitable that is not orthogonal to the vector.
+    // Any start vector that is not orthogonal to the eigenvector is suitable.
     let start = sizes.enumerate().map(|(k, size)| {
         core::array::from_fn(|i| {
             let angle = 1.0 + (BLOCK * k + i) as f64 * 0.7548;
@@ -396,14 +397,14 @@ mod tests {
     /// A four-bar of R, U, S and R joints.
     fn four_bar() -> Mechanism {
         let at = |x: f64, y: f64, z: f64| {
-            // Axes of turning in no special direction.
+            // Rotation axes in general directions.
             let turn = Vec3::new(0.4 + x, 0.9 - y, 0.2 + z);
             Pose { rotation: Mat3::rotation(turn, 1.0), position: Vec3::new(x, y, z) }
         };
         let joint = |name: &str, kind, ends: [&str; 2], frames: [Pose<f64>; 2]| {
             JointSpec::new(name, kind, ends[0], ends[1]).frames(frames[0], frames[1])
         };
-        // All bodies' frames are the ground's in this position.
+        // All body frames coincide with the ground frame at this position.
         let [a, b, c, d] =
             [at(0.0, 0.0, 0.0), at(0.02, 0.0, 0.1), at(0.33, 0.01, 0.2), at(0.3, 0.02, 0.0)];
         let mut builder = MechanismBuilder::new("four-bar");
@@ -419,7 +420,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Where moments are counted in an unfit length any position is nearly singular.
+    /// With an unsuitable length unit for moments every position is nearly singular.
     #[test]
     fn small_values_are_found_by_refined_solutions() {
         let mut refined = 0;
@@ -450,8 +451,8 @@ mod tests {
                 if !(TINY * largest..=SMALL * largest).contains(&expected) {
                     continue;
                 }
-                // 1e-12 is where the search stops; the least value is known to the rounding of the entries
-                // over that value, whatever finds it.
+                // The iteration stops at 1e-12; the smallest value is accurate to the rounding of
+                // the entries over that value, for any method.
                 let known = 2e-12 + 8.0 * f64::EPSILON * svd.largest() / expected;
                 let found = found.unwrap();
                 let error = (found - expected).abs() / expected;

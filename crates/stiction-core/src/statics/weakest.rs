@@ -1,4 +1,4 @@
-//! Least-constrained motions: the twist gained at a singular position, and the load that cannot be carried
+//! Least-constrained motions: the twist gained at a singular position, and the infeasible load
 //! there.
 
 use super::distance::{Constraints, of_legs};
@@ -14,24 +14,26 @@ pub struct GainedTwist {
     /// The twist of each body about the kernel origin; scaled so that `body` turns by one radian,
     /// or, if it does not turn, moves by one metre.
     pub twists: Vec<Twist<f64>>,
-    /// The body that describes the motion: the one with most joints among those that move considerably.
+    /// Body that describes the motion: the one with most joints among those with considerable
+    /// motion.
     pub body: usize,
-    /// That body turns.
+    /// True if that body turns.
     pub turns: bool,
-    /// Number of independent motions that nothing resists, this one included; known passive spins and other
-    /// known motions do not count.
+    /// Number of independent unconstrained motions, this one included; known passive spins and
+    /// other known motions do not count.
     pub of: usize,
 }
 
 impl GainedTwist {
-    /// The body's name and its motion; `origin` is the kernel origin in the world.
+    /// Description of the motion by the body's name and twist; `origin` is the kernel origin in the
+    /// world.
     pub fn in_words(&self, mechanism: &Mechanism, origin: Vec3<f64>) -> (String, String) {
         let name = mechanism.bodies()[self.body].name.clone();
         let in_world = self.twists[self.body].about(-origin);
         (name, describe_motion(in_world, mechanism.characteristic_length()))
     }
 
-    /// The load on the body that does work on the motion, and which nothing carries.
+    /// Description of the infeasible load on the body: it does work on the motion.
     pub fn load_in_words(&self, length: f64) -> String {
         let Twist { angular, linear } = self.twists[self.body];
         let Some(axis) = angular.direction().filter(|_| self.turns) else {
@@ -56,16 +58,16 @@ pub(crate) type IdleAxis = (usize, Vec3<f64>);
 const MIXED: f64 = 1e-9;
 
 impl Statics {
-    /// The motion that is resisted least while all actuators stand still, idle spins apart: the
-    /// twist that is gained where [`Statics::actuation_distance`] is zero. `None` if nothing moves.
+    /// Least-constrained motion with locked actuators, apart from passive spins: the twist gained
+    /// at a zero of [`Statics::actuation_distance`]. `None` for an immobile mechanism.
     pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let transposed = self.scaled_matrix().transpose();
         let equations: Vec<usize> = (0..transposed.ncols()).collect();
         self.weakest(&transposed, &equations, idle.len(), idle)
     }
 
-    /// The motion that the rows of a scaled, transposed balance, with `equations` columns, resist least, apart
-    /// from `others` known motions that they resist even less.
+    /// Motion least resisted by the rows of a scaled, transposed balance with `equations` columns,
+    /// apart from `others` known motions with less resistance.
     fn weakest(
         &self,
         transposed: &DMatrix<f64>,
@@ -88,7 +90,7 @@ impl Statics {
         let motion = if distinct || basis.len() == 1 {
             basis.first()?.clone()
         } else {
-            // The open motion that contains least of a passive spin.
+            // The open motion with the smallest passive-spin component.
             let rest: Vec<_> = basis.iter().map(|vector| without_spins(vector, idle)).collect();
             let amounts = Svd::new(&DMatrix::from_columns(&rest)).v.column(0).into_owned();
             DMatrix::from_columns(&basis) * amounts
@@ -107,7 +109,7 @@ impl Statics {
         };
         let bodies = motion.len() / 6;
         let size = |body: usize| part(body, 0).norm().max(part(body, 3).norm() * self.length());
-        // The best description is by a body with many joints that moves considerably: a platform.
+        // Prefer a body with many joints and considerable motion: a platform.
         let most = (1..=bodies).map(size).fold(0.0, f64::max);
         let joints = |body: usize| self.system().joints_at(body);
         let body = (1..=bodies)
@@ -129,13 +131,13 @@ impl Statics {
 }
 
 impl Constraints<'_> {
-    /// The motion that constraints resist least, besides the `mobility` motions that they leave in general.
+    /// Least-constrained motion beyond the `mobility` generic motions of the constraints.
     pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations: Vec<usize> = (0..self.transposed().ncols()).collect();
         self.statics().weakest(self.transposed(), &equations, mobility, idle)
     }
 
-    /// The motion of bodies between the hubs that is resisted least while the hubs stand still.
+    /// Least-constrained motion of the bodies between hubs with fixed hubs.
     pub fn weakest_leg_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations = of_legs(self.statics().system());
         let own = self.transposed().select_columns(&equations);

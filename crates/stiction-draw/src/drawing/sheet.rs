@@ -412,7 +412,8 @@ impl<'a> Sheet<'a> {
             for (k, a) in points.iter().enumerate() {
                 for b in &points[..k] {
                     let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-                    if best.is_none_or(|(known, _)| length > known) {
+                    // Of lines of the same length, but for round-off, the first.
+                    if best.is_none_or(|(known, _)| length > known * (1.0 + 1e-6)) {
                         best = Some((length, [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]));
                     }
                 }

@@ -13,9 +13,9 @@ use std::sync::Arc;
 /// Severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The input cannot be used.
+    /// Error: the input is unusable.
     Error,
-    /// The input can be used, but is suspicious. Warnings never change numbers.
+    /// Warning: the input is usable but suspicious. Warnings never change numbers.
     Warning,
 }
 
@@ -97,7 +97,7 @@ impl Diagnostic {
         object
     }
 
-    /// Tests for the same message about the same place, which is not worth repeating.
+    /// Tests for a duplicate message about the same location.
     fn repeats(&self, other: &Self) -> bool {
         let place = |d: &Self| d.place.as_ref().map(|p| (Arc::as_ptr(&p.source), p.span.clone()));
         self.message == other.message && place(self) == place(other)

@@ -7,7 +7,7 @@ const LONGEST_NAME: usize = 60;
 /// Quotes a name from the input with backticks, shortened if long, control characters escaped.
 pub(crate) fn quoted(name: &str) -> String {
     let mut shown: String = name.chars().take(LONGEST_NAME).flat_map(char::escape_debug).collect();
-    // `escape_debug` also escapes quotes, which is not needed here.
+    // `escape_debug` would also escape quotes.
     shown = shown.replace("\\'", "'").replace("\\\"", "\"");
     if name.chars().count() > LONGEST_NAME {
         shown.push('…');
@@ -25,7 +25,7 @@ pub(crate) fn nearest<'a>(
     }
     let plain = |s: &str| s.to_lowercase().replace('-', "_");
     let plain_name = plain(name);
-    // Up to a third of the letters may differ: `platfrom` finds `platform`, `q` finds nothing.
+    // Up to a third of the letters may differ: `platfrom` matches `platform`, `q` has no match.
     let tolerance = (plain_name.chars().count() / 3).clamp(1, 4);
     let candidates: Vec<_> =
         candidates.into_iter().filter(|candidate| candidate.len() <= 4 * LONGEST_NAME).collect();
@@ -37,7 +37,7 @@ pub(crate) fn nearest<'a>(
     if let Some((_, candidate)) = near {
         return Some(candidate);
     }
-    // A prefix finds the only candidate that begins with it: `collar` finds `collar_radius`.
+    // A prefix matches the single candidate that begins with it: `collar` matches `collar_radius`.
     let mut longer = candidates.iter().filter(|candidate| {
         plain(candidate).strip_prefix(&plain_name).is_some_and(|rest| rest.starts_with('_'))
     });

@@ -99,12 +99,12 @@ fn integer_value(integer: &DeInteger<'_>) -> f64 {
 fn start_of(content: &str, text: &str, span: &Span) -> Option<usize> {
     let raw = text.get(span.clone())?;
     let quotes = if raw.starts_with("\"\"\"") || raw.starts_with("'''") {
-        // A line break after the opening quotes is not part of the content.
+        // A line break after the opening quotes does not belong to the content.
         let inner = raw.get(3..)?;
         3 + if inner.starts_with("\r\n") { 2 } else { usize::from(inner.starts_with('\n')) }
     } else {
         usize::from(raw.starts_with(['"', '\'']))
     };
-    // With an escape the text differs from the content from there on.
+    // After an escape the text differs from the content.
     raw.get(quotes..)?.starts_with(content).then_some(span.start + quotes)
 }

@@ -5,8 +5,8 @@ use std::fmt::Write;
 /// One whole power, in twelfths, so that square, cube and fourth roots are exact.
 const ONE: i16 = 12;
 
-/// Dimension of a quantity. Angles are plain numbers; an angle unit is recorded only to distinguish
-/// `30 deg` from a bare number where a length is expected.
+/// Dimension of a quantity. Angles are plain numbers; the angle unit only distinguishes `30 deg`
+/// from a bare number in place of a length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Dimension {
     metre: i16,
@@ -72,7 +72,7 @@ impl Dimension {
         let scale = |power: i16| {
             let scaled = f64::from(power) * exponent;
             let whole = scaled.round();
-            // Exponents such as 1/3 carry rounding.
+            // Exponents such as 1/3 contain rounding.
             let representable = (scaled - whole).abs() < 1e-6 && whole.abs() <= 1200.0;
             representable.then_some(whole as i16)
         };
@@ -80,7 +80,7 @@ impl Dimension {
             metre: scale(self.metre)?,
             kilogram: scale(self.kilogram)?,
             second: scale(self.second)?,
-            // The angle is only informative and never causes an error.
+            // The angle is informative and never causes an error.
             radian: scale(self.radian).unwrap_or(0),
         })
     }
@@ -105,7 +105,7 @@ impl Dimension {
         )
     }
 
-    /// Its SI unit: `kg m^2/s^2`.
+    /// SI unit, for example `kg m^2/s^2`.
     pub(crate) fn units(self) -> String {
         let powers = [("kg", self.kilogram), ("m", self.metre), ("s", self.second)];
         let write = |sign: i16| {

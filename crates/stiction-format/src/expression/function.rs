@@ -64,7 +64,7 @@ impl Function {
         Self::ALL.iter().find(|(known, _)| *known == name).map(|&(_, function)| function)
     }
 
-    /// Its name.
+    /// Name of the function.
     pub(crate) fn name(self) -> &'static str {
         Self::ALL.iter().find(|(_, f)| *f == self).map_or("", |&(name, _)| name)
     }

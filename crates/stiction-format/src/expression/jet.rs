@@ -16,7 +16,7 @@ impl Jet {
         Self { value, first: 0.0, second: 0.0 }
     }
 
-    /// The time itself.
+    /// The time as a variable.
     pub(crate) fn time(t: f64) -> Self {
         Self { value: t, first: 1.0, second: 0.0 }
     }

@@ -114,7 +114,7 @@ impl Measure {
         }
     }
 
-    /// Remedy for a quantity that is often confused with this one.
+    /// Remedy for a commonly confused quantity.
     fn advice(self, found: Dimension) -> Option<String> {
         // Data sheets state friction moments per angular rate.
         let turning = self == Self::Viscous && found.same(Dimension::of(2, 1, -1));

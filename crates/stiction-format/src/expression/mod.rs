@@ -32,7 +32,7 @@ pub(crate) struct Fault {
     pub(crate) message: String,
     pub(crate) label: String,
     pub(crate) help: Option<String>,
-    /// True if it follows from another error that is reported elsewhere.
+    /// True for a consequence of another reported error.
     pub(crate) echo: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Expressions as a whole.
+//! Tests of complete expressions.
 
 use super::*;
 use crate::expression::Measure;
@@ -30,7 +30,7 @@ fn value(text: &str) -> Result<Quantity, Fault> {
     constant(&parse(text, &scope(), false)?, &scope())
 }
 
-/// Numbers are those that arithmetic gives, to the last bit where only one rounding is involved.
+/// Numbers equal the result of arithmetic, to the last bit if only one rounding is involved.
 #[test]
 fn values() {
     let length = Dimension::LENGTH;
@@ -115,7 +115,7 @@ fn depth_is_limited_but_not_length() {
     assert_eq!(value(&signs).unwrap().value, -1.0);
 }
 
-/// A formula of time that is a plain number.
+/// A formula of time with a dimensionless value.
 pub(super) fn formula(text: &str) -> Formula {
     match in_time(text, &scope(), Measure::Number) {
         Ok(TimeFormula::Changing(formula)) => formula,
@@ -123,7 +123,7 @@ pub(super) fn formula(text: &str) -> Formula {
     }
 }
 
-/// `t` may be taken as a number or as a time, and the values are the same.
+/// `t` may be used as a number or as a time, with equal values.
 #[test]
 fn time_reads_both_ways() {
     let formula = |text: &str, measure| match in_time(text, &scope(), measure) {
@@ -140,7 +140,7 @@ fn time_reads_both_ways() {
     assert!(in_time("5 mm*t + 3 mm/s*t", &scope(), Measure::Length).is_err());
     assert!(in_time("5 kg*t", &scope(), Measure::Length).is_err());
     assert!(matches!(in_time("2*l1", &scope(), Measure::Length), Ok(TimeFormula::Constant(0.4))));
-    // A constant part is computed once: its derivatives are zero even where a slope would be infinite.
+    // A constant part is computed once: its derivatives are zero even at an infinite slope.
     let rooted = formula("sqrt(0)*t + t^2", Measure::Number);
     assert_eq!(rooted.at(0.0).second, 2.0);
 }

@@ -29,7 +29,7 @@ pub(crate) struct Field {
 pub(crate) enum Shape {
     /// A string.
     Text,
-    /// The name of something.
+    /// A name of a part.
     Name,
     /// A list of names.
     Names,

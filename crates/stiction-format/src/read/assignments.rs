@@ -47,7 +47,7 @@ pub(crate) fn read(context: &Context<'_>) -> Table {
     table
 }
 
-/// Parts of a name with dots.
+/// Components of a dotted name.
 fn segments(text: &str, key: &Span) -> Vec<Key> {
     split(text, key, '.')
         .into_iter()

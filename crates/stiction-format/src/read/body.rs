@@ -27,7 +27,7 @@ pub(crate) fn read(
 ) -> BodyDraft {
     let record = Record::new(context, table, BODY, what);
     let mut spec = BodySpec::new(name.as_str());
-    // With an invalid mass nothing is known about other required keys.
+    // After an invalid mass the requirements of other keys are unknown.
     let mass = record.quantity("mass");
     if let Some(mass) = mass {
         spec = spec.mass(mass);

@@ -1,9 +1,9 @@
-//! Checks of a table whose meaning is unknown, for example of a joint without a type.
+//! Checks of a table of unknown kind, such as a joint without a type.
 
 use super::context::Record;
 use crate::fields::{Field, Shape};
 
-/// Reports values that are invalid whatever the table means.
+/// Reports values that are invalid in every kind of table.
 pub(crate) fn check_values(record: &Record<'_>, fields: &'static [Field]) {
     for field in fields {
         let Some(value) = record.value(field.key) else { continue };

@@ -57,7 +57,7 @@ impl<'a> Context<'a> {
         self.out.borrow_mut().push(diagnostic);
     }
 
-    /// Reports that something is missing, unless the text has syntax errors that may hide it.
+    /// Reports a missing part, unless the text has syntax errors that may hide it.
     pub(crate) fn push_missing(&self, diagnostic: Diagnostic) {
         if self.broken.is_empty() {
             self.push(diagnostic);
@@ -189,7 +189,7 @@ impl<'a> Context<'a> {
     fn finite(&self, value: &Value, number: f64, measure: Measure) -> Option<f64> {
         if number.abs() <= LARGEST {
             let smallest = match measure {
-                // A parameter can be a factor of anything.
+                // A parameter may be an arbitrary factor.
                 Measure::Any => 0.0,
                 Measure::Length => SHORTEST,
                 _ => SMALLEST,

@@ -89,7 +89,7 @@ impl Origin<'_> {
 
     fn locate(&self, defect: &Defect) -> (Span, String, Option<String>) {
         let body = |name: &str| self.bodies.iter().find(|body| body.name == name);
-        // Of two parts with the same name, the second is at fault.
+        // The second of two parts with the same name is at fault.
         let last_body = |name: &str| self.bodies.iter().rev().find(|body| body.name == name);
         let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
         let last_joint = |name: &str| self.joints.iter().rev().find(|joint| joint.name == name);
@@ -218,7 +218,7 @@ impl Origin<'_> {
         self.naming(body, &draft.spans.from, &draft.spans.to)
     }
 
-    /// The one of two places that names this body.
+    /// The one of two locations that names this body.
     fn naming(&self, body: &str, from: &Span, to: &Span) -> Span {
         let text = |span: &Span| self.context.source.text.get(span.clone()).unwrap_or_default();
         let names_it = |span: &Span| text(span).trim_matches(['"', '\'']) == body;

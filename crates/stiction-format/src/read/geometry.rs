@@ -8,7 +8,7 @@ use crate::fields::tables::{AXES, ORDERS, POSE, TENSOR};
 use stiction_core::kinematics::AngleOrder;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Tolerance for directions that should be perpendicular, rad; within it they are made so.
+/// Tolerance of perpendicular directions, rad; smaller deviations are corrected.
 const SQUARE: f64 = 1e-6;
 
 impl Context<'_> {
@@ -43,7 +43,7 @@ impl Context<'_> {
             self.wrong(value, "an axis such as \"z\" or a vector such as [0, 0, 1]");
             return None;
         }
-        // Only the direction matters, so any measure is allowed. Scaled first to avoid overflow.
+        // Only the direction matters, so any unit is permitted. Scaled first to avoid overflow.
         let v = self.vector(value, Measure::Number)?;
         let largest = v.to_array().into_iter().map(f64::abs).fold(0.0, f64::max);
         let direction = (v * (1.0 / largest)).direction();

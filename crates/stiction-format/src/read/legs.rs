@@ -143,7 +143,7 @@ fn placement<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Placement
     Some(Placement { angle, table: Some(table) })
 }
 
-/// Without any leg the remaining mechanism would be valid but meaningless.
+/// Without legs the remaining mechanism would be valid but meaningless.
 fn no_legs(context: &Context<'_>, list: &Value) {
     context.push(
         Diagnostic::error("legs", "this group has no legs")

@@ -45,8 +45,8 @@ use stiction_core::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism, Mechanis
 
 /// Reads a model.
 ///
-/// `files` returns the contents of a file that a motion names, or the reason why it cannot. The
-/// name is passed as written, relative to the model's own file.
+/// `files` returns the contents of a file named by a motion, or the reason for a failure. The name
+/// is passed as written, relative to the model's file.
 ///
 /// # Errors
 /// All errors of the text, each with its place.
@@ -94,7 +94,7 @@ fn read_document(
 
 fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<ModelFile> {
     let record = Record::new(context, table, MODEL, "the model");
-    // Reports a value that is not a table; the content of a table is read elsewhere.
+    // Report a value that is not a table; the content of a table is read elsewhere.
     record.table("parameters");
     let parts = Parts::read(&record);
     let names = parts.names();
@@ -127,7 +127,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         _ => FrictionMode::Converged,
     });
     let mechanism = mechanism?;
-    // In a text with errors, a suspicious part may just be incomplete.
+    // In a text with errors, a suspicious part may be incomplete.
     if !context.out.borrow().has_errors() {
         parts.origin(&record, &names).warn(&mechanism.warnings());
     }

@@ -85,8 +85,8 @@ impl Unresolved {
     }
 
     /// Message, help, and a flag that is true if the error is in the name of the body or joint
-    /// instead of the coordinate. The keys `own` are candidates, too. The suggestion compares all
-    /// names, which takes time.
+    /// instead of the coordinate. The keys `own` are also candidates. The suggestion compares all
+    /// names, which is slow.
     pub(crate) fn explain(
         self,
         names: &Names,

@@ -32,9 +32,8 @@ impl Banded {
         }
     }
 
-    /// Factors the matrix in place, without pivoting: for diagonally dominant and for totally
-    /// positive matrices elimination in the given order is stable (de Boor, A Practical Guide to
-    /// Splines, chapter XIII).
+    /// Factors the matrix in place without pivoting, which is stable for diagonally dominant and
+    /// for totally positive matrices (de Boor, A Practical Guide to Splines, chapter XIII).
     pub(super) fn factor(mut self) -> Factored {
         for pivot in 0..self.size {
             let diagonal = self.get(pivot, pivot);

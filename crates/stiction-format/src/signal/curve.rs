@@ -16,7 +16,7 @@ pub(crate) enum Interpolation {
 }
 
 impl Interpolation {
-    /// Number of columns that it takes.
+    /// Number of columns of the interpolation.
     pub(crate) fn columns(self) -> usize {
         match self {
             Self::Monotone | Self::Spline(Given::Values) => 1,
@@ -44,7 +44,7 @@ impl Interpolation {
         }
     }
 
-    /// Tests if knots depend on distant samples, so that windows have to be compared.
+    /// Tests if knots depend on distant samples, so that windows must be compared.
     pub(crate) fn reaches_far(self) -> bool {
         matches!(self, Self::Spline(Given::Values | Given::Rates))
     }
@@ -93,7 +93,7 @@ impl Curve {
         }
     }
 
-    /// Tests if the spline is long and nevertheless needed one global solution.
+    /// Tests if a long spline needed one global solution.
     pub(crate) fn is_global(&self) -> bool {
         matches!(self, Self::Spline(spline) if spline.is_global())
     }

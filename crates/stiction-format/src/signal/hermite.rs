@@ -57,7 +57,7 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    /// Values, rates and accelerations in this order, as far as given.
+    /// Values, rates and accelerations in this order, as given.
     pub(crate) fn new(columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
         let mut columns = columns.into_iter();
         Self {
@@ -115,7 +115,7 @@ impl Samples {
 pub(crate) struct Spline {
     times: Arc<[f64]>,
     knots: Vec<Target<f64>>,
-    /// True if its windows did not agree.
+    /// True if its windows disagreed.
     is_global: bool,
 }
 
@@ -143,7 +143,7 @@ impl Spline {
         Self { times: Arc::clone(times), knots, is_global: false }
     }
 
-    /// Tests if the spline is long and nevertheless needed one global solution.
+    /// Tests if a long spline needed one global solution.
     pub(crate) fn is_global(&self) -> bool {
         self.is_global
     }
@@ -173,7 +173,7 @@ impl Spline {
                 acceleration: f64::NAN,
             });
         };
-        // Evaluate from the nearer end, so that both ends are met exactly.
+        // Evaluate from the nearer end, so that both end values are exact.
         if t - t0 <= t1 - t {
             between(k0, k1, t1 - t0, t - t0)
         } else {
@@ -198,8 +198,8 @@ fn between(a: Target<f64>, b: Target<f64>, h: f64, t: f64) -> Target<f64> {
     }
 }
 
-/// Rate and acceleration at `t` of the one polynomial through the values (and rates) of a few
-/// samples, by divided differences with repeated nodes.
+/// Rate and acceleration at `t` of the polynomial through the values (and rates) of a few samples,
+/// by divided differences with repeated nodes.
 fn newton(
     times: &[f64],
     known: impl Fn(usize) -> (Option<f64>, Option<f64>),
@@ -276,7 +276,7 @@ pub(super) fn accelerations_for_rates(times: &[f64], values: &[f64], rates: &[f6
         let (h0, s0, v0, v1) = interval(i - 1);
         let (h1, s1, w0, w1) = interval(i);
         let ratio = (h0 / h1).powi(2);
-        // In the last row the unknown on the diagonal is that of the end.
+        // The diagonal unknown of the last row is that of the end.
         matrix.set(row, i - 1, -24.0);
         matrix.set(row, i, 36.0 * (1.0 - ratio));
         matrix.set(row, i + 1, 24.0 * ratio);

@@ -39,7 +39,7 @@ enum Shape {
     Recorded(Arc<Recorded>, usize),
 }
 
-/// A formula and its place.
+/// A formula and its location.
 #[derive(Debug)]
 struct Written {
     formula: Formula,
@@ -74,7 +74,7 @@ impl Signal {
         Self { shape: Shape::Recorded(Arc::clone(recording), curve) }
     }
 
-    /// Tests if the signal was written as a constant.
+    /// Tests for a signal written as a constant.
     pub fn is_constant(&self) -> bool {
         matches!(self.shape, Shape::Constant(_))
     }

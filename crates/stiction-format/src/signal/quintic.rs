@@ -1,8 +1,8 @@
 //! The quintic spline through values: rates and accelerations at the samples.
 //!
-//! In B-splines of order six whose knots are the samples without the two next to each end (the
-//! not-a-knot condition). The collocation matrix is banded and totally positive, so that elimination
-//! needs no pivoting; a million samples take linear time.
+//! The spline is a sum of B-splines of order six; their knots are the samples without the two next
+//! to each end (not-a-knot condition). The collocation matrix is banded and totally positive, so
+//! elimination needs no pivoting; a million samples take linear time.
 
 use super::banded::Banded;
 
@@ -145,7 +145,7 @@ mod tests {
         Spline::new(times, Samples::new([values, rates, accelerations].into_iter().take(kind + 1)))
     }
 
-    /// All kinds reproduce quintics once the samples determine one, and polynomials of lower degree
+    /// All kinds reproduce quintics if the samples determine one, and polynomials of lower degree
     /// with fewer samples.
     #[test]
     fn polynomials_are_reproduced() {

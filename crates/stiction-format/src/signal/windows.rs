@@ -34,7 +34,7 @@ impl Window {
     /// Window whose core begins at sample `begin`, of `count` samples. A larger `count` gives the
     /// same window as long as [`is_long`] holds for the samples from `begin` on.
     pub(crate) fn at(begin: usize, count: usize) -> Self {
-        // The last window includes a remainder that is too short for a window of its own.
+        // The last window includes a remainder that is too short for a separate window.
         let end = if is_long(count - begin) { begin + CORE } else { count };
         Self { core: begin..end, known: begin.saturating_sub(MARGIN)..(end + MARGIN).min(count) }
     }
@@ -131,7 +131,7 @@ mod tests {
         (0..count).map(later).collect()
     }
 
-    /// Rough values, so that a missing sample would show.
+    /// Rough values, so that a missing sample is detected.
     fn rough(k: usize) -> f64 {
         ((k * k) as f64 * 0.618).sin()
     }

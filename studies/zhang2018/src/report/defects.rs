@@ -1,11 +1,11 @@
-//! What is wrong with a report itself: names that are there twice, links that lead nowhere.
+//! Consistency checks of a report: duplicate names and broken links.
 
 use super::markup::{destinations, is_name};
 use super::{Block, Report, Text};
 use std::collections::HashSet;
 
 impl Report {
-    /// What whoever made the report has to mend, in words; nothing if all is well.
+    /// Describes each duplicate name and broken link; empty for a valid report.
     pub fn defects(&self) -> Vec<String> {
         let mut defects = Vec::new();
         let mut places = HashSet::new();
@@ -26,7 +26,7 @@ impl Report {
             match block {
                 Block::Table(table) => place(format!("table-{}", table.id), &mut defects),
                 Block::Curves { id, .. } => place(format!("figure-{id}"), &mut defects),
-                // Who quotes an equation again links to where it was quoted first.
+                // A repeated equation links to its first occurrence.
                 Block::Equation { number, .. }
                     if !number.is_empty() && equations.insert(number) =>
                 {
@@ -68,7 +68,7 @@ impl Report {
         }
     }
 
-    /// All texts with marks.
+    /// All marked-up texts of the report.
     fn texts(&self) -> Vec<&Text> {
         let mut texts: Vec<&Text> = self.lead.iter().chain(&self.footer).collect();
         for block in self.blocks() {

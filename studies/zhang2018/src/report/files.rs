@@ -1,21 +1,21 @@
-//! The files that belong to a report: its numbers, and its pictures on white.
+//! Files of a report: numbers as CSV and figures as SVG on white.
 
 use super::markup::plain;
 use super::{Block, Cell, Report, Table};
 use stiction_draw::figure::{Figure, Line};
 use stiction_draw::{numbers, page};
 
-/// Name of the file of the report's so-and-so-many picture.
+/// File name of the report's figure with this number.
 pub(super) fn picture(number: usize) -> String {
     format!("picture-{number}.svg")
 }
 
 impl Report {
-    /// Names and contents of CSV files: one for each table, in full double precision, and one for
-    /// each figure of curves with the points of its lines.
+    /// CSV files as pairs of name and contents: one for each table, in full double precision, and
+    /// one for each figure of curves with the points of its lines.
     ///
-    /// Numbers that are not finite are `inf`, `-inf` or nothing. [`Report::defects`] tells of names
-    /// that are there twice.
+    /// Non-finite numbers are `inf`, `-inf` or an empty field. [`Report::defects`] reports
+    /// duplicate names.
     pub fn tables(&self) -> Vec<(String, String)> {
         let file = |block: &Block| match block {
             Block::Table(table) => Some((format!("{}.csv", table.id), of_table(table))),
@@ -25,7 +25,7 @@ impl Report {
         self.blocks().filter_map(file).collect()
     }
 
-    /// Names and contents of SVG files, on white: what [`Report::markdown`] shows.
+    /// SVG files on white as pairs of name and contents, referenced by [`Report::markdown`].
     pub fn pictures(&self) -> Vec<(String, String)> {
         let mut count = 0;
         let file = |block: &Block| match block {
@@ -47,9 +47,9 @@ impl Report {
     }
 }
 
-/// A picture that stands alone, with the colours of a light page whoever looks at it.
+/// Converts a picture to a standalone file that always uses the light colours.
 fn on_paper(svg: &str) -> String {
-    // Who looks at it in the dark sees it on white, too.
+    // Dark mode also shows the picture on white.
     let svg = svg.replace("screen and (prefers-color-scheme:dark)", "not all");
     let svg = svg.replace("(prefers-color-scheme:dark)", "not all");
     let style = format!("<style>{}svg{{background:#ffffff}}</style>", page::light());
@@ -89,7 +89,7 @@ fn named(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
 }
 
-/// Lines over the same points of the horizontal axis share its column.
+/// CSV of a figure; lines with identical abscissae share their column.
 fn of_figure(figure: &Figure) -> String {
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
     for Group { abscissae, lines } in groups(figure) {
@@ -111,7 +111,7 @@ fn of_figure(figure: &Figure) -> String {
     csv(columns.iter().map(|(name, _)| name.clone()).collect(), rows)
 }
 
-/// A name with its unit that no column has yet.
+/// Column name with its unit, made unique among the columns.
 fn unique(columns: &[(String, Vec<f64>)], name: &str, unit: &str) -> String {
     let mut own = named(name, unit);
     let mut count = 1;
@@ -122,14 +122,14 @@ fn unique(columns: &[(String, Vec<f64>)], name: &str, unit: &str) -> String {
     own
 }
 
-/// Lines over the same points of the horizontal axis, with the numbers of their panels.
+/// Lines with identical abscissae and the numbers of their panels.
 struct Group<'a> {
     abscissae: Vec<f64>,
     lines: Vec<(usize, &'a Line)>,
 }
 
 fn groups(figure: &Figure) -> Vec<Group<'_>> {
-    // Bits, because a number that is none does not equal itself.
+    // Compare bits, because NaN does not equal itself.
     let bits = |abscissae: &[f64]| abscissae.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     let mut groups: Vec<Group<'_>> = Vec::new();
     for (k, panel) in figure.panels.iter().enumerate() {
@@ -145,13 +145,13 @@ fn groups(figure: &Figure) -> Vec<Group<'_>> {
     groups
 }
 
-/// What `force [N]` says.
+/// Splits a label such as `force [N]` into name and unit.
 fn name_and_unit(label: &str) -> (&str, &str) {
     let parts = label.strip_suffix(']').and_then(|label| label.rsplit_once('['));
     parts.map_or((label, ""), |(name, unit)| (name.trim_end(), unit))
 }
 
-/// Rows under a head; short rows are filled up, so that every program reads them.
+/// Writes rows under a header; short rows are padded to its length.
 fn csv(head: Vec<String>, rows: impl Iterator<Item = Vec<String>>) -> String {
     let width = head.len();
     if width == 0 {
@@ -160,7 +160,7 @@ fn csv(head: Vec<String>, rows: impl Iterator<Item = Vec<String>>) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for mut row in std::iter::once(head).chain(rows) {
         row.resize(width, String::new());
-        // Writing to memory does not fail, and all rows are of one length.
+        // Writing to memory cannot fail, and all rows have the same length.
         let _ = writer.write_record(&row);
     }
     let bytes = writer.into_inner().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! A report as a page: one file that needs nothing else and runs nothing.
+//! HTML form of a report: one self-contained file without scripts.
 
 use super::markup::{html as marked, is_name, plain};
 use super::{Block, Cell, Finding, Report, Section, Table};
@@ -8,12 +8,12 @@ use stiction_draw::page::{self, Column};
 use stiction_draw::xml::escape;
 
 const STYLE: &str = include_str!("style.css");
-/// Longer words get a column of some width, in letters.
+/// Text length, in letters, above which a table cell gets a wide style.
 const NARROW: usize = 24;
 
 impl Report {
-    /// The report as a page for a browser: HTML that is well-formed XML, too. It asks for nothing
-    /// from elsewhere, follows the reader's choice of light or dark, and can be printed.
+    /// The report as an HTML page that is also well-formed XML. It loads no external resources,
+    /// follows the reader's light or dark mode, and is printable.
     pub fn html(&self) -> String {
         let mut page = Page::default();
         let mut inner = format!("<header>\n<h1>{}</h1>\n", escape(&self.title));
@@ -28,8 +28,8 @@ impl Report {
             contents += &entry;
             sections += &inner;
         }
-        // Once beside the text where there is room, once folded: what is not folded on wide screens
-        // could not be folded on narrow ones without a program.
+        // The contents appear twice, for wide and for narrow screens: without a script, a list that
+        // is open on wide screens cannot be folded on narrow ones.
         if self.sections.len() > 1 {
             inner += &format!("<nav aria-label=\"Contents\"><ol>\n{contents}</ol></nav>\n");
             inner += &format!(
@@ -47,7 +47,7 @@ impl Report {
     }
 }
 
-/// What has been counted and named so far.
+/// Counters and names used so far.
 #[derive(Default)]
 struct Page {
     names: HashSet<String>,
@@ -56,7 +56,7 @@ struct Page {
 }
 
 impl Page {
-    /// An attribute that makes the name a place to link to, unless it is one already.
+    /// Attribute that makes the name a link target, unless it is already one.
     fn place(&mut self, name: String) -> String {
         if !is_name(&name) || self.names.contains(&name) {
             return String::new();
@@ -66,7 +66,7 @@ impl Page {
         attribute
     }
 
-    /// Its entry in the contents, and itself.
+    /// The section's entry in the contents, and its HTML.
     fn section(&mut self, number: usize, section: &Section) -> (String, String) {
         let title = escape(&section.title);
         let place = self.place(section.id.clone());
@@ -113,7 +113,7 @@ impl Page {
         let (mut place, mut count) = (String::new(), String::new());
         if !number.is_empty() {
             place = self.place(format!("eq-{}", number.to_lowercase()));
-            // What joins numbers is a dash.
+            // Replace hyphens between numbers by en dashes.
             let number = escape(number).replace('-', "–");
             count = format!("<span class=\"count\">({number})</span>");
         }
@@ -162,7 +162,7 @@ impl Page {
         let inner = if figure.is_empty() {
             "<p class=\"nothing\">There is nothing to draw.</p>\n".to_owned()
         } else {
-            // Names of places have no underscores.
+            // Names of link targets contain no underscores, so this one is unique.
             figure.inline(&format!("figure_{}", self.figures), &label)
         };
         format!("<figure class=\"plot\"{place}>\n{inner}{}</figure>\n", caption(&label, text))
@@ -184,7 +184,7 @@ fn caption(label: &str, text: &str) -> String {
 
 fn cell(cell: &Cell) -> String {
     match cell {
-        // A narrow column of many words would be long.
+        // Avoid tall, narrow columns of long texts.
         Cell::Text(text) if plain(text).chars().count() > NARROW => {
             format!("<div class=\"long\">{}</div>", marked(text))
         }
@@ -195,7 +195,7 @@ fn cell(cell: &Cell) -> String {
     }
 }
 
-/// A number with signs as they are printed: `-1.5e-7` becomes −1.5 × 10 to the −7.
+/// Typesets the signs of a number: `-1.5e-7` becomes −1.5 × 10 to the −7.
 fn typeset(number: &str) -> String {
     let number = number.replace('-', "−");
     match number.split_once('e') {

@@ -1,13 +1,13 @@
-//! A report for programs.
+//! JSON form of a report.
 
 use super::markup::plain;
 use super::{Block, Cell, Report, Table};
 use serde_json::{Map, Value, json};
 
 impl Report {
-    /// What the report finds and all its tables as JSON: `findings`, each with its `section`, its
-    /// `verdict` and its `text`; `tables` by the names of their files, each with `caption`, `columns`
-    /// (`name`, `unit`) and `rows`. Numbers that do not exist are null, infinite ones are words.
+    /// Findings and tables of the report as JSON: `findings`, each with its `section`, `verdict`
+    /// and `text`; `tables` by file name, each with `caption`, `columns` (`name`, `unit`) and
+    /// `rows`. NaN becomes null, infinities become strings.
     pub fn json(&self) -> Value {
         let mut findings = Vec::new();
         let mut tables = Map::new();
@@ -59,7 +59,7 @@ fn of_cell(cell: &Cell) -> Value {
         Cell::Number(x, _) | Cell::Fixed(x, _) if x.is_infinite() => {
             json!(if x > 0.0 { "inf" } else { "-inf" })
         }
-        // What is not a number is null.
+        // NaN becomes null.
         Cell::Number(x, _) | Cell::Fixed(x, _) => json!(x),
         Cell::Empty => Value::Null,
     }

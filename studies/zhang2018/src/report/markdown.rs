@@ -1,17 +1,17 @@
-//! A report in the Markdown of GitHub. Its pictures are files of their own.
+//! GitHub-flavoured Markdown form of a report, with its pictures as separate files.
 
 use super::markup::{Piece, is_name, parse, plain};
 use super::{Block, Cell, Report, Table};
 use std::collections::HashSet;
 
 impl Report {
-    /// The report as Markdown. It shows the files of [`Report::pictures`].
+    /// The report as Markdown that references the files of [`Report::pictures`].
     pub fn markdown(&self) -> String {
         let mut pieces = vec![format!("# {}", words(&self.title))];
         pieces.extend(self.lead.iter().map(|text| paragraph(text)));
         let mut count = Count::default();
         for (k, section) in self.sections.iter().enumerate() {
-            // Names that GitHub makes of titles are not those that links lead to.
+            // Explicit anchors, because GitHub derives other names from titles.
             let place = count.place(section.id.clone());
             let heading = format!("## {} {}", k + 1, words(&section.title));
             pieces.push(format!("{place}\n\n{heading}"));
@@ -26,7 +26,7 @@ impl Report {
     }
 }
 
-/// What has been counted and named so far.
+/// Counters and names used so far.
 #[derive(Default)]
 struct Count {
     names: HashSet<String>,
@@ -36,7 +36,7 @@ struct Count {
 }
 
 impl Count {
-    /// A place to link to, unless there is one of that name already.
+    /// Anchor for a link target, unless the name is already used.
     fn place(&mut self, name: String) -> String {
         if !is_name(&name) || self.names.contains(&name) {
             return String::new();
@@ -116,7 +116,7 @@ fn cell(cell: &Cell) -> String {
     }
 }
 
-/// A text that begins a line: what would make it a list there is a sign.
+/// Text at the start of a line, with a leading list mark escaped.
 fn paragraph(text: &str) -> String {
     let text = line(text);
     let digits = text.bytes().take_while(u8::is_ascii_digit).count();
@@ -127,8 +127,8 @@ fn paragraph(text: &str) -> String {
     }
 }
 
-/// A text with its marks on one line. Marks are elements of HTML, because those of Markdown have rules
-/// about their neighbours.
+/// Marked-up text on one line. Marks become HTML elements, because Markdown marks depend on
+/// adjacent characters.
 fn line(text: &str) -> String {
     let piece = |piece: Piece| match piece {
         Piece::Text(text) => words(&text),
@@ -144,7 +144,7 @@ fn line(text: &str) -> String {
     line.trim().to_owned()
 }
 
-/// Plain words: every sign that means something to Markdown is just a sign, in tables too.
+/// Plain words with all Markdown characters escaped, table separators included.
 fn words(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut signs = text.chars().peekable();
@@ -156,7 +156,7 @@ fn words(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            // Within words it means nothing, and addresses have it.
+            // Within a word an underscore is literal; addresses need it unescaped.
             '_' if signs.peek().is_some_and(is_within) => out.push(sign),
             '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '#' | '~' | '^' | '$' | '!' => {
                 out.push('\\');

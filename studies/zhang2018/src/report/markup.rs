@@ -1,9 +1,9 @@
-//! Text with marks: inline CommonMark, with `<sub>` and `<sup>` as its only HTML.
+//! Marked-up text: inline CommonMark, with `<sub>` and `<sup>` as its only HTML.
 
 use pulldown_cmark::{Event, Parser, Tag, TagEnd};
 use stiction_draw::xml::escape;
 
-/// A piece of a text; every beginning has its end, properly nested.
+/// One piece of a text; start and end pieces are properly nested.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Piece {
     Text(String),
@@ -12,19 +12,19 @@ pub(crate) enum Piece {
     End(Element),
 }
 
-/// An element around words.
+/// An inline element.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Element {
     Strong,
     Emphasis,
     Subscript,
     Superscript,
-    /// A link with its destination.
+    /// A link and its destination.
     Link(String),
 }
 
 impl Element {
-    /// The place in the same report that a link leads to.
+    /// Link target within the report, if the element is an internal link.
     pub(crate) fn place(&self) -> Option<&str> {
         match self {
             Self::Link(destination) => destination.strip_prefix('#').filter(|name| is_name(name)),
@@ -32,7 +32,7 @@ impl Element {
         }
     }
 
-    /// Its name in HTML, but for links.
+    /// HTML element name; none for links.
     fn name(&self) -> Option<&'static str> {
         match self {
             Self::Strong => Some("strong"),
@@ -43,23 +43,23 @@ impl Element {
         }
     }
 
-    /// Its start tag in HTML; none for a link out of the report.
+    /// HTML start tag; none for a link out of the report.
     pub(crate) fn begin(&self) -> Option<String> {
         let link = || self.place().map(|place| format!("<a href=\"#{place}\">"));
         self.name().map(|name| format!("<{name}>")).or_else(link)
     }
 
-    /// Its end tag in HTML, if it has a start tag.
+    /// HTML end tag, if there is a start tag.
     pub(crate) fn end(&self) -> Option<String> {
         let link = || self.place().map(|_| "</a>".to_owned());
         self.name().map(|name| format!("</{name}>")).or_else(link)
     }
 }
 
-/// Reads a text.
+/// Parses a marked-up text.
 pub(crate) fn parse(text: &str) -> Vec<Piece> {
-    // A text is part of a line: no block of Markdown begins in it. Behind a colon none can, and a
-    // mark opens as it does at the start of a line.
+    // A text is inline, so no Markdown block may begin in it. The leading colon prevents that, and
+    // marks after it open as at the start of a line.
     let line = format!(":{}", text.replace(['\r', '\n'], " "));
     let mut reader = Reader::default();
     for event in Parser::new(&line) {
@@ -92,7 +92,7 @@ impl Reader {
                 self.begin(Element::Link(dest_url.into_string()));
             }
             Event::End(TagEnd::Strong | TagEnd::Emphasis | TagEnd::Link | TagEnd::Image) => {
-                // Indices that were not closed within it end with it.
+                // An element closes the indices left open inside it.
                 while let Some(Element::Subscript | Element::Superscript) = self.open.last() {
                     self.end();
                 }
@@ -123,7 +123,7 @@ impl Reader {
             self.end();
         }
         if let Some(Piece::Text(first)) = self.pieces.first_mut() {
-            // The colon before the text.
+            // Remove the leading colon.
             first.remove(0);
         }
         self.pieces.retain(|piece| *piece != Piece::Text(String::new()));
@@ -131,13 +131,13 @@ impl Reader {
     }
 }
 
-/// Tells if a link can lead to it: lower-case letters, digits and hyphens.
+/// Tests for a valid link target: lower-case letters, digits and hyphens.
 pub(crate) fn is_name(name: &str) -> bool {
     let is_part = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
     !name.is_empty() && name.bytes().all(is_part)
 }
 
-/// A text as HTML. Of a link out of the report only the words are kept.
+/// Converts a text to HTML. A link out of the report keeps its words alone.
 pub(crate) fn html(text: &str) -> String {
     let piece = |piece: &Piece| match piece {
         Piece::Text(text) => escape(text),
@@ -148,7 +148,7 @@ pub(crate) fn html(text: &str) -> String {
     parse(text).iter().map(piece).collect()
 }
 
-/// A text without its marks.
+/// Removes the marks of a text.
 pub(crate) fn plain(text: &str) -> String {
     let words = parse(text).into_iter().filter_map(|piece| match piece {
         Piece::Text(text) | Piece::Code(text) => Some(text),
@@ -157,7 +157,7 @@ pub(crate) fn plain(text: &str) -> String {
     words.collect()
 }
 
-/// Destinations of a text's links.
+/// Destinations of the links in a text.
 pub(crate) fn destinations(text: &str) -> Vec<String> {
     let links = parse(text).into_iter().filter_map(|piece| match piece {
         Piece::Begin(Element::Link(destination)) => Some(destination),
@@ -191,7 +191,7 @@ mod tests {
         }
     }
 
-    /// No block of Markdown begins in a text, and HTML is text.
+    /// Markdown blocks and HTML in a text remain plain text.
     #[test]
     fn all_else_is_text() {
         let same =
@@ -210,7 +210,7 @@ mod tests {
         assert_eq!(destinations("[a](#b) *[`c`](d)*"), ["#b", "d"]);
     }
 
-    /// Text of many marks and few words.
+    /// Strategy for texts with many marks and few words.
     fn marked() -> impl Strategy<Value = String> {
         let piece = prop_oneof![
             "[*_`\\[\\]\\\\()#<>!&;]",

@@ -1,10 +1,10 @@
-//! A report: sections of text, equations, tables and figures, written once and given as a page for a
-//! browser, as Markdown and as CSV files.
+//! Reports: sections of text, equations, tables and figures, exported as an HTML page, as Markdown
+//! and as CSV files.
 //!
-//! A report is data: its author does not choose how it looks. Text is inline CommonMark: `**strong**`,
-//! `*emphasis*`, `` `code` `` and `[words](#section)`, with `<sub>` and `<sup>` for indices and powers;
-//! other HTML is plain text. Links lead to the name of a section, to `table-` or `figure-` and the name
-//! of a file of numbers, or to `eq-` and the number of an equation in lower case.
+//! A report is pure data and contains no layout. Text is inline CommonMark: `**strong**`,
+//! `*emphasis*`, `` `code` `` and `[words](#section)`, with `<sub>` and `<sup>` for indices and
+//! powers; other HTML is plain text. A link leads to a section id, to `table-` or `figure-` and the
+//! file name of the numbers, or to `eq-` and an equation number in lower case.
 
 mod defects;
 mod files;
@@ -17,17 +17,17 @@ mod terminal;
 use stiction_draw::figure::Figure;
 use stiction_draw::numbers::{fixed, not_finite, significant};
 
-/// Text with marks, see the module.
+/// Marked-up text in the syntax of the [module](self).
 pub type Text = String;
 
-/// A whole report.
+/// A complete report.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// Its title; plain.
+    /// Title, plain text.
     pub title: String,
-    /// What it is and for whom, under the title.
+    /// Introduction under the title.
     pub lead: Vec<Text>,
-    /// Its sections, in reading order.
+    /// Sections in reading order.
     pub sections: Vec<Section>,
     /// Sources and version, at the end.
     pub footer: Vec<Text>,
@@ -36,100 +36,100 @@ pub struct Report {
 /// One section.
 #[derive(Clone, Debug)]
 pub struct Section {
-    /// Where links point to: lower-case letters, digits and hyphens.
+    /// Link target: lower-case letters, digits and hyphens.
     pub id: String,
-    /// Its title; plain.
+    /// Title, plain text.
     pub title: String,
-    /// What it says, in reading order.
+    /// Contents in reading order.
     pub blocks: Vec<Block>,
 }
 
-/// A piece of a section.
+/// One block of a section.
 #[derive(Clone, Debug)]
 pub enum Block {
     /// A paragraph.
     Paragraph(Text),
-    /// A list without order.
+    /// An unordered list.
     List(Vec<Text>),
-    /// A sentence that the section comes down to.
+    /// A concluding statement of the section.
     Finding(Finding, Text),
-    /// A formula on a line of its own, with the number that its source gave it, if any.
+    /// A display formula, with the equation number of its source, if any.
     Equation {
-        /// The source's number, without brackets.
+        /// Equation number in the source, without parentheses.
         number: String,
         /// The formula.
         formula: Text,
     },
     /// A table.
     Table(Table),
-    /// Curves.
+    /// A figure of curves.
     Curves {
-        /// Name of its file of numbers, without ending.
+        /// Name of the data file, without extension.
         id: String,
-        /// What is drawn.
+        /// Curves of the figure.
         figure: Figure,
-        /// What it shows.
+        /// Caption of the figure.
         caption: Text,
     },
     /// A picture.
     Picture {
         /// A complete `<svg>` element that follows the page's colours.
         svg: String,
-        /// What it shows.
+        /// Caption of the picture.
         caption: Text,
     },
 }
 
-/// How a [`Block::Finding`] ends.
+/// Verdict of a [`Block::Finding`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finding {
-    /// What was claimed holds.
+    /// The claim holds.
     Right,
-    /// What was claimed does not hold.
+    /// The claim does not hold.
     Wrong,
-    /// It cannot be decided from what was published.
+    /// The published data do not decide the claim.
     Open,
-    /// A statement that answers no claim.
+    /// A statement without a claim.
     Note,
 }
 
 /// Rows under named columns.
 #[derive(Clone, Debug)]
 pub struct Table {
-    /// Name of its file of numbers, without ending.
+    /// Name of the data file, without extension.
     pub id: String,
-    /// What it shows.
+    /// Caption of the table.
     pub caption: Text,
-    /// Its columns.
+    /// Columns of the table.
     pub columns: Vec<Column>,
-    /// Its rows, each with one cell for each column.
+    /// Rows, each with one cell per column.
     pub rows: Vec<Vec<Cell>>,
 }
 
 /// A column of a [`Table`].
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// Its name.
+    /// Column name.
     pub name: Text,
-    /// The unit of its numbers; empty if they have none.
+    /// Unit of the numbers; empty if dimensionless.
     pub unit: String,
 }
 
 /// A cell of a [`Table`].
 #[derive(Clone, Debug)]
 pub enum Cell {
-    /// Words.
+    /// A text.
     Text(Text),
-    /// A number, shown with so many significant digits; files have all of them.
+    /// A number and its displayed significant digits; files keep full precision.
     Number(f64, usize),
-    /// A number shown with so many digits after the point; files have all of them.
+    /// A number and its displayed decimals; files keep full precision.
     Fixed(f64, usize),
-    /// Nothing.
+    /// An empty cell.
     Empty,
 }
 
 impl Finding {
-    /// It in a word.
+    /// One-word name of the verdict.
     pub fn word(self) -> &'static str {
         match self {
             Self::Right => "Right",
@@ -141,14 +141,14 @@ impl Finding {
 }
 
 impl Column {
-    /// A column.
+    /// Creates a column.
     pub fn new(name: impl Into<Text>, unit: impl Into<String>) -> Self {
         Self { name: name.into(), unit: unit.into() }
     }
 }
 
 impl Table {
-    /// A table without rows.
+    /// Creates a table without rows.
     pub fn new<const N: usize>(id: &str, caption: &str, columns: [(&str, &str); N]) -> Self {
         let columns = columns.map(|(name, unit)| Column::new(name, unit));
         Self { id: id.into(), caption: caption.into(), columns: columns.into(), rows: Vec::new() }
@@ -156,7 +156,7 @@ impl Table {
 }
 
 impl Table {
-    /// Whether most of what the k-th column has are numbers.
+    /// Tests for a majority of numbers in the k-th column.
     fn is_numeric(&self, k: usize) -> bool {
         let cells = || self.rows.iter().filter_map(move |row| row.get(k));
         let numbers = cells().filter(|c| matches!(c, Cell::Number(..) | Cell::Fixed(..))).count();
@@ -173,7 +173,7 @@ impl Cell {
         }
     }
 
-    /// Its number as it is shown, with plain signs; nothing if there is none.
+    /// Displayed number with plain signs; empty for other cells.
     fn shown(&self) -> String {
         let (x, text) = match *self {
             Self::Number(x, digits) => (x, significant(x, digits)),

@@ -1,19 +1,19 @@
-//! What a report comes down to, for a terminal.
+//! Findings of a report for a terminal.
 
 use super::markup::plain;
 use super::{Block, Report};
 use std::fmt;
 
-/// Columns of a line.
+/// Line width in columns.
 const WIDTH: usize = 100;
-/// Where sentences begin, after the verdict.
+/// Indentation of the text after the verdict.
 const INDENT: &str = "          ";
 
 impl Report {
-    /// Writes the title, and for each section its findings.
+    /// Writes the title and the findings of each section.
     ///
     /// # Errors
-    /// What the receiver says.
+    /// Errors of the writer.
     pub fn write_findings(&self, out: &mut impl fmt::Write) -> fmt::Result {
         writeln!(out, "{}", self.title)?;
         for (k, section) in self.sections.iter().enumerate() {

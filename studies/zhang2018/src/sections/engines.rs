@@ -1,12 +1,12 @@
-//! What independent programs say: the place of the paper's comparison.
+//! Comparison with independent programs, in place of the paper's comparison.
 
 use super::{note, paragraph, right, rounding, section};
 use crate::report::{Block, Cell, Column, Section, Table};
 
-/// Measured by `validation/`, checked there against every run.
+/// Results of `validation/`, which compares this table with every run.
 const AGREEMENT: &str = include_str!("../../../../validation/agreement.csv");
 
-/// The measured table: header and rows.
+/// Header and rows of the agreement table.
 pub(crate) fn measured() -> (Vec<String>, Vec<Vec<String>>) {
     let mut lines = AGREEMENT.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
     let cells = |line: &str| line.split(',').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();

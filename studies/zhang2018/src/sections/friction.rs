@@ -11,10 +11,10 @@ use crate::friction::{
 use crate::report::{Cell, Section};
 use crate::robot::{Motion, NO_LOAD, Robot};
 
-/// Samples of a cycle in the comparison of methods.
+/// Samples per cycle in the comparison of friction methods.
 pub(crate) const SAMPLES: usize = 2000;
 
-/// The methods that are compared.
+/// Friction methods under comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Converged,
@@ -38,20 +38,20 @@ impl Kind {
     }
 }
 
-/// One method along a cycle of the regular twin without load.
+/// Results of one method along a cycle of the regular twin without load.
 pub(crate) struct Row {
     pub(crate) kind: Kind,
-    /// Root mean square of what friction adds over that of the frictionless driving force.
+    /// RMS friction contribution relative to the RMS frictionless actuator force.
     pub(crate) effect: [f64; 3],
-    /// Root mean square of the error of that addition over that of the right addition.
+    /// RMS error of the contribution relative to the RMS converged contribution.
     pub(crate) error: [f64; 3],
-    /// Work per cycle of what friction adds to the drives, J.
+    /// Work per cycle of the friction contributions to the actuators, J.
     pub(crate) work: f64,
-    /// Passes, at most.
+    /// Largest number of passes.
     pub(crate) passes: usize,
 }
 
-/// The legs' positions from which displacements are counted: at zero input, and at t = 0.
+/// Reference positions of the legs for displacements: at zero input and at t = 0.
 fn origins(robot: &Robot) -> [[[f64; 3]; 3]; 2] {
     let pose = [0.060, 0.500, 65.0_f64.to_radians()];
     let home = Motion { pose, rate: [0.0; 3], acceleration: [0.0; 3] };
@@ -63,7 +63,7 @@ fn cycle(robot: &Robot, method: Method) -> Option<Vec<Result>> {
     (0..SAMPLES).map(|k| driving_forces_with_friction(robot, &at(k), NO_LOAD, method)).collect()
 }
 
-/// All methods side by side. None if one has no result.
+/// Results of all methods. None if one method has no solution.
 pub(crate) fn compare() -> Option<Vec<Row>> {
     let robot = Robot::regular();
     let [home, first] = origins(&robot);
@@ -94,8 +94,8 @@ pub(crate) fn compare() -> Option<Vec<Row>> {
     rows.collect()
 }
 
-/// The part of all (leg, instant) pairs at which the bars of (28), with displacements from zero input,
-/// give friction the wrong sign.
+/// Fraction of all (leg, instant) pairs at which the absolute value in (28), with displacements
+/// from zero input, gives friction the wrong sign.
 pub(crate) fn wrong_signs() -> f64 {
     let robot = Robot::regular();
     let [home, _] = origins(&robot);
@@ -115,7 +115,7 @@ pub(crate) fn wrong_signs() -> f64 {
     wrong as f64 / (3 * SAMPLES) as f64
 }
 
-/// The largest difference, N, between the converged method here and the engine with friction.
+/// Largest difference, N, between this study's converged method and the engine with friction.
 pub(crate) fn agreement(samples: &[Sample], method: Method) -> f64 {
     let robot = Robot::regular();
     greatest(samples.iter().flat_map(|sample| {
@@ -126,7 +126,7 @@ pub(crate) fn agreement(samples: &[Sample], method: Method) -> f64 {
     }))
 }
 
-/// The viscous torques that (28) cancels: the largest generalised force of the viscous parts alone
+/// Viscous contribution that cancels in (28): the largest generalised force of the viscous parts
 /// along the twin's motion by virtual work; N, N, N m.
 fn viscous_part(robot: &Robot) -> [f64; 3] {
     let mut most = [0.0_f64; 3];
@@ -296,8 +296,9 @@ pub(crate) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> 
     Some(section("friction", "Friction: section 5.1 and equation (28)", blocks))
 }
 
-/// How many times as large the load of a prismatic joint is with two pads `span` m apart about P that
-/// carry its moment as well, |F/2 + d| + |F/2 - d| with d = M x u / span: the least and the greatest.
+/// Smallest and largest ratio of the normal load of a prismatic joint with two pads `span` m apart
+/// about P to the load with one pad. The pads also carry the moment: |F/2 + d| + |F/2 - d| with d =
+/// M x u / span.
 fn two_pads(samples: &[Sample], span: f64) -> (f64, f64) {
     use crate::reactions::unknown::{FP, MP};
     super::range(samples.iter().flat_map(|sample| sample.unknowns).map(|leg| {
@@ -310,7 +311,7 @@ fn two_pads(samples: &[Sample], span: f64) -> (f64, f64) {
     }))
 }
 
-/// Work that joints dissipate along samples, J, by the trapezoidal rule.
+/// Energy dissipated by the joints over the samples, J, by the trapezoidal rule.
 pub(crate) fn dissipated(samples: &[Sample]) -> f64 {
     let piece = |pair: &[Sample]| {
         0.5 * (pair[0].power.dissipated + pair[1].power.dissipated) * (pair[1].time - pair[0].time)

@@ -1,4 +1,4 @@
-//! The paper's figures, and what can be said of them.
+//! Figures of the paper and their assessment.
 
 use super::{note, open, paragraph, section, wrong};
 use crate::friction::joint_friction;
@@ -8,8 +8,9 @@ use crate::report::{Block, Section};
 use crate::robot::{NO_LOAD, Robot};
 use crate::simulation::least_squares;
 
-/// Leg 1 of the printed robot on (29) without load, self-stress and feedback of friction: the largest load of its prismatic joint, N, and the
-/// largest friction of that joint, N. Both follow from the leg's own motion.
+/// Leg 1 of the printed robot on (29) without load, self-stress or friction coupling: the largest
+/// normal force and the largest friction force of its prismatic joint, N. Both follow from the
+/// motion of the leg alone.
 pub(crate) fn leg_one() -> (f64, f64) {
     let robot = Robot::printed();
     let mut most = (0.0_f64, 0.0_f64);
@@ -30,7 +31,7 @@ pub(crate) fn leg_one() -> (f64, f64) {
 pub(crate) fn write() -> Section {
     let (load, friction) = leg_one();
     let robot = Robot::printed();
-    // There the equations have a solution.
+    // The equations are solvable at this instant.
     let start = System::new(&robot, &Robot::printed_motion(0.0), NO_LOAD, Form::Corrected);
     let bears = least_squares(&start, 1.0, false).0[0];
     let blocks = vec![

@@ -10,7 +10,7 @@ use crate::lagrangian::{Printed, driving_forces, generalised_force};
 use crate::report::{Cell, Section};
 use crate::robot::{Motion, NO_LOAD, Robot};
 
-/// The readings of the moments of inertia, with what each gets wrong.
+/// Interpretations of the moments of inertia, with the error of each.
 pub(crate) const READINGS: [(&str, Printed); 4] = [
     (
         "(8): J′<sub>d</sub> = J<sub>d</sub> + m<sub>d</sub> (x² + z²)",
@@ -27,8 +27,8 @@ pub(crate) const READINGS: [(&str, Printed); 4] = [
     ("all three as printed", Printed::ALL),
 ];
 
-/// How far a reading leads: the greatest error in the generalised forces (N, N, N m) and driving forces
-/// (N) along a motion; drives are none where they do not exist.
+/// Largest errors of an interpretation along a motion: generalised forces (N, N, N m) and actuator
+/// forces (N). The actuator errors are none at singular poses.
 pub(crate) fn errors(
     robot: &Robot,
     motion: fn(f64) -> Motion,
@@ -51,7 +51,7 @@ pub(crate) fn errors(
     (forces, drives)
 }
 
-/// The largest differences from the engine's frictionless driving forces, N, and the largest force.
+/// Largest difference from the engine's frictionless actuator forces, N, and the largest force, N.
 pub(crate) fn agreement(samples: &[Sample]) -> (f64, f64) {
     let robot = Robot::regular();
     let mut worst = (0.0_f64, 0.0_f64);

@@ -8,8 +8,8 @@ use crate::robot::{Motion, Robot, leg_lengths};
 use core::f64::consts::FRAC_PI_2;
 use nalgebra::Matrix3;
 
-/// The greatest differences of closed form and engine along a motion: leg lengths, m, and rates of the
-/// nine joints, m/s and rad/s.
+/// Largest differences between closed form and engine along a motion: leg lengths, m, and rates of
+/// the nine joints, m/s and rad/s.
 pub(crate) fn agreement(
     robot: &Robot,
     motion: fn(f64) -> Motion,
@@ -27,14 +27,14 @@ pub(crate) fn agreement(
     worst
 }
 
-/// A datum of section 6 and what follows from it for leg 2 at zero input.
+/// One datum of section 6 and its consequences for leg 2 at zero input.
 pub(crate) struct Datum {
     pub(crate) stated: &'static str,
     /// l - k, m; z of the balls, m; length of leg 2, m; its angle, deg.
     pub(crate) implied: [f64; 4],
 }
 
-/// What each datum of the geometry implies when the others are left out.
+/// Consequences of each geometric datum in isolation from the others.
 pub(crate) fn data() -> [Datum; 5] {
     let (height, length, angle) = (0.505_f64, 0.543_16_f64, 109.82_f64.to_radians());
     let of_offset = |offset: f64, height: f64| {
@@ -61,7 +61,7 @@ pub(crate) fn data() -> [Datum; 5] {
     ]
 }
 
-/// The greatest difference, relative, of det(J^-1) times all lengths from its closed form.
+/// Largest relative difference between det(J^-1) times all leg lengths and its closed form.
 pub(crate) fn determinant_misfit(robot: &Robot, count: usize) -> f64 {
     let scale = 2.0 * robot.k * robot.l * robot.l;
     greatest(super::structure::poses(count).map(|pose| {

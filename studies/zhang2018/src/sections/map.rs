@@ -1,21 +1,21 @@
-//! Every equation of the paper: where it is in the code and which test holds it.
+//! Table of the paper's equations with the function and the test of each.
 
 use super::{paragraph, section, table};
 use crate::report::{Cell, Section};
 use crate::{friction, kinematics, lagrangian, reactions, robot, screws, sections, simulation};
 
-/// One equation.
+/// One equation of the paper.
 pub(crate) struct Row {
     pub(crate) equation: &'static str,
     pub(crate) what: &'static str,
     pub(crate) verdict: &'static str,
     /// Path of the function in this crate.
     pub(crate) function: String,
-    /// File among the study's tests, and the test's name.
+    /// Test file of the study and name of the test.
     pub(crate) test: (&'static str, &'static str),
 }
 
-/// A function's path; code that names no function does not compile.
+/// Path of a function, checked by the compiler.
 macro_rules! path {
     ($($path:tt)+) => {{
         let _ = $($path)+;
@@ -24,7 +24,7 @@ macro_rules! path {
     }};
 }
 
-/// All rows in the order of the paper.
+/// All rows, in the order of the paper.
 pub(crate) fn rows() -> Vec<Row> {
     let row = |equation, what, verdict, function, file, test| Row {
         equation,

@@ -1,4 +1,4 @@
-//! What the report says, a file for each of its sections.
+//! Sections of the report, one file each.
 
 pub(super) mod engines;
 pub(super) mod friction;
@@ -42,17 +42,17 @@ pub(super) fn equation(number: &str, formula: &str) -> Block {
     Block::Equation { number: number.into(), formula: formula.into() }
 }
 
-/// A number with so many significant digits.
+/// Number cell with the given number of significant digits.
 pub(super) fn digits(value: f64, digits: usize) -> Cell {
     Cell::Number(value, digits)
 }
 
-/// A number with so many digits after the point.
+/// Number cell with the given number of decimals.
 pub(super) fn fixed(value: f64, digits: usize) -> Cell {
     Cell::Fixed(value, digits)
 }
 
-/// A table and its rows.
+/// Builds a table from its rows.
 pub(super) fn table<const N: usize>(
     id: &str,
     caption: &str,
@@ -64,10 +64,10 @@ pub(super) fn table<const N: usize>(
     Block::Table(table)
 }
 
-/// Points of a curve over time, and how it is drawn: name, colour, dashed.
+/// Points and style of a curve over time: name, colour index, dashed, points.
 pub(super) type Drawn<'a> = (&'a str, usize, bool, Vec<(f64, f64)>);
 
-/// A panel of curves over time.
+/// Builds a panel of curves over time.
 pub(super) fn panel<const N: usize>(y_label: &str, lines: [Drawn<'_>; N]) -> Panel {
     let line = |(label, colour, dashed, points): Drawn<'_>| Line {
         label: label.into(),
@@ -78,13 +78,13 @@ pub(super) fn panel<const N: usize>(y_label: &str, lines: [Drawn<'_>; N]) -> Pan
     Panel { y_label: y_label.into(), lines: lines.into_iter().map(line).collect() }
 }
 
-/// Panels over time.
+/// Builds a figure of panels over time.
 pub(super) fn curves(id: &str, title: &str, panels: Vec<Panel>, caption: &str) -> Block {
     let figure = Figure { title: title.into(), x_label: "time [s]".into(), panels };
     Block::Curves { id: id.into(), figure, caption: caption.into() }
 }
 
-/// A small or large number in running text, with so many digits.
+/// Formats a number for running text as a power of ten with the given number of digits.
 pub(super) fn power_of_ten(value: f64, digits: usize) -> String {
     let text = format!("{value:.*e}", digits.saturating_sub(1));
     match text.split_once('e') {
@@ -97,24 +97,24 @@ pub(super) fn power_of_ten(value: f64, digits: usize) -> String {
     }
 }
 
-/// The least and the greatest of some counts, in words.
+/// Formats a range of counts in words.
 pub(super) fn told((least, greatest): (usize, usize)) -> String {
     if least == greatest { least.to_string() } else { format!("{least} to {greatest}") }
 }
 
-/// A number that should be zero, in words.
+/// Formats a rounding error in words.
 pub(super) fn rounding(value: f64) -> String {
     if value == 0.0 { "exactly zero".into() } else { power_of_ten(value, 1) }
 }
 
-/// The least and the greatest of some numbers.
+/// Minimum and maximum of the values.
 pub(super) fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| {
         (least.min(value), greatest.max(value))
     })
 }
 
-/// The greatest magnitude.
+/// Largest magnitude of the values.
 pub(super) fn greatest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, |most: f64, value| most.max(value.abs()))
 }

@@ -14,17 +14,18 @@ use crate::simulation::out_of_range;
 use nalgebra::DVector;
 use stiction_core::linalg::Svd;
 
-/// Ranks of the 42 equations and their two smallest singular values, SI units, over some motions.
+/// Ranks of the 42 equations and their two smallest singular values, SI units, over a set of
+/// motions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ranks {
     pub(crate) rank: (usize, usize),
-    /// The least and the greatest of the last but one.
+    /// Minimum and maximum of the second-smallest singular value.
     pub(crate) before_last: (f64, f64),
-    /// The least and the greatest of the last.
+    /// Minimum and maximum of the smallest singular value.
     pub(crate) last: (f64, f64),
 }
 
-/// Ranks over motions.
+/// Computes the ranks over motions.
 pub(crate) fn ranks(robot: &Robot, form: Form, motions: &mut dyn Iterator<Item = Motion>) -> Ranks {
     let mut found = Ranks {
         rank: (usize::MAX, 0),
@@ -44,7 +45,7 @@ pub(crate) fn ranks(robot: &Robot, form: Form, motions: &mut dyn Iterator<Item =
     found
 }
 
-/// Poses at rest, spread evenly over a box about the workspace.
+/// Poses at rest, spread evenly over a box around the workspace.
 fn at_rest(count: usize) -> impl Iterator<Item = Motion> {
     let still = |pose| Motion { pose, rate: [0.0; 3], acceleration: [0.0; 3] };
     super::structure::poses(count).map(still)
@@ -54,21 +55,22 @@ fn along(motion: fn(f64) -> Motion, count: usize) -> impl Iterator<Item = Motion
     (0..count).map(move |k| motion(k as f64 / (count - 1) as f64))
 }
 
-/// The null vector of the printed robot's equations on (29), scaled so that leg 1 carries -2 along y,
-/// and the largest part of it that is neither a force along y nor what such a force makes in its leg.
+/// Null vector of the printed robot's equations on (29), scaled so that leg 1 carries -2 along y,
+/// and its largest component that is neither a force along y nor a consequence of one within the
+/// leg.
 pub(crate) fn null_vector(time: f64) -> Option<(DVector<f64>, f64)> {
     let motion = Robot::printed_motion(time);
     let svd = Svd::new(&System::new(&Robot::printed(), &motion, NO_LOAD, Form::Corrected).matrix);
     let [null] = svd.null_space(SIZE - 1).try_into().ok()?;
     let null: DVector<f64> = &null * (-2.0 / null[unknown::FS + 1]);
-    // A force along y loads forces along y and moments about t and u.
+    // A force along y causes forces along y and moments about t and u.
     let allowed = [1, 3, 4, 6, 7, 9, 12];
     let rest = greatest((0..SIZE).filter(|i| !allowed.contains(&(i % OF_LEG))).map(|i| null[i]));
     Some((null, rest))
 }
 
-/// The error of the transverse force F_S,t by the printed equation (23): for each leg the largest, N,
-/// and the largest force.
+/// Error of the transverse force F_S,t by the printed equation (23): for each leg the largest
+/// error, N, and the largest force, N.
 pub(crate) fn transverse(
     robot: &Robot,
     motion: fn(f64) -> Motion,
@@ -89,7 +91,7 @@ pub(crate) fn transverse(
     worst
 }
 
-/// The largest difference between the 42 equations and the engine on the regular twin without friction,
+/// Largest difference between the 42 equations and the engine on the frictionless regular twin,
 /// over all unknowns, and the largest unknown; N and N m together.
 pub(crate) fn agreement(frictionless: &[Sample]) -> (f64, f64) {
     let robot = Robot::regular();
@@ -315,8 +317,8 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
     section("reactions", "Joint reactions: equations (22) to (27)", blocks)
 }
 
-/// Largest errors of the system as printed in spirit, and largest values, N: driving forces and the forces at
-/// S, P and R.
+/// Largest errors of the [`Form::Printed`] system, and largest values, N: actuator forces and the
+/// forces at S, P and R.
 pub(crate) fn printed_errors(robot: &Robot) -> [(&'static str, f64, f64); 4] {
     let mut found = [
         ("τ", 0.0_f64, 0.0_f64),

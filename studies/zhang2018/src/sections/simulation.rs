@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 
 const SAMPLES: usize = 1000;
 
-/// The moment that no drive can give along (29), N m: the least and the greatest.
+/// Minimum and maximum of the moment along (29) that the actuators cannot balance, N m.
 pub(crate) fn missing(load: Load) -> (f64, f64) {
     let robot = Robot::printed();
     range(
@@ -25,8 +25,8 @@ pub(crate) fn missing(load: Load) -> (f64, f64) {
     )
 }
 
-/// The smallest singular value of J^-1 along (29), its third column in units of k, and the largest
-/// departure of row 2 + row 3 from twice row 1.
+/// Smallest singular value of J^-1 along (29), with the third column in units of k, and the largest
+/// deviation of row 2 + row 3 from twice row 1.
 pub(crate) fn singular() -> (f64, f64) {
     let robot = Robot::printed();
     let mut worst = (0.0_f64, 0.0_f64);
@@ -35,7 +35,7 @@ pub(crate) fn singular() -> (f64, f64) {
         let unit = Vector3::new(1.0, 1.0, 1.0 / robot.k);
         let matrix = Matrix3::from_fn(|n, i| rows[n][i] * unit[i]);
         worst.0 = worst.0.max(matrix.singular_values().min());
-        // The rows are those of leg directions; times the lengths they are linear in the pose.
+        // The rows are unit leg directions; multiplied by the lengths they are linear in the pose.
         let lengths = crate::robot::leg_lengths(
             &robot,
             Robot::printed_motion(k as f64 / SAMPLES as f64).pose,
@@ -46,7 +46,8 @@ pub(crate) fn singular() -> (f64, f64) {
     worst
 }
 
-/// The largest driving force of (21), N, at t = 0.25 s, no load, with theta off 90 deg by `degrees`.
+/// Largest actuator force of (21), N, at t = 0.25 s without load, with theta off 90 deg by
+/// `degrees`.
 pub(crate) fn near_singular(degrees: f64) -> Option<f64> {
     let mut motion = Robot::printed_motion(0.25);
     motion.pose[2] = FRAC_PI_2 + degrees.to_radians();
@@ -54,7 +55,7 @@ pub(crate) fn near_singular(degrees: f64) -> Option<f64> {
     driving_forces(&robot, Printed::NONE, &motion, NO_LOAD).map(greatest)
 }
 
-/// Self-stresses for which friction on (29) is shown, N.
+/// Self-stresses of the friction examples on (29), N.
 const STRESSES: [f64; 3] = [0.0, 50.0, -50.0];
 
 fn folds(robot: &Robot) -> [[Cell; 4]; 3] {

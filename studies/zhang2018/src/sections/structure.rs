@@ -1,4 +1,4 @@
-//! Section 1 of the paper: what the robot can do.
+//! Section 1 of the paper: mobility of the robot.
 
 use super::{digits, equation, fixed, paragraph, right, section, table, told, wrong};
 use crate::report::{Block, Section};
@@ -14,7 +14,7 @@ use stiction_run::Portrait;
 use stiction_run::check::Findings;
 use stiction_run::inverse::Job;
 
-/// Poses at which ranks are taken, spread evenly over a box about the workspace.
+/// Poses of the rank tests, spread evenly over a box around the workspace.
 pub(crate) fn poses(count: usize) -> impl Iterator<Item = Pose<f64>> {
     (0..count).map(|k| {
         let [a, b, c] = even(k);
@@ -22,21 +22,21 @@ pub(crate) fn poses(count: usize) -> impl Iterator<Item = Pose<f64>> {
     })
 }
 
-/// What ranks the screws have.
+/// Ranks of the screw systems and checks of equations (1) to (3).
 pub(crate) struct Ranks {
-    /// Of the five twists of a leg, the least and the greatest over legs and poses.
+    /// Minimum and maximum rank of a leg's five twists over legs and poses.
     pub(crate) leg: (usize, usize),
-    /// Of the three constraint wrenches.
+    /// Minimum and maximum rank of the three constraint wrenches.
     pub(crate) constraints: (usize, usize),
-    /// Of constraint and actuation wrenches.
+    /// Minimum and maximum rank of constraint and actuation wrenches together.
     pub(crate) all: (usize, usize),
-    /// The largest power of the wrench (3) on any twist (1).
+    /// Largest power of the wrench (3) on the twists (1).
     pub(crate) reciprocity: f64,
-    /// The largest departure of the self-stress from (-2, 1, 1).
+    /// Largest deviation of the self-stress from (-2, 1, 1).
     pub(crate) stress: f64,
 }
 
-/// Ranks over many poses.
+/// Computes the ranks over many poses.
 pub(crate) fn ranks(robot: &Robot, count: usize) -> Ranks {
     let widen = |known: &mut (usize, usize), rank: usize| {
         *known = (known.0.min(rank), known.1.max(rank));

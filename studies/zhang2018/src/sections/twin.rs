@@ -1,4 +1,4 @@
-//! The same study on the regular twin, where every number is certain.
+//! Results for the regular twin, whose equations have a unique solution.
 
 use super::{curves, digits, fixed, note, panel, paragraph, right, rounding, section, table};
 use crate::Error;
@@ -10,7 +10,7 @@ use serde_json::Value;
 use stiction_draw::figure::Figure;
 use stiction_run::inverse::Job;
 
-/// A joint of the twin that comes to rest.
+/// Reversal of a joint of the twin.
 #[derive(Clone, Debug)]
 pub(crate) struct Reversal {
     pub(crate) joint: String,
@@ -18,7 +18,7 @@ pub(crate) struct Reversal {
     pub(crate) interval: Interval,
 }
 
-/// All instants of one cycle at which a joint of the twin reverses, s.
+/// Instants of one cycle at which a joint of the twin reverses, s.
 pub(crate) fn instants() -> Vec<(String, f64)> {
     let robot = Robot::regular();
     let rates = |n: usize, time: f64| joint_rates(&robot, &Robot::regular_motion(time))[n];
@@ -33,7 +33,7 @@ pub(crate) fn instants() -> Vec<(String, f64)> {
                 if (rates(n, high)[j] > 0.0) == side {
                     continue;
                 }
-                // Until no number lies between.
+                // Bisect until no representable number lies between.
                 loop {
                     let middle = 0.5 * (low + high);
                     if middle <= low || middle >= high {
@@ -51,7 +51,7 @@ pub(crate) fn instants() -> Vec<(String, f64)> {
     found
 }
 
-/// The interval of each driving force at every reversal.
+/// Actuator force intervals at every reversal.
 pub(crate) fn reversals(job: &Job<'_>, rest_speed: f64) -> Result<Vec<Reversal>, Error> {
     let at = |(joint, time): (String, f64)| {
         Ok(Reversal { joint, time, interval: interval(job, time, rest_speed)? })
@@ -59,14 +59,14 @@ pub(crate) fn reversals(job: &Job<'_>, rest_speed: f64) -> Result<Vec<Reversal>,
     instants().into_iter().map(at).collect()
 }
 
-/// The four metrics of a drive in a summary, and the peak of the frictionless effort.
+/// The four friction metrics of an actuator in a summary, and the peak of its frictionless effort.
 fn metrics(summary: &Value, leg: usize) -> [f64; 4] {
     let effect = &summary["drives"][format!("leg{leg}.P")]["friction_effect"];
     ["max_over_max", "rms_over_rms", "mean_over_mean", "greatest_at_one_time"]
         .map(|name| effect[name].as_f64().unwrap_or(f64::NAN))
 }
 
-/// The metrics of all legs under all loads.
+/// Table of the metrics of all legs under all loads.
 pub(crate) fn metric_table(id: &str, caption: &str, runs: &[(&str, &Run)]) -> Block {
     let rows = runs.iter().flat_map(|(load, run)| {
         (1..=3).map(move |leg| {
@@ -102,7 +102,7 @@ fn figure(run: &Run, name: &str, caption: &str) -> Option<Block> {
     Some(Block::Curves { id: format!("twin-{name}-curves"), figure, caption: caption.into() })
 }
 
-/// The parts that joints have in each drive, from the summary.
+/// Friction contributions of the joints to each actuator, from the summary.
 fn shares(summary: &Value) -> Vec<[Cell; 5]> {
     let mut rows = Vec::new();
     for leg in 1..=3 {
@@ -122,7 +122,7 @@ fn shares(summary: &Value) -> Vec<[Cell; 5]> {
     rows
 }
 
-/// The runs under the three loads of the model, with friction converged.
+/// Runs under the three loads of the model, with converged friction.
 pub(crate) struct Runs<'a> {
     pub(crate) none: &'a Run,
     pub(crate) moderate: &'a Run,

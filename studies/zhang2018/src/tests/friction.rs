@@ -5,14 +5,14 @@ use crate::robot::{NO_LOAD, PRINTED_LOAD};
 use crate::sections::friction::{agreement, compare, dissipated, wrong_signs};
 use stiction_core::dynamics::FrictionMode;
 
-/// The published table of methods: effects and errors in percent, work per cycle in J.
+/// Published table of methods: effects and errors in percent, work per cycle in J.
 #[test]
 fn methods_and_their_work() {
     let rows = compare().unwrap();
     let published: [([f64; 3], [f64; 3], f64, i32); 6] = [
         ([17.3, 13.2, 18.2], [0.0, 0.0, 0.0], 2.021, 3),
         ([16.6, 13.6, 18.2], [13.0, 13.0, 10.0], 1.955, 3),
-        // Published as 18.4; the figure here is 18.35.
+        // The published value is 18.4; this study gives 18.35.
         ([14.6, 11.8, 18.4], [103.0, 172.0, 192.0], 0.012, 3),
         ([15.8, 12.1, 18.6], [158.0, 174.0, 166.0], -0.914, 3),
         ([11.1, 10.9, 17.2], [53.0, 62.0, 100.0], 1.62, 2),
@@ -21,19 +21,19 @@ fn methods_and_their_work() {
     assert_eq!(rows.len(), published.len());
     for (row, (effect, error, work, digits)) in rows.iter().zip(published) {
         for n in 0..3 {
-            // Samples at reversals, of which 2000 a cycle hit some, move the last digit.
+            // Some of the 2000 samples of a cycle fall on reversals and change the last digit.
             let (found, off) = (100.0 * row.effect[n], 100.0 * row.error[n]);
             assert!((found / effect[n] - 1.0).abs() < 5e-3, "{:?}: {found}", row.kind);
             assert!((off - error[n]).abs() < 1.0_f64.max(2e-3 * error[n]), "{:?}: {off}", row.kind);
         }
         near(row.work, work, digits);
     }
-    // (28) resists in less than half of all cases.
+    // (28) opposes the motion in less than half of all cases.
     near(100.0 * wrong_signs(), 52.0, 0);
 }
 
-/// Converged and one-pass friction are those of the general engine, with loads, too; and what friction
-/// adds to the drives is what it dissipates.
+/// Converged and one-pass friction agree with the general engine, also under loads; the friction
+/// contributions do the work that the joints dissipate.
 #[test]
 fn friction_is_that_of_the_engine() {
     let model = model("zhang2018-regular").unwrap();
@@ -45,7 +45,7 @@ fn friction_is_that_of_the_engine() {
         let run = Run::of(&job, |_, _, _| true).unwrap();
         let difference = agreement(&run.samples, method);
         assert!(difference < 2e-12, "{difference}");
-        // A hundredth of a second is coarse where frictions jump.
+        // A step of a hundredth of a second is coarse at friction discontinuities.
         assert!((dissipated(&run.samples) - work).abs() < 2e-3);
     }
     for method in [Method::Converged, Method::OnePass, Method::PrismaticOnly] {
@@ -60,10 +60,11 @@ fn friction_is_that_of_the_engine() {
     }
 }
 
-/// Friction of R and S goes with the radius; without the factor it does not vanish with it.
+/// Friction of R and S is proportional to the radius; without this factor it does not vanish with
+/// the radius.
 #[test]
 fn without_radius_nothing_rubs() {
-    // Viscous friction goes with the radius' square.
+    // Viscous friction is proportional to the squared radius.
     let mut robot = Robot { viscous: 0.0, ..Robot::regular() };
     let motion = Robot::regular_motion(0.3);
     let loads = [[10.0; 3]; 3];
@@ -88,7 +89,7 @@ fn without_radius_nothing_rubs() {
     assert!((0..3).all(|n| (all[n] - alone[n]).abs() < 1e-12));
 }
 
-/// (28) gives the same whether there is viscous friction or not: it cancels.
+/// Viscous friction cancels in (28).
 #[test]
 fn viscous_friction_cancels_in_the_literal_equation() {
     let robot = Robot::regular();
@@ -103,7 +104,7 @@ fn viscous_friction_cancels_in_the_literal_equation() {
     assert_ne!(drives(0.0, Method::OnePass), drives(0.02, Method::OnePass));
 }
 
-/// At no coefficient there is no friction, and one pass is wrong by the square of the coefficient.
+/// A zero coefficient gives no friction, and the one-pass error is quadratic in the coefficient.
 #[test]
 fn one_pass_is_wrong_to_second_order() {
     let motion = Robot::regular_motion(0.23);
@@ -121,7 +122,7 @@ fn one_pass_is_wrong_to_second_order() {
     assert!((ratio - 4.0).abs() < 0.3, "{ratio}");
 }
 
-/// What the P joints rub changes no other drive.
+/// Friction of a P joint changes the effort of its own actuator alone.
 #[test]
 fn friction_of_slides_changes_nothing_else() {
     let robot = Robot::regular();

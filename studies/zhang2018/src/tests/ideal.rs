@@ -6,7 +6,8 @@ use crate::robot::{Motion, NO_LOAD, PRINTED_LOAD};
 use crate::sections::ideal::{READINGS, agreement, errors};
 use stiction_core::dynamics::FrictionMode;
 
-/// Lagrange's equations and the engine agree on the twin, where no rate is zero; with loads, too.
+/// Lagrange's equations and the engine agree on the twin with all rates non-zero, with and without
+/// loads.
 #[test]
 fn lagrange_is_the_engine() {
     let model = model("zhang2018-regular").unwrap();
@@ -14,7 +15,7 @@ fn lagrange_is_the_engine() {
         Run::of(&job(&model, "regular", load, FrictionMode::Off).unwrap(), |_, _, _| true).unwrap()
     };
     let (difference, largest) = agreement(&run("L0").samples);
-    // Rounding of forces of 100 N behind a condition number below 10.
+    // Rounding of forces of 100 N at a condition number below 10.
     assert!(difference < 1e-12 && largest > 100.0, "{difference} {largest}");
     let robot = Robot::regular();
     let l1 = [20.0, -10.0, -30.0, 2.0, 3.0, -1.5];
@@ -33,7 +34,7 @@ fn lagrange_is_the_engine() {
     }
 }
 
-/// The published sizes of the three errors.
+/// Published sizes of the three errors.
 #[test]
 fn errors_of_the_printed_inertias() {
     let [platform, rods, bases, _] = READINGS.map(|(_, reading)| {
@@ -58,7 +59,7 @@ fn errors_of_the_printed_inertias() {
     };
     near(size(0), 2.48, 2);
     near(size(2), 0.013, 3);
-    // For leg 1 of the printed robot the axis is the right one: it alone makes no difference there.
+    // For leg 1 of the printed robot the printed axis is correct and makes no difference.
     let (rest, rate) = ([0.0, 0.5, 1.4], [0.1, 0.0, 0.0]);
     let mut alone = Robot::printed();
     alone.b = [alone.b[0]; 3];
@@ -66,8 +67,8 @@ fn errors_of_the_printed_inertias() {
     assert!((energies[0] - energies[1]).abs() < 1e-12 * energies[0]);
 }
 
-/// (18) to (20): at rest the generalised force is the slope of the potential, and the drives of the
-/// engine's statics do its work.
+/// (18) to (20): at rest the generalised force is the gradient of the potential and equals that of
+/// the engine's static actuator forces.
 #[test]
 fn weights_do_the_work_of_the_potential() {
     let h = 1e-6;
@@ -93,8 +94,7 @@ fn weights_do_the_work_of_the_potential() {
     }
 }
 
-/// The energy that Lagrange's equations move is that of the Lagrangian: power of the generalised force
-/// is the rate of change of the total energy.
+/// The power of the generalised force equals the rate of change of the Lagrangian's total energy.
 #[test]
 fn power_is_the_change_of_energy() {
     let robot = Robot::regular();
@@ -108,7 +108,7 @@ fn power_is_the_change_of_energy() {
         let motion = Robot::regular_motion(time);
         let force = generalised_force(&robot, Printed::NONE, &motion);
         let power: f64 = (0..3).map(|i| force[i] * motion.rate[i]).sum();
-        // Fourth order.
+        // Fourth-order central difference.
         let slope = (8.0 * (energy(time + h) - energy(time - h))
             - (energy(time + 2.0 * h) - energy(time - 2.0 * h)))
             / (12.0 * h);

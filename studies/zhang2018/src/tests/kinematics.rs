@@ -5,7 +5,7 @@ use crate::robot::leg_vector;
 use crate::sections::kinematics::{agreement, data, determinant_misfit};
 use stiction_core::dynamics::FrictionMode;
 
-/// (4) to (6) as they stand in the paper, by hand.
+/// (4) to (6) as printed, evaluated by hand.
 #[test]
 fn leg_vectors_as_printed() {
     let robot = Robot::printed();
@@ -20,7 +20,7 @@ fn leg_vectors_as_printed() {
     }
 }
 
-/// The published table of the twin's motion: lengths to six digits, rates likewise.
+/// Published table of the twin's motion: lengths and rates to six digits.
 #[test]
 fn table_of_the_twin() {
     let rows = [
@@ -60,7 +60,7 @@ fn table_of_the_twin() {
     }
 }
 
-/// Second derivatives are those of the first.
+/// Second derivatives equal the finite differences of the first.
 #[test]
 fn accelerations_are_derivatives_of_rates() {
     let h = 1e-5;
@@ -71,7 +71,7 @@ fn accelerations_are_derivatives_of_rates() {
         for n in 0..3 {
             let at = |t: f64| leg_motion(&robot, n, &motion(t));
             let (before, now, after) = (at(0.2 - h), at(0.2), at(0.2 + h));
-            // Central differences are good to h^2 times a third derivative of some 2 pi cubed.
+            // The error of central differences is h^2 times a third derivative of about (2 pi)^3.
             for (a, b, c) in [
                 (before.length, now.length, after.length),
                 (before.turn, now.turn, after.turn),
@@ -97,12 +97,13 @@ fn positions_and_rates_are_those_of_the_engine() {
         let found = positions(&job).unwrap();
         assert_eq!(found.len(), 101);
         let (lengths, rates) = agreement(&robot, signal, &found);
-        // Rounding of lengths below a metre and rates below one.
+        // Rounding of lengths below 1 m and rates below 1.
         assert!(lengths < 4e-15 && rates < 1e-14, "{name}: {lengths} {rates}");
     }
 }
 
-/// (7): zero at zero input, where the legs are 505 and 587.39 mm long, and as much more as the legs are.
+/// (7): zero at zero input, with legs 505 and 587.39 mm long, and equal to the leg extension
+/// elsewhere.
 #[test]
 fn inputs_are_those_of_the_joints() {
     let robot = Robot::printed();
@@ -137,7 +138,7 @@ fn centres_lie_on_the_legs() {
     }
 }
 
-/// (13) to (15) with arccos, where balls are above the base.
+/// (13) to (15) with arccos, for balls above the base.
 #[test]
 fn angles_of_the_legs() {
     let robot = Robot::printed();
@@ -158,12 +159,12 @@ fn angles_of_the_legs() {
 fn determinant_in_closed_form() {
     let robot = Robot::printed();
     assert!(determinant_misfit(&robot, 2000) < 1e-14);
-    // Zero at 90 deg, and not near it.
+    // Zero at 90 deg alone.
     let at = |degrees: f64| determinant(&robot, [0.01, 0.5, degrees.to_radians()]).abs();
     assert!(at(90.0) < 1e-17 && at(89.0) > 3e-4, "{} {}", at(90.0), at(89.0));
 }
 
-/// The published contradictions of the printed data.
+/// Published contradictions of the printed data.
 #[test]
 fn data_contradict_each_other() {
     let [sides, leg, angle, both, raised] = data().map(|datum| datum.implied);

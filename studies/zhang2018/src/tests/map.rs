@@ -1,6 +1,6 @@
 use crate::sections::map::rows;
 
-/// Every row's test is there; that its function is there the compiler knows.
+/// The test of every row exists; the compiler checks the function.
 #[test]
 fn every_row_has_its_target() {
     let sources = [
@@ -21,7 +21,7 @@ fn every_row_has_its_target() {
         let at = at.unwrap_or_else(|| panic!("{test} of {} is gone", row.equation));
         assert_eq!(lines[at - 1], "#[test]", "{test} is no test");
     }
-    // Paths are those of files below this module.
+    // Paths are relative to this crate's sources.
     let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     for row in &rows {
         let parts: Vec<&str> = row.function.split("::").collect();
@@ -34,12 +34,12 @@ fn every_row_has_its_target() {
     }
 }
 
-/// All numbered equations of the paper are there.
+/// The table covers all numbered equations of the paper.
 #[test]
 fn no_equation_is_missing() {
     let mut numbers = std::collections::BTreeSet::new();
     for row in rows() {
-        // Numbers in brackets are those of equations; 5.1 is a section.
+        // Numbers in brackets denote equations; 5.1 is a section.
         let mut found = Vec::new();
         for word in row.equation.split(|c: char| !c.is_ascii_digit()) {
             found.extend(word.parse::<u32>().ok().filter(|_| row.equation.contains('(')));

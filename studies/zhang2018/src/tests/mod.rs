@@ -1,5 +1,5 @@
-//! The study against numbers of others: an independent derivation and three independent engines found
-//! them (`reference/README.md`); they are given here with the digits that were published.
+//! Comparison with published numbers of an independent derivation and three independent engines
+//! (`reference/README.md`), given with their published digits.
 
 mod friction;
 mod ideal;
@@ -12,7 +12,7 @@ mod structure;
 
 use super::robot::Robot;
 
-/// Half a unit of the last digit, and a little for rounding.
+/// Tolerance of half a unit in the last digit, with a margin for rounding.
 fn near(found: f64, published: f64, digits_after_point: i32) {
     let half = 0.501 * 10.0_f64.powi(-digits_after_point);
     assert!((found - published).abs() <= half, "{found} is not {published}");

@@ -10,7 +10,7 @@ use stiction_core::dynamics::FrictionMode;
 
 const REFERENCE: &str = include_str!("../../../../reference/3rps_parallel_axis_regular_L0.csv");
 
-/// All 42 unknowns at eleven instants, printed with ten digits, in three cases.
+/// All 42 unknowns at eleven instants, published with ten digits, in three cases.
 #[test]
 fn reference_of_all_unknowns() {
     let mut lines = REFERENCE.lines().filter(|line| !line.starts_with('#'));
@@ -40,7 +40,7 @@ fn reference_of_all_unknowns() {
         }
         for (i, cell) in cells[3..].iter().enumerate() {
             let expected: f64 = cell.parse().unwrap();
-            // Half a unit of the tenth digit.
+            // Half a unit in the tenth digit.
             let tolerance = 5.1e-10 * expected.abs().max(1e-3) + 1e-11;
             assert!((unknowns[i] - expected).abs() < tolerance, "{line}: {i} {}", unknowns[i]);
             compared += 1;
@@ -49,7 +49,7 @@ fn reference_of_all_unknowns() {
     assert_eq!(compared, 33 * SIZE);
 }
 
-/// The rank is 41 in every pose of the printed robot and 42 for the twin.
+/// The rank is 41 at every pose of the printed robot and 42 for the twin.
 #[test]
 fn rank_forty_one() {
     let [printed, regular] = robots();
@@ -62,12 +62,12 @@ fn rank_forty_one() {
         assert_eq!(found.rank, (42, 42));
         assert!(found.last.0 > 5e-3, "{found:?}");
     }
-    // Nine unknowns in no equation.
+    // Nine unknowns appear in no equation.
     let found = ranks(&printed, Form::Literal, &mut along(Robot::printed_motion));
     assert_eq!(found.rank, (33, 33));
 }
 
-/// The null vector is the self-stress (-2, 1, 1) and what passes it on.
+/// The null vector is the self-stress (-2, 1, 1) and its internal reactions.
 #[test]
 fn null_vector_is_the_self_stress() {
     for k in 0..10 {
@@ -80,7 +80,8 @@ fn null_vector_is_the_self_stress() {
     }
 }
 
-/// Equation (23) as printed: up to 1.1 N on (29), 8.4 N of 24 N on the twin's motion.
+/// The error of equation (23) as printed is up to 1.1 N on (29), and 8.4 N of 24 N on the twin's
+/// motion.
 #[test]
 fn printed_equation_of_moments() {
     let (error, _) = transverse(&Robot::printed(), Robot::printed_motion, 1000);
@@ -90,7 +91,7 @@ fn printed_equation_of_moments() {
     near(of.into_iter().fold(0.0, f64::max), 24.0, 0);
 }
 
-/// The whole printed system, put in order as far as it can be, is wrong by newtons in every unknown.
+/// The printed system with minimal repairs has errors of newtons in every unknown.
 #[test]
 fn printed_system_is_wrong_by_much() {
     for (name, error, of) in printed_errors(&Robot::regular()) {
@@ -98,8 +99,9 @@ fn printed_system_is_wrong_by_much() {
     }
 }
 
-/// At 90 deg what cannot be taken is the moment about y with the forces' moments about the point where the
-/// legs meet; all else, a moment about z too, is in the range. Off 90 deg the roll comes in.
+/// At 90 deg the unbalanced load is the moment about y combined with the moments of the forces
+/// about the intersection of the legs; all other loads, a moment about z included, are in the
+/// range. Off 90 deg the roll moment contributes.
 #[test]
 fn range_of_the_equations() {
     let robot = Robot::printed();
@@ -118,7 +120,7 @@ fn range_of_the_equations() {
     let mut motion = Robot::printed_motion(0.13);
     motion.pose[2] = 80.0_f64.to_radians();
     let (null, _) = out_of_range(&robot, &motion, NO_LOAD).unwrap();
-    // Found by an independent program: up to the sign (0.247, 0, 0.014, -0.088, -1, 0.016).
+    // Result of an independent program, up to the sign: (0.247, 0, 0.014, -0.088, -1, 0.016).
     for (found, published) in null.into_iter().zip([-0.247, 0.0, -0.014, 0.088, 1.0, -0.016]) {
         near(found, published, 3);
     }
@@ -130,11 +132,11 @@ fn engine_has_the_same_unknowns() {
     let job = job(&model, "regular", "L0", FrictionMode::Off).unwrap();
     let run = Run::of(&job, |_, _, _| true).unwrap();
     let (difference, largest) = agreement(&run.samples);
-    // Condition numbers up to 180 times rounding of 150 N.
+    // Rounding of 150 N at condition numbers up to 180.
     assert!(difference < 5e-12 && largest > 100.0, "{difference} {largest}");
 }
 
-/// The same equations in another order have the same solution.
+/// The equations for single bodies have the same solution.
 #[test]
 fn single_bodies_have_the_same_solution() {
     let robot = Robot::regular();

@@ -32,7 +32,7 @@ fn has_all_parts_and_no_defects() {
     }
 }
 
-/// Nothing that is shown is no number, and the page is one file of moderate size.
+/// No displayed value is NaN, and the page is one file of moderate size.
 #[test]
 fn pages_have_numbers() {
     let report = report();
@@ -58,7 +58,7 @@ fn pages_have_numbers() {
     }
 }
 
-/// Stopped wherever it asks, the study ends as interrupted and asks no more.
+/// The study ends as interrupted at every possible stop and makes no further calls.
 #[test]
 fn can_be_stopped() {
     let mut asked = 0;
@@ -79,7 +79,7 @@ fn can_be_stopped() {
     }
 }
 
-/// The table of the engines says something, and nothing in it is worse than what is required.
+/// The engine table is not empty and all its values meet the requirement.
 #[test]
 fn engines_agree() {
     let (header, rows) = engines::measured();

@@ -9,8 +9,8 @@ use crate::simulation::*;
 use stiction_core::dynamics::FrictionMode;
 use stiction_run::inverse::Error;
 
-/// 53.9 to 55.6 N m are missing under the printed load, 53.5 to 56.1 with its sign reversed, up to 0.95
-/// without; the engine finds the same by itself.
+/// The unbalanced moment is 53.9 to 55.6 N m under the printed load, 53.5 to 56.1 with its sign
+/// reversed, and up to 0.95 without load; the engine agrees.
 #[test]
 fn moment_is_missing() {
     let (least, most) = missing(PRINTED_LOAD);
@@ -31,7 +31,7 @@ fn moment_is_missing() {
     near(found.range.1, 55.6, 1);
 }
 
-/// Without load the moment vanishes at 0, 0.5 and 1 s and nowhere else.
+/// Without load the moment vanishes at 0, 0.5 and 1 s alone.
 #[test]
 fn three_instants_can_be_balanced() {
     let robot = Robot::printed();
@@ -43,7 +43,7 @@ fn three_instants_can_be_balanced() {
         let time = f64::from(k) / 1000.0;
         assert!(at(time) > 1e-3 && at(time + 0.5) < -1e-3, "{time}");
     }
-    // There the drives are those that the 42 equations give, t = 0: published.
+    // At t = 0 the actuator forces of the 42 equations match the published values.
     let system = System::new(&robot, &Robot::printed_motion(0.0), NO_LOAD, Form::Corrected);
     let (drives, residual) = least_squares(&system, 1.0, false);
     for (found, published) in drives.into_iter().zip([37.79, 46.81, 46.81]) {
@@ -56,13 +56,13 @@ fn three_instants_can_be_balanced() {
 fn singular_along_the_motion() {
     let (smallest, dependence) = singular();
     assert!(smallest < 1e-14 && dependence < 1e-14, "{smallest} {dependence}");
-    // As one over the distance: 551 N at 1 deg, 4.07e5 N at 0.001 deg.
+    // Inverse proportionality to the distance: 551 N at 1 deg, 4.07e5 N at 0.001 deg.
     near(near_singular(1.0).unwrap(), 551.0, 0);
     near(near_singular(0.001).unwrap() / 1e5, 4.07, 2);
     assert!(near_singular(0.0).is_none());
 }
 
-/// The published answers of least squares that do not depend on how the rows are combined.
+/// Published least-squares results that do not depend on linear combinations of the rows.
 #[test]
 fn least_squares_depends_on_units() {
     let robot = Robot::printed();
@@ -83,7 +83,7 @@ fn least_squares_depends_on_units() {
         }
         let answers = [(&system, 1.0), (&system, 1e3), (&system.of_single_bodies(&robot), 1.0)]
             .map(|(system, unit)| least_squares(system, unit, false));
-        // Neither solves the equations, and no two agree.
+        // Neither result solves the equations, and no two results agree.
         for (k, (drives, residual)) in answers.iter().enumerate() {
             assert!(*residual > 0.1, "{residual}");
             let others = answers[..k].iter();
@@ -92,7 +92,8 @@ fn least_squares_depends_on_units() {
     }
 }
 
-/// A micrometre on leg 1: no position, or two 0.22 deg and 1.0 mm off; ten: 0.71 deg and 3.2 mm.
+/// Leg 1 longer by 1 um: no pose, or two poses 0.22 deg and 1.0 mm away; by 10 um: 0.71 deg and 3.2
+/// mm.
 #[test]
 fn positions_fold() {
     let robot = Robot::printed();
@@ -107,7 +108,7 @@ fn positions_fold() {
     }
 }
 
-/// Without load leg 1 is pressed by 0.22 N at most and rubs with 0.03 N.
+/// Without load the normal force of leg 1 is at most 0.22 N and its friction 0.03 N.
 #[test]
 fn leg_one_does_not_rub() {
     let (load, friction) = leg_one();
@@ -115,8 +116,8 @@ fn leg_one_does_not_rub() {
     near(friction, 0.03, 2);
 }
 
-/// With friction, at t = 0.2 s some self-stress between 50 and 200 N closes the balance about y; at t = 0.02 s
-/// none does up to 1 kN. Without coefficients friction is none.
+/// With friction, a self-stress between 50 and 200 N closes the balance about y at t = 0.2 s; none
+/// up to 1 kN does at t = 0.02 s. Zero coefficients give zero friction.
 #[test]
 fn friction_and_self_stress_on_the_printed_motion() {
     let robot = Robot::printed();
@@ -141,7 +142,7 @@ fn friction_and_self_stress_on_the_printed_motion() {
     assert!((missed.abs() - missing_moment(&robot, &motion, NO_LOAD).abs()).abs() < 1e-10);
 }
 
-/// The published answers of least squares for single bodies, the rod about P and the base about R.
+/// Published least-squares results for single bodies, the rod about P and the base about R.
 #[test]
 fn least_squares_of_single_bodies() {
     let robot = Robot::printed();

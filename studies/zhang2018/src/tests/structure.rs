@@ -3,7 +3,7 @@ use crate::robot::Robot;
 use crate::screws::{gap_of_roll, leg_twists, power, reciprocal, roll_within};
 use crate::sections::structure::{poses, ranks};
 
-/// Equations (1) to (3): five independent twists, one wrench that does no work on them.
+/// Equations (1) to (3): five independent twists and one reciprocal wrench.
 #[test]
 fn screws_of_a_leg() {
     for robot in robots() {
@@ -11,7 +11,7 @@ fn screws_of_a_leg() {
         assert_eq!(found.leg, (5, 5));
         assert!(found.reciprocity < 1e-15, "{}", found.reciprocity);
     }
-    // The product is one that can be other than zero: a force along z works on the slide.
+    // The product is not identically zero: a force along z does work on the prismatic joint.
     let robot = Robot::printed();
     let pose = [0.02, 0.5, 1.3];
     let slide = leg_twists(&robot, 1, pose)[1];
@@ -20,8 +20,8 @@ fn screws_of_a_leg() {
     assert!(power(&wrench, &slide) > 0.5);
 }
 
-/// The printed robot has rank 2 and rank 5 everywhere, with the self-stress (-2, 1, 1); the twin has
-/// full ranks but where it passes singularities.
+/// The printed robot has rank 2 and rank 5 everywhere, with the self-stress (-2, 1, 1); the twin
+/// has full rank except at singularities.
 #[test]
 fn constraints_have_rank_two() {
     let [printed, regular] = robots();
@@ -32,14 +32,14 @@ fn constraints_have_rank_two() {
     assert_eq!((found.constraints, found.all), ((3, 3), (6, 6)));
 }
 
-/// 1, 10 and 100 um of clearance: 0.16, 0.50 and 1.59 deg.
+/// Clearances of 1, 10 and 100 um permit 0.16, 0.50 and 1.59 deg of roll.
 #[test]
 fn roll_within_clearance() {
     let robot = Robot::printed();
     for (clearance, degrees) in [(1e-6, 0.16), (1e-5, 0.50), (1e-4, 1.59)] {
         let roll = roll_within(&robot, clearance);
         near(roll.to_degrees(), degrees, 2);
-        // The gap is that of the second order: the next is roll^2 / 12 of it.
+        // The gap agrees to second order; the next term is roll^2 / 12 of it.
         let gap = gap_of_roll(&robot, roll);
         assert!((gap / clearance - 1.0).abs() < roll * roll / 11.0, "{gap}");
     }

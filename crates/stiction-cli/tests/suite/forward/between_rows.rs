@@ -89,7 +89,8 @@ fn oscillating_forces_between_rows_start_slip() {
     };
     for step in ["0.01", "0.1"] {
         let (_, events) = pushed(&folder, "friction = { mu = 0.5 }", "10 N*sin(2*pi*50*t)", step);
-        // Slip starts at half of the amplitude; then it slides back and forth without rest.
+        // Slip starts at half of the amplitude; the block then slides back and forth without
+        // sticking.
         assert!((begins(&events) - 1.0 / 600.0).abs() < 1e-10, "{step}: {events}");
         assert_eq!(events.matches("reverses").count(), 199, "{step}: {events}");
     }

@@ -130,9 +130,9 @@ fn angles_count_on_from_where_they_are() {
         .succeeds();
 }
 
-/// A cart with prescribed motion and a free pendulum on it: the motion does not determine the
-/// pendulum, and need not. Leaning back by atan(a/g), the pendulum is at rest relative to the cart,
-/// and the effort of the cart accelerates the whole mass.
+/// A cart with prescribed motion and a free pendulum, which the motion need not determine. At an
+/// angle of atan(a/g) backwards, the pendulum is at rest relative to the cart, and the effort of
+/// the cart accelerates the total mass.
 #[test]
 fn what_is_not_prescribed_is_free() {
     let folder = Folder::new("forward-cart");
@@ -182,6 +182,6 @@ fn what_is_not_prescribed_is_free() {
     let gains = ["forward", "alone.toml", "--controller", "type = pd; kp = 1e4; kd = 400"];
     folder.stiction(&gains).succeeds();
     folder.stiction(&["forward", "alone.toml"]).fails(2, &["leaves one degree of freedom open"]);
-    // Neither does a motion that no controller follows.
+    // A motion without a controller needs no further input either.
     folder.stiction(&["forward", "cart.toml", "--drives", "none", "--until", "0.1"]).succeeds();
 }

@@ -3,7 +3,7 @@
 use crate::program::models::slope;
 use crate::program::{Folder, column, json};
 
-/// From rest: s = g (sin a - mu cos a) t^2/2 downwards, or no motion at all.
+/// From rest: s = g (sin a - mu cos a) t^2/2 downwards, or stick.
 #[test]
 fn a_block_slides_or_sticks() {
     let folder = Folder::new("forward-slope");

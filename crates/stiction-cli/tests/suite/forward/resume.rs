@@ -46,8 +46,8 @@ fn ctrl_c_keeps_finished_rows() {
     assert_eq!(json(&folder.read("summary.json"))["ended"], "interrupted");
 }
 
-/// A run that was interrupted or killed resumes to the same bytes as an uninterrupted one, whatever acts:
-/// efforts, controllers with models of their own, prescribed motions, either method.
+/// An interrupted or killed run resumes to the same bytes as an uninterrupted one for all inputs:
+/// efforts, controllers with models of their own, prescribed motions, and both methods.
 #[cfg(unix)]
 #[test]
 fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {

@@ -5,7 +5,8 @@ use crate::kinematics::error::AssemblyError;
 use crate::mechanism::{BodyId, Mechanism};
 use crate::spatial::Pose;
 
-/// Panics if a named body, joint or degree of freedom does not exist: indices come from the caller, not from input.
+/// Panics if a named body, joint or degree of freedom does not exist; indices come from the caller,
+/// not from user input.
 pub(super) fn check_existence(
     mechanism: &Mechanism,
     initial_poses: &[(BodyId, Pose<f64>)],
@@ -39,7 +40,7 @@ pub(super) fn check_existence(
     }
 }
 
-/// Greater values, in SI units, overflow when squared.
+/// Magnitude, in SI units, above which squares overflow.
 const LARGEST: f64 = 1e30;
 
 fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {

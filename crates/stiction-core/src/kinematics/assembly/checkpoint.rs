@@ -1,12 +1,12 @@
-//! The present position as numbers, from which an assembly continues to the last bit.
+//! Checkpoint of the current position, from which an assembly continues bit-identically.
 
 use super::Assembly;
 use crate::kinematics::coordinate::Target;
 use crate::parameters::Parameters;
 
 impl Assembly {
-    /// Appends the present position to `numbers`: the tree's coordinates, rates and accelerations, the
-    /// targets, and the coordinates at which the rate equations were compiled.
+    /// Appends the current position to `numbers`: the tree's coordinates, rates and accelerations,
+    /// the targets, and the coordinates at which the rate equations were compiled.
     pub(crate) fn save(&self, numbers: &mut Vec<f64>) {
         let Self { state, planned_at, targets, .. } = self;
         let parts = [&state.coordinates, &state.rates, &state.accelerations, planned_at];
@@ -14,8 +14,8 @@ impl Assembly {
         numbers.extend(targets.iter().flat_map(|t| [t.value, t.rate, t.acceleration]));
     }
 
-    /// Takes a position saved by [`Self::save`] from the start of `numbers`, and returns the rest; `None` if
-    /// they are too few, or the rate equations cannot be compiled there.
+    /// Restores a position saved by [`Self::save`] from the start of `numbers` and returns the
+    /// rest; `None` if numbers are missing or the rate equations cannot be compiled there.
     pub(crate) fn restore<'n>(
         &mut self,
         parameters: &Parameters<f64>,
@@ -34,18 +34,18 @@ impl Assembly {
         self.plan(parameters).ok()?;
         self.state.coordinates.copy_from_slice(coordinates);
         self.differentiate(parameters);
-        // Where the position was singular these are not what the equations give.
+        // At a singular position these differ from the solution of the equations.
         self.state.rates.copy_from_slice(rates);
         self.state.accelerations.copy_from_slice(accelerations);
         Some(rest)
     }
 
-    /// The tree's coordinates at the present position.
+    /// Coordinates of the tree at the current position.
     pub(crate) fn coordinates(&self) -> &[f64] {
         &self.state.coordinates
     }
 
-    /// Places all bodies at other coordinates of the tree, at the present targets.
+    /// Places all bodies at other coordinates of the tree, with the current targets.
     pub(crate) fn place_at(&mut self, parameters: &Parameters<f64>, coordinates: &[f64]) {
         self.state.coordinates.copy_from_slice(coordinates);
         self.differentiate(parameters);

@@ -8,16 +8,16 @@ use crate::kinematics::error::AssemblyError;
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 
-/// Most halvings of a step of the motion.
+/// Maximum number of halvings of a step of the motion.
 const HALVINGS: u32 = 12;
 
 impl Assembly {
-    /// Moves along a motion from time `from` (the present position) to `to`, staying in the same
+    /// Moves along a motion from time `from` (the current position) to `to` within the same
     /// assembly mode. `motion` writes the targets of an instant.
     ///
     /// # Errors
-    /// See [`AssemblyError`], among them a jump that no halving of the step removes. Loops may be open then: move the
-    /// mechanism to a position within reach before further use.
+    /// See [`AssemblyError`], among them a jump that persists at the smallest step. Loops may be
+    /// open then: move the mechanism to a reachable position before further use.
     pub(crate) fn follow(
         &mut self,
         parameters: &Parameters<f64>,
@@ -30,8 +30,8 @@ impl Assembly {
         }
         let (mut now, mut step) = (from, to - from);
         let smallest = step * 0.5_f64.powi(HALVINGS as i32);
-        // A singular position is a better explanation than a motion that is not smooth, and a position out of
-        // reach a better one than the singular position before it.
+        // A singular position explains a failure better than a jump, and an unreachable position
+        // better than the singular position before it.
         let mut singular = None;
         self.passed.copy_from_slice(&self.targets);
         while now != to {
@@ -53,7 +53,8 @@ impl Assembly {
                     self.passed.copy_from_slice(&self.targets);
                     step *= 2.0;
                 }
-                // Far from time zero half a step may vanish in rounding: the same as the last halving.
+                // Far from time zero half a step may vanish by rounding; treat it as the last
+                // halving.
                 Err(error) if (0.5 * step).abs() < smallest.abs() || now + 0.5 * step == now => {
                     let out_of_reach = self.out_of_reach(parameters, to, motion);
                     return Err(out_of_reach.or(singular).unwrap_or(error));
@@ -70,7 +71,8 @@ impl Assembly {
         Ok(())
     }
 
-    /// The gap at `to` if the mechanism cannot be assembled there: a position out of reach is no jump.
+    /// Gap at `to` if the mechanism cannot be assembled there. An unreachable position is not a
+    /// jump.
     fn out_of_reach(
         &mut self,
         parameters: &Parameters<f64>,
@@ -86,9 +88,9 @@ impl Assembly {
             .err()
     }
 
-    /// Moves along a motion in one step, if the motion is smooth enough; otherwise stays at the present position and
-    /// returns `false`. The step may span many samples. Unlike [`Self::follow`] it starts no search, so that a
-    /// failure costs little.
+    /// Moves along a motion in one step if the motion is smooth enough; otherwise keeps the current
+    /// position and returns `false`. The step may span many samples. Unlike [`Self::follow`] it
+    /// starts no search, so a failure is cheap.
     ///
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.
@@ -113,8 +115,8 @@ impl Assembly {
         arrived
     }
 
-    /// One step along a motion; fails if the bodies do not move as their velocities predict. If Newton's method
-    /// does not converge, a search follows where `may_search`.
+    /// Takes one step along a motion; fails if the bodies do not move as their velocities predict.
+    /// If Newton's method does not converge, searches if `may_search`.
     fn step_smoothly(
         &mut self,
         parameters: &Parameters<f64>,
@@ -147,7 +149,8 @@ impl Assembly {
         let (_, _, moved) = farthest(&self.trial, &self.kinematics.bodies, length);
         self.trial.place(&self.model.topology, parameters, &self.predicted.coordinates);
         let (body, apart, missed) = farthest(&self.trial, &self.kinematics.bodies, length);
-        // A smooth motion is predicted to a small part of what was moved; a jump is not.
+        // A smooth motion has a prediction error much smaller than the displacement; a jump does
+        // not.
         let follows = missed <= 0.2 * moved + 1e-6 && missed <= 0.1;
         if !follows && !self.has_a_kink(parameters, step, missed) {
             return Err(AssemblyError::Jump {
@@ -160,8 +163,8 @@ impl Assembly {
         Ok(())
     }
 
-    /// Returns `true` if a kink of the prescribed motion explains the prediction error `missed`: prescribed rates
-    /// jump, and no body is farther off than these rates carry it.
+    /// Returns `true` if a kink of the prescribed motion explains the prediction error `missed`:
+    /// prescribed rates jump, and no body deviates more than these rates permit.
     fn has_a_kink(&mut self, parameters: &Parameters<f64>, step: f64, missed: f64) -> bool {
         let kinked = self.passed.iter().zip(&self.targets).any(|(from, to)| {
             let bend = 0.5 * step * (from.acceleration + to.acceleration);
@@ -170,7 +173,7 @@ impl Assembly {
         if !kinked || missed > 0.01 {
             return false;
         }
-        // Within the step the rates change from those before to those after it.
+        // Within the step the rates lie between those before and those after it.
         let ends = [&self.before.rates, &self.state.rates].map(|rates| {
             let mut end = self.before.clone();
             end.advance(
@@ -187,7 +190,8 @@ impl Assembly {
     }
 }
 
-/// Attributes open motions at a position on the way to that position, not to the prescribed coordinates.
+/// Attributes open motions at an intermediate position to that position, not to the prescribed
+/// coordinates.
 pub(super) fn on_the_way(error: AssemblyError) -> AssemblyError {
     match error {
         AssemblyError::Open { open } => AssemblyError::Undetermined { open },
@@ -195,8 +199,8 @@ pub(super) fn on_the_way(error: AssemblyError) -> AssemblyError {
     }
 }
 
-/// The body that differs most between two placements: its number, its relative pose, and the size
-/// of the difference, rotations counting as such and displacements in units of `length`.
+/// Body with the largest difference between two placements: its index, its relative pose, and the
+/// size of the difference, with displacements in units of `length`.
 fn farthest(a: &Bodies<f64>, b: &Bodies<f64>, length: f64) -> (usize, Pose<f64>, f64) {
     let mut worst = (0, Pose::identity(), 0.0);
     for (body, (a, b)) in a.pose.iter().zip(&b.pose).enumerate() {

@@ -1,4 +1,4 @@
-//! Coordinates that lock the motions which a prescription leaves open.
+//! Coordinates that lock the motions left open by the prescribed coordinates.
 
 use super::super::bodies::State;
 use super::super::coordinate::{Coordinate, Target};
@@ -20,9 +20,9 @@ const DIFFERENCE: f64 = 1e-4;
 const REFINEMENTS: usize = 4;
 
 impl Given<'_> {
-    /// Coordinates, with their values, that lock all motions which the prescribed coordinates leave open to
-    /// first order at the configuration near the reference. With them prescribed, too, the position is regular
-    /// even where the mechanism is singular or shaky.
+    /// Coordinates, with their values, that lock all instantaneous motions left open by the
+    /// prescribed coordinates at the configuration near the reference. With them prescribed as
+    /// well, the position is regular even if the mechanism is singular or shaky.
     pub(in crate::kinematics) fn locks(&self) -> Result<Vec<(Coordinate, f64)>, AssemblyError> {
         let (topology, parameters) = (self.topology, self.parameters);
         let values: Vec<f64> = self.targets.iter().map(|target| target.value).collect();
@@ -50,13 +50,13 @@ impl Given<'_> {
         if open.is_empty() {
             return Ok(Vec::new());
         }
-        // The rates of all candidates in the open motions; the greatest is locked, again and again.
+        // Rates of all candidates in the open motions; repeatedly lock the largest.
         let basis = DMatrix::from_columns(&open);
         let mut rates: DMatrix<f64> = jacobian.rows(first, candidates.len()) * basis;
         let mut locks = Vec::new();
         for _ in 0..open.len() {
             let sizes: Vec<f64> = rates.row_iter().map(|row| row.norm()).collect();
-            // Of nearly equal ones the first.
+            // Among nearly equal candidates take the first.
             let greatest = sizes.iter().copied().fold(0.0, f64::max);
             let Some(chosen) = sizes.iter().position(|size| *size > 0.5 * greatest) else { break };
             let direction: DVector<f64> = rates.row(chosen).transpose() / sizes[chosen];
@@ -67,10 +67,10 @@ impl Given<'_> {
         Ok(locks)
     }
 
-    /// Refines a singular position. Its closure determines it to the square root of round-off only; the singular
-    /// values vanish linearly, so that Newton's method on the near-null space of the Jacobian finds it to
-    /// round-off: `P J(q + V t) V = 0` with the near-null vectors `V` and the projection `P` on the left
-    /// near-null space.
+    /// Refines a singular position. Its closure determines it to the square root of round-off only.
+    /// The singular values vanish linearly, so Newton's method on the near-null space of the
+    /// Jacobian gives it to round-off: `P J(q + V t) V = 0` with the near-null vectors `V` and the
+    /// projection `P` on the left near-null space.
     fn refine_singular(&self, state: &mut State<f64>) {
         let topology = self.topology;
         let constraints = MotionConstraints::new(topology, self.coordinates, &[]);
@@ -116,11 +116,11 @@ impl Given<'_> {
             let amounts = slopes.solve(&right, slopes.rank_of_order_one(NEARLY_SINGULAR));
             let step: DVector<f64> = &basis * amounts;
             // Longer steps lead to another position.
-            if !(step.norm() < DIFFERENCE) {
+            if step.norm().is_nan() || step.norm() >= DIFFERENCE {
                 return;
             }
             *state = moved(state, &step);
-            // Closes the loops again across the near-null space.
+            // Close the loops across the near-null space.
             let (errors, jacobian) = at(state);
             let by_rows: Vec<f64> = jacobian.transpose().iter().copied().collect();
             space.decompose(&by_rows, errors.len(), topology.dofs(), NEARLY_SINGULAR);
@@ -129,7 +129,7 @@ impl Given<'_> {
         }
     }
 
-    /// Scalar coordinates that may be locked: of joints, then of bodies.
+    /// Scalar coordinates that can be locked: of joints, then of bodies.
     fn candidates(&self) -> Vec<Coordinate> {
         let joints = self.mechanism.joints().iter().enumerate();
         let of_joints = joints.filter(|(_, j)| j.joint_type.has_scalar_coordinates());

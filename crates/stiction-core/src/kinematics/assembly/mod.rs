@@ -28,17 +28,17 @@ use check::{check_existence, check_targets};
 use following::on_the_way;
 use std::sync::Arc;
 
-/// Loops count as closed, and prescribed values as met, below this: m over the characteristic
-/// length, and rad. Round-off of a chain of poses is some 1e-16.
+/// Tolerance of closed loops and prescribed values: m over the characteristic length, and rad.
+/// Round-off of a chain of poses is about 1e-16.
 const CLOSED: f64 = 1e-14;
-/// Near a singular position round-off is magnified; beyond this the loops are not closed.
+/// Closure tolerance near a singular position, which magnifies round-off.
 const CLOSED_AT_WORST: f64 = 1e-12;
-/// Newton's method is converging from here: one more step squares the error.
+/// Error below which Newton's method converges quadratically.
 const NEAR: f64 = 1e-7;
-/// Newton steps before the search by damped least squares.
+/// Maximum number of Newton steps before the search by damped least squares.
 const NEWTON_STEPS: usize = 12;
 
-/// A mechanism at a position that closes its loops and has the prescribed coordinates.
+/// A mechanism at a position with closed loops and the prescribed coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
     model: KinematicModel,
@@ -59,13 +59,14 @@ pub(crate) struct Assembly {
     planned_at: Vec<f64>,
     body_names: Vec<String>,
     joint_names: Vec<String>,
-    /// Number of eliminations planned so far.
+    /// Number of elimination plans so far.
     plans: u64,
     report: AssemblyReport,
 }
 
-/// Coordinates, with their values, that lock all motions which the prescribed coordinates leave open to first
-/// order at the configuration near the given one; none at a regular position that is prescribed completely.
+/// Coordinates, with their values, that lock all instantaneous motions left open by the prescribed
+/// coordinates at the configuration near the given one; none at a completely prescribed regular
+/// position.
 ///
 /// # Errors
 /// [`AssemblyError::Gap`] if the loops do not close there.
@@ -142,12 +143,12 @@ impl Assembly {
         Ok(assembly)
     }
 
-    /// Comparison of the first configuration with the given one.
+    /// Comparison of the first configuration with the reference.
     pub(crate) fn report(&self) -> &AssemblyReport {
         &self.report
     }
 
-    /// The prescribed coordinates and the passive spins, which are locked.
+    /// The prescribed coordinates and the locked passive spins.
     pub(crate) fn motion_constraints(&self) -> &MotionConstraints {
         &self.model.constraints
     }
@@ -167,30 +168,31 @@ impl Assembly {
         &self.state
     }
 
-    /// Removes the accelerations of passive spins that dynamics added.
+    /// Removes the accelerations of passive spins added by dynamics.
     pub(crate) fn forget_spins(&mut self) {
         if !self.model.constraints.spins().is_empty() {
             self.kinematics.bodies.accelerate(&self.model.topology, &self.state.accelerations);
         }
     }
 
-    /// The compiled kinematics, and the motion of all bodies to be completed by dynamics.
+    /// The compiled kinematics, and the motion of all bodies for dynamics to complete.
     pub(crate) fn parts(&mut self) -> (&KinematicModel, &mut Kinematics<f64>) {
         (&self.model, &mut self.kinematics)
     }
 
-    /// Number of eliminations planned so far.
+    /// Number of elimination plans so far.
     pub(crate) fn plans(&self) -> u64 {
         self.plans
     }
 
-    /// Copies the position of another assembly with the same plan; rates follow by [`Self::reverse`].
+    /// Copies the position of another assembly with the same plan; [`Self::reverse`] updates the
+    /// rates.
     pub(crate) fn go_to(&mut self, other: &Self) {
         self.state.clone_from(&other.state);
         self.targets.copy_from_slice(&other.targets);
     }
 
-    /// Reverses all rates at the present position; accelerations stay the same.
+    /// Reverses all rates at the current position; accelerations do not change.
     pub(crate) fn reverse(&mut self, parameters: &Parameters<f64>) {
         self.targets.iter_mut().for_each(|target| target.rate = -target.rate);
         self.differentiate(parameters);
@@ -200,7 +202,7 @@ impl Assembly {
     /// [`Self::follow`] it does not check that the assembly mode stays the same.
     ///
     /// # Errors
-    /// See [`AssemblyError`]; the position is then the one before.
+    /// See [`AssemblyError`]; the position then does not change.
     ///
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.
@@ -215,10 +217,10 @@ impl Assembly {
         self.targets.copy_from_slice(targets);
         let outcome = self.settle(parameters);
         if outcome.is_err() {
-            // The search ended with open loops, where forces have no meaning.
+            // The search ended with open loops, for which forces are undefined.
             self.state.clone_from(&self.before);
             self.targets.copy_from_slice(&self.passed);
-            // The search may have planned for another position.
+            // The search may have replaced the plan.
             let is_sound = self.differentiates(parameters) && self.agree(parameters).is_ok();
             if !is_sound && self.plan(parameters).is_ok() {
                 self.differentiate(parameters);
@@ -235,8 +237,8 @@ impl Assembly {
         self.differentiate(parameters);
     }
 
-    /// Newton's method from the present state to the present targets, then rates and
-    /// accelerations. Falls back on a search and on a new plan.
+    /// Newton's method from the current state to the current targets, then rates and accelerations.
+    /// Falls back to a search and to a new plan.
     fn settle(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         if !self.newton(parameters) {
             self.reassemble(parameters).map_err(on_the_way)?;
@@ -244,7 +246,7 @@ impl Assembly {
         if self.differentiates(parameters) {
             return self.agree(parameters);
         }
-        // The position is closed, but singular: no rates, or any.
+        // The position is closed but singular: rates do not exist or are not unique.
         self.state.rates.fill(0.0);
         self.state.accelerations.fill(0.0);
         let planned = self.plan(parameters).map_err(on_the_way);
@@ -281,7 +283,7 @@ impl Assembly {
         if !self.newton(parameters) {
             return Err(AssemblyError::Gap(self.gap(parameters)));
         }
-        // Singular positions show only where the loops are closed to round-off.
+        // Singular positions are visible only with loops closed to round-off.
         self.plan(parameters)
     }
 
@@ -289,7 +291,7 @@ impl Assembly {
         self.kinematics.differentiate(&self.model, parameters, &mut self.state, &self.targets);
     }
 
-    /// Newton's method by the present plan; `false` if it does not close all loops.
+    /// Newton's method with the current plan; `false` if some loops remain open.
     fn newton(&mut self, parameters: &Parameters<f64>) -> bool {
         let closed = CLOSED.max(self.state.round_off());
         let mut error = f64::INFINITY;
@@ -297,11 +299,11 @@ impl Assembly {
             self.sound.clone_from(&self.state);
             self.kinematics.approach(&self.model, parameters, &mut self.state, &self.targets);
             if !self.state.coordinates.iter().all(|q| q.is_finite()) {
-                // Singular: the next method begins at the last finite state.
+                // Singular: the next method starts at the last finite state.
                 self.state.clone_from(&self.sound);
                 return false;
             }
-            // The error before the step that was just taken.
+            // The error before this step.
             if self.scaled_error() < NEAR {
                 let (motion_constraints, state) = (&self.model.constraints, &self.state);
                 self.kinematics.place(
@@ -320,7 +322,7 @@ impl Assembly {
         error < CLOSED_AT_WORST.max(closed)
     }
 
-    /// The largest error, lengths in units of the characteristic length; infinite if undefined.
+    /// Largest error, lengths in units of the characteristic length; infinite if undefined.
     fn scaled_error(&self) -> f64 {
         let errors =
             self.kinematics.errors().iter().zip(&self.row_scales).map(|(e, s)| (e * s).abs());

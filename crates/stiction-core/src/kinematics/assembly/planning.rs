@@ -1,4 +1,4 @@
-//! Plan of the elimination that solves for rates, and detection of passive spins.
+//! Plan of the elimination for rates, and detection of passive spins.
 
 use super::super::coordinate::Coordinate;
 use super::super::dof::{self, OpenMotion};
@@ -11,7 +11,7 @@ use crate::parameters::Parameters;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// Pivots of the scaled system below this require its singular values for the rank.
+/// Pivots of the scaled system below this require singular values to determine the rank.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
 
 impl Assembly {
@@ -80,7 +80,8 @@ impl Assembly {
         else {
             return false;
         };
-        // A small pivot need not mean a small singular value, but no small one means none.
+        // A small pivot does not imply a small singular value, but without small pivots all
+        // singular values are large.
         if plan.smallest_pivot < SUSPICIOUS_PIVOT {
             let svd = Svd::new(&self.scaled_jacobian(parameters));
             if svd.rank_of_order_one(dof::OPEN) < self.model.topology.dofs() {

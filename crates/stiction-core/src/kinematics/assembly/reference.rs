@@ -1,8 +1,8 @@
-//! The configuration that a model gives: `home` poses of bodies, `start` coordinates of joints, and
+//! Reference configuration of a model: `home` poses of bodies, `start` coordinates of joints, and
 //! the prescribed coordinates.
 //!
-//! Prescribed coordinates take precedence over starts, starts over homes. A start that is missing
-//! follows from homes, from neighbours and from prescribed poses.
+//! Prescribed coordinates take precedence over starts, starts over homes. A missing start follows
+//! from homes, from neighbours and from prescribed poses.
 
 use super::super::bodies::{Bodies, State, write_floating};
 use super::super::coordinate::{Coordinate, Target};
@@ -23,21 +23,21 @@ use core::cmp::Reverse;
 use core::f64::consts::{PI, TAU};
 use std::collections::BinaryHeap;
 
-/// Costs by which the way to a body's pose is chosen: across a joint whose coordinates are given, by the
-/// body's home, and across a joint of which nothing is known.
+/// Path costs for the choice of a body's pose: across a joint with given coordinates, by the body's
+/// home, and across a joint without any information.
 const ACROSS: u64 = 1;
 const HOME: u64 = 1 << 20;
 const UNKNOWN: u64 = 1 << 40;
 /// Differences between given quantities beyond this are conflicts, rad or characteristic lengths.
 const CONFLICT: f64 = 1.0;
-/// Loops that close to this count as closed while missing coordinates are filled in, rad or
-/// characteristic lengths: homes and starts have few digits.
+/// Closure tolerance of loops while missing coordinates are completed, rad or characteristic
+/// lengths: homes and starts have few digits.
 const ROUGHLY_CLOSED: f64 = 0.05;
-/// Starts of the search for missing coordinates of a chain, and the steps of each.
+/// Number of starts of the search for missing coordinates of a chain, and of steps per start.
 const FILL_STARTS: usize = 16;
 const FILL_STEPS: usize = 60;
 
-/// What is given about the configuration to be found.
+/// Given data of the configuration.
 #[derive(Clone, Copy)]
 pub(in crate::kinematics) struct Given<'a> {
     pub(in crate::kinematics) mechanism: &'a Mechanism,
@@ -50,12 +50,12 @@ pub(in crate::kinematics) struct Given<'a> {
     pub(in crate::kinematics) targets: &'a [Target<f64>],
 }
 
-/// The configuration that is given. Its loops are open by as much as the given numbers are inexact.
+/// Reference configuration. Its loops are open to the accuracy of the given numbers.
 #[derive(Clone, Debug)]
 pub(in crate::kinematics) struct Reference {
     /// Coordinates of the tree.
     pub(in crate::kinematics) state: State<f64>,
-    /// The pose of each body from the kernel origin; `None` where it does not follow from what is given.
+    /// Pose of each body from the kernel origin; `None` if the given data do not determine it.
     poses: Vec<Option<Pose<f64>>>,
     /// Contradictions among homes, starts and prescribed coordinates.
     pub(super) conflicts: Vec<Conflict>,
@@ -78,7 +78,7 @@ impl PrescribedPose {
         turned && self.position.iter().all(Option::is_some)
     }
 
-    /// The pose in the ground's frame with the prescribed parts put in.
+    /// The pose in the ground's frame with the prescribed components inserted.
     fn applied_to(&self, pose: Pose<f64>) -> Pose<f64> {
         let mut position = pose.position.to_array();
         for (x, prescribed) in position.iter_mut().zip(self.position) {
@@ -110,13 +110,13 @@ impl PrescribedPose {
 /// The coordinates of one joint.
 struct JointCoordinates {
     values: Vec<f64>,
-    /// All of them are prescribed or have a start.
+    /// True if every coordinate is prescribed or has a start.
     are_given: bool,
 }
 
 impl<'a> Given<'a> {
-    /// The reference configuration. Without `prescribed`, prescribed coordinates fill in only what
-    /// neither starts nor homes say.
+    /// Builds the reference configuration. Without `prescribed`, prescribed coordinates complete
+    /// only values that neither starts nor homes give.
     pub(in crate::kinematics) fn reference(&self, prescribed: bool) -> Reference {
         let mut conflicts = Vec::new();
         let joints = self.joint_coordinates(prescribed, &mut conflicts);
@@ -160,7 +160,7 @@ impl<'a> Given<'a> {
         let mut known: Vec<Option<Pose<f64>>> =
             (0..poses.len()).map(|body| is_known(body).then_some(poses[body])).collect();
         for (node, content) in self.topology.nodes.iter().enumerate() {
-            // A body that hangs from a known one by known coordinates is known, too.
+            // A body connected to a known one by known coordinates is known, too.
             let parent = content.parent.map_or(0, |parent| self.topology.nodes[parent].body);
             let hangs = matches!(content.link, Link::Joint { .. }) && known[parent].is_some();
             let follows = filled[node] || (!is_open[node] && hangs);
@@ -184,8 +184,8 @@ impl<'a> Given<'a> {
         values
     }
 
-    /// Coordinates of all joints: prescribed values, else starts, else zero. Starts of angles move by whole
-    /// turns to where they are nearest to a prescribed value.
+    /// Coordinates of all joints: prescribed values, else starts, else zero. Starts of angles are
+    /// shifted by whole turns to the nearest prescribed value.
     fn joint_coordinates(
         &self,
         prescribed: bool,
@@ -229,8 +229,8 @@ impl<'a> Given<'a> {
         .collect()
     }
 
-    /// Poses of all bodies from the kernel origin by the cheapest ways from the ground, from prescribed
-    /// poses and from homes, with the costs.
+    /// Poses of all bodies from the kernel origin along the cheapest paths from the ground, from
+    /// prescribed poses and from homes, with the costs.
     fn body_poses(
         &self,
         prescribed: bool,
@@ -280,7 +280,7 @@ impl<'a> Given<'a> {
         let mut unreached = 1..bodies.len();
         loop {
             let Some(Reverse((_, body))) = queue.pop() else {
-                // A body that no joint connects with the ground.
+                // A body without a chain of joints to the ground.
                 let Some(body) = unreached.find(|body| cost[*body] == u64::MAX) else { break };
                 cost[body] = UNKNOWN;
                 queue.push(Reverse((UNKNOWN, body)));
@@ -321,8 +321,9 @@ impl<'a> Given<'a> {
         (pose, cost)
     }
 
-    /// Finds open coordinates from the closure of loops whose other coordinates are known: of floating
-    /// bodies on known chains, and of chains between known bodies. Returns for each node whether it was found.
+    /// Computes open coordinates from the closure of loops with otherwise known coordinates: of
+    /// floating bodies on known chains, and of chains between known bodies. Returns a success flag
+    /// for each node.
     fn fill(
         &self,
         joints: &[JointCoordinates],
@@ -388,7 +389,7 @@ impl<'a> Given<'a> {
         }
     }
 
-    /// The prescribed coordinates, and the starts of cut joints, which are no coordinates of the tree.
+    /// Prescribed coordinates, and starts of cut joints, which are not coordinates of the tree.
     fn with_starts_of_cuts(
         &self,
         joints: &[JointCoordinates],
@@ -410,8 +411,8 @@ impl<'a> Given<'a> {
         (coordinates, targets)
     }
 
-    /// Moves the coordinates of some nodes until the rows are met as well as can be: first from where they
-    /// are, then, if that does not close the loops, from random places.
+    /// Adjusts the coordinates of some nodes to minimise the errors of the rows: first from the
+    /// current values, then, if the loops remain open, from random values.
     fn fill_nodes(
         &self,
         kinematics: &mut Kinematics<f64>,
@@ -472,8 +473,8 @@ impl<'a> Given<'a> {
 }
 
 impl Reference {
-    /// The root mean square over all bodies whose poses are given of their displacements from there, over the
-    /// characteristic length; `None` if nothing is given.
+    /// Root mean square displacement of the bodies from their given poses over the characteristic
+    /// length; `None` without given poses.
     pub(super) fn distance(&self, bodies: &Bodies<f64>, length: f64) -> Option<f64> {
         let (mut sum, mut count) = (0.0, 0);
         for (given, found) in self.poses.iter().zip(&bodies.pose).skip(1) {
@@ -485,7 +486,7 @@ impl Reference {
         (count > 0).then(|| (sum / f64::from(count)).sqrt())
     }
 
-    /// The body that is farthest from where it is given: its number, and its displacement, m and rad.
+    /// Body farthest from its given pose: its index, and its displacement, m and rad.
     pub(super) fn farthest(&self, bodies: &Bodies<f64>, length: f64) -> Option<(usize, f64, f64)> {
         let pairs = self.poses.iter().zip(&bodies.pose).enumerate().skip(1);
         let each = pairs.filter_map(|(body, (given, found))| {
@@ -496,7 +497,7 @@ impl Reference {
         each.max_by(|a, b| (a.1 / length).hypot(a.2).total_cmp(&(b.1 / length).hypot(b.2)))
     }
 
-    /// Adds whole turns to angles of the tree, such that they are nearest to those of the reference.
+    /// Adds whole turns to angles of the tree to bring them nearest to those of the reference.
     pub(super) fn unwind(&self, topology: &Topology, state: &mut State<f64>) {
         for node in &topology.nodes {
             let Link::Joint { joint, .. } = node.link else { continue };
@@ -517,15 +518,15 @@ impl Reference {
     }
 }
 
-/// The displacement of a body between two poses over the characteristic length: the distance of its
-/// origins and, at right angles to it, the angle of the rotation times the characteristic length.
+/// Displacement of a body between two poses over the characteristic length: the distance of its
+/// origins and, as an orthogonal component, the rotation angle times the characteristic length.
 fn displacement(a: &Pose<f64>, b: &Pose<f64>, length: f64) -> f64 {
     let apart = a.inverse() * *b;
     (apart.position.norm() / length).hypot(apart.rotation.rotation_vector().norm())
 }
 
-/// Displacement between two placements of all bodies: the root mean square over the bodies, where the rotations
-/// of some do not count.
+/// Displacement between two placements of all bodies: root mean square over the bodies, with the
+/// rotations of some ignored.
 pub(super) fn apart(
     a: &Bodies<f64>,
     b: &Bodies<f64>,

@@ -1,28 +1,29 @@
-//! Comparison of the configuration that assembly found with the one that was given.
+//! Comparison of the assembled configuration with the given one.
 
 use crate::words::significant;
 use core::fmt;
 
-/// A configuration farther than this from the given one is reported, in the metric of
+/// Distance from the given configuration above which a note is reported, in the metric of
 /// [`AssemblyReport::distance`].
 const FAR: f64 = 0.5;
-/// An assembly mode that is less than this many times as far away as the one found is reported.
+/// Distance ratio below which another assembly mode is reported.
 const NEARLY_AS_NEAR: f64 = 3.0;
 
 /// A contradiction among `home`, `start` and prescribed coordinates.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Conflict {
-    /// The start of a joint differs from the prescribed value, which counts.
+    /// A joint's start differs from the prescribed value, which takes precedence.
     StartAndPrescribed {
         /// The joint's coordinate.
         joint: String,
         /// The difference, rad (modulo a turn) or m.
         by: f64,
-        /// The coordinate is an angle.
+        /// True for an angle.
         is_angle: bool,
     },
-    /// The home of a body differs from the pose by starts or prescribed coordinates, which counts.
+    /// A body's home differs from its pose by starts or prescribed coordinates, which take
+    /// precedence.
     Home {
         /// The body.
         body: String,
@@ -51,26 +52,27 @@ impl fmt::Display for Conflict {
     }
 }
 
-/// Comparison of the configuration that assembly found with the given one.
+/// Comparison of the assembled configuration with the given one.
 ///
-/// Distances are root mean squares over all bodies whose poses follow from `home`, `start` and prescribed
-/// coordinates: of each body the displacement of its origin over the characteristic length, and the angle of
-/// its rotation, rad, as two components at right angles.
+/// Distances are root mean squares over all bodies with poses determined by `home`, `start` and
+/// prescribed coordinates. Each body contributes the displacement of its origin over the
+/// characteristic length, and its rotation angle, rad, as two orthogonal components.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AssemblyReport {
-    /// Distance of the configuration found from the given one; `None` if nothing is given.
+    /// Distance of the assembled configuration from the given one; `None` without given data.
     pub distance: Option<f64>,
-    /// Distances of other assembly modes that the search met, nearest first. The list need not be complete.
+    /// Distances of other assembly modes from the search, nearest first. The list may be
+    /// incomplete.
     pub other_modes: Vec<f64>,
-    /// The body that is farthest from where it is given: name, displacement of its origin, m, and rotation, rad.
+    /// Body farthest from its given pose: name, displacement of its origin, m, and rotation, rad.
     pub farthest: Option<(String, f64, f64)>,
-    /// Contradictions in what is given.
+    /// Contradictions in the given data.
     pub conflicts: Vec<Conflict>,
 }
 
 impl AssemblyReport {
-    /// Notes to the user: conflicts, a configuration far from the given one, and another assembly mode that is
-    /// nearly as near.
+    /// Notes to the user: conflicts, a configuration far from the given one, and another assembly
+    /// mode at a similar distance.
     pub fn notes(&self) -> Vec<String> {
         let mut notes: Vec<String> = self.conflicts.iter().map(ToString::to_string).collect();
         let Some(distance) = self.distance else { return notes };

@@ -1,4 +1,4 @@
-//! Search for a closed configuration, and the gap that is left where there is none.
+//! Search for a closed configuration, with the residual gap if none exists.
 
 use super::super::bodies::{Bodies, State};
 use super::super::coordinate::{Coordinate, Target};
@@ -17,24 +17,24 @@ use crate::spatial::Mat3;
 use crate::topology::Topology;
 use std::sync::Arc;
 
-/// Most steps of a search.
+/// Maximum number of steps of a search.
 const SEARCH_STEPS: usize = 500;
 /// A search ends at a closed configuration if its largest weighted error is below this.
 const FOUND: f64 = 1e-6;
-/// Most moves away from where prescribed angles of a body have no rates.
+/// Maximum number of moves away from configurations at which the angles of a body have no rates.
 const UNDEFINED_AT_MOST: usize = 8;
-/// Least size of a random perturbation, rad and characteristic lengths.
+/// Minimum size of a random perturbation, rad and characteristic lengths.
 const NUDGE: f64 = 0.1;
-/// A search opposite to the first result begins so many times as far from the reference.
+/// Distance factor, from the reference, of the search opposite to the first result.
 const OVERSHOOT: f64 = 1.3;
-/// Most searches from random places.
+/// Maximum number of searches from random configurations.
 const RANDOM_STARTS: usize = 12;
-/// Mechanisms with more degrees of freedom of the tree get fewer searches.
+/// Degrees of freedom of the tree above which the number of searches decreases.
 const LARGE: usize = 150;
-/// Configurations nearer to each other than this, rms in characteristic lengths, are one assembly mode.
+/// Distance, rms in characteristic lengths, below which configurations belong to one assembly mode.
 const SAME_MODE: f64 = 1e-3;
 
-/// A closed configuration that a search found.
+/// A closed configuration from a search.
 struct Mode {
     state: State<f64>,
     bodies: Bodies<f64>,
@@ -56,9 +56,9 @@ fn perturb(
 }
 
 impl Assembly {
-    /// Searches from the present state; needs neither a plan nor a good guess. Whole orientations that are
-    /// prescribed by angles of orders like zxz are searched for as rotation vectors first: between parallel
-    /// frames such angles are undefined.
+    /// Searches from the current state; needs neither a plan nor a good initial guess. Complete
+    /// orientations prescribed by angles of orders like zxz are first searched as rotation vectors,
+    /// because such angles are undefined between parallel frames.
     pub(super) fn search(
         &mut self,
         parameters: &Parameters<f64>,
@@ -67,7 +67,7 @@ impl Assembly {
             let motion_constraints =
                 core::mem::replace(&mut self.model.constraints, Arc::new(motion_constraints));
             let targets = core::mem::replace(&mut self.targets, targets);
-            // The search by the prescribed angles reports what is missed.
+            // The search by the prescribed angles reports the errors.
             let _ = self.search_directly(parameters);
             (self.model.constraints, self.targets) = (motion_constraints, targets);
         }
@@ -105,12 +105,13 @@ impl Assembly {
         some.then(|| (MotionConstraints::new(&self.model.topology, &coordinates, spins), targets))
     }
 
-    /// Damped least squares on all rows from the present state. Where the prescribed angles of a body have no
-    /// rates, as those of the order zxz between parallel frames, all coordinates move a little first.
+    /// Damped least squares on all rows from the current state. If the prescribed angles of a body
+    /// have no rates (such as those of the order zxz between parallel frames), all coordinates are
+    /// first perturbed.
     fn search_directly(&mut self, parameters: &Parameters<f64>) -> Result<Descent, AssemblyError> {
         let topology = Arc::clone(&self.model.topology);
         let topology = &*topology;
-        // A motion that cannot be followed shows best as a gap in the loops.
+        // Report an infeasible motion as a gap in the loops.
         const PRESCRIBED_WEIGHT: f64 = 100.0;
         if self.kinematics.errors().len() != self.model.constraints.row_count() {
             self.kinematics = Kinematics::new(topology, &self.model.constraints, &self.model.rates);
@@ -133,12 +134,12 @@ impl Assembly {
         Err(AssemblyError::Gap(self.gap(parameters)))
     }
 
-    /// Assembles the mechanism in the mode that is nearest to the reference configuration.
+    /// Assembles the mechanism in the mode nearest to the reference configuration.
     ///
-    /// A search whose steps contract from the beginning ends at the nearest mode ([`Descent::contracts`]).
-    /// Otherwise further searches begin at the given starts, opposite to the first result, and at
-    /// random around the reference, and the nearest result counts. Without any given pose there is no
-    /// nearest mode, and the first one found counts.
+    /// A search whose steps contract from the beginning ends at the nearest mode
+    /// ([`Descent::contracts`]). Otherwise further searches begin at the given starts, opposite to
+    /// the first result, and at random around the reference; the nearest result is selected.
+    /// Without any given pose no mode is nearest, and the first result is selected.
     pub(super) fn assemble(
         &mut self,
         parameters: &Parameters<f64>,
@@ -171,8 +172,8 @@ impl Assembly {
         outcome
     }
 
-    /// Assembly modes by several searches, in the order in which they are found, and the error of the first
-    /// search, if all fail.
+    /// Assembly modes by several searches, in search order, and the error of the first search if
+    /// all fail.
     fn modes(
         &mut self,
         parameters: &Parameters<f64>,
@@ -226,7 +227,7 @@ impl Assembly {
         (modes, failure)
     }
 
-    /// Adds the present configuration, unless it is among the modes.
+    /// Adds the current configuration unless the modes contain it.
     fn add_mode(
         &mut self,
         parameters: &Parameters<f64>,
@@ -254,14 +255,15 @@ impl Assembly {
         self.report.farthest = reference
             .farthest(bodies, length)
             .map(|(body, moved, turned)| (self.body_names[body].clone(), moved, turned));
-        // The angle of a passive spin makes no other mode.
+        // The angle of a passive spin does not distinguish modes.
         let spins = self.model.constraints.spins();
         let counts = |body: usize| spins.iter().all(|spin| spin.body.0 != body);
         let others = modes.iter().filter(|m| apart(&m.bodies, bodies, length, counts) > SAME_MODE);
         self.report.other_modes = others.map(|mode| mode.distance).collect();
     }
 
-    /// Numbers of prescribed coordinates and of degrees of freedom, if the latter are fewer.
+    /// Numbers of prescribed coordinates and of degrees of freedom, if the motion is
+    /// overconstrained.
     pub(super) fn over_prescribed(
         &mut self,
         parameters: &Parameters<f64>,
@@ -277,7 +279,7 @@ impl Assembly {
         (prescribed > mobility).then_some((prescribed, mobility))
     }
 
-    /// The gap at the present state.
+    /// Gap at the current state.
     pub(super) fn gap(&mut self, parameters: &Parameters<f64>) -> Gap {
         let prescribed = self.over_prescribed(parameters);
         let errors = self.kinematics.errors();

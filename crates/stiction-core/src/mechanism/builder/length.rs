@@ -17,14 +17,13 @@ pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
             squares.extend(points[..i].iter().map(|&b| (a - b).norm_squared()));
         }
     }
-    // Coinciding points (two joints at one place) say nothing about the size, nor may the rounding
-    // of their coordinates.
+    // Skip coincident points (two joints at one position) and the rounding of their coordinates.
     let largest = squares.iter().copied().fold(0.0, f64::max);
     squares.retain(|&square| square > 1e-18 * largest);
     if squares.is_empty() {
         return 1.0;
     }
-    // Sorted, so that the order of bodies and joints does not even change the rounding.
+    // Sort, so that the result does not depend on the order of bodies and joints.
     squares.sort_by(f64::total_cmp);
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }

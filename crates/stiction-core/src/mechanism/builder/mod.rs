@@ -13,10 +13,10 @@ use crate::spatial::{Pose, Vec3};
 use length::own_length;
 use std::collections::{HashMap, HashSet};
 
-/// Names of columns of results that no joint may have.
+/// Reserved column names of the results.
 const TAKEN: [&str; 3] = ["time", "loads", "dampers"];
 
-/// Checks names against `joint.dof`, the names of degrees of freedom of joints with several.
+/// Checks names against `joint.dof`, the names of the degrees of freedom of joints with several.
 fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
     for joint in joints {
         if TAKEN.contains(&joint.name.as_str()) {
@@ -159,7 +159,7 @@ impl MechanismBuilder {
             springs.extend(spec.resolve(&ids, &mut defects));
         }
 
-        // Connection makes sense only once every joint knows its bodies.
+        // Check connectivity once all joints have valid bodies.
         if defects.is_empty() {
             defects.extend(disconnected(&bodies, &joints));
         }
@@ -168,7 +168,7 @@ impl MechanismBuilder {
             if !(length > 0.0 && length.is_finite()) {
                 defects.push(Defect::CharacteristicLength(length));
             } else if own.is_finite() {
-                // Points that are meant to coincide may be apart by rounding: then they say nothing about a size.
+                // Points meant to coincide may differ by rounding; they do not define a size.
                 let (least, most) = (1e-6 * own, 1e6 * own.max(1.0));
                 if !(least..=most).contains(&length) {
                     defects.push(Defect::CharacteristicLengthFar { length, own, least, most });
@@ -202,7 +202,7 @@ fn check_finite(defects: &mut Vec<Defect>, place: &str, numbers: &[f64]) {
     }
 }
 
-/// Bodies that no joints connect with the ground.
+/// Bodies without a chain of joints to the ground.
 fn disconnected(bodies: &[Body], joints: &[Joint]) -> Vec<Defect> {
     let mut reached = vec![false; bodies.len()];
     reached[BodyId::GROUND.0] = true;

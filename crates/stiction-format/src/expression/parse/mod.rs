@@ -61,7 +61,7 @@ impl Program {
     }
 }
 
-/// Existing meaning of a name that therefore cannot name a parameter.
+/// Existing meaning of a name that cannot be a parameter.
 pub(crate) fn reserved(name: &str) -> Option<&'static str> {
     if unit::find(name).is_some() {
         Some("a unit")
@@ -215,7 +215,7 @@ impl<'a> Parser<'a> {
                 let (scale, dimension) = self.units()?;
                 let end = self.before();
                 let unit = Op::Number(scale.apply(1.0), dimension);
-                // A parameter cannot have the name of a unit; if one is defined all the same, the
+                // A parameter cannot have the name of a unit; if one is defined nevertheless, the
                 // name may refer to it.
                 self.emit(named.map_or(unit, Op::Parameter), span.start..end);
             }

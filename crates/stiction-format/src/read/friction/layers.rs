@@ -1,4 +1,4 @@
-//! Tables in layers, of which the most specific takes precedence.
+//! Layers of tables with precedence of the most specific one.
 
 use super::FrictionSpans;
 use crate::diagnostic::Diagnostic;
@@ -51,7 +51,7 @@ impl<'a> Layers<'a> {
     /// The most specific number of a key.
     pub(super) fn number(&self, key: &'static str, notes: &mut Notes) -> Option<f64> {
         let Given { record, value, .. } = self.given(key)?;
-        // An invalid value has been reported; any valid number serves from here on.
+        // An invalid value has been reported; continue with an arbitrary valid number.
         let number = record.quantity(key).unwrap_or(1.0);
         notes.spans.numbers.push((key, number, value.span.clone()));
         Some(number)

@@ -34,14 +34,14 @@ pub(super) struct RecordedCurve {
     pub(super) column: usize,
     pub(super) interpolation: Interpolation,
     pub(super) signal: Signal,
-    /// Findings about its samples; nothing for efforts.
+    /// Findings about its samples; none for efforts.
     pub(super) findings: Option<Findings>,
     is_finite: bool,
     /// True if it is long and nevertheless needed one global solution.
     pub(super) is_global: bool,
 }
 
-/// Kept of the rows while they are read.
+/// Data of the rows during reading.
 struct Collector {
     layout: Layout,
     /// Kept numbers of one row.
@@ -97,7 +97,7 @@ impl Collector {
     }
 }
 
-/// Reads a recording; of an invalid one only the messages are returned.
+/// Reads a recording; an invalid one gives messages alone.
 pub(super) fn gather(
     input: &Input,
     example: &str,
@@ -108,7 +108,7 @@ pub(super) fn gather(
         scan(input.pages(), example, head, |header, row, rounding, line| {
             kept.get_or_insert_with(|| Collector::new(header, input)).push(row, rounding, line);
         })?;
-    // Rows that could not be read do not count as missing.
+    // Unreadable rows do not count as missing.
     let Some((header, page)) = header.filter(|_| !messages.out.has_errors()) else {
         return Ok((None, messages));
     };

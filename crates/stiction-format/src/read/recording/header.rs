@@ -189,7 +189,7 @@ impl Header {
 /// The cells of a header.
 fn header_cells(text: &str, line: &Line, delimiter: Delimiter) -> Vec<Span> {
     let count = Cells::new(delimiter).split(text, line.clone(), usize::MAX).len();
-    // An empty name behind the last separator ends each line of some programs.
+    // Some programs end each line with a separator, which gives an empty name.
     Cells::new(delimiter).split(text, line.clone(), count.saturating_sub(1).max(1)).to_vec()
 }
 

@@ -7,8 +7,8 @@ use crate::source::{Place, Source};
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
 
-/// Numbers with at least so many significant digits have the usual precision of logs: what their
-/// rounding does to accelerations is noted, but is no defect of the recording.
+/// Number of significant digits from which numbers have the usual precision of logs: the effect of
+/// their rounding on accelerations is a note, not a defect of the recording.
 const USUAL_DIGITS: i32 = 7;
 
 /// Notes, warnings and errors about the columns of a recording.
@@ -152,7 +152,7 @@ impl<'a> Report<'a> {
         let help = format!(
             "check unit, sign and timing of the column, or delete it to use `{below}` alone"
         );
-        // A difference as large as the slope itself leaves no doubt.
+        // A difference as large as the slope itself is certain.
         if found.difference.size > found.scale {
             self.errors.push(Diagnostic::error("recording", message).at(place, label).help(help));
         } else {

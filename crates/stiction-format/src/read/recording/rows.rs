@@ -115,8 +115,8 @@ fn numbers(count: usize) -> String {
     if count == 1 { "1 column".to_owned() } else { format!("{count} columns") }
 }
 
-/// Reports numbers with another decimal mark than those before, and commas that can separate
-/// thousands as well.
+/// Reports numbers with a decimal mark different from earlier ones, and commas that may separate
+/// thousands.
 fn check_mark(
     content: &str,
     is_comma: bool,

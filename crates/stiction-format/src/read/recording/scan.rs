@@ -77,7 +77,7 @@ pub(super) fn scan(
     if open.is_none() {
         let help = format!("the first line names the columns: time [s], {example}, …");
         let message = "the file is empty".to_owned();
-        // An empty file has no line to show.
+        // An empty file has no line for an excerpt.
         messages.page = Arc::new(Source::new(messages.page.name.as_str(), ""));
         messages.push_help("syntax", message, 0..0, "", Some(help));
     }

@@ -5,7 +5,7 @@ const PER_OCTAVE: f64 = 4.0;
 /// Exponents of two from `-RANGE` to `RANGE`.
 const RANGE: f64 = 256.0;
 
-/// Counts of magnitudes, from which quantiles are known within a fifth.
+/// Histogram of magnitudes with quantiles accurate to a fifth.
 #[derive(Clone, Debug)]
 pub(super) struct Histogram {
     bins: Vec<u64>,
@@ -19,7 +19,7 @@ impl Default for Histogram {
 }
 
 impl Histogram {
-    /// Counts a magnitude.
+    /// Adds a magnitude.
     pub(super) fn add(&mut self, size: f64) {
         let place = (size.max(f64::MIN_POSITIVE).log2() + RANGE).clamp(0.0, 2.0 * RANGE);
         let bin = (place * PER_OCTAVE) as usize;

@@ -7,8 +7,8 @@
 //! - Noise: residuals of interpolation through neighbouring samples ([`stencil`]). A smooth signal
 //!   leaves almost none; steps of the acceleration disturb only the residuals near them, so that
 //!   a low quantile does not see them. Noise that the written digits explain is rounding.
-//! - Outliers: accelerations from differences that lie outside of all predictions from both sides.
-//!   A step of the acceleration lies between the predictions, a wrong sample does not.
+//! - Outliers: accelerations from differences outside all predictions from both sides. A step of
+//!   the acceleration lies between the predictions, a wrong sample does not.
 //! - Contradictions: displacements that the recorded rates do not integrate to.
 //!
 //! Samples are analysed in blocks, so that the memory does not grow with the recording.
@@ -45,7 +45,7 @@ const OUTLIER_SIGMAS: f64 = 8.0;
 /// Contradiction relative to the root mean square of the derivative at which it is reported, at a
 /// single sample and for half of a block.
 const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
-/// Maximum number of outliers whose times are kept.
+/// Maximum number of stored outlier times.
 const MAX_OUTLIERS: usize = 64;
 
 /// A size and the time at which it occurs, s.
@@ -78,7 +78,7 @@ pub(crate) struct Noise {
     pub(crate) is_rounding: bool,
 }
 
-/// Contradiction of a column with its derivative.
+/// Contradiction between a column and its derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Contradiction {
     /// Order of the derivative that contradicts the column below it: 1 or 2.
@@ -95,7 +95,7 @@ pub(crate) struct Findings {
     pub(crate) speed: Peak,
     pub(crate) acceleration: Peak,
     pub(crate) noise: Option<Noise>,
-    /// Errors of the acceleration at samples that do not fit to their neighbours, in order of time.
+    /// Errors of the acceleration at samples inconsistent with their neighbours, in order of time.
     pub(crate) outliers: Vec<Peak>,
     pub(crate) contradictions: Vec<Contradiction>,
 }
@@ -134,7 +134,7 @@ struct Difference {
 }
 
 impl Quality {
-    /// Begins the test of a coordinate, for which each sample contains the given derivatives.
+    /// Begins the test of a coordinate with the given derivatives at each sample.
     pub(crate) fn new(given: Given) -> Self {
         let orders = match given {
             Given::Values => 1,
@@ -158,8 +158,8 @@ impl Quality {
         }
     }
 
-    /// Takes a sample: its time, s, with the rounding of it, and the numbers in SI units with the
-    /// standard deviations of their rounding.
+    /// Adds a sample: its time, s, with the rounding of the time, and the numbers in SI units with
+    /// the standard deviations of their rounding.
     pub(crate) fn push(&mut self, time: (f64, f64), numbers: &[f64], rounding: &[f64]) {
         let last = self.times.last().zip(self.columns.first().and_then(|c| c.last()));
         let speed = match (last, numbers.first(), numbers.get(1)) {
@@ -170,7 +170,7 @@ impl Quality {
         self.times.push(time.0);
         if let [.., a, b, c] = self.times.as_slice() {
             let change = (c - 2.0 * b + a).abs();
-            // Equal steps are written exactly, but for the last digit of double precision.
+            // Equal steps are exact up to the last digit of double precision.
             let change = if change > 4.0 * f64::EPSILON * c.abs() { change } else { 0.0 };
             self.time_rounding = self.time_rounding.max(change.min(time.1));
         }
@@ -308,7 +308,7 @@ impl Quality {
     /// Estimates the noise of the columns in a block.
     fn noise(&mut self, samples: std::ops::Range<usize>) {
         for order in 0..self.orders {
-            // With accelerations given, those of the spline at samples are these.
+            // If accelerations are given, the spline has these values at the samples.
             if order + 1 < self.orders && self.orders == 3 {
                 continue;
             }
@@ -331,7 +331,7 @@ impl Quality {
                 _ => 1.0,
             };
             let is_rounding = sigma <= EXPLAINED * own.sqrt();
-            // Of a slow signal many samples round to the same number, and residuals vanish.
+            // Many samples of a slow signal round to the same number, and residuals vanish.
             let sigma = if is_rounding && self.moves(order, &samples) {
                 sigma.max(own.sqrt())
             } else {
@@ -352,7 +352,7 @@ impl Quality {
         values.windows(2).any(|pair| pair[0] != pair[1])
     }
 
-    /// Collects accelerations that do not fit to their neighbours.
+    /// Collects accelerations inconsistent with their neighbours.
     fn outliers(&mut self, samples: std::ops::Range<usize>, found: &[Option<(f64, f64)>]) {
         for i in samples {
             let Some(error) = excess(&self.times, found, i) else { continue };

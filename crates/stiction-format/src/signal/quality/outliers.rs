@@ -1,7 +1,7 @@
-//! Accelerations that do not fit to those before and after.
+//! Accelerations inconsistent with those before and after.
 
-/// Neighbours on either side from which accelerations are predicted. The nearest neighbour on either
-/// side is left out, since a wrong sample disturbs it, too.
+/// Neighbours on either side from which accelerations are predicted. The nearest neighbour on
+/// either side is omitted, because a wrong sample also disturbs it.
 const NEIGHBOURS: usize = 4;
 
 /// Distance of acceleration `i` from all predictions: the interval between the neighbours on both

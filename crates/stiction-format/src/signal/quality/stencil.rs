@@ -2,18 +2,18 @@
 
 use std::ops::Range;
 
-/// Neighbours through which a sample is interpolated, on either side.
+/// Number of neighbours on either side for the interpolation of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stencil(usize);
 
 impl Stencil {
-    /// Six, eight and ten neighbours. All estimate white noise alike; smooth signals leave the least
-    /// residuals with the most neighbours, signals with corners with the fewest.
+    /// Six, eight and ten neighbours. All estimate white noise equally; smooth signals have the
+    /// smallest residuals with most neighbours, signals with corners with fewest.
     pub(super) const ALL: [Self; 3] = [Self(3), Self(4), Self(5)];
 }
 
 /// Residuals of samples, divided by their gain for white noise. Samples without enough neighbours
-/// have none.
+/// have no residual.
 pub(super) fn residuals(
     Stencil(half): Stencil,
     times: &[f64],

@@ -22,7 +22,7 @@ pub(crate) struct IndexBuilder {
     last: Vec<Target<f64>>,
     /// For each curve true if all its knots are finite.
     finite: Vec<bool>,
-    /// True if a window did not agree with the one before.
+    /// True if a window disagreed with the one before.
     is_global: bool,
 }
 
@@ -53,7 +53,7 @@ impl IndexBuilder {
         self.first + self.lines.len()
     }
 
-    /// Takes the kept numbers of a row and the byte range of its line.
+    /// Adds the kept numbers of a row and the byte range of its line.
     pub(crate) fn push(&mut self, row: &[f64], line: Range<u64>) {
         if self.is_global {
             return;

@@ -5,7 +5,7 @@ use crate::expression::unit::Scale;
 use crate::signal::Interpolation;
 use crate::source::{Begin, Source};
 
-/// Kept numbers of each row: the time first, then those of each curve side by side.
+/// Kept numbers of each row: the time, then the numbers of each curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     /// Separator of the columns.
@@ -43,7 +43,8 @@ impl Layout {
         }
     }
 
-    /// Kept columns of all rows in a text that was read before; `None` if one cannot be read now.
+    /// Kept columns of all rows in a text that was read before; `None` if a row is no longer
+    /// readable.
     pub(crate) fn read(&self, text: String, begin: u64) -> Option<Vec<Vec<f64>>> {
         let source = Source::piece("", unify_line_ends(text), Begin { bytes: begin, lines: 0 });
         let mut columns = vec![Vec::new(); self.width()];

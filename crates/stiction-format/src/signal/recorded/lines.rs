@@ -18,11 +18,11 @@ pub(crate) fn unify_line_ends(text: String) -> String {
             bytes[at] = b'\n';
         }
     }
-    // One ASCII character in place of another leaves UTF-8.
+    // Replacing one ASCII character by another preserves UTF-8.
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// All lines that are neither empty nor comments, without their ends.
+/// All lines that are neither empty nor comments, without line ends.
 pub(crate) fn lines(source: &Source) -> impl Iterator<Item = Line> + '_ {
     let text = source.text.as_str();
     let is_begin = source.begin().bytes == 0;
@@ -60,7 +60,7 @@ impl Delimiter {
         }
     }
 
-    /// The separator that makes the most cells of a header; a comma rather than others.
+    /// Separator that gives the most cells of a header; a comma in a tie.
     pub(crate) fn of(header: &str) -> Self {
         let count = |delimiter: u8| {
             let is_quoted = |quoted: &mut bool, byte: u8| {
@@ -91,8 +91,8 @@ impl Cells {
         Self { reader: ReaderBuilder::new().delimiter(delimiter).build(), spans: Vec::new() }
     }
 
-    /// The cells of a line, without white space and quotes around them. An empty cell behind the
-    /// last separator is left out if there are more than `width` cells.
+    /// Cells of a line, without surrounding white space and quotes. An empty cell after the last
+    /// separator is omitted if there are more than `width` cells.
     pub(crate) fn split(&mut self, text: &str, line: Line, width: usize) -> &[Span] {
         self.spans.clear();
         self.reader.reset();
@@ -149,17 +149,17 @@ pub(crate) fn parse_number(cell: &str) -> Option<f64> {
 /// Digits with which the numbers of a column are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Digits {
-    /// Most significant digits of a number.
+    /// Largest number of significant digits.
     pub(crate) significant: i32,
-    /// Most digits behind the decimal mark of a number; negative for multiples of ten.
+    /// Largest number of digits after the decimal mark; negative for multiples of ten.
     pub(crate) decimals: i32,
 }
 
-/// Numbers with so many significant digits are written in full double precision.
+/// Number of significant digits of full double precision.
 const FULL_PRECISION: i32 = 15;
 
 impl Digits {
-    /// Takes account of a number as written.
+    /// Updates the digits with a number as written.
     pub(crate) fn add(&mut self, cell: &str) {
         let (mantissa, exponent) = match cell.find(['e', 'E']) {
             Some(at) => (cell.get(..at), cell.get(at + 1..).and_then(|e| e.parse().ok())),

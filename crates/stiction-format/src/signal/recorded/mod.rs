@@ -30,7 +30,7 @@ use stiction_core::kinematics::Target;
 /// Number of recently used pieces kept in addition to those that threads cache.
 const KEPT: usize = 4;
 
-/// Identifies recordings.
+/// Identifier of a recording.
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
 /// Index of a recording, and its recently used pieces.
@@ -46,8 +46,7 @@ pub(crate) struct Recorded {
     end: f64,
     /// The most recently fetched piece, last.
     pieces: Mutex<Vec<Arc<Piece>>>,
-    /// Reason why it cannot be read any more. The error is permanent: results from changed data are
-    /// never used.
+    /// Reason for a failed read. The error is permanent: results from changed data are never used.
     fault: OnceLock<Diagnostic>,
 }
 
@@ -95,15 +94,14 @@ impl Recorded {
         self.entries.first().map(|entry| (entry.time, self.end))
     }
 
-    /// Value of a curve at `t`; NaN if the recording cannot be read any more.
+    /// Value of a curve at `t`; NaN after a failed read.
     pub(crate) fn at(&self, curve: usize, t: f64) -> Target<f64> {
         let read = |piece: &Piece| piece.curves.get(curve).map(|curve| curve.at(t));
         let nothing = Target { value: f64::NAN, rate: f64::NAN, acceleration: f64::NAN };
         self.with(self.window_at(t), read).flatten().unwrap_or(nothing)
     }
 
-    /// Time of a sample, s; beyond the last sample that of the last; NaN if the recording cannot be
-    /// read any more.
+    /// Time of a sample, s; beyond the last sample that of the last; NaN after a failed read.
     pub(crate) fn instant(&self, sample: usize) -> f64 {
         if sample + 1 >= self.count {
             return self.end;

@@ -20,7 +20,7 @@ pub(super) fn with<T>(
     fetch: impl FnOnce() -> Option<Arc<Piece>>,
     read: impl Fn(&Piece) -> T,
 ) -> Option<T> {
-    // The cache of a thread that ends may be gone already.
+    // The thread-local cache may already be destroyed at the end of a thread.
     let cached = CACHED.try_with(|cached| {
         let cached = cached.try_borrow().ok()?;
         let piece = cached.as_deref()?;
@@ -31,7 +31,7 @@ pub(super) fn with<T>(
     }
     let piece = fetch()?;
     let found = read(&piece);
-    // Without a cache the piece is fetched again.
+    // Without a cache, fetch the piece again.
     let _ =
         CACHED.try_with(|cached| cached.try_borrow_mut().map(|mut cached| *cached = Some(piece)));
     Some(found)
