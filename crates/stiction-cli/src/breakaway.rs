@@ -6,7 +6,7 @@ use crate::print;
 use crate::sources::{self, note_frictionless, warn};
 
 pub(crate) fn run(options: &Breakaway) -> Result<(), Failure> {
-    execute(options).map_err(|failure| failure.as_json(options.json))
+    execute(options).map_err(|failure| failure.into_json(options.json))
 }
 
 fn execute(options: &Breakaway) -> Result<(), Failure> {

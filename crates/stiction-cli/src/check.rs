@@ -12,7 +12,7 @@ use stiction::explain;
 use stiction_run::check::draw_page;
 
 pub(crate) fn run(options: &Check) -> Result<(), Failure> {
-    execute(options).map_err(|failure| failure.as_json(options.json))
+    execute(options).map_err(|failure| failure.into_json(options.json))
 }
 
 fn execute(options: &Check) -> Result<(), Failure> {

@@ -39,7 +39,7 @@ impl Failure {
     }
 
     /// Chooses between JSON on standard output and text on standard error.
-    pub(crate) fn as_json(self, json: bool) -> Self {
+    pub(crate) fn into_json(self, json: bool) -> Self {
         Self { json, ..self }
     }
 

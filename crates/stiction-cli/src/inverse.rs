@@ -15,7 +15,7 @@ use stiction_run::Sink;
 use stiction_run::inverse::{Curves, Error, Summary, Tables, write_summary};
 
 pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
-    execute(options).map_err(|failure| failure.as_json(options.json))
+    execute(options).map_err(|failure| failure.into_json(options.json))
 }
 
 fn execute(options: &Inverse) -> Result<(), Failure> {

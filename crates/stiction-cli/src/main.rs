@@ -73,7 +73,7 @@ fn refuse(error: &clap::Error) -> ! {
             Failure::input(message).help(usage.trim())
         }
     };
-    failure.as_json(for_programs).print();
+    failure.into_json(for_programs).print();
     std::process::exit(2)
 }
 

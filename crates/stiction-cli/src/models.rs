@@ -7,7 +7,7 @@ use serde_json::json;
 use stiction::{Robot, gallery};
 
 pub(crate) fn run(options: &Models) -> Result<(), Failure> {
-    list(options).map_err(|failure| failure.as_json(options.json))
+    list(options).map_err(|failure| failure.into_json(options.json))
 }
 
 fn list(options: &Models) -> Result<(), Failure> {

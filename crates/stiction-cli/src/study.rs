@@ -20,7 +20,7 @@ const STUDIES: [(&str, &str); 1] = [(
 )];
 
 pub(crate) fn run(options: &Study) -> Result<(), Failure> {
-    execute(options).map_err(|failure| failure.as_json(options.json))
+    execute(options).map_err(|failure| failure.into_json(options.json))
 }
 
 fn execute(options: &Study) -> Result<(), Failure> {

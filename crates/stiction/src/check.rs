@@ -123,7 +123,7 @@ impl Report {
     pub fn mobility(&self) -> Mobility {
         let mobility = &self.findings.mobility;
         Mobility {
-            gruebler: mobility.gruebler as i64,
+            gruebler: mobility.gruebler,
             instantaneous: mobility.instantaneous,
             finite: mobility.finite.decided(),
         }

@@ -22,7 +22,7 @@ use stiction_run::forward::{
 };
 
 pub(crate) fn run(options: &Forward) -> Result<(), Failure> {
-    execute(options).map_err(|failure| failure.as_json(options.json))
+    execute(options).map_err(|failure| failure.into_json(options.json))
 }
 
 /// Maps the options to a request.

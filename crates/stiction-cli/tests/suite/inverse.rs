@@ -118,7 +118,15 @@ fn wrapped_recordings_are_reported() {
     }
     folder.write("turn.csv", &rows);
     let said = folder.stiction(&["inverse", "four-bar", "--motion", "turn.csv"]);
-    said.fails(2, &["turn.csv:", "changes by -356 deg", "more than half a turn", "continue angles beyond a full turn"]);
+    said.fails(
+        2,
+        &[
+            "turn.csv:",
+            "changes by -356 deg",
+            "more than half a turn",
+            "continue angles beyond a full turn",
+        ],
+    );
 }
 
 #[test]
@@ -359,8 +367,5 @@ fn a_defect_at_the_end_of_a_long_recording_has_its_place() {
     bytes.extend_from_slice(b"2,\xe9\n");
     std::fs::write(folder.0.join("turn.csv"), bytes).unwrap();
     let said = folder.stiction(&["inverse", "four-bar", "--motion", "turn.csv"]);
-    said.fails(
-        2,
-        &["motion:1:1", "the file cannot be read: it is not UTF-8 text: in line 18002"],
-    );
+    said.fails(2, &["motion:1:1", "the file cannot be read: it is not UTF-8 text: in line 18002"]);
 }

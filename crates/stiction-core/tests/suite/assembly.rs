@@ -189,7 +189,7 @@ fn platform_3rps(random: &mut Random) -> Posture {
             let normal = turn.rotation.columns[1];
             let off = normal.dot(at);
             let arm = at - platform.position;
-            platform.position = platform.position - normal * (0.7 * off);
+            platform.position -= normal * (0.7 * off);
             let spin = v(0.0, 0.0, 1.0).cross(arm).dot(normal);
             let angle = -0.3 * off * spin / (spin * spin + 0.01);
             platform.rotation = Mat3::about_axis(2, angle.sin_cos()) * platform.rotation;
@@ -322,7 +322,7 @@ fn found(
     let (coordinates, targets) = posture.prescribed();
     // The spanning tree must not matter.
     let seed = (random.number() * 1e9).abs() as u64;
-    let rule = if seed % 2 == 0 { TreeRule::Structure } else { TreeRule::Random(seed) };
+    let rule = if seed.is_multiple_of(2) { TreeRule::Structure } else { TreeRule::Random(seed) };
     let length = mechanism.characteristic_length();
     let settings = Settings::default();
     let solver =

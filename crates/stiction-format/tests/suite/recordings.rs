@@ -73,7 +73,11 @@ fn clean(random: &mut Random, rate: f64, count: usize) -> Vec<Sample> {
                 let frequency = random.log_between(0.3 / end, rate / 10.0);
                 let amplitude =
                     random.log_between(1e-3, 1.0) / (1.0 + (frequency * end / 5.0).powi(2));
-                (amplitude, frequency * std::f64::consts::TAU, random.between(0.0, 6.28))
+                (
+                    amplitude,
+                    frequency * std::f64::consts::TAU,
+                    random.between(0.0, std::f64::consts::TAU),
+                )
             };
             let sines: Vec<_> = (0..=random.below(4)).map(|_| sine(random)).collect();
             let sum = |t: f64, order: i32| -> f64 {
@@ -206,9 +210,11 @@ fn clean_recordings_cause_no_alarm() {
     }
 }
 
-/// Ways to spoil a recording whose largest speed and acceleration are given; they leave time steps
-/// of `h`.
-const SPOILS: [(&str, fn(&mut Vec<Sample>, &mut Random, [f64; 3])); 10] = [
+/// Spoils a recording; the numbers are its largest speed, its largest acceleration and its time step.
+type Spoil = fn(&mut Vec<Sample>, &mut Random, [f64; 3]);
+
+/// Ways to spoil a recording.
+const SPOILS: [(&str, Spoil); 10] = [
     ("noise", |samples, random, [_, a, h]| {
         let sigma = random.log_between(0.02, 1.0) * a * h * h / 4.0;
         samples.iter_mut().for_each(|s| s[1] += sigma * random.normal());

@@ -116,7 +116,8 @@ impl<W: io::Write> Tables<W> {
         inverse.extend([distances.actuation, distances.constraint]);
         for (&dof, drive) in self.actuated.iter().zip(&forces.efforts) {
             let motion = &sample.joints[dof];
-            inverse.extend([motion.value, motion.rate, drive * motion.rate]);
+            // The sum turns the negative zero of a drive at rest into zero.
+            inverse.extend([motion.value, motion.rate, drive * motion.rate + 0.0]);
         }
         for motion in sample.joints {
             joints.extend([motion.value, motion.rate, motion.acceleration]);
