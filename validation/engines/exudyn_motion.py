@@ -164,7 +164,7 @@ def viscous_damping(joint: Joint) -> Array:
     result = np.zeros(len(joint.freedoms))
     names = [freedom.name for freedom in joint.freedoms]
     for contact in joint.contacts:
-        if contact["law"]["coulomb"] != 0.0:
+        if contact["law"]["mu"] != 0.0:
             raise ValueError(f"{joint.name} has more than viscous friction")
         for freedom in contact["freedoms"]:
             result[names.index(freedom)] += contact["law"]["viscous"] * (contact["radius"] or 1.0) ** 2
