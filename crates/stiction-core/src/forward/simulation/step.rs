@@ -87,8 +87,7 @@ impl Simulation<'_> {
             } else if left < 2.0 * step {
                 step = 0.5 * left;
             }
-            let tried = self.try_step(start, first, step, inputs);
-            match tried {
+            match self.try_step(start, first, step, inputs) {
                 Ok(error) if error <= 1.0 => {
                     let grow = if error > 0.0 { 0.9 * error.powf(-0.125) } else { 6.0 };
                     let next = step * grow.clamp(0.33, 6.0);
