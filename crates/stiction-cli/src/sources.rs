@@ -28,7 +28,7 @@ pub(crate) fn robot(name: &OsStr) -> Result<Robot, Failure> {
     Ok(Robot::load_with(path, Some(read_progress()))?)
 }
 
-/// The robot of an option, or the default one.
+/// The robot that an option names, or the default robot.
 pub(crate) fn robot_or_default(name: Option<&OsStr>) -> Result<Robot, Failure> {
     robot(name.unwrap_or(OsStr::new(DEFAULT_MODEL)))
 }
