@@ -33,8 +33,8 @@ pub(super) enum Ending {
     Stops(usize),
     /// The friction of a sticking interface reaches its limit.
     LetsGo,
-    /// A ball or plate was much slower within the step, up to this many seconds from its start,
-    /// than at its end. The step is rejected; shorter steps must approach that point.
+    /// After this many seconds of the step, a ball or plate is much slower than at its start, so
+    /// that a stick onset may have been missed. Shorter steps must approach that point.
     Passes(f64),
 }
 
