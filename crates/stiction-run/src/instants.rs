@@ -35,7 +35,7 @@ pub enum InstantsError {
     ),
     /// The step gives too many samples.
     #[error(
-        "a step of {step:?} s makes {count} samples of this motion; the most is {MOST:.0e}",
+        "a step of {step:?} s makes {count} samples of this motion; the maximum is {MOST:.0e}",
         count = if count.is_finite() { format!("{count:.1e}") } else { "countless".to_owned() }
     )]
     TooMany {

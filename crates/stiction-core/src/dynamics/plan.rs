@@ -24,10 +24,13 @@ pub(crate) struct BalancePlan {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum NotPlanned {
     /// Neither an actuator nor a constraint resists some motion.
-    #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
+    #[error("the position is singular: neither an actuator nor a constraint resists some motion")]
     Singular,
     /// Constraints and actuators are both redundant, which requires two weightings in sequence.
-    #[error("constraints and actuators are both redundant: no single weighting decides")]
+    #[error(
+        "constraints and actuators are both redundant, which a compiled model does not \
+             support"
+    )]
     TwoWeightings,
 }
 

@@ -27,7 +27,7 @@ pub enum Error {
     #[error("{0}")]
     ControllerForces(InverseError),
     /// The controller failed during the simulation.
-    #[error("at t = {time} s the controller has no efforts: {error}")]
+    #[error("at t = {time} s the controller cannot compute efforts: {error}")]
     ControllerAt {
         /// Time, s.
         time: f64,
@@ -54,7 +54,7 @@ pub enum Error {
     #[error("{0}")]
     Receiver(String),
     /// The checkpoint belongs to another simulation.
-    #[error("its numbers are not those of a simulation of this mechanism")]
+    #[error("it does not belong to a simulation of this mechanism")]
     Mark,
     /// The user stopped the simulation before its first sample.
     #[error("interrupted")]

@@ -181,7 +181,9 @@ fn what_is_not_prescribed_is_free() {
     folder.write("alone.toml", &alone);
     let gains = ["forward", "alone.toml", "--controller", "type = pd; kp = 1e4; kd = 400"];
     folder.stiction(&gains).succeeds();
-    folder.stiction(&["forward", "alone.toml"]).fails(2, &["leaves one degree of freedom open"]);
+    folder
+        .stiction(&["forward", "alone.toml"])
+        .fails(2, &["leave one degree of freedom undetermined"]);
     // A motion without a controller needs no further input either.
     folder.stiction(&["forward", "cart.toml", "--drives", "none", "--until", "0.1"]).succeeds();
 }
