@@ -13,7 +13,7 @@ pub struct Source {
     pub name: String,
     /// The text; of a text read in pieces, one piece of whole lines.
     pub text: String,
-    /// Position of the piece.
+    /// Position of the piece in the whole text.
     begin: Begin,
     /// Changes of single values, one per line.
     changes: Option<Arc<Source>>,
@@ -88,7 +88,7 @@ impl Place {
         }
     }
 
-    /// Tests for a reference to the whole text, which has an empty range at the start.
+    /// Tests if the place refers to the whole text; it is then an empty range at the start.
     pub(crate) fn is_whole(&self) -> bool {
         self.span == (0..0) && self.source.begin.bytes == 0
     }

@@ -25,19 +25,19 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Reads a model file. Files that the model names are looked for in its folder.
+    /// Reads a model file. Paths in the model are relative to its folder.
     ///
     /// # Errors
-    /// The file cannot be read, or its content is defective: then the error lists all defects, each with
-    /// its place.
+    /// The file cannot be read, or its content is invalid; the error then lists all defects, each
+    /// with its place.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         ModelText::file(path.as_ref(), None)?.read()
     }
 
-    /// Reads the text of a model. Files that it names are looked for in the current folder.
+    /// Reads the text of a model. Paths in it are relative to the current folder.
     ///
     /// # Errors
-    /// The text is defective: the error lists all defects, each with its place.
+    /// The text is invalid; the error lists all defects, each with its place.
     pub fn parse(text: &str) -> Result<Self, Error> {
         ModelText::text(text).read()
     }
@@ -64,7 +64,7 @@ impl Robot {
         text.clone().with(change).read()
     }
 
-    /// Begins a robot that is described by code instead of a file.
+    /// Begins the description of a robot in code instead of a file.
     pub fn builder(name: impl Into<String>) -> RobotBuilder {
         RobotBuilder {
             mechanism: MechanismBuilder::new(name),
@@ -87,7 +87,7 @@ impl Robot {
         &self.model.name
     }
 
-    /// Title of the model, one line; empty where the file has none.
+    /// Title of the model, one line; empty if the file has none.
     pub fn title(&self) -> &str {
         &self.model.title
     }
@@ -97,12 +97,12 @@ impl Robot {
         &self.model.warnings
     }
 
-    /// Names of the actuators, in the order of all lists of efforts.
+    /// Names of the actuators, in the order of the efforts in results.
     pub fn actuators(&self) -> impl Iterator<Item = &str> {
         self.names.actuators.iter().map(|(name, _)| name.as_str())
     }
 
-    /// Names of the joints, in the order of all lists of reactions.
+    /// Names of the joints, in the order of the reactions in results.
     pub fn joints(&self) -> impl Iterator<Item = &str> {
         self.names.joints.iter().map(String::as_str)
     }
@@ -128,7 +128,7 @@ impl Robot {
         self.model.loads.iter().map(|(name, _)| name.as_str())
     }
 
-    /// The model behind the names, for use with `stiction_core`, `stiction_format` and `stiction_run`.
+    /// The underlying model, for use with `stiction_core`, `stiction_format` and `stiction_run`.
     pub fn model(&self) -> &ModelFile {
         &self.model
     }
@@ -155,7 +155,8 @@ impl Robot {
         self.files.contents(Path::new(file))
     }
 
-    /// A motion by its name in the model, the name of a file, or assignments; with its label in results.
+    /// A motion by its name in the model, the name of a file, or assignments, and its label in
+    /// results.
     pub(crate) fn parse_motion(&self, text: &str) -> Result<(Motion, String), Error> {
         let motion =
             self.model.parse_motion(&Source::new("motion", text), &|file| self.contents(file))?;
@@ -167,7 +168,7 @@ impl Robot {
         Ok(self.model.parse_motion(&Source::new("from", text), &|file| self.contents(file))?)
     }
 
-    /// The model's default motion, or its only one, if it has either.
+    /// The model's default motion, or else its only motion.
     pub(crate) fn default_motion(&self) -> Option<(Motion, String)> {
         let model = &*self.model;
         let only = match model.motions.as_slice() {
@@ -178,7 +179,7 @@ impl Robot {
         Some((model.motion(name)?.clone(), name.clone()))
     }
 
-    /// An error that asks for a motion, for a model without a default.
+    /// Error for a model without a default motion.
     pub(crate) fn motion_missing(&self) -> Error {
         let error = Error::input("the model has no default motion, and none is given");
         let names: Vec<&str> = self.motions().collect();
@@ -194,7 +195,7 @@ impl Robot {
             .with_option("motion")
     }
 
-    /// A load by its name in the model, or assignments; with its label in results.
+    /// A load by its name in the model, or assignments, and its label in results.
     pub(crate) fn parse_load(&self, text: &str) -> Result<(LoadCase, String), Error> {
         let load =
             self.model.parse_load(&Source::new("load", text), &|file| self.contents(file))?;
@@ -209,7 +210,8 @@ impl Robot {
         }
     }
 
-    /// Efforts of actuators of `model`, this robot's or the same with more actuators.
+    /// Actuator efforts for `model`, which is this robot's model or the same model with additional
+    /// actuators.
     pub(crate) fn parse_drives(
         &self,
         model: &ModelFile,
@@ -220,7 +222,8 @@ impl Robot {
         Ok((drives, label(text)))
     }
 
-    /// A controller of `model`, this robot's or the same with more actuators.
+    /// A controller for `model`, which is this robot's model or the same model with additional
+    /// actuators.
     pub(crate) fn parse_controller(
         &self,
         model: &ModelFile,
@@ -231,7 +234,7 @@ impl Robot {
     }
 }
 
-/// Label of a motion or load in results: its name, or a remark where it was given as assignments.
+/// Label of a motion or load in results: its name, or a remark that it was given as assignments.
 fn label(text: &str) -> String {
     let text = text.trim();
     if text.contains('=') { "as given".to_owned() } else { text.to_owned() }

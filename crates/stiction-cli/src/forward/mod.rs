@@ -241,7 +241,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     }
 }
 
-/// Reads the rows of an interrupted run.
+/// Passes the rows that an interrupted run has written to `receive`.
 fn read_again(
     outputs: &Outputs,
     layout: &Layout,
@@ -265,7 +265,7 @@ fn read_again(
 
 /// Names of the tables.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
-/// Names of optional files.
+/// Names of the files that only some runs write.
 const POSSIBLE: [&str; 7] = [
     "motion.csv",
     "error.svg",
@@ -276,7 +276,7 @@ const POSSIBLE: [&str; 7] = [
     "friction.png",
 ];
 
-/// Converts an early end of the simulation to a failure.
+/// Converts the end of a simulation to a failure, unless it reached its end time.
 fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
     let results = kept.map(|folder| {
         format!("the results up to t = {} s are in {}", outcome.last, folder.display())
