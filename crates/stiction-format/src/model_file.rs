@@ -14,7 +14,8 @@ use stiction_core::spatial::{Pose, Vec3};
 pub struct ModelFile {
     /// Name.
     pub name: String,
-    /// One-line description; may be empty.
+    /// One-line description, with the changes of its text ([`crate::Source::with_changes`]); may be
+    /// empty.
     pub title: String,
     /// Source of the model's numbers, such as a publication; may be empty.
     pub source: String,

@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_takes_no_time_has_one_sample() {
+    fn a_motion_without_duration_has_one_sample() {
         let instants = Instants::of(&motion(0.0), None).unwrap();
         assert_eq!(instants.iter().collect::<Vec<_>>(), [0.0]);
     }

@@ -1,14 +1,15 @@
 //! A robot: a mechanism with its named motions and loads.
 
 use crate::error::Error;
-use crate::files::{Files, ReadProgress, standard_input};
-use crate::names::{Names, find};
+use crate::files::Files;
+use crate::model_text::ModelText;
+use crate::names::Names;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
 use stiction_core::spatial::Vec3;
 use stiction_format::{
-    Contents, Control, Diagnostics, Drives, LoadCase, ModelFile, Motion, Source, gallery,
+    Contents, Control, Diagnostics, Drives, LoadCase, ModelFile, Motion, Source,
 };
 
 /// A mechanism with its named motions and loads, as a model file describes it.
@@ -19,6 +20,8 @@ pub struct Robot {
     model: Arc<ModelFile>,
     names: Arc<Names>,
     files: Files,
+    /// The text from which the robot was read, if it was.
+    text: Option<Arc<ModelText>>,
 }
 
 impl Robot {
@@ -28,24 +31,7 @@ impl Robot {
     /// The file cannot be read, or its content is invalid; the error then lists all defects, each
     /// with its place.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::load_with(path.as_ref(), None)
-    }
-
-    /// Reads a model file, and reports progress while long recordings are read.
-    ///
-    /// # Errors
-    /// As [`Robot::load`].
-    pub fn load_with(path: &Path, progress: Option<Arc<ReadProgress>>) -> Result<Self, Error> {
-        let files = Files::with_progress(progress);
-        let name = path.display().to_string();
-        let text = files.text(path).map_err(|why| {
-            Error::input(format!("cannot read the model {name}: {why}"))
-                .with_help("give a model file, or the name of a built-in model")
-        })?;
-        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        let beside = |file: &str| files.contents(&folder.join(file));
-        let model = stiction_format::read(&Source::new(name, text), &beside)?;
-        Ok(Self::new(model, files))
+        ModelText::file(path.as_ref(), None)?.read()
     }
 
     /// Reads the text of a model. Paths in it are relative to the current folder.
@@ -53,43 +39,29 @@ impl Robot {
     /// # Errors
     /// The text is invalid; the error lists all defects, each with its place.
     pub fn parse(text: &str) -> Result<Self, Error> {
-        Self::parse_named("model", text, None)
+        ModelText::text(text).read()
     }
 
-    /// Reads a model from standard input, up to its end.
-    ///
-    /// # Errors
-    /// Standard input cannot be read, or its text is defective.
-    pub fn from_standard_input(progress: Option<Arc<ReadProgress>>) -> Result<Self, Error> {
-        let text = standard_input().map_err(|why| {
-            Error::input(format!("cannot read the model from standard input: {why}"))
-                .with_help("give a model file, or the name of a built-in model")
-        })?;
-        Self::parse_named("standard input", &text, progress)
-    }
-
-    fn parse_named(
-        name: &str,
-        text: &str,
-        progress: Option<Arc<ReadProgress>>,
-    ) -> Result<Self, Error> {
-        let files = Files::with_progress(progress);
-        let here = |file: &str| files.contents(Path::new(file));
-        let model = stiction_format::read(&Source::new(name, text), &here)?;
-        Ok(Self::new(model, files))
-    }
-
-    /// A built-in model, for example `gough` or `five-bar`; [`gallery::names`] lists all.
+    /// A built-in model, for example `gough` or `five-bar`; [`gallery::names`](crate::gallery::names)
+    /// lists all.
     ///
     /// # Errors
     /// There is no built-in model of that name.
     pub fn builtin(name: &str) -> Result<Self, Error> {
-        let known: Vec<String> = gallery::names().map(str::to_owned).collect();
-        find("built-in model", name, &known)?;
-        let text = gallery::get(name).unwrap_or_default();
-        let no_files = |_: &str| Err("a built-in model has no other files".to_owned());
-        let model = stiction_format::read(&Source::new(format!("{name}.toml"), text), &no_files)?;
-        Ok(Self::new(model, Files::default()))
+        ModelText::builtin(name)?.read()
+    }
+
+    /// Returns the robot with one value of its model changed: `KEY = VALUE` with the path of a key
+    /// (`bodies.platform.mass = 2 kg`) or the name of a parameter (`mu = 0.12`).
+    ///
+    /// # Errors
+    /// The model has no such key, or the value is defective there; the robot was described by code.
+    pub fn with(&self, change: &str) -> Result<Self, Error> {
+        let text = self.text.as_deref().ok_or_else(|| {
+            Error::input("the robot has no text to be changed: it was described by code")
+                .with_help("describe it again with the other value")
+        })?;
+        text.clone().with(change).read()
     }
 
     /// Begins the description of a robot in code instead of a file.
@@ -103,7 +75,11 @@ impl Robot {
 
     pub(crate) fn new(model: ModelFile, files: Files) -> Self {
         let names = Arc::new(Names::new(&model.mechanism));
-        Self { model: Arc::new(model), names, files }
+        Self { model: Arc::new(model), names, files, text: None }
+    }
+
+    pub(crate) fn of_text(model: ModelFile, text: ModelText) -> Self {
+        Self { text: Some(Arc::new(text.clone())), ..Self::new(model, text.files().clone()) }
     }
 
     /// Name of the model.

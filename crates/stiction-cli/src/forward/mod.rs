@@ -68,10 +68,10 @@ fn request(robot: &Robot, options: &Forward) -> Result<stiction::Forward, Failur
 }
 
 fn execute(options: &Forward) -> Result<(), Failure> {
-    let robot = sources::robot_or_default(options.model.as_deref())?;
+    let robot = sources::robot_or_default(&options.model)?;
     if !options.json {
-        if options.model.is_none() {
-            message!(
+        if options.model.name.is_none() {
+            note!(
                 "No model given: running the built-in `{DEFAULT_MODEL}`. A controller that knows the robot, but \
                  not its friction, follows\nthe robot's own motion.\n"
             );
@@ -223,11 +223,11 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         let names = outputs.complete(&POSSIBLE)?;
         if !options.json {
             let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-            message!("\nwrote {}", names.join(", "));
+            note!("\nwrote {}", names.join(", "));
         }
         kept = options.output.as_deref();
     } else if !options.json && std::io::stderr().is_terminal() {
-        message!("\nTables and plots: add -o DIR");
+        note!("\nTables and plots: add -o DIR");
     }
     let lost = summary.energy_lost(&job.settings, &outcome.events);
     ended(outcome, kept)?;

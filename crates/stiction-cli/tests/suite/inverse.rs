@@ -7,7 +7,7 @@ const TABLES: [&str; 6] =
     ["bodies.csv", "friction.csv", "inverse.csv", "joints.csv", "reactions.csv", "summary.json"];
 
 #[test]
-fn without_arguments_it_runs_the_built_in_robot_and_says_why_this_one() {
+fn without_arguments_the_built_in_robot_runs() {
     let said = Folder::new("default").stiction::<&str>(&[]);
     let out = said.succeeds();
     assert!(out.starts_with("zhang2018-regular:"), "{out}");
@@ -229,7 +229,7 @@ fn wrong_input_is_reported_with_a_suggestion() {
 }
 
 #[test]
-fn a_motion_that_leaves_dofs_open_or_out_of_reach_is_told() {
+fn incomplete_or_unreachable_motions_are_reported() {
     let folder = Folder::new("reach");
     let said =
         folder.stiction(&["inverse", "five-bar", "--motion", "tool.x = 0 mm; duration = 1 s"]);

@@ -81,7 +81,7 @@ fn a_page_needs_nothing_else() {
 }
 
 #[test]
-fn a_page_says_everything() {
+fn a_page_contains_all_results() {
     let report = report();
     let html = report.html();
     let page = parse(&html);
