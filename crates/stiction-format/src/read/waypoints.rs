@@ -15,7 +15,7 @@ use crate::source::Span;
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::BodyId;
-use stiction_core::spatial::Mat3;
+use stiction_core::spatial::{Mat3, Vec3};
 
 /// Relative error by which limits may be exceeded: rounding of durations.
 const ROUNDING: f64 = 1e-9;
@@ -52,8 +52,14 @@ enum Given {
 struct Limited {
     path: String,
     limits: Limits,
-    /// Distance of each move.
-    distances: Vec<f64>,
+    /// Displacement of each move; of a coordinate its first component.
+    steps: Vec<Vec3<f64>>,
+}
+
+impl Limited {
+    fn step(&self, k: usize) -> Vec3<f64> {
+        self.steps.get(k).copied().unwrap_or(Vec3::zero())
+    }
 }
 
 /// Reads the waypoints of a motion; `None` after an error.
@@ -77,7 +83,9 @@ pub(super) fn read(
         Some(value) => limits(reader, value, &channels)?,
         None => Vec::new(),
     };
-    let moves = Timing { reader, motion, limited: &limited, tables: &tables }.moves(start)?;
+    let turns = channels.iter().any(|channel| matches!(channel.goal, Goal::Orientation(..)));
+    let moves =
+        Timing { reader, motion, limited: &limited, tables: &tables, turns }.moves(start)?;
     let description = describe(&moves, tables.len());
     let last = moves.0.last()?.end();
     let dwell = |table: &Table| Record::open(context, table, WAYPOINT, "").quantity("dwell");
@@ -255,7 +263,7 @@ fn limits(reader: &Reader<'_>, value: &Value, channels: &[Channel]) -> Option<Ve
         if own.is_empty() {
             continue;
         }
-        let Some((distances, fields)) = distances(&path, channels, reader) else {
+        let Some((steps, fields)) = steps(&path, channels, reader) else {
             let message = match path.as_str() {
                 "" => "a limit needs the name of what it limits".to_owned(),
                 path => format!("{} is no coordinate of the waypoints", quoted(path)),
@@ -292,43 +300,42 @@ fn limits(reader: &Reader<'_>, value: &Value, channels: &[Channel]) -> Option<Ve
             }
             limits[index] = limit;
         }
-        found.push(Limited { path, limits, distances });
+        found.push(Limited { path, limits, steps });
     }
     Some(found)
 }
 
-/// The distances of all moves that a limit of this name concerns, and the keys of the limit.
-fn distances(
+/// The displacements of all moves that a limit of this name concerns, and the keys of the limit.
+fn steps(
     path: &str,
     channels: &[Channel],
     reader: &Reader<'_>,
-) -> Option<(Vec<f64>, &'static [Field])> {
-    let steps = |values: &[f64]| -> Vec<f64> {
-        values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect()
+) -> Option<(Vec<Vec3<f64>>, &'static [Field])> {
+    let along = |values: &[f64], axis: usize| -> Vec<Vec3<f64>> {
+        values.windows(2).map(|pair| Vec3::unit(axis) * (pair[1] - pair[0])).collect()
     };
     if let Some(channel) = channels.iter().find(|channel| channel.path == path) {
         return Some(match &channel.goal {
             Goal::Orientation(_, values) => {
-                let turn =
-                    |pair: &[Mat3<f64>]| (pair[0].transpose() * pair[1]).rotation_vector().norm();
+                let turn = |pair: &[Mat3<f64>]| (pair[0].transpose() * pair[1]).rotation_vector();
                 (values.windows(2).map(turn).collect(), ANGULAR_LIMITS)
             }
-            Goal::Scalar(_, Measure::Angle, values) => (steps(values), ANGULAR_LIMITS),
-            Goal::Scalar(_, _, values) => (steps(values), LIMITS),
+            Goal::Scalar(_, Measure::Angle, values) => (along(values, 0), ANGULAR_LIMITS),
+            Goal::Scalar(_, _, values) => (along(values, 0), LIMITS),
         });
     }
     let body = reader.names.body(path)?;
-    let mut squares: Vec<f64> = Vec::new();
+    let mut sums: Vec<Vec3<f64>> = Vec::new();
     for channel in channels {
-        if let Goal::Scalar(Coordinate::Position { body: moved, .. }, _, values) = &channel.goal
+        if let Goal::Scalar(Coordinate::Position { body: moved, axis }, _, values) = &channel.goal
             && *moved == body
         {
-            let steps = steps(values);
-            squares.resize(steps.len(), 0.0);
-            squares.iter_mut().zip(steps).for_each(|(sum, step)| *sum += step * step);
+            let steps = along(values, *axis);
+            sums.resize(steps.len(), Vec3::zero());
+            sums.iter_mut().zip(steps).for_each(|(sum, step)| *sum = *sum + step);
         }
     }
-    (!squares.is_empty()).then(|| (squares.into_iter().map(f64::sqrt).collect(), LIMITS))
+    (!sums.is_empty()).then_some((sums, LIMITS))
 }
 
 /// Durations of the moves.
@@ -337,6 +344,8 @@ struct Timing<'a> {
     motion: &'a Record<'a>,
     limited: &'a [Limited],
     tables: &'a [&'a Table],
+    /// True if orientations are given: their moves do not overlap.
+    turns: bool,
 }
 
 impl Timing<'_> {
@@ -373,11 +382,15 @@ impl Timing<'_> {
             let blend = nonnegative(&record, "blend")?;
             if blend > 0.0 {
                 let at_end = index == 0 || index + 1 == self.tables.len();
-                if at_end || dwell > 0.0 {
-                    let why = if at_end { "at the first or last waypoint" } else { "with a dwell" };
+                if at_end || dwell > 0.0 || self.turns {
+                    let why = match (at_end, dwell > 0.0) {
+                        (true, _) => "at the first or last waypoint",
+                        (_, true) => "with a dwell",
+                        _ => "between orientations",
+                    };
                     context.push(
                         Diagnostic::error("motion", format!("there is no `blend` {why}"))
-                            .at(context.place(&record.span("blend")), "the motion rests here"),
+                            .at(context.place(&record.span("blend")), "the motion stops here"),
                     );
                     return None;
                 }
@@ -397,7 +410,7 @@ impl Timing<'_> {
         let context = self.reader.context;
         let mut limits = UNLIMITED;
         for limited in self.limited {
-            let distance = limited.distances.get(k).copied().unwrap_or(0.0);
+            let distance = limited.step(k).norm();
             for (limit, given) in limits.iter_mut().zip(limited.limits) {
                 // A move without distance has no limit.
                 if distance > 0.0 {
@@ -405,7 +418,7 @@ impl Timing<'_> {
                 }
             }
         }
-        let moves = self.limited.iter().any(|l| l.distances.get(k).is_some_and(|d| *d > 0.0));
+        let moves = self.limited.iter().any(|limited| limited.step(k).norm() > 0.0);
         let fastest = Profile::fastest(law, limits);
         let (key, duration) = match (record.value("at"), record.value("duration")) {
             (Some(value), Some(other)) => {
@@ -485,21 +498,19 @@ impl Timing<'_> {
             return None;
         }
         for limited in self.limited {
-            let step = |k: usize| limited.distances.get(k).copied().unwrap_or(0.0);
-            let (one, two) = (step(waypoint - 1), step(waypoint));
+            let (one, two) = (limited.step(waypoint - 1), limited.step(waypoint));
             for trial in 0..=TRIALS {
                 let t = after.begin + blend * f64::from(trial) / f64::from(TRIALS);
                 let [_, v1, a1] = before.profile.at(t - before.begin);
                 let [_, v2, a2] = after.profile.at(t - after.begin);
-                // Directions may differ: the greatest sum that they allow.
-                let sums = [one * v1.abs() + two * v2.abs(), one * a1.abs() + two * a2.abs()];
+                let sums = [(one * v1 + two * v2).norm(), (one * a1 + two * a2).norm()];
                 let over =
                     [0, 1].into_iter().find(|&k| sums[k] > limited.limits[k] * (1.0 + ROUNDING));
                 if let Some(k) = over {
                     let what = ["speed", "acceleration"][k];
                     let factor = sums[k] / limited.limits[k];
                     refuse(format!(
-                        "in the blend the {what} of {} may reach {factor:.3} times its limit",
+                        "in the blend the {what} of {} reaches {factor:.3} times its limit",
                         quoted(&limited.path)
                     ));
                     return None;

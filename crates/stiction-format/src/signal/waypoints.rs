@@ -87,17 +87,16 @@ impl Turning {
         Self { moves: Arc::clone(moves), orientations, turns }
     }
 
-    /// An instant at which the rotation vector is as long as half a turn or nearly so, where its
-    /// components jump.
+    /// An instant at which the rotation vector passes half a turn, where its components jump.
     pub(crate) fn half_turn(&self) -> Option<f64> {
-        const LONGEST: f64 = std::f64::consts::PI - 1e-3;
+        let vector = |t: f64| {
+            let [x, y, z] = self.at(t).map(|target| target.value);
+            Vec3::new(x, y, z)
+        };
         self.moves.0.iter().find_map(|each| {
-            (0..=100).map(|k| each.begin + each.profile.duration * f64::from(k) / 100.0).find(
-                |&t| {
-                    let [x, y, z] = self.at(t).map(|target| target.value);
-                    !(Vec3::new(x, y, z).norm() < LONGEST)
-                },
-            )
+            let time = |k: u32| each.begin + each.profile.duration * f64::from(k) / 100.0;
+            // A hundredth of a move turns by less than a radian.
+            (1..=100).find(|&k| (vector(time(k)) - vector(time(k - 1))).norm() > 1.0).map(time)
         })
     }
 

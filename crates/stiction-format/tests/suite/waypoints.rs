@@ -154,6 +154,14 @@ fn defects_are_explained() {
             "limits.left_motor.speed = 1\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]",
             "`left_motor` is no coordinate of the waypoints",
         ),
+        (
+            "limits.tool.acceleration = 9\nwaypoints = [{ tool.x = 0, tool.y = 0.3 }, { tool.x = 0.1, blend = 0.09 }, { tool.x = 0 }]",
+            "of `tool` reaches",
+        ),
+        (
+            "waypoints = [{ tool.rotation = { axis = \"z\", angle = 0 } }, { tool.rotation = { axis = \"z\", angle = 1 }, at = 1, blend = 0.1 }, { tool.rotation = { axis = \"z\", angle = 1.5 }, at = 2 }]",
+            "no `blend` between orientations",
+        ),
         ("limits.speed = 1\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]", "needs the name"),
         (
             "waypoints = [{ tool.x = 0 }, { tool.x = 1, law = \"sin\", at = 1 }]",
