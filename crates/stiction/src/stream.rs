@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
+use stiction_run::SinkError;
 
 /// Samples that may wait to be taken; the computation pauses when so many do.
 const WAITING: usize = 64;
@@ -28,8 +29,8 @@ pub(crate) struct Sender<T> {
 
 impl<T> Sender<T> {
     /// Hands over a sample; fails when nobody takes samples any more.
-    pub(crate) fn send(&self, sample: T) -> Result<(), String> {
-        self.sender.send(sample).map_err(|_| "the caller takes no more samples".to_owned())
+    pub(crate) fn send(&self, sample: T) -> Result<(), SinkError> {
+        self.sender.send(sample).map_err(|_| "the caller takes no more samples".into())
     }
 
     /// Tells that the caller takes no more samples.

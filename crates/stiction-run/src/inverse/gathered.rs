@@ -1,13 +1,13 @@
 //! Combination of the samples in the order of time.
 
 use super::certainty::Certainty;
-use super::error::{Error, Missing};
-use super::job::Job;
 use super::joints::Turns;
 use super::sample::Sample;
 use super::sides::Sides;
 use super::solving::Look;
 use super::verdict::Verdict;
+use crate::error::{Error, Missing, SinkError};
+use crate::job::Job;
 use stiction_core::dynamics::InverseError;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Vec3;
@@ -46,7 +46,7 @@ impl<'a> Gathered<'a> {
         &mut self,
         mechanism: &Mechanism,
         look: Look,
-        receive: &mut impl FnMut(&Sample<'_>) -> Result<(), String>,
+        receive: &mut impl FnMut(&Sample<'_>) -> Result<(), SinkError>,
     ) -> Result<(), Error> {
         let Look { time, found } = look;
         let verdict = &mut self.verdict;

@@ -3,12 +3,12 @@
 use super::certainty::Asked;
 use super::chunks::Work;
 use super::efficiency::{Backward, look_back};
-use super::error::Error;
-use super::job::Job;
 use super::joints::joint_motions;
 use super::sample::Sample;
 use super::uniqueness::{Singular, Uniqueness};
 use crate::dofs::Dof;
+use crate::error::Error;
+use crate::job::Job;
 use stiction_core::dynamics::{
     AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Mirror, Shares,
 };

@@ -1,12 +1,12 @@
 //! Tables of a run of inverse dynamics: columns and rows.
 
-use super::job::Job;
 use super::sample::Sample;
 use crate::bodies::BodyRow;
 use crate::dofs::{Dof, actuated, dofs_of};
+use crate::job::Job;
 use crate::names::Names;
-use crate::sink::Sink;
 use crate::table::{self, REACTION, columns, header};
+use crate::{Sink, SinkError};
 use std::io;
 
 /// Names of the tables of every run, in the order of their files.
@@ -87,15 +87,6 @@ impl<W: io::Write> Tables<W> {
         })
     }
 
-    /// Adds a row to each table.
-    ///
-    /// # Errors
-    /// A file cannot be written.
-    pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
-        self.fill(sample);
-        self.tables.add(sample.time, self.rows.iter().map(Vec::as_slice))
-    }
-
     /// Flushes all buffers and returns the files in their order.
     ///
     /// # Errors
@@ -148,8 +139,9 @@ impl<W: io::Write> Tables<W> {
 }
 
 impl<W: io::Write> Sink<Sample<'_>> for Tables<W> {
-    fn add(&mut self, sample: &Sample<'_>) -> Result<(), String> {
-        self.add(sample).map_err(|error| error.to_string())
+    fn add(&mut self, sample: &Sample<'_>) -> Result<(), SinkError> {
+        self.fill(sample);
+        Ok(self.tables.add(sample.time, self.rows.iter().map(Vec::as_slice))?)
     }
 }
 
