@@ -10,7 +10,7 @@ use thiserror::Error;
 /// Error of a receiver of records; for a table that cannot be written, an [`std::io::Error`].
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Load that cannot be carried at singular poses.
+/// Load that the mechanism cannot carry at singular poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
     /// Error at the first such sample.

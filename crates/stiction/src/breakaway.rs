@@ -35,7 +35,8 @@ impl Breakaway {
     /// the motion.
     ///
     /// # Errors
-    /// The position is singular or out of reach, or the motion does not last until the time asked for.
+    /// The position is singular or out of reach, or the requested time is after the end of the
+    /// motion.
     pub fn run(&self) -> Result<Rest, Error> {
         let job = self.along(FrictionMode::Converged)?;
         Ok(Rest::new(&self.robot, &job, breakaway::look(&job, self.task.at)?))
@@ -63,7 +64,7 @@ impl Sampled for StaticFriction {
     }
 }
 
-/// Findings on a robot at rest. `Display` prints them as the command `stiction breakaway` does.
+/// Results for a robot at rest. `Display` prints them as the command `stiction breakaway` does.
 #[derive(Clone, Debug)]
 pub struct Rest {
     robot: Robot,
@@ -86,7 +87,7 @@ impl Rest {
         self.findings.time
     }
 
-    /// Least and greatest effort of an actuator at which the robot can stay at rest, N or N m.
+    /// Least and greatest effort of an actuator for which the robot can remain at rest, N or N m.
     ///
     /// # Errors
     /// There is no actuator of that name.
@@ -94,12 +95,12 @@ impl Rest {
         Ok(self.findings.forces.effort_bounds[self.robot.names().actuator(actuator)?])
     }
 
-    /// All findings in the terms of `stiction_run`.
+    /// All results as a `stiction_run` type.
     pub fn findings(&self) -> &Findings {
         &self.findings
     }
 
-    /// All findings as JSON, with the keys of `stiction breakaway --json`.
+    /// All results as JSON, with the keys of `stiction breakaway --json`.
     pub fn to_json(&self) -> &Value {
         &self.json
     }

@@ -1,4 +1,4 @@
-//! Conversion of the errors of computations into errors with suggestions.
+//! Conversion of computation errors to errors with suggestions.
 
 use crate::error::{Error, ErrorKind};
 use serde_json::json;

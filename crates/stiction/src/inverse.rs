@@ -53,7 +53,7 @@ impl Inverse {
         self
     }
 
-    /// The request in the terms of `stiction_run`, whose tables, plots and summaries take it.
+    /// Converts the request to that of `stiction_run`, as its tables, plots and summaries require.
     ///
     /// # Errors
     /// The model has no default motion, and none was given.
@@ -112,7 +112,7 @@ pub struct Sample {
     reactions: Vec<Reaction>,
     frictions: Vec<JointFriction>,
     poses: Vec<BodyPose>,
-    /// Power that the energy balance leaves over, W; zero but for rounding.
+    /// Residual of the power balance, W; zero up to rounding.
     pub power_residual: f64,
     /// Largest loop-closure error, m; angles times the characteristic length.
     pub closure_error: f64,
@@ -129,8 +129,8 @@ pub struct Reaction {
     pub force: [f64; 3],
     /// Moment about the joint's origin, N m, world axes.
     pub moment: [f64; 3],
-    /// `true` if the balance of forces alone determines all components; otherwise they follow from the
-    /// declared weighting of a statically indeterminate mechanism.
+    /// `true` if statics determines all components; otherwise they follow from the declared
+    /// weighting of a statically indeterminate mechanism.
     pub determined: bool,
 }
 
@@ -145,7 +145,7 @@ pub struct JointFriction {
     pub force: f64,
     /// Dissipated power, W.
     pub power: f64,
-    /// `true` if the balance of forces alone determines the normal load.
+    /// `true` if statics determines the normal load.
     pub determined: bool,
 }
 
@@ -159,7 +159,7 @@ pub struct BodyPose {
 }
 
 impl BodyPose {
-    /// Pose in the world from one about the origin of the computation.
+    /// Converts a pose relative to the reference point `origin` of the kernel to one in the world.
     pub(crate) fn new(pose: Pose<f64>, origin: Vec3<f64>) -> Self {
         Self {
             position: (pose.position + origin).to_array(),

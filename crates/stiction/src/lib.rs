@@ -47,6 +47,7 @@ mod explain;
 mod files;
 pub mod forward;
 mod inverse;
+mod model_text;
 mod names;
 mod request;
 mod robot;
@@ -60,6 +61,7 @@ pub use error::{Error, ErrorKind};
 pub use files::ReadProgress;
 pub use forward::{Forward, Plan, Run, Simulation};
 pub use inverse::{BodyPose, Inverse, InverseDynamics, JointFriction, Reaction, Sample};
+pub use model_text::ModelText;
 pub use request::{Loaded, Request, Sampled, Samples};
 pub use robot::{Robot, RobotBuilder};
 

@@ -59,7 +59,7 @@ impl<T> Request<T> {
         self
     }
 
-    /// The request in the terms of `stiction_run`.
+    /// Converts the request to that of `stiction_run`.
     pub(crate) fn along(&self, friction: FrictionMode) -> Result<Job<'_>, Error> {
         let (motion, name) = self.motion.as_ref().ok_or_else(|| self.robot.motion_missing())?;
         let load = (self.load.1.as_str(), &self.load.0);
@@ -72,7 +72,7 @@ impl<T> Request<T> {
 pub trait Sampled: Clone + Send + 'static {
     /// Results at one instant.
     type Sample: Send + 'static;
-    /// Findings on the whole computation.
+    /// Results for the whole computation.
     type Outcome: Send + 'static;
 
     /// Completes and checks the options.
@@ -91,9 +91,9 @@ pub trait Sampled: Clone + Send + 'static {
 impl<T: Sampled> Request<T> {
     /// Starts the computation and returns its samples one by one, in the order of time.
     ///
-    /// The computation runs on a thread of its own, at most 64 samples ahead, so that memory stays
-    /// bounded however long the motion is. It stops when the iterator is dropped. A computation that cannot
-    /// go on ends with an error.
+    /// The computation runs on a thread of its own, at most 64 samples ahead, so that memory is
+    /// bounded for any duration. It stops when the iterator is dropped. A computation that cannot
+    /// continue ends with an error.
     ///
     /// # Errors
     /// There is no motion, or the options contradict each other.
@@ -105,11 +105,11 @@ impl<T: Sampled> Request<T> {
         Ok(Samples { stream })
     }
 
-    /// Computes all samples on the calling thread and hands each to `receive`, in the order of time.
-    /// Stops at the first error that `receive` returns.
+    /// Computes all samples on the calling thread and passes each to `receive`, in the order of
+    /// time. Stops at the first error that `receive` returns.
     ///
     /// # Errors
-    /// As [`Request::samples`]; the computation cannot go on; or the error of `receive`.
+    /// As [`Request::samples`]; the computation cannot continue; or the error of `receive`.
     pub fn each(
         &self,
         mut receive: impl FnMut(T::Sample) -> Result<(), Error>,
@@ -137,8 +137,8 @@ pub struct Samples<T: Sampled> {
 }
 
 impl<T: Sampled> Samples<T> {
-    /// Findings on the whole computation, once all samples have been taken: of inverse dynamics mobility,
-    /// uniqueness and singular positions passed, of a simulation its events.
+    /// Results for the whole computation, once the iterator has returned all samples: of inverse
+    /// dynamics mobility, uniqueness and passages of singular positions, of a simulation its events.
     pub fn outcome(&self) -> Option<&T::Outcome> {
         self.stream.result()
     }
