@@ -30,7 +30,7 @@
 //! let (motion, load) = (model.motion("lift").ok_or("no such motion")?, LoadCase::default());
 //! let job = Job { step: Some(0.5), ..Job::new(&model, ("lift", motion), ("none", &load)) };
 //! let mut drives = Vec::new();
-//! let receive = |sample: &stiction_run::inverse::Sample<'_>| {
+//! let receive = |sample: &stiction_run::inverse::Sample| {
 //!     drives.push(sample.forces.efforts[0]);
 //!     Ok(())
 //! };

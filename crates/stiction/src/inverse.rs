@@ -68,7 +68,7 @@ impl Inverse {
     /// The motion cannot be followed, or there are no finite efforts; or the error of the sink.
     pub fn record(
         &self,
-        mut sink: impl for<'s> Sink<Record<'s>>,
+        mut sink: impl Sink<Record>,
         progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
         let job = self.job()?;
@@ -169,10 +169,10 @@ impl BodyPose {
 }
 
 impl Sample {
-    fn new(names: Arc<Names>, sample: &Record<'_>) -> Self {
-        let forces = sample.forces;
-        let reactions = forces.reactions.iter().zip(sample.determined_reactions);
-        let frictions = forces.interfaces.iter().zip(sample.determined_loads);
+    fn new(names: Arc<Names>, sample: &Record) -> Self {
+        let forces = &sample.forces;
+        let reactions = forces.reactions.iter().zip(&sample.determined_reactions);
+        let frictions = forces.interfaces.iter().zip(&sample.determined_loads);
         let poses = sample.bodies.pose.iter().map(|pose| BodyPose::new(*pose, sample.origin));
         Self {
             names,

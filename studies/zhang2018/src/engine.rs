@@ -94,8 +94,8 @@ fn three<T: Copy>(values: &[T], mechanism: &Mechanism) -> Result<[T; 3], Error> 
     }
 }
 
-fn of_sample(sample: &inverse::Sample<'_>, mechanism: &Mechanism) -> Result<Sample, Error> {
-    let forces = sample.forces;
+fn of_sample(sample: &inverse::Sample, mechanism: &Mechanism) -> Result<Sample, Error> {
+    let forces = &sample.forces;
     let mut unknowns = [[0.0; OF_LEG]; 3];
     for n in 0..3 {
         let ids = joints(mechanism, n)?;

@@ -95,9 +95,9 @@ impl Curves {
     }
 }
 
-impl Sink<Sample<'_>> for Curves {
-    fn add(&mut self, sample: &Sample<'_>) -> Result<(), SinkError> {
-        let (time, forces) = (sample.time, sample.forces);
+impl Sink<Sample> for Curves {
+    fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
+        let (time, forces) = (sample.time, &sample.forces);
         for (k, [with, without]) in self.drives.iter_mut().enumerate() {
             with.push(time, forces.efforts[k]);
             without.push(time, forces.efforts_frictionless[k]);
@@ -112,7 +112,7 @@ impl Sink<Sample<'_>> for Curves {
             }
         }
         self.friction.add(time, forces.interfaces.iter().map(|interface| interface.friction));
-        self.shares.add(time, sample.shares);
+        self.shares.add(time, &sample.shares);
         let power = &forces.power;
         for (trace, value) in self.power.iter_mut().zip([
             power.actuators,

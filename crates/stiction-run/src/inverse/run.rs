@@ -36,7 +36,7 @@ impl Job<'_> {
     /// See [`enum@Error`].
     pub fn run(
         &self,
-        receive: impl FnMut(&Sample<'_>) -> Result<(), SinkError>,
+        receive: impl FnMut(&Sample) -> Result<(), SinkError>,
         progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
         self.run_on(1, receive, progress)
@@ -50,7 +50,7 @@ impl Job<'_> {
     pub fn run_on(
         &self,
         threads: usize,
-        mut receive: impl FnMut(&Sample<'_>) -> Result<(), SinkError>,
+        mut receive: impl FnMut(&Sample) -> Result<(), SinkError>,
         mut progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
         let instants = self.instants()?;
@@ -90,7 +90,7 @@ impl Job<'_> {
         };
         let dofs = dofs_of(&self.model.mechanism);
         let solving = Solving { job: self, uniqueness: Uniqueness::new(start, meant), dofs };
-        let mut gathered = Gathered::new(self, verdict, start.parameters().origin);
+        let mut gathered = Gathered::new(self, verdict);
         chunks::carry_out(self, &follower, &solving, threads, |range, piece: Looks| {
             for look in piece.looks {
                 gathered.take(start.mechanism(), look, &mut receive)?;

@@ -271,9 +271,9 @@ impl Summary {
     }
 }
 
-impl Sink<Sample<'_>> for Summary {
-    fn add(&mut self, sample: &Sample<'_>) -> Result<(), SinkError> {
-        let (time, forces) = (sample.time, sample.forces);
+impl Sink<Sample> for Summary {
+    fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
+        let (time, forces) = (sample.time, &sample.forces);
         for (k, comparison) in self.drives.iter_mut().enumerate() {
             comparison.add(time, forces.efforts[k], forces.efforts_frictionless[k]);
             let (low, high) = forces.effort_bounds[k];
@@ -313,8 +313,8 @@ impl Sink<Sample<'_>> for Summary {
             self.dissipated[k].add(time, interface.power);
             self.interface_loads[k].add(time, interface.load);
         }
-        self.shares.add(time, sample.shares);
-        self.efficiency.add(time, forces, sample.backward);
+        self.shares.add(time, &sample.shares);
+        self.efficiency.add(time, forces, &sample.backward);
         let power = &forces.power;
         self.work.drives.add(time, power.actuators);
         self.work.loads.add(time, power.loads);
@@ -324,13 +324,13 @@ impl Sink<Sample<'_>> for Summary {
         self.closure.add(time, sample.closure);
         self.actuation.add(time, sample.distances.actuation);
         self.constraint.add(time, sample.distances.constraint);
-        for (all, now) in self.determined_reactions.iter_mut().zip(sample.determined_reactions) {
+        for (all, now) in self.determined_reactions.iter_mut().zip(&sample.determined_reactions) {
             all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
         }
-        for (all, now) in self.determined_loads.iter_mut().zip(sample.determined_loads) {
+        for (all, now) in self.determined_loads.iter_mut().zip(&sample.determined_loads) {
             *all &= now;
         }
-        for (all, now) in self.determined_drives.iter_mut().zip(sample.determined_drives) {
+        for (all, now) in self.determined_drives.iter_mut().zip(&sample.determined_drives) {
             *all &= now;
         }
         Ok(())

@@ -144,7 +144,7 @@ fn how_far_friction_of_the_twin_can_grow() {
     let base = job(&model, "regular", "L0", FrictionMode::Converged);
     let asked = Job { friction_margin: true, step: Some(0.1), ..base };
     let (mut unique, mut lost) = (Vec::new(), Vec::new());
-    let look = |sample: &Sample<'_>| {
+    let look = |sample: &Sample| {
         unique.push(0.12 / sample.coupling.unwrap());
         lost.push(0.12 * sample.friction_margin.unwrap());
         Ok(())

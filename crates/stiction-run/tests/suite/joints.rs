@@ -112,7 +112,7 @@ fn the_summary_has_the_interval_at_rest() {
     let model = model_of("block", text);
     let job = job(&model, "stand", "none", FrictionMode::Converged);
     let mut summary = Summary::new(&job);
-    let add = |sample: &stiction_run::inverse::Sample<'_>| {
+    let add = |sample: &stiction_run::inverse::Sample| {
         summary.add(sample)?;
         Ok(())
     };

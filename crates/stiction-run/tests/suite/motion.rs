@@ -190,7 +190,7 @@ fn kinks_are_followed() {
             let model = model_of("kink", &text);
             let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
             let mut speeds = Vec::new();
-            let look = |sample: &stiction_run::inverse::Sample<'_>| {
+            let look = |sample: &stiction_run::inverse::Sample| {
                 let hand = sample.bodies.twist.last().expect("bodies");
                 speeds.push((sample.time, hand.linear.component(0)));
                 Ok(())

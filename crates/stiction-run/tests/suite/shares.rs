@@ -24,7 +24,7 @@ fn tell(job: &Job<'_>) -> Told {
     let mut table = tables(job);
     let mut summary = Summary::new(job);
     let mut backward = Vec::new();
-    let receive = |sample: &stiction_run::inverse::Sample<'_>| {
+    let receive = |sample: &stiction_run::inverse::Sample| {
         backward.push(sample.backward.to_vec());
         (&mut summary, &mut table).add(sample)
     };

@@ -11,7 +11,7 @@ fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> 
     let mut tables = tables(job);
     let mut summary = Summary::new(job);
     let mut last = None;
-    let receive = |sample: &Sample<'_>| (&mut tables, &mut summary).add(sample);
+    let receive = |sample: &Sample| (&mut tables, &mut summary).add(sample);
     let progress = |phase, done, of| {
         assert!(done <= of);
         last = Some((phase, done, of));
@@ -86,7 +86,7 @@ fn pieces_are_on_the_way() {
         let job = Job { step: Some(job.motion.duration / 2000.0), ..job };
         let (name, motion) = (&job.model.name, job.motion);
         let mut found = Vec::new();
-        let receive = |sample: &Sample<'_>| {
+        let receive = |sample: &Sample| {
             found.push((sample.time, sample.forces.efforts.clone()));
             Ok(())
         };
