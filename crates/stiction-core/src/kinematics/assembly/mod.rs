@@ -5,8 +5,11 @@
 mod check;
 mod checkpoint;
 mod following;
+mod known_poses;
 mod locks;
+mod missing_poses;
 mod planning;
+mod prescribed_pose;
 mod reference;
 mod report;
 mod search;
