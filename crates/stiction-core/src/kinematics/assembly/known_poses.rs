@@ -1,7 +1,8 @@
 //! Poses of bodies by chains of given coordinates, from prescribed poses and from homes.
 
+use super::metric::displacement;
 use super::prescribed_pose::PrescribedPose;
-use super::reference::{Given, JointCoordinates, displacement};
+use super::reference::{Given, JointCoordinates};
 use super::report::Conflict;
 use crate::spatial::Pose;
 use core::cmp::Reverse;

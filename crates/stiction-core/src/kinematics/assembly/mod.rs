@@ -7,6 +7,7 @@ mod checkpoint;
 mod following;
 mod known_poses;
 mod locks;
+mod metric;
 mod missing_poses;
 mod planning;
 mod prescribed_pose;

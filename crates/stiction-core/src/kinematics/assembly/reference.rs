@@ -7,6 +7,7 @@
 use super::super::bodies::{Bodies, State, write_floating};
 use super::super::coordinate::{Coordinate, Target};
 use super::known_poses::CONFLICT;
+use super::metric::{Metric, rms};
 use super::report::Conflict;
 use crate::joint::Motion;
 use crate::mechanism::{BodyId, Mechanism};
@@ -146,28 +147,58 @@ impl Given<'_> {
 }
 
 impl Reference {
-    /// Root mean square displacement of the bodies from their given poses over the characteristic
-    /// length; `None` without given poses.
-    pub(super) fn distance(&self, bodies: &Bodies<f64>, length: f64) -> Option<f64> {
-        let (mut sum, mut count) = (0.0, 0);
-        for (given, found) in self.poses.iter().zip(&bodies.pose).skip(1) {
-            if let Some(given) = given {
-                sum += displacement(given, found, length).powi(2);
-                count += 1;
-            }
-        }
-        (count > 0).then(|| (sum / f64::from(count)).sqrt())
+    /// Root mean square displacement of the bodies from their given poses; `None` without given
+    /// poses.
+    pub(super) fn distance(&self, bodies: &Bodies<f64>, metric: &Metric<'_>) -> Option<f64> {
+        let pairs = self.poses.iter().zip(&bodies.pose).enumerate().skip(1);
+        rms(pairs.filter_map(|(body, (given, found))| {
+            Some(metric.displacement(body, given.as_ref()?, found))
+        }))
     }
 
     /// Body farthest from its given pose: its index, and its displacement, m and rad.
-    pub(super) fn farthest(&self, bodies: &Bodies<f64>, length: f64) -> Option<(usize, f64, f64)> {
+    pub(super) fn farthest(
+        &self,
+        bodies: &Bodies<f64>,
+        metric: &Metric<'_>,
+    ) -> Option<(usize, f64, f64)> {
         let pairs = self.poses.iter().zip(&bodies.pose).enumerate().skip(1);
         let each = pairs.filter_map(|(body, (given, found))| {
-            let apart = given.as_ref()?.inverse() * *found;
-            let (moved, turned) = (apart.position.norm(), apart.rotation.rotation_vector().norm());
+            let (moved, turned) = metric.parts(body, given.as_ref()?, found);
             Some((body, moved, turned))
         });
-        each.max_by(|a, b| (a.1 / length).hypot(a.2).total_cmp(&(b.1 / length).hypot(b.2)))
+        let size = |moved: f64, turned: f64| (moved / metric.length).hypot(turned);
+        each.max_by(|a, b| size(a.1, a.2).total_cmp(&size(b.1, b.2)))
+    }
+
+    /// Turns bodies about the axes of their passive spins towards their given poses.
+    pub(super) fn turn_spins(
+        &self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        metric: &Metric<'_>,
+        bodies: &Bodies<f64>,
+        state: &mut State<f64>,
+    ) {
+        let turned: Vec<Option<Pose<f64>>> = (0..bodies.pose.len())
+            .map(|body| metric.turned(body, self.poses[body].as_ref()?, &bodies.pose[body]))
+            .collect();
+        let pose = |body: usize| turned[body].unwrap_or(bodies.pose[body]);
+        for node in &topology.nodes {
+            let Link::Joint { joint, .. } = node.link else { continue };
+            let (predecessor, successor) = topology.ends[joint];
+            if turned[predecessor].is_none() && turned[successor].is_none() {
+                continue;
+            }
+            let j = pose(predecessor) * parameters.frame_j[joint];
+            let k = pose(successor) * parameters.frame_k[joint];
+            topology.joint_types[joint].write_coordinates(
+                j.inverse() * k,
+                parameters.pitch[joint],
+                &mut state.coordinates[node.coordinates.clone()],
+            );
+        }
+        self.unwind(topology, state);
     }
 
     /// Adds whole turns to angles of the tree to bring them nearest to those of the reference.
@@ -189,28 +220,4 @@ impl Reference {
             }
         }
     }
-}
-
-/// Displacement of a body between two poses over the characteristic length: the distance of its
-/// origins and, as an orthogonal component, the rotation angle times the characteristic length.
-pub(super) fn displacement(a: &Pose<f64>, b: &Pose<f64>, length: f64) -> f64 {
-    let apart = a.inverse() * *b;
-    (apart.position.norm() / length).hypot(apart.rotation.rotation_vector().norm())
-}
-
-/// Displacement between two placements of all bodies: root mean square over the bodies, with the
-/// rotations of some ignored.
-pub(super) fn apart(
-    a: &Bodies<f64>,
-    b: &Bodies<f64>,
-    length: f64,
-    turns: impl Fn(usize) -> bool,
-) -> f64 {
-    let count = a.pose.len().saturating_sub(1).max(1) as f64;
-    let each =
-        a.pose.iter().zip(&b.pose).enumerate().skip(1).map(|(body, (a, b))| match turns(body) {
-            true => displacement(a, b, length).powi(2),
-            false => ((a.inverse() * *b).position.norm() / length).powi(2),
-        });
-    (each.sum::<f64>() / count).sqrt()
 }
