@@ -56,6 +56,9 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
              {dropped} (of the largest)"
         )?;
     }
+    if let Some(motion) = &mobility.finite_motion {
+        writeln!(out, "  {}", words::finite_motion(motion))?;
+    }
     if !findings.idle_spins.is_empty() {
         writeln!(
             out,
