@@ -29,6 +29,7 @@ mod forward_stops;
 mod forward_turns;
 mod friction_laws;
 mod kernels;
+mod known_linkages;
 mod misuse;
 mod oracle;
 mod proximity;

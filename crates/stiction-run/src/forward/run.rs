@@ -48,7 +48,7 @@ impl Job<'_> {
         let instants = self.instants()?;
         let count = instants.count();
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
-        let state = start::state(self, &forward)?;
+        let (state, assembly_notes) = start::state(self, &forward)?;
         let mut acting = Acting::new(self, &forward, &state, stopped)?;
         self.check(self.from)?;
         let started = match mark {
@@ -161,6 +161,7 @@ impl Job<'_> {
             Mark { events: events.clone(), ..mark }
         });
         Ok(Outcome {
+            assembly_notes,
             samples: done,
             events,
             last,

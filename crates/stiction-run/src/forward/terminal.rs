@@ -56,6 +56,9 @@ pub fn write_summary(
              allow them"
         )?;
     }
+    for note in &outcome.assembly_notes {
+        writeln!(out, "note: {note}")?;
+    }
     for doubt in job.motion.iter().flat_map(|motion| &motion.warnings) {
         writeln!(out, "CAUTION: {}", doubt.message)?;
     }

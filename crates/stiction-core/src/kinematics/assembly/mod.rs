@@ -14,6 +14,7 @@ mod prescribed_pose;
 mod reference;
 mod report;
 mod search;
+mod twin;
 
 pub(super) use reference::Given;
 pub use report::{AssemblyReport, Conflict};

@@ -7,7 +7,7 @@ use core::fmt;
 /// [`AssemblyReport::distance`].
 pub(super) const FAR: f64 = 0.5;
 /// Distance ratio below which another assembly mode is reported.
-const NEARLY_AS_NEAR: f64 = 3.0;
+pub(super) const NEARLY_AS_NEAR: f64 = 3.0;
 
 /// A contradiction among `home`, `start` and prescribed coordinates.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,7 +11,7 @@ use super::super::system::{Kinematics, column_scales};
 use super::Assembly;
 use super::metric::Metric;
 use super::reference::{Given, Reference};
-use super::report::FAR;
+use super::report::{FAR, NEARLY_AS_NEAR};
 use crate::linalg::Svd;
 use crate::parameters::Parameters;
 use crate::random::Random;
@@ -35,6 +35,8 @@ const OVERSHOOT: f64 = 1.3;
 const RANDOM_STARTS: usize = 12;
 /// Degrees of freedom of the tree above which the number of searches decreases.
 const LARGE: usize = 150;
+/// Factor for the estimated distance of another mode.
+const SAFETY: f64 = 1.5;
 /// Distance, rms in characteristic lengths, below which configurations belong to one assembly mode.
 const SAME_MODE: f64 = 1e-3;
 
@@ -155,6 +157,7 @@ impl Assembly {
         self.state.clone_from(&reference.state);
         let first = self.search(parameters);
         let mut spin_axes = vec![None; self.body_names.len()];
+        let mut twin = None;
         if first.is_ok() {
             reference.unwind(given.topology, &mut self.state);
             let outcome = self.complete(parameters);
@@ -165,13 +168,15 @@ impl Assembly {
                 && first.as_ref().is_ok_and(Descent::contracts)
             {
                 self.compare(parameters, (&reference, &metric), &[]);
-                if self.report.distance.is_none_or(|distance| distance < FAR) {
+                twin = self.near_twin(parameters, &reference, &metric);
+                if twin.is_none() && self.report.distance.is_none_or(|distance| distance < FAR) {
                     return outcome;
                 }
             }
         }
         let metric = Metric { length: parameters.length, com: &parameters.com, spin_axes };
-        let (mut modes, failure) = self.modes(parameters, (given, &reference, &metric), first);
+        let (mut modes, failure) =
+            self.modes(parameters, (given, &reference, &metric), first, twin);
         modes.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         let mut outcome = Err(failure);
         for mode in &modes {
@@ -192,6 +197,22 @@ impl Assembly {
         outcome
     }
 
+    /// The state of [`Self::twin`] if its mode may be nearly as near to the reference as the
+    /// present one.
+    fn near_twin(
+        &mut self,
+        parameters: &Parameters<f64>,
+        reference: &Reference,
+        metric: &Metric<'_>,
+    ) -> Option<State<f64>> {
+        let distance = self.report.distance.filter(|_| self.state.rates.len() <= LARGE)?;
+        let twin = self.twin(parameters)?;
+        let mut bodies = self.kinematics.bodies.clone();
+        bodies.place(&self.model.topology, parameters, &twin.coordinates);
+        let other = reference.distance(&bodies, metric)?;
+        (other < SAFETY * NEARLY_AS_NEAR * distance).then_some(twin)
+    }
+
     /// Assembly modes by several searches, in search order, and the error of the first search if
     /// all fail.
     fn modes(
@@ -199,6 +220,7 @@ impl Assembly {
         parameters: &Parameters<f64>,
         (given, reference, metric): (&Given<'_>, &Reference, &Metric<'_>),
         first: Result<Descent, AssemblyError>,
+        twin: Option<State<f64>>,
     ) -> (Vec<Mode>, AssemblyError) {
         let topology = given.topology;
         let is_any_given = reference.distance(&self.kinematics.bodies, metric).is_some();
@@ -213,6 +235,12 @@ impl Assembly {
         // Locked spins belong to the first result.
         let coordinates = self.model.constraints.coordinates().to_vec();
         self.constrain(&coordinates, &[]);
+        if let Some(twin) = twin {
+            self.state = twin;
+            if self.search(parameters).is_ok() {
+                self.add_mode(parameters, (reference, metric), &mut modes);
+            }
+        }
         // From the given starts to the prescribed values.
         self.state = given.reference(false).state;
         if self.search(parameters).is_ok() {
