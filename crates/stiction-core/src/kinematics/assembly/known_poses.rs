@@ -16,7 +16,7 @@ const UNKNOWN: u64 = 1 << 40;
 /// Differences between given quantities beyond this are conflicts, rad or characteristic lengths.
 pub(super) const CONFLICT: f64 = 1.0;
 
-/// Poses of all bodies from the kernel origin.
+/// Poses of all bodies relative to the reference point.
 pub(super) struct BodyPoses {
     pub(super) poses: Vec<Pose<f64>>,
     /// Bodies with poses determined by the given data.
@@ -29,8 +29,8 @@ pub(super) struct BodyPoses {
 }
 
 impl Given<'_> {
-    /// Poses of all bodies from the kernel origin along the cheapest paths from the ground, from
-    /// prescribed poses and from homes, with the costs.
+    /// Poses of all bodies relative to the reference point, along the cheapest paths from the
+    /// ground, from prescribed poses and from homes.
     pub(super) fn body_poses(
         &self,
         prescribed: bool,
