@@ -49,8 +49,8 @@ pub(super) struct JointCoordinates {
 }
 
 impl Given<'_> {
-    /// Builds the reference configuration. If `prescribed` is false, prescribed coordinates are
-    /// used only where neither starts nor homes give a value.
+    /// Builds the reference configuration. If `prescribed` is false, only starts (modulo whole
+    /// turns) and homes count.
     pub(in crate::kinematics) fn reference(&self, prescribed: bool) -> Reference {
         let mut conflicts = Vec::new();
         let joints = self.joint_coordinates(prescribed, &mut conflicts);
