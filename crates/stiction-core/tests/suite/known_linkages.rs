@@ -11,7 +11,7 @@ use stiction_core::spatial::{Pose, Vec3};
 /// A joint between two bodies (0 is the ground), with its place and axis in the world.
 type Hinge = (JointType, (usize, usize), Vec3<f64>, Vec3<f64>);
 
-const Z: Vec3<f64> = Vec3::new(0.0, 0.0, 1.0);
+const Z: Vec3<f64> = Vec3 { x: 0.0, y: 0.0, z: 1.0 };
 
 /// Mobility of joints between bodies whose frames coincide with that of the ground.
 fn mobility(bodies: usize, joints: &[Hinge]) -> Mobility {
@@ -140,9 +140,13 @@ fn burmesters_focal_mechanism() {
 fn bennett_with_few_digits() {
     let linkage = |digits: i32| {
         let round = |x: f64| (x * 10_f64.powi(digits)).round() / 10_f64.powi(digits);
-        // Two opposite corners on x, two on y: the half turn about z exchanges them.
-        let corners =
-            [v(0.31, 0.0, 0.07), v(0.0, 0.23, -0.05), v(-0.31, 0.0, 0.07), v(0.0, -0.23, -0.05)];
+        // A half turn about z exchanges opposite corners.
+        let corners = [
+            v(0.31, 0.05, 0.07),
+            v(0.04, 0.23, -0.05),
+            v(-0.31, -0.05, 0.07),
+            v(-0.04, -0.23, -0.05),
+        ];
         let hinges: Vec<Hinge> = (0..4)
             .map(|k| {
                 let (next, last) =
