@@ -12,7 +12,7 @@ pub(super) struct Steps {
     /// State of the last stage.
     last: Vec<f64>,
     pub(super) end: Vec<f64>,
-    step: f64,
+    pub(super) step: f64,
     /// Coefficients of the interpolation, if prepared.
     curve: Vec<Vec<f64>>,
     has_curve: bool,

@@ -1,5 +1,6 @@
 //! Event-driven steps: error control, first event, projection onto the loop constraints.
 
+use super::between::Course;
 use super::locate::Ending;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
@@ -49,6 +50,7 @@ impl Simulation<'_> {
         if self.is_still() {
             return self.wait_through(end, inputs);
         }
+        self.last_step.course = Course::Curve;
         self.look_along();
         let (mut start, mut first) = (self.list(), self.list());
         self.pack_into(&mut start);

@@ -1,6 +1,7 @@
 //! Rest of the whole mechanism: no integration until friction no longer holds.
 
 use super::Simulation;
+use super::between::Course;
 use super::locate::{Ending, falls_below};
 use super::scratch::Scratch;
 use crate::forward::error::ForwardError;
@@ -25,6 +26,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let time = self.now.time;
+        self.last_step.course = Course::Rest;
         if inputs.steady_until(time) >= end {
             // Constant inputs leave all forces unchanged.
             self.now.time = end;
