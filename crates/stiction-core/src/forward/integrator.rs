@@ -4,6 +4,9 @@
 
 use super::dop853::{ALL_STAGES, ERROR_5, INTERPOLATION, LOWER_3, NODES, STAGES, WEIGHTS};
 
+/// Nodes of all stages after the first, those of the dense output included, as parts of the step.
+pub(super) const NODES_OF_OUTPUT: &[f64] = NODES.split_at(1).1;
+
 /// Stages of the last attempted step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Steps {

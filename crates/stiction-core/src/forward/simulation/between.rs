@@ -32,6 +32,8 @@ pub(super) struct LastStep<'a> {
     /// Number of events at the start.
     pub(super) events: usize,
     pub(super) course: Course,
+    /// The step crosses a singular position.
+    pub(super) crosses: bool,
     /// Copy with the state at the requested instant, kept for its memory.
     copy: Option<Box<Simulation<'a>>>,
     /// The copy has the dense output of this step.
@@ -39,6 +41,9 @@ pub(super) struct LastStep<'a> {
     /// The requested instant is that of the copy.
     pub(super) shows: bool,
 }
+
+/// Part of a step over which the interpolated rates are differentiated.
+const BESIDE: f64 = 1e-4;
 
 impl<'a> Simulation<'a> {
     /// Records the state at the start of a step.
@@ -60,11 +65,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Shows an instant within the last step, s.
-    pub(super) fn show(
-        &mut self,
-        time: f64,
-        inputs: &mut dyn Inputs,
-    ) -> Result<(), ForwardError> {
+    pub(super) fn show(&mut self, time: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let mut copy = match self.last_step.copy.take() {
             Some(copy) => copy,
             None => {
@@ -87,7 +88,7 @@ impl<'a> Simulation<'a> {
         copy: &mut Simulation<'a>,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
-        let LastStep { numbers, course, has_curve, .. } = &mut self.last_step;
+        let LastStep { numbers, course, crosses, has_curve, .. } = &mut self.last_step;
         copy.events.clear();
         copy.take_state(numbers);
         copy.workspace.loads.clear();
@@ -121,11 +122,17 @@ impl<'a> Simulation<'a> {
             Course::Curve => {
                 if !*has_curve {
                     copy.steps.clone_from(&self.steps);
+                    copy.workspace.crosses = crosses.then_some(0.0);
                     copy.prepare_curve(from, inputs)?;
                     *has_curve = true;
                 }
-                copy.steps.at((time - from) / copy.steps.step, &mut y);
-                let arrived = copy.arrive(time, &y, inputs)?;
+                copy.workspace.crosses = crosses.then_some(0.0);
+                let part = (time - from) / copy.steps.step;
+                copy.steps.at(part, &mut y);
+                let arrived = match crosses {
+                    true => copy.arrive_beside(time, part, &y, inputs)?,
+                    false => copy.arrive(time, &y, inputs)?,
+                };
                 copy.commit(&y, arrived);
             }
         }
@@ -147,6 +154,33 @@ impl<'a> Simulation<'a> {
         self.steps = steps;
         self.lists.push(last);
         prepared
+    }
+
+    /// Instant at a part of a step across a singular position. Near that position the loops do not
+    /// determine the motion to rounding; the interpolation does.
+    fn arrive_beside(
+        &mut self,
+        time: f64,
+        part: f64,
+        y: &[f64],
+        inputs: &mut dyn Inputs,
+    ) -> Result<Instant, ForwardError> {
+        let mut instant = self.evaluate(time, y, inputs, false)?;
+        if self.is_resolved_at(instant.distance) {
+            return self.arrive(time, y, inputs);
+        }
+        let (mut before, mut after) = (self.list(), self.list());
+        self.steps.at(part - BESIDE, &mut before);
+        self.steps.at(part + BESIDE, &mut after);
+        let first = instant.state.coordinates.len();
+        let span = 2.0 * BESIDE * self.steps.step;
+        for (k, acceleration) in instant.state.accelerations.iter_mut().enumerate() {
+            *acceleration = (after[first + k] - before[first + k]) / span;
+        }
+        self.lists.extend([before, after]);
+        let topology = &self.model.topology;
+        instant.bodies.accelerate(topology, &instant.state.accelerations);
+        Ok(instant)
     }
 
     /// Instant at a part of the time step that leads from here to `end`.

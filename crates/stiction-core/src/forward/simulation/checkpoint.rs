@@ -201,7 +201,7 @@ impl<'a> Simulation<'a> {
         tape.numbers(energies.drives.iter_mut().chain(&mut energies.interfaces));
         tape.numbers([&mut energies.loads, &mut energies.dampers, &mut energies.turnover]);
         tape.numbers([&mut self.energy_at_start, &mut self.fastest, &mut self.fastest_rate]);
-        tape.number(&mut self.step);
+        tape.numbers([&mut self.coarsest, &mut self.step]);
         tape.flag(&mut self.in_passage);
         tape.flag(&mut self.told_of_others);
         tape.count(&mut self.told_of_shares);
@@ -287,6 +287,7 @@ impl Forward {
             energy_at_start: 0.0,
             fastest: 0.0,
             fastest_rate: 0.0,
+            coarsest: 0.0,
             step: 0.0,
             events: checkpoint.events.clone(),
             in_passage: false,

@@ -11,6 +11,7 @@ mod locate;
 mod locking;
 mod others;
 mod packing;
+mod passage;
 mod prescribed;
 mod ranks;
 mod rest;
@@ -67,6 +68,8 @@ pub struct Simulation<'a> {
     fastest: f64,
     /// Largest rate of the tree so far, rad/s or characteristic lengths per second.
     fastest_rate: f64,
+    /// Largest relative error of a step through a singular passage, if above the tolerance.
+    coarsest: f64,
     step: f64,
     events: Vec<Event>,
     /// A singular position was reported and the mechanism is still near it.
@@ -121,6 +124,12 @@ impl<'a> Simulation<'a> {
     /// locked joints do not allow these rates.
     pub fn dropped(&self) -> f64 {
         self.dropped
+    }
+
+    /// Largest estimated relative error of a step near a singular position of the loops, where
+    /// rounding permits no smaller one; zero if all steps keep the tolerance.
+    pub fn coarsest(&self) -> f64 {
+        self.coarsest
     }
 
     /// Number of evaluations of accelerations.

@@ -184,6 +184,7 @@ impl<'a> Simulation<'a> {
             energies,
             fastest,
             fastest_rate: 0.0,
+            coarsest: 0.0,
             step: 0.0,
             events: Vec::new(),
             in_passage: false,
