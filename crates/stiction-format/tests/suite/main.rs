@@ -1,5 +1,6 @@
 //! Tests of the crate in one binary, which is linked once.
 
+mod changes;
 mod gallery;
 mod legs;
 mod messages;
@@ -8,3 +9,4 @@ mod recordings;
 mod robust;
 mod schema;
 mod stored;
+mod waypoints;
