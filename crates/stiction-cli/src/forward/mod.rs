@@ -242,7 +242,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
             "the energy balance does not close: its relative error is {part:.1e}, so these results are wrong by \
              more than their tolerance"
         ))
-        .help("give a smaller --tolerance or another --method; the column `error` of energy.csv shows when the energy is lost")
+        .help("give another --tolerance or --method; the column `error` of energy.csv shows when the energy is lost")
         .details(json!({ "energy_error_relative": part }))),
     }
 }

@@ -169,6 +169,7 @@ impl Job<'_> {
             redundant: figures.redundant,
             open_drives: figures.open_drives,
             evaluations: simulation.evaluations(),
+            coarsest: simulation.coarsest(),
             invertible: figures.invertible,
             rates_changed,
             ending,

@@ -7,7 +7,7 @@ use super::checkpoint::Tape;
 use super::{Energies, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::instant::Instant;
+use crate::forward::instant::{Account, Instant};
 use crate::kinematics::State;
 
 /// Interpolation of the last step.
@@ -20,7 +20,7 @@ pub(super) enum Course {
     Line,
     /// The mechanism is at rest; only forces change.
     Rest,
-    /// Linear between both ends of a time step; forces are means over it.
+    /// A time step: rates change linearly, forces are means.
     Chord,
 }
 
@@ -99,7 +99,8 @@ impl<'a> Simulation<'a> {
             Course::Chord => {
                 let part = (time - from) / (self.now.time - from);
                 let instant = copy.on_chord(time, part, self, inputs)?;
-                copy.energies.blend(&self.energies, part);
+                let span = self.now.time - from;
+                copy.energies.blend(&self.energies, &self.now.account, (part, span));
                 copy.modes.clone_from(&self.modes);
                 copy.stepping.clone_from(&self.stepping);
                 copy.become_now(instant);
@@ -125,6 +126,8 @@ impl<'a> Simulation<'a> {
                     copy.workspace.crosses = crosses.then_some(0.0);
                     copy.prepare_curve(from, inputs)?;
                     *has_curve = true;
+                    // The same start of Newton's method for all instants of the step.
+                    copy.workspace.loads.clear();
                 }
                 copy.workspace.crosses = crosses.then_some(0.0);
                 let part = (time - from) / copy.steps.step;
@@ -192,11 +195,18 @@ impl<'a> Simulation<'a> {
         inputs: &mut dyn Inputs,
     ) -> Result<Instant, ForwardError> {
         let (model, to) = (self.model, &end.now);
+        let span = to.time - self.now.time;
         let mut state = self.now.state.clone();
-        let between = |a: &mut f64, b: &f64| *a += part * (b - *a);
         let State { coordinates, rates, accelerations } = &mut state;
-        coordinates.iter_mut().zip(&to.state.coordinates).for_each(|(a, b)| between(a, b));
-        rates.iter_mut().zip(&to.state.rates).for_each(|(a, b)| between(a, b));
+        let mut change = vec![0.0; coordinates.len()];
+        let mut change_after = change.clone();
+        model.coordinate_rates(coordinates, rates, &mut change);
+        model.coordinate_rates(&to.state.coordinates, &to.state.rates, &mut change_after);
+        let bend = 0.5 * span * part * (part - 1.0);
+        for (k, q) in coordinates.iter_mut().enumerate() {
+            *q += part * (to.state.coordinates[k] - *q) + bend * (change_after[k] - change[k]);
+        }
+        rates.iter_mut().zip(&to.state.rates).for_each(|(a, b)| *a += part * (b - *a));
         accelerations.clone_from(&to.state.accelerations);
         let targets = model.targets(time, inputs);
         model.project(time, &mut state, &targets, &end.anchors, &end.frozen)?;
@@ -215,14 +225,20 @@ impl<'a> Simulation<'a> {
 }
 
 impl Energies {
-    /// Moves by a part of the way to other values.
-    fn blend(&mut self, to: &Self, part: f64) {
-        let Self { drives, loads, dampers, interfaces, turnover } = self;
-        let between = |a: &mut f64, b: &f64| *a += part * (b - *a);
-        drives.iter_mut().zip(&to.drives).for_each(|(a, b)| between(a, b));
-        interfaces.iter_mut().zip(&to.interfaces).for_each(|(a, b)| between(a, b));
-        between(loads, &to.loads);
-        between(dampers, &to.dampers);
-        between(turnover, &to.turnover);
+    /// Moves by a part of a time step of `span` s towards the values at its end, where `account`
+    /// holds the powers; powers change linearly over the step.
+    fn blend(&mut self, to: &Self, account: &Account, (part, span): (f64, f64)) {
+        let between = |a: &mut f64, b: &f64, power: &f64| {
+            let (all, last) = (b - *a, span * power);
+            *a += part * (2.0 * all - last + part * (last - all));
+        };
+        let each = |a: &mut [f64], b: &[f64], powers: &[f64]| {
+            a.iter_mut().zip(b).zip(powers).for_each(|((a, b), power)| between(a, b, power));
+        };
+        each(&mut self.drives, &to.drives, &account.drives);
+        each(&mut self.interfaces, &to.interfaces, &account.interfaces);
+        between(&mut self.loads, &to.loads, &account.loads);
+        between(&mut self.dampers, &to.dampers, &account.dampers);
+        self.turnover += part * (to.turnover - self.turnover);
     }
 }

@@ -27,12 +27,12 @@ const SHORTEST: f64 = 0.25;
 const BEST: f64 = 0.13;
 /// Part of the best distance that a longer step may give up.
 const GIVEN_UP: f64 = 0.75;
-/// Round-off of the relative closure, with the magnification of a step.
-const ROUNDING: f64 = 2e-14;
+/// Round-off of the relative closure.
+const ROUNDING: f64 = 2e-15;
 /// Smallest relative tolerance that is compared with rounding.
 const FINE: f64 = 1e-10;
 /// Largest factor by which a crossing step exceeds the step that the tolerance permits.
-const LONGER: f64 = 3.0;
+const LONGER: f64 = 2.0;
 
 impl Simulation<'_> {
     /// Length of the next step, s, for a step that would have the length `wish`: away from

@@ -47,7 +47,7 @@ impl Simulation<'_> {
             let others = self.settings.look_for_others && at == end;
             let mut instant = self.watch(at, &y, others, inputs)?;
             let margin = self.least_margin(&instant);
-            let fine = (4.0 * f64::EPSILON * at.abs()).max(1e-12 * (at - before.0));
+            let fine = (4.0 * f64::EPSILON * at.abs()).max(1e-13 * (at - before.0));
             let lets_go = falls_below(before, (at, margin), fine, |at| {
                 let instant = self.watch(at, &y, false, inputs)?;
                 let margin = self.least_margin(&instant);
