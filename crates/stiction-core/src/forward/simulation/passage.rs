@@ -27,8 +27,8 @@ const SHORTEST: f64 = 0.25;
 const BEST: f64 = 0.13;
 /// Part of the best distance that a longer step may give up.
 const GIVEN_UP: f64 = 0.75;
-/// Round-off of the relative closure.
-const ROUNDING: f64 = 2e-15;
+/// Round-off of the relative closure, with the magnification of a step.
+const ROUNDING: f64 = 2e-14;
 /// Smallest relative tolerance that is compared with rounding.
 const FINE: f64 = 1e-10;
 /// Largest factor by which a crossing step exceeds the step that the tolerance permits.

@@ -452,7 +452,9 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         // Off the constraint manifold, accelerations have poles near singular positions; on it they
         // have none.
-        let instant = if self.workspace.crosses.is_some() || self.now.distance < NEAR_SINGULAR {
+        let near = self.workspace.crosses.is_some() || self.now.distance < NEAR_SINGULAR;
+        // Off the manifold redundant constraints seem independent.
+        let instant = if near || self.now.redundant > 0 {
             self.arrive_with(time, y, inputs, false)?
         } else {
             self.evaluate(time, y, inputs, false)?
