@@ -229,7 +229,9 @@ impl Energies {
     /// holds the powers; powers change linearly over the step.
     fn blend(&mut self, to: &Self, account: &Account, (part, span): (f64, f64)) {
         let between = |a: &mut f64, b: &f64, power: &f64| {
-            let (all, last) = (b - *a, span * power);
+            let all = b - *a;
+            // A mean force over a jump has no power at its end.
+            let last = (span * power).clamp((2.0 * all).min(0.0), (2.0 * all).max(0.0));
             *a += part * (2.0 * all - last + part * (last - all));
         };
         let each = |a: &mut [f64], b: &[f64], powers: &[f64]| {

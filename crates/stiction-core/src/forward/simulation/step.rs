@@ -34,6 +34,10 @@ const LOST: f64 = 1e-6;
 const CRAWLING: usize = 200;
 const SHORT_WAY: f64 = 2e-4;
 
+/// Longest step with friction, as a part of the longest step: the search for events samples each
+/// step at a few instants only.
+const FREQUENT: f64 = 0.1;
+
 /// If the end of a step misses an event by less than this fraction of the step, a linear correction
 /// along the derivative moves it there; the error is of second order and below rounding.
 const NUDGE: f64 = 1e-7;
@@ -79,12 +83,16 @@ impl Simulation<'_> {
             _ => f64::INFINITY,
         };
         let longest = self.longest_step(time, inputs);
+        let frequent = match self.has_friction() {
+            true => FREQUENT * self.settings.longest_step,
+            false => f64::INFINITY,
+        };
         // Length of a step that crosses a singular position and is too long.
         let mut refused = f64::INFINITY;
         loop {
             let left = end - time;
             let most = longest.min(nearest).min(left);
-            let mut step = self.length_across(self.step.min(most), most.min(refused));
+            let mut step = self.length_across(self.step.min(most).min(frequent), most.min(refused));
             // Avoid a tiny last step.
             if left - step < 0.01 * step || left < 1.01 * step {
                 step = left;
