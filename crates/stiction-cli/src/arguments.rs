@@ -167,6 +167,10 @@ pub(crate) struct Forward {
     /// Wall-clock time between two checkpoints of a run with -o, in seconds or with a unit
     #[arg(long, value_name = "TIME", value_parser = seconds, default_value = "60", allow_negative_numbers = true)]
     pub(crate) checkpoint: f64,
+    /// Wall-clock time after which the run ends, in seconds or with a unit; the results up to then
+    /// are complete, and --resume continues
+    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
+    pub(crate) time_limit: Option<f64>,
     /// Resume an interrupted run with the same options and the same -o; --until may differ
     #[arg(long, requires = "output")]
     pub(crate) resume: bool,

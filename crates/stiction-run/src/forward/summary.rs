@@ -225,6 +225,7 @@ impl Summary {
                 "drives_unique": outcome.open_drives == 0,
                 "closure": self.closure.peak,
                 "evaluations": outcome.evaluations,
+                "coarsest_step": outcome.coarsest.max(job.settings.relative),
             },
         })
     }

@@ -10,6 +10,8 @@ use stiction_draw::numbers::{number, order, percent};
 
 /// Largest number of friction interfaces and events listed.
 const LISTED: usize = 6;
+/// Relative error of a step above which it is told.
+const COARSE: f64 = 1e-8;
 
 /// Writes the summary as plain text.
 ///
@@ -295,6 +297,14 @@ fn write_verdicts(
              continues smoothly",
             times(singular),
             number(event.time)
+        )?;
+    }
+    if outcome.coarsest > COARSE {
+        writeln!(
+            out,
+            "CAUTION: near a singular position rounding allows steps of a relative error of {:.0e} only; the \
+             motion after it is that uncertain, or more",
+            outcome.coarsest
         )?;
     }
     let jumps = count("jump");
