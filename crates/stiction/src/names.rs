@@ -1,7 +1,6 @@
 //! Names of actuators, joints, bodies and friction interfaces, and look-ups by them.
 
 use crate::error::Error;
-use stiction_core::friction::interfaces_of;
 use stiction_core::mechanism::{JointId, Mechanism};
 
 /// All names of a mechanism, each list in the order of the corresponding results.
@@ -32,12 +31,7 @@ impl Names {
                 let dofs = 0..joint.joint_type.dofs().len();
                 coordinates.extend(dofs.map(|dof| (joint.dof_name(dof), JointId(index), dof)));
             }
-            for friction in &joint.friction {
-                interfaces.push(match interfaces_of(joint.joint_type)[friction.place].0 {
-                    "" => joint.name.clone(),
-                    place => format!("{}.{place}", joint.name),
-                });
-            }
+            interfaces.extend(joint.interface_names());
         }
         Self {
             actuators,
