@@ -55,10 +55,7 @@ pub(crate) fn heading(model: &ModelFile) -> String {
 }
 
 /// Words separated by commas, with an ellipsis in place of those after `most`.
-pub(crate) fn listed(
-    words: impl IntoIterator<Item = impl AsRef<str>>,
-    most: usize,
-) -> String {
+pub(crate) fn listed(words: impl IntoIterator<Item = impl AsRef<str>>, most: usize) -> String {
     let mut text = String::new();
     for (k, word) in words.into_iter().enumerate() {
         text += if k > 0 { ", " } else { "" };

@@ -157,8 +157,9 @@ fn write_rest(out: &mut impl Write, summary: &Summary) -> fmt::Result {
 }
 
 fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt::Result {
-    let mut joints: Vec<usize> = (0..summary.reactions.len()).collect();
-    joints.sort_by(|&a, &b| summary.reactions[b].0.peak.total_cmp(&summary.reactions[a].0.peak));
+    let reactions = &summary.reactions.0;
+    let mut joints: Vec<usize> = (0..reactions.len()).collect();
+    joints.sort_by(|&a, &b| reactions[b].0.peak.total_cmp(&reactions[a].0.peak));
     let listed = &joints[..joints.len().min(LISTED)];
     let wide = width(listed.iter().map(|&k| summary.names.joints[k].as_str()), 13);
     writeln!(
@@ -167,7 +168,7 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
         "most loaded", "force", "at", "moment", "at"
     )?;
     for &k in listed {
-        let (force, moment) = &summary.reactions[k];
+        let (force, moment) = &reactions[k];
         // Values as small as rounding errors become zero.
         let noise = 1e-12 * force.peak * length;
         write!(
