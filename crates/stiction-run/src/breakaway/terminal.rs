@@ -2,7 +2,7 @@
 
 use super::Findings;
 use crate::Job;
-use crate::names::Names;
+use crate::names::{Names, heading, listed};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::{Bounds, Holding, Verdict};
 use stiction_draw::numbers::number;
@@ -19,11 +19,8 @@ const BEYOND: f64 = 1e6;
 /// # Errors
 /// The receiver fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fmt::Result {
-    let (model, names) = (job.model, Names::new(&job.model.mechanism));
-    match model.title.as_str() {
-        "" => writeln!(out, "{}", model.name)?,
-        title => writeln!(out, "{}: {title}", model.name)?,
-    }
+    let names = Names::new(&job.model.mechanism);
+    writeln!(out, "{}", heading(job.model))?;
     let time = number(found.time);
     writeln!(
         out,
@@ -103,14 +100,12 @@ fn write_certainty(out: &mut impl Write, names: &Names, found: &Findings) -> fmt
         )?;
     }
     if !found.undetermined_loads.is_empty() {
-        let listed = found.undetermined_loads.iter().take(LISTED);
-        let listed: Vec<&str> = listed.map(|&k| names.interfaces[k].0.as_str()).collect();
-        let more = if found.undetermined_loads.len() > LISTED { ", ..." } else { "" };
+        let interfaces = found.undetermined_loads.iter().map(|&k| &names.interfaces[k].0);
         writeln!(
             out,
-            "friction at {}{more} depends on reactions that the balance does not determine: the \
+            "friction at {} depends on reactions that the balance does not determine: the \
              numbers are those of the reactions chosen (see `stiction inverse`)",
-            listed.join(", "),
+            listed(interfaces, LISTED),
         )?;
     }
     Ok(())

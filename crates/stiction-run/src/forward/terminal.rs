@@ -4,7 +4,7 @@ use super::events::{Told, methods, tell_all};
 use super::job::{Job, Start};
 use super::outcome::{Ending, Outcome};
 use super::summary::Summary;
-use crate::names::width;
+use crate::names::{heading, width};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::{number, order, percent};
 
@@ -23,11 +23,7 @@ pub fn write_summary(
     summary: &Summary,
     outcome: &Outcome,
 ) -> fmt::Result {
-    let model = job.model;
-    match model.title.as_str() {
-        "" => writeln!(out, "{}", model.name)?,
-        title => writeln!(out, "{}: {title}", model.name)?,
-    }
+    writeln!(out, "{}", heading(job.model))?;
     let names = &summary.layout.names;
     let friction = match (job.friction, names.interfaces.is_empty()) {
         (false, _) => "off",

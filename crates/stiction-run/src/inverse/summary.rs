@@ -9,7 +9,7 @@ use super::verdict::Verdict;
 use crate::dofs::{actuated, dofs_of};
 use crate::job::Job;
 use crate::names::Names;
-use crate::statistics::{Comparison, Integral, Least, Range, Size};
+use crate::statistics::{Comparison, Integral, Least, Range, Reactions, Size};
 use crate::undetermined::open_components;
 use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
@@ -37,7 +37,7 @@ pub struct Summary {
     pub(super) resting_samples: usize,
     /// Number of samples at rest whose intervals are unknown.
     pub(super) unbounded_samples: usize,
-    pub(super) reactions: Vec<(Size, Size)>,
+    pub(super) reactions: Reactions,
     pub(super) dissipated: Vec<Integral>,
     pub(super) interface_loads: Vec<Size>,
     pub(super) work: Work,
@@ -90,7 +90,7 @@ impl Summary {
             certainty: Certainty::default(),
             resting_samples: 0,
             unbounded_samples: 0,
-            reactions: vec![Default::default(); joints],
+            reactions: Reactions::new(joints),
             dissipated: vec![Integral::default(); interfaces],
             interface_loads: vec![Size::default(); interfaces],
             work: Work::default(),
@@ -149,7 +149,7 @@ impl Summary {
             "cautions": job.motion.warnings.iter().map(|doubt| &doubt.message).collect::<Vec<_>>(),
             "units": "SI: s, m, rad, kg, N, N m, J, W",
             "drives": self.drives_json(job),
-            "joints": self.joints_json(),
+            "joints": self.reactions.json(&self.names.joints),
             "friction": self.friction_json(),
             "work": {
                 "drives": self.work.drives.value,
@@ -191,15 +191,6 @@ impl Summary {
             drives.insert(name.clone(), value);
         }
         Value::Object(drives)
-    }
-
-    fn joints_json(&self) -> Value {
-        let mut joints = Map::new();
-        for (k, name) in self.names.joints.iter().enumerate() {
-            let (force, moment) = &self.reactions[k];
-            joints.insert(name.clone(), json!({ "force": force.json(), "moment": moment.json() }));
-        }
-        Value::Object(joints)
     }
 
     fn friction_json(&self) -> Value {
@@ -305,10 +296,7 @@ impl Sink<Sample> for Summary {
         self.unbounded_samples += usize::from(forces.bounds == Bounds::Unknown);
         self.resting_samples +=
             usize::from(forces.interfaces.iter().any(|c| !c.slides && c.limit > 0.0));
-        for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {
-            force.add(time, f.norm());
-            moment.add(time, m.norm());
-        }
+        self.reactions.add(time, forces.reactions.iter().map(|(f, m)| (f.norm(), m.norm())));
         for (k, interface) in forces.interfaces.iter().enumerate() {
             self.dissipated[k].add(time, interface.power);
             self.interface_loads[k].add(time, interface.load);
