@@ -59,7 +59,7 @@ fn viscous_of(
     Some(number)
 }
 
-/// The table of coefficients, unless a nearer `mu` overrides it.
+/// The table of coefficients, unless a `mu` in a more specific table overrides it.
 fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a>> {
     let table = layers.given("table")?;
     let Some(mu) = layers.given("mu") else { return Some(table) };
