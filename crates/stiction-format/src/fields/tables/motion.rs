@@ -1,6 +1,6 @@
 //! Motions.
 
-use crate::expression::Measure::{Angle, Length, Time};
+use crate::expression::Measure::{Angle, Frequency, Length, Time};
 use crate::fields::Shape::{Choice, Quantity, Text};
 use crate::fields::{Field, field};
 
@@ -11,7 +11,13 @@ pub(crate) const MOTION: &[Field] = &[
     field(
         "duration",
         Quantity(Time),
-        "Duration; by default 1 s. With 0 the motion is a single pose.",
+        "Duration; by default 1 s. With 0 the motion is a single pose. With `file`, the time column must \
+         agree with it.",
+    ),
+    field(
+        "rate",
+        Quantity(Frequency),
+        "Samples per second of `file`, as the logger states it; the time column must agree with it.",
     ),
     field("step", Quantity(Time), "Time between samples of the result."),
     field(
