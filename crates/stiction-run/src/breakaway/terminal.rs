@@ -1,7 +1,7 @@
 //! Breakaway results for the terminal.
 
 use super::Findings;
-use crate::inverse::Job;
+use crate::Job;
 use crate::names::Names;
 use std::fmt::{self, Write};
 use stiction_core::dynamics::{Bounds, Holding, Verdict};

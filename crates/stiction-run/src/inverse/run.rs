@@ -1,15 +1,15 @@
 //! Run along a motion: a scan of the motion, then all forces.
 
 use super::chunks;
-use super::error::Error;
 use super::gathered::Gathered;
-use super::job::Job;
 use super::motion_scan::{Following, Pace};
 use super::sample::Sample;
 use super::solving::{Looks, Solving};
 use super::uniqueness::Uniqueness;
 use super::verdict::{Verdict, idle_spins};
 use crate::dofs::dofs_of;
+use crate::error::{Error, SinkError};
+use crate::job::Job;
 use stiction_core::dynamics::Settings;
 
 /// Phase of a run.
@@ -36,7 +36,7 @@ impl Job<'_> {
     /// See [`enum@Error`].
     pub fn run(
         &self,
-        receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
+        receive: impl FnMut(&Sample) -> Result<(), SinkError>,
         progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
         self.run_on(1, receive, progress)
@@ -50,24 +50,25 @@ impl Job<'_> {
     pub fn run_on(
         &self,
         threads: usize,
-        mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
+        mut receive: impl FnMut(&Sample) -> Result<(), SinkError>,
         mut progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
         let instants = self.instants()?;
         let count = instants.count();
-        let mut start = self.assemble(instants.at(0))?;
+        let mut follower = self.assemble(instants.at(0))?;
 
         // The first pass scans the motion.
         let mut pace = Pace::none();
         let following = Following { mobility_at: [0, count / 3, 2 * count / 3] };
-        chunks::carry_out(self, &start, &following, threads, |range, piece: Pace| {
+        chunks::carry_out(self, &follower, &following, threads, |range, piece: Pace| {
             pace.add(piece);
             range.into_iter().try_for_each(|k| go_on(progress(Phase::Motion, k + 1, count)))
         })?;
 
         let rest_speed = (REST * pace.fastest).max(STANDSTILL);
-        *start.settings_mut() =
+        *follower.solver.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
+        let start = &follower.solver;
         let spins = start.constraints().spins().len();
         let actuators = start.mechanism().actuators().count();
         // Mobility intended by the design: at most the actuated degrees of freedom and the local
@@ -77,7 +78,7 @@ impl Job<'_> {
             samples: count,
             assembly_notes: start.assembly_report().notes(),
             mobility: pace.mobility,
-            idle_spins: idle_spins(&start),
+            idle_spins: idle_spins(start),
             redundancy: 0,
             weighting: start.weighting(),
             rest_speed,
@@ -88,9 +89,9 @@ impl Job<'_> {
             singular: None,
         };
         let dofs = dofs_of(&self.model.mechanism);
-        let solving = Solving { job: self, uniqueness: Uniqueness::new(&start, meant), dofs };
-        let mut gathered = Gathered::new(self, verdict, start.parameters().origin);
-        chunks::carry_out(self, &start, &solving, threads, |range, piece: Looks| {
+        let solving = Solving { job: self, uniqueness: Uniqueness::new(start, meant), dofs };
+        let mut gathered = Gathered::new(self, verdict);
+        chunks::carry_out(self, &follower, &solving, threads, |range, piece: Looks| {
             for look in piece.looks {
                 gathered.take(start.mechanism(), look, &mut receive)?;
             }

@@ -1,12 +1,12 @@
 //! Tables of a run of inverse dynamics: columns and rows.
 
-use super::job::Job;
 use super::sample::Sample;
 use crate::bodies::BodyRow;
 use crate::dofs::{Dof, actuated, dofs_of};
+use crate::job::Job;
 use crate::names::Names;
-use crate::sink::Sink;
 use crate::table::{self, REACTION, columns, header};
+use crate::{Sink, SinkError};
 use std::io;
 
 /// Names of the tables of every run, in the order of their files.
@@ -87,15 +87,6 @@ impl<W: io::Write> Tables<W> {
         })
     }
 
-    /// Adds a row to each table.
-    ///
-    /// # Errors
-    /// A file cannot be written.
-    pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
-        self.fill(sample);
-        self.tables.add(sample.time, self.rows.iter().map(Vec::as_slice))
-    }
-
     /// Flushes all buffers and returns the files in their order.
     ///
     /// # Errors
@@ -104,8 +95,8 @@ impl<W: io::Write> Tables<W> {
         self.tables.finish()
     }
 
-    fn fill(&mut self, sample: &Sample<'_>) {
-        let forces = sample.forces;
+    fn fill(&mut self, sample: &Sample) {
+        let forces = &sample.forces;
         self.rows.iter_mut().for_each(Vec::clear);
         let [inverse, reactions, friction, bodies, joints, contributions] = &mut self.rows;
         for (k, &(low, high)) in forces.effort_bounds.iter().enumerate() {
@@ -119,7 +110,7 @@ impl<W: io::Write> Tables<W> {
             // The sum turns the negative zero of a drive at rest into zero.
             inverse.extend([motion.value, motion.rate, drive * motion.rate + 0.0]);
         }
-        for motion in sample.joints {
+        for motion in &sample.joints {
             joints.extend([motion.value, motion.rate, motion.acceleration]);
         }
         let (first, last) = (&sample.bodies.frame_j, &sample.bodies.frame_k);
@@ -127,12 +118,12 @@ impl<W: io::Write> Tables<W> {
             |&(from, to): &(usize, usize)| (last[to].position - first[from].position).norm();
         joints.extend(self.legs.iter().map(length));
         for ((force, moment), determined) in
-            forces.reactions.iter().zip(sample.determined_reactions)
+            forces.reactions.iter().zip(&sample.determined_reactions)
         {
             reactions.extend(force.to_array().into_iter().chain(moment.to_array()));
             reactions.push(flag(determined.iter().all(|component| *component)));
         }
-        for (interface, &determined) in forces.interfaces.iter().zip(sample.determined_loads) {
+        for (interface, &determined) in forces.interfaces.iter().zip(&sample.determined_loads) {
             friction.extend([interface.velocity, interface.load, interface.friction]);
             friction.extend([interface.power, flag(determined)]);
         }
@@ -140,16 +131,17 @@ impl<W: io::Write> Tables<W> {
             // Infinity stands for an unknown coupling.
             friction.push(sample.coupling.unwrap_or(f64::INFINITY));
         }
-        bodies.extend_from_slice(self.bodies.of(sample.bodies, sample.origin, sample.loads));
+        bodies.extend_from_slice(self.bodies.of(&sample.bodies, sample.origin, &sample.loads));
         for drive in 0..forces.efforts.len() {
             contributions.extend(sample.shares.of_actuator(drive));
         }
     }
 }
 
-impl<W: io::Write> Sink<Sample<'_>> for Tables<W> {
-    fn add(&mut self, sample: &Sample<'_>) -> Result<(), String> {
-        self.add(sample).map_err(|error| error.to_string())
+impl<W: io::Write> Sink<Sample> for Tables<W> {
+    fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
+        self.fill(sample);
+        Ok(self.tables.add(sample.time, self.rows.iter().map(Vec::as_slice))?)
     }
 }
 

@@ -12,7 +12,7 @@ pub(crate) use friction::{BACKWARD_LAW, INTERFACE, JOINT_FRICTION};
 pub(crate) use joint::{JOINT, JOINT_COMPLIANCE, JOINT_TYPES, LEG_JOINT};
 pub(crate) use legs::{LEGS, PLACE};
 pub(crate) use load::{BODY_LOAD, LOAD, PAYLOAD};
-pub(crate) use motion::{BODY_MOTION, MOTION, ORDERS};
+pub(crate) use motion::{ANGULAR_LIMITS, BODY_MOTION, LIMITS, MOTION, ORDERS, WAYPOINT};
 
 use super::Shape::{
     Choice, Inertia, Loads, Motions, Name, Named, OneOrMore, Parameters, Quantity, Rotation, Table,
