@@ -143,7 +143,7 @@ pub(crate) struct Forward {
     #[arg(long, value_name = "LOAD")]
     pub(crate) load: Option<String>,
     /// The start: `motion` (position and rates of the motion), `rest` (its position, at rest), or
-    /// assignments like "A = 60 deg + 2 rad/s*t", whose values and rates at t = 0 count; all other
+    /// assignments like "A = 60 deg; d(A) = 2 rad/s", or "A = 60 deg + 2 rad/s*t"; all other
     /// coordinates follow from the loops and the model's home position [default: motion]
     #[arg(long, value_name = "STATE")]
     pub(crate) from: Option<String>,

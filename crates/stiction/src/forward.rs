@@ -197,7 +197,7 @@ impl Forward {
     }
 
     /// Sets the start: `motion` (position and rates of the motion), `rest` (its position, at rest), or
-    /// assignments such as `"A = 60 deg + 2 rad/s*t"`, whose values and rates at t = 0 count.
+    /// assignments such as `"A = 60 deg; d(A) = 2 rad/s"`, or `"A = 60 deg + 2 rad/s*t"`.
     ///
     /// # Errors
     /// The assignments are defective.

@@ -163,8 +163,10 @@ impl Robot {
         Ok((motion, label(text)))
     }
 
-    /// The state at the first instant of assignments such as `A = 60 deg + 2 rad/s*t`.
+    /// The state at the first instant of assignments such as `A = 60 deg; d(A) = 2 rad/s` or `A = 60
+    /// deg + 2 rad/s*t`.
     pub(crate) fn parse_state(&self, text: &str) -> Result<Motion, Error> {
+        let text = with_rates(text)?;
         Ok(self.model.parse_motion(&Source::new("from", text), &|file| self.contents(file))?)
     }
 
@@ -313,4 +315,32 @@ impl From<Mechanism> for Robot {
     fn from(mechanism: Mechanism) -> Self {
         Self::new(ModelFile::from(mechanism), Files::default())
     }
+}
+
+/// Adds the rates of assignments `d(NAME) = RATE` to the positions of the same names.
+fn with_rates(text: &str) -> Result<String, Error> {
+    let (mut positions, mut rates) = (Vec::new(), Vec::new());
+    for statement in text.split(';') {
+        let rate = statement.split_once('=').and_then(|(name, rate)| {
+            let name = name.trim().strip_prefix("d(")?.strip_suffix(')')?;
+            Some((name.trim(), rate.trim()))
+        });
+        match rate {
+            Some(rate) => rates.push(rate),
+            None => positions.push(statement.to_owned()),
+        }
+    }
+    for (name, rate) in rates {
+        let of_name = |statement: &&mut String| {
+            statement.split_once('=').is_some_and(|(known, _)| known.trim() == name)
+        };
+        let Some(position) = positions.iter_mut().find(of_name) else {
+            return Err(Error::input(format!("`d({name})` is given without `{name}`"))
+                .with_option("from")
+                .with_help(format!("give both: \"{name} = ...; d({name}) = {rate}\"")));
+        };
+        let (_, value) = position.split_once('=').unwrap_or_default();
+        *position = format!("{name} = ({}) + ({rate})*t", value.trim());
+    }
+    Ok(positions.join(";"))
 }
