@@ -22,6 +22,7 @@ mod forward_many;
 mod forward_random;
 mod forward_reference;
 mod forward_runaway;
+mod forward_sleeve;
 mod forward_start;
 mod forward_steps;
 mod forward_stick;

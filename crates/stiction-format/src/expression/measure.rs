@@ -146,8 +146,7 @@ impl Measure {
             );
         }
         turning.then(|| {
-            "the coefficient refers to the sliding surface: divide it by the square of the radius"
-                .to_owned()
+            "this surface does not turn: give the force over the sliding speed, in N s/m".to_owned()
         })
     }
 

@@ -249,7 +249,12 @@ impl Assembly {
             self.reassemble(parameters).map_err(on_the_way)?;
         }
         if self.differentiates(parameters) {
-            return self.agree(parameters);
+            let agreed = self.agree(parameters);
+            // A plan made far from here may omit rows that are independent here, or lose digits.
+            if agreed.is_err() && self.plan(parameters).is_ok() && self.differentiates(parameters) {
+                return self.agree(parameters);
+            }
+            return agreed;
         }
         // The position is closed but singular: rates do not exist or are not unique.
         self.state.rates.fill(0.0);

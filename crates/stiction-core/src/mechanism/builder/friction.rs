@@ -44,6 +44,14 @@ impl JointSpec {
                     check.problem("only a contact with one freedom slides forward or backward");
                 }
             }
+            if *shape == InterfaceShape::Sleeve {
+                if self.friction.len() > 1 {
+                    check.problem("a sleeve excludes the friction of a separate pin or guide");
+                }
+                if interface.load.axial_ratio.is_some() || interface.load.torsion_arm.is_some() {
+                    check.problem("a sleeve carries neither axial force nor torsion");
+                }
+            }
         }
     }
 }
