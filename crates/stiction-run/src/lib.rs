@@ -61,6 +61,7 @@ mod instants;
 pub mod inverse;
 mod names;
 mod portrait;
+mod power_off;
 mod sink;
 mod statistics;
 mod table;

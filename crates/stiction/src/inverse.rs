@@ -8,6 +8,7 @@ use crate::stream::{Sender, Stream};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use stiction_core::dynamics::FrictionMode;
+use stiction_core::mechanism::Motor;
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::{LoadCase, Motion};
 use stiction_run::inverse::{Job, Verdict};
@@ -199,6 +200,7 @@ pub struct Sample {
     efforts: Vec<f64>,
     efforts_frictionless: Vec<f64>,
     effort_bounds: Vec<(f64, f64)>,
+    motors: Vec<Motor>,
     reactions: Vec<Reaction>,
     frictions: Vec<JointFriction>,
     poses: Vec<BodyPose>,
@@ -270,6 +272,7 @@ impl Sample {
             efforts: forces.efforts.clone(),
             efforts_frictionless: forces.efforts_frictionless.clone(),
             effort_bounds: forces.effort_bounds.clone(),
+            motors: sample.motors.to_vec(),
             reactions: reactions
                 .map(|((force, moment), determined)| Reaction {
                     force: force.to_array(),
@@ -317,6 +320,14 @@ impl Sample {
     /// There is no actuator of that name.
     pub fn effort_bounds(&self, actuator: &str) -> Result<(f64, f64), Error> {
         Ok(self.effort_bounds[self.names.actuator(actuator)?])
+    }
+
+    /// Torque, speed and power of the motor of a drive train, and what it loses.
+    ///
+    /// # Errors
+    /// There is no drive train of that name.
+    pub fn motor(&self, name: &str) -> Result<&Motor, Error> {
+        Ok(&self.motors[self.names.motor(name)?])
     }
 
     /// Efforts of all actuators, N or N m, in the order of [`Robot::actuators`].

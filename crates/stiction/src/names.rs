@@ -10,6 +10,8 @@ pub(crate) struct Names {
     /// For each actuator its short name (`leg1.P`) and its full name, which ends in the degree of freedom
     /// where the joint has several.
     pub(crate) actuators: Vec<(String, String)>,
+    /// Drive trains.
+    pub(crate) motors: Vec<String>,
     pub(crate) joints: Vec<String>,
     pub(crate) bodies: Vec<String>,
     /// Scalar joint coordinates: name, joint, index of the degree of freedom.
@@ -41,6 +43,7 @@ impl Names {
         }
         Self {
             actuators,
+            motors: mechanism.drive_trains().iter().map(|train| train.name.clone()).collect(),
             joints: joints.iter().map(|joint| joint.name.clone()).collect(),
             bodies: mechanism.bodies().iter().map(|body| body.name.clone()).collect(),
             coordinates,
@@ -54,6 +57,15 @@ impl Names {
             Some(index) => Ok(index),
             None => find("actuator", name, self.actuators.iter().map(|(short, _)| short)),
         }
+    }
+
+    /// Index of a drive train.
+    pub(crate) fn motor(&self, name: &str) -> Result<usize, Error> {
+        if self.motors.is_empty() {
+            return Err(Error::input("the model has no drive trains")
+                .with_help("add a table such as [actuators.motor]"));
+        }
+        find("drive train", name, &self.motors)
     }
 
     /// Index of a joint.

@@ -4,7 +4,9 @@ mod json;
 mod terminal;
 
 use crate::inverse::{Error, Job};
+use crate::power_off::{self, PowerOff, actuators_of};
 use stiction_core::dynamics::{Forces, FrictionMode, InverseDynamics, Rest, Settings};
+use stiction_core::mechanism::Motor;
 use thiserror::Error;
 
 pub use terminal::write_report;
@@ -22,6 +24,8 @@ pub struct Findings {
     pub undetermined_loads: Vec<usize>,
     /// True if the mechanism has more actuators than statics determines.
     pub redundant_actuators: bool,
+    /// Each drive train: its motor, and what keeps it at rest with power off.
+    motors: Vec<(Motor, PowerOff)>,
 }
 
 /// Error of a breakaway computation.
@@ -75,7 +79,14 @@ pub fn look(job: &Job<'_>, time: Option<f64>) -> Result<Findings, BreakawayError
 fn findings(solver: &InverseDynamics, time: f64, rest: Rest) -> Findings {
     let statics = solver.statics();
     let loads = solver.determined_loads(&statics);
+    let (forces, trains) = (solver.forces(), solver.mechanism().drive_trains());
+    let actuators = actuators_of(solver.mechanism());
+    let power_off = power_off::of(trains, &actuators, forces);
+    let motors = trains.iter().zip(&actuators).map(|(train, &actuator)| {
+        train.motor(forces.efforts[actuator], forces.effort_bounds[actuator], None, 0.0)
+    });
     Findings {
+        motors: motors.zip(power_off).collect(),
         time,
         forces: solver.forces().clone(),
         rest,

@@ -2,6 +2,7 @@
 
 use super::contributions::ShareCurves;
 use super::job::Job;
+use super::motor_curves::MotorCurves;
 use super::sample::Sample;
 use crate::by_leg::ByLeg;
 use crate::names::Names;
@@ -22,6 +23,7 @@ pub struct Curves {
     power: [Trace; 4],
     residual: Trace,
     shares: ShareCurves,
+    motors: MotorCurves,
 }
 
 impl Curves {
@@ -38,6 +40,7 @@ impl Curves {
             power: std::array::from_fn(|_| trace.clone()),
             residual: trace,
             shares: ShareCurves::new(&names, count),
+            motors: MotorCurves::new(job, count),
             names,
         }
     }
@@ -60,6 +63,7 @@ impl Curves {
         }
         self.friction.add(time, forces.interfaces.iter().map(|interface| interface.friction));
         self.shares.add(time, sample.shares);
+        self.motors.add(sample.motors);
         let power = &forces.power;
         for (trace, value) in self.power.iter_mut().zip([
             power.actuators,
@@ -99,6 +103,7 @@ impl Curves {
             figures.push(("drives", Figure { title, x_label: x_label.clone(), panels }));
         }
 
+        figures.extend(self.motors.figure(&self.title).map(|figure| ("motors", figure)));
         if self.has_friction {
             let panels = self.friction.panels(&self.names, "N");
             let title = format!("Friction forces at the friction interfaces: {}", self.title);

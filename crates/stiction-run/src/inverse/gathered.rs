@@ -4,6 +4,7 @@ use super::certainty::Certainty;
 use super::error::{Error, Missing};
 use super::job::Job;
 use super::joints::Turns;
+use super::motors::Motors;
 use super::sample::Sample;
 use super::sides::Sides;
 use super::solving::Look;
@@ -18,6 +19,7 @@ pub(super) struct Gathered<'a> {
     origin: Vec3<f64>,
     sides: Sides,
     turns: Turns<'a>,
+    motors: Motors,
     /// Singularity index of actuation at the last sample.
     last_distance: f64,
     certainty: Certainty,
@@ -28,12 +30,13 @@ pub(super) struct Gathered<'a> {
 impl<'a> Gathered<'a> {
     /// Creates an empty result; `verdict` holds the results of the motion scan, `origin` is the
     /// kernel's origin in the world, m.
-    pub(super) fn new(job: &Job<'a>, verdict: Verdict, origin: Vec3<f64>) -> Self {
+    pub(super) fn new(job: &Job<'a>, verdict: Verdict, motors: Motors, origin: Vec3<f64>) -> Self {
         Self {
             verdict,
             origin,
             sides: Sides::default(),
             turns: Turns::new(job),
+            motors,
             last_distance: 1.0,
             certainty: Certainty::default(),
             missing: None,
@@ -84,7 +87,8 @@ impl<'a> Gathered<'a> {
         self.certainty.add(mechanism, time, &found.asked);
         verdict.coupling = verdict.coupling.zip(found.asked.coupling).map(|(a, b)| a.max(b));
         verdict.redundancy = verdict.redundancy.max(found.redundancy);
-        receive(&found.sample(time, self.origin)).map_err(Error::Receiver)
+        let motors = self.motors.evaluate(&found.forces, &found.joints);
+        receive(&found.sample(time, self.origin, motors)).map_err(Error::Receiver)
     }
 
     /// Verdict along the whole motion.

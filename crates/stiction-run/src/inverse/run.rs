@@ -5,6 +5,7 @@ use super::error::Error;
 use super::gathered::Gathered;
 use super::job::Job;
 use super::motion_scan::{Following, Pace};
+use super::motors::Motors;
 use super::sample::Sample;
 use super::solving::{Looks, Solving};
 use super::uniqueness::Uniqueness;
@@ -66,6 +67,8 @@ impl Job<'_> {
         })?;
 
         let rest_speed = (REST * pace.fastest).max(STANDSTILL);
+        let rest_of = |fastest: &f64| (REST * fastest).max(STANDSTILL);
+        let rest_rates = pace.actuators.iter().map(rest_of).collect();
         *start.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
         let spins = start.constraints().spins().len();
@@ -89,7 +92,8 @@ impl Job<'_> {
         };
         let dofs = dofs_of(&self.model.mechanism);
         let solving = Solving { job: self, uniqueness: Uniqueness::new(&start, meant), dofs };
-        let mut gathered = Gathered::new(self, verdict, start.parameters().origin);
+        let motors = Motors::new(self, rest_rates);
+        let mut gathered = Gathered::new(self, verdict, motors, start.parameters().origin);
         chunks::carry_out(self, &start, &solving, threads, |range, piece: Looks| {
             for look in piece.looks {
                 gathered.take(start.mechanism(), look, &mut receive)?;

@@ -13,6 +13,7 @@ use stiction_core::dynamics::{
     AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Mirror, Shares,
 };
 use stiction_core::kinematics::{Bodies, Target};
+use stiction_core::mechanism::Motor;
 use stiction_core::spatial::Vec3;
 use stiction_core::statics::Distances;
 use stiction_format::Side;
@@ -42,7 +43,7 @@ pub(super) struct Look {
 
 /// Complete result of a sample with forces.
 pub(super) struct Found {
-    forces: Forces,
+    pub(super) forces: Forces,
     bodies: Bodies<f64>,
     pub(super) joints: Vec<Target<f64>>,
     loads: Vec<AppliedLoad<f64>>,
@@ -62,7 +63,12 @@ pub(super) struct Found {
 
 impl Found {
     /// Record passed to the receivers.
-    pub(super) fn sample(&self, time: f64, origin: Vec3<f64>) -> Sample<'_> {
+    pub(super) fn sample<'a>(
+        &'a self,
+        time: f64,
+        origin: Vec3<f64>,
+        motors: &'a [Motor],
+    ) -> Sample<'a> {
         Sample {
             time,
             forces: &self.forces,
@@ -79,6 +85,7 @@ impl Found {
             friction_margin: self.asked.locks_at(),
             shares: &self.shares,
             backward: &self.backward,
+            motors,
         }
     }
 }
