@@ -74,7 +74,8 @@ fn runs(command: &mut Command) -> bool {
     status.is_ok_and(|status| status.success())
 }
 
-/// Cargo of another toolchain. Removes the variables by which cargo passes on its own toolchain.
+/// Command for the cargo of another toolchain, without the environment variables that select the
+/// present toolchain.
 fn cargo_of(toolchain: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new("cargo");
     command.arg(format!("+{toolchain}")).args(arguments);

@@ -69,7 +69,8 @@ struct Step {
     environment: &'static [(&'static str, &'static str)],
 }
 
-/// Clippy and rustdoc share the type-checked dependencies, tests and validation the compiled ones.
+/// Commands of the test suite. They are ordered so that clippy and rustdoc share the type-checked
+/// dependencies, and tests and validation the compiled ones.
 const STEPS: &[Step] = &[
     Step { name: "formatting", arguments: &["fmt", "--all", "--check"], environment: &[] },
     Step {

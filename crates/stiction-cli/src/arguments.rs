@@ -1,6 +1,6 @@
 //! The command line.
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use stiction::FrictionMode;
@@ -16,6 +16,32 @@ pub(crate) struct Arguments {
     pub(crate) command: Option<Command>,
     #[command(flatten)]
     pub(crate) inverse: Inverse,
+    #[command(flatten)]
+    pub(crate) messages: Messages,
+}
+
+/// How the program talks.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Messages {
+    /// Print results, warnings and errors only: no notes and no progress
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    /// Colour in messages
+    #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
+    pub(crate) color: ColorChoice,
+}
+
+/// The model of a command.
+#[derive(Args, Debug)]
+pub(crate) struct Model {
+    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
+    /// [default: zhang2018-regular]
+    #[arg(value_name = "MODEL")]
+    pub(crate) name: Option<OsString>,
+    /// Change a value of the model: the path of a key or the name of a parameter, and the value, like
+    /// bodies.platform.mass=2kg, legs.P.friction.mu=0.12 or mu=0.12; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
 }
 
 #[derive(Subcommand, Debug)]
@@ -37,12 +63,24 @@ pub(crate) enum Command {
     Models(Models),
     /// Print the JSON Schema of the model file, for editors that complete and check it
     Schema,
+    /// Print completions for a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, in roff
+    Man,
 }
 
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction inverse gough\n\
+    \x20 stiction inverse robot.toml --motion lift --load part -o results\n\
+    \x20 stiction inverse five-bar --motion \"tool.x = 50 mm*sin(2*pi*t); tool.y = 380 mm; duration = 1 s\"\n\
+    \x20 stiction inverse five-bar --set crank=220mm --set tool.mass=0.7kg")]
 pub(crate) struct Inverse {
-    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
-    pub(crate) model: Option<OsString>,
+    #[command(flatten)]
+    pub(crate) model: Model,
     /// A motion: its name in the model, a CSV file, or assignments like
     /// "platform.x = 5 mm*sin(2*pi*t); duration = 2 s"
     #[arg(long, value_name = "MOTION")]
@@ -74,10 +112,13 @@ pub(crate) struct Inverse {
 }
 
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction forward 3rps --until 2s -o results\n\
+    \x20 stiction forward four-bar --from \"A = 60 deg\" --drives none\n\
+    \x20 stiction forward 3rps --controller pd --step 5ms")]
 pub(crate) struct Forward {
-    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
-    /// [default: zhang2018-regular]
-    pub(crate) model: Option<OsString>,
+    #[command(flatten)]
+    pub(crate) model: Model,
     /// The motion on which the mechanism starts and which it follows: its name in the model, a CSV file,
     /// or assignments; see `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
@@ -153,10 +194,12 @@ pub(crate) enum Switch {
 }
 
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction check gough\n\
+    \x20 stiction check robot.toml --motion lift -o results")]
 pub(crate) struct Check {
-    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
-    /// [default: zhang2018-regular]
-    pub(crate) model: Option<OsString>,
+    #[command(flatten)]
+    pub(crate) model: Model,
     /// The motion along which the mechanism is checked: its name in the model, a CSV file, or assignments; see
     /// `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
@@ -174,10 +217,12 @@ pub(crate) struct Check {
 }
 
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction breakaway 3rps\n\
+    \x20 stiction breakaway five-bar --load payload --at \"0.2 s\"")]
 pub(crate) struct Breakaway {
-    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
-    /// [default: zhang2018-regular]
-    pub(crate) model: Option<OsString>,
+    #[command(flatten)]
+    pub(crate) model: Model,
     /// The motion that leads to the position: its name in the model, a CSV file, or assignments
     /// like "A = 60 deg; duration = 0 s"; see `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
@@ -208,9 +253,15 @@ pub(crate) struct Study {
 }
 
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction convert gough --to mjcf -o gough.xml\n\
+    \x20 stiction convert robot.toml --to model")]
 pub(crate) struct Convert {
     /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
     pub(crate) model: OsString,
+    /// Change a value of the model, as in `stiction inverse --help`; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
     /// The format
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: Format,

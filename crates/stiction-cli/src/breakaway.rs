@@ -10,7 +10,7 @@ pub(crate) fn run(options: &Breakaway) -> Result<(), Failure> {
 }
 
 fn execute(options: &Breakaway) -> Result<(), Failure> {
-    let robot = sources::robot_or_default(options.model.as_deref())?;
+    let robot = sources::robot_or_default(&options.model)?;
     if !options.json {
         warn(robot.warnings());
         note_frictionless(&robot);

@@ -16,7 +16,7 @@ pub(crate) fn run(options: &Check) -> Result<(), Failure> {
 }
 
 fn execute(options: &Check) -> Result<(), Failure> {
-    let robot = sources::robot_or_default(options.model.as_deref())?;
+    let robot = sources::robot_or_default(&options.model)?;
     if !options.json {
         warn(robot.warnings());
     }
@@ -57,7 +57,7 @@ fn execute(options: &Check) -> Result<(), Failure> {
     let names = outputs.complete(&[])?;
     if !options.json {
         let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-        message!("\nwrote {}", names.join(", "));
+        note!("\nwrote {}", names.join(", "));
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use stiction::explain;
 use stiction_run::exchange::{Home, Instant, json_text, mjcf, model_file};
 
 pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
-    let robot = sources::robot(&options.model)?;
+    let robot = sources::robot(&options.model, &options.set)?;
     warn(robot.warnings());
     let mut request = robot.check_along();
     if let Some(motion) = &options.motion {
@@ -36,7 +36,7 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
             let converted = mjcf(&home)
                 .map_err(|unfit| Failure::input(unfit.to_string()).help(unfit.help()))?;
             for note in &converted.notes {
-                message!("note: {note}");
+                note!("note: {note}");
             }
             converted.text
         }
@@ -82,6 +82,6 @@ fn write(path: &Path, text: &str, files_read: Vec<PathBuf>) -> Result<(), Failur
     let mut outputs = Outputs::new(folder, files_read)?;
     outputs.write(name, text.as_bytes())?;
     outputs.complete(&[])?;
-    message!("wrote {}", path.display());
+    note!("wrote {}", path.display());
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Failures of the program: their text, their JSON and their exit codes.
 
+use crate::manners;
 use serde_json::json;
-use std::io::IsTerminal;
 use std::process::ExitCode;
 use stiction::{Error, ErrorKind};
 
@@ -55,9 +55,8 @@ impl Failure {
         }
         match self.error.diagnostics() {
             Some(diagnostics) => {
-                let colour =
-                    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-                message!("{}", diagnostics.render(colour).trim_end_matches('\n'));
+                let text = diagnostics.render(manners::coloured());
+                message!("{}", text.trim_end_matches('\n'));
             }
             None => {
                 message!("error: {}", self.error.message());

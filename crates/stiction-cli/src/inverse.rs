@@ -19,12 +19,12 @@ pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
 }
 
 fn execute(options: &Inverse) -> Result<(), Failure> {
-    let robot = sources::robot_or_default(options.model.as_deref())?;
-    if options.model.is_none() {
-        message!(
-            "No model given: running the built-in `{DEFAULT_MODEL}`, the regular twin of a published \
-             robot.\nThe robot as printed is singular at every instant of its motion; `stiction \
-             study zhang2018` shows how.\n"
+    let robot = sources::robot_or_default(&options.model)?;
+    if options.model.name.is_none() {
+        note!(
+            "No model given: running `{DEFAULT_MODEL}`, a built-in robot whose three driven legs lift and tilt a\n\
+             platform; `stiction models` lists all. It is the regular twin of a published robot that is\n\
+             singular as printed; `stiction study zhang2018` shows how.\n"
         );
     }
     warn(robot.warnings());
@@ -81,14 +81,14 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         (error, _) => explain::inverse(error).into(),
     })?;
     for note in &verdict.assembly_notes {
-        message!("note: {note}\n");
+        note!("note: {note}\n");
     }
     if options.friction_margin && verdict.friction_margin.is_none() {
         let why = match friction {
             FrictionMode::Off => "friction is off",
             _ => "no joint slides at any regular sample",
         };
-        message!("note: the friction margin to jamming is not known: {why}\n");
+        note!("note: the friction margin to jamming is not known: {why}\n");
     }
 
     let json = summary.json(&job, &verdict);
@@ -127,10 +127,10 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         ])?;
         if !options.json {
             let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-            message!("\nwrote {}", names.join(", "));
+            note!("\nwrote {}", names.join(", "));
         }
     } else if !options.json && std::io::stderr().is_terminal() {
-        message!("\nTables and plots: add -o DIR");
+        note!("\nTables and plots: add -o DIR");
     }
     Ok(())
 }
@@ -145,7 +145,7 @@ pub(crate) fn listen_for_interrupt() -> Arc<AtomicBool> {
         if set.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        message!("\nstopping after the present step; Ctrl-C again stops at once");
+        note!("\nstopping after the present step; Ctrl-C again stops at once");
     });
     flag
 }

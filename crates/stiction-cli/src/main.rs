@@ -13,6 +13,15 @@ macro_rules! message {
     }};
 }
 
+/// Prints a line that `--quiet` omits.
+macro_rules! note {
+    ($($what:tt)*) => {{
+        if !$crate::manners::is_quiet() {
+            message!($($what)*);
+        }
+    }};
+}
+
 mod arguments;
 mod breakaway;
 mod check;
@@ -20,9 +29,11 @@ mod convert;
 mod failure;
 mod forward;
 mod inverse;
+mod manners;
 mod models;
 mod outputs;
 mod progress;
+mod shell;
 mod sources;
 mod study;
 
@@ -34,6 +45,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
+    manners::set(arguments.messages);
     let outcome = match arguments.command {
         None => inverse::run(&arguments.inverse),
         Some(Command::Inverse(options)) => inverse::run(&options),
@@ -44,6 +56,8 @@ fn main() -> ExitCode {
         Some(Command::Convert(options)) => convert::run(&options),
         Some(Command::Models(options)) => models::run(&options),
         Some(Command::Schema) => print(&format!("{:#}\n", stiction_format::json_schema())),
+        Some(Command::Completions { shell }) => shell::completions(shell),
+        Some(Command::Man) => shell::manual(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -20,7 +20,7 @@ pub(crate) struct Outputs {
     /// Folders created for this run, the innermost first.
     made: Vec<PathBuf>,
     begun: SystemTime,
-    /// Full paths of the files read for this run.
+    /// Full paths of the files read for this run, which must not be replaced.
     inputs: Vec<PathBuf>,
     /// `true` once a checkpoint refers to the incomplete files, which are then kept.
     kept: Cell<bool>,
@@ -237,7 +237,7 @@ impl Outputs {
         }
     }
 
-    /// A failure to write one of the files.
+    /// A failure to write the file `name`.
     pub(crate) fn trouble(&self, name: &str, error: impl Display) -> Failure {
         self.trouble_with(&self.folder.join(name).display(), error)
     }

@@ -1,5 +1,6 @@
 //! Progress of computations that take longer than two seconds.
 
+use crate::manners;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -48,14 +49,14 @@ impl Progress {
     }
 
     fn update_amount(&mut self, phase: &str, (done, of): (u64, u64), unit: &str) {
-        if self.begun.elapsed() < PATIENCE {
+        if self.begun.elapsed() < PATIENCE || manners::is_quiet() {
             return;
         }
         if self.watched {
             self.draw(phase, (done, of), unit);
         } else if self.printed.elapsed() > LINE_EVERY || self.printed == self.begun {
             self.printed = Instant::now();
-            message!("{phase}: {done} of {of} {unit}");
+            note!("{phase}: {done} of {of} {unit}");
         }
     }
 
@@ -83,7 +84,7 @@ impl Progress {
     pub(crate) fn update_step(&mut self, what: &str, done: usize, of: usize) {
         if self.begun.elapsed() > PATIENCE && self.step != Some(done) {
             self.step = Some(done);
-            message!("{} of {of}: {what}", done + 1);
+            note!("{} of {of}: {what}", done + 1);
         }
     }
 

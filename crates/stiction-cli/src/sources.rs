@@ -1,36 +1,43 @@
 //! Models and names given on the command line.
 
+use crate::arguments::{Arguments, Model};
 use crate::failure::Failure;
+use crate::manners;
 use crate::progress::Progress;
+use clap::CommandFactory;
 use std::ffi::OsStr;
-use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use stiction::{Diagnostics, ReadProgress, Robot, gallery};
+use stiction::{Diagnostics, ModelText, ReadProgress, Robot, gallery};
 
-/// The robot of a model file, of standard input (`-`), or of the gallery.
-pub(crate) fn robot(name: &OsStr) -> Result<Robot, Failure> {
+/// The robot of a model file, of standard input (`-`), or of the gallery, with changed values.
+pub(crate) fn robot(name: &OsStr, changes: &[String]) -> Result<Robot, Failure> {
+    let text = changes.iter().fold(model_text(name)?, |text, change| text.with(change));
+    Ok(text.read()?)
+}
+
+fn model_text(name: &OsStr) -> Result<ModelText, Failure> {
     let path = Path::new(name);
     // File names need not be valid UTF-8; names of built-in models are.
     let Some(name) = name.to_str() else {
-        return Ok(Robot::load_with(path, Some(read_progress()))?);
+        return Ok(ModelText::file(path, Some(read_progress()))?);
     };
     if name == "-" {
-        return Ok(Robot::from_standard_input(Some(read_progress()))?);
+        return Ok(ModelText::standard_input(Some(read_progress()))?);
     }
     let looks_like_file = path.extension().is_some() || path.components().count() > 1;
     if !looks_like_file && gallery::get(name).is_some() {
-        return Ok(Robot::builtin(name)?);
+        return Ok(ModelText::builtin(name)?);
     }
     if !looks_like_file && !path.exists() {
         return Err(unknown_model(name));
     }
-    Ok(Robot::load_with(path, Some(read_progress()))?)
+    Ok(ModelText::file(path, Some(read_progress()))?)
 }
 
 /// The robot of an option, or the default one.
-pub(crate) fn robot_or_default(name: Option<&OsStr>) -> Result<Robot, Failure> {
-    robot(name.unwrap_or(OsStr::new(DEFAULT_MODEL)))
+pub(crate) fn robot_or_default(model: &Model) -> Result<Robot, Failure> {
+    robot(model.name.as_deref().unwrap_or(OsStr::new(DEFAULT_MODEL)), &model.set)
 }
 
 /// Name of the default built-in robot.
@@ -51,16 +58,20 @@ fn read_progress() -> Arc<ReadProgress> {
 /// Prints warnings to standard error. They never change results.
 pub(crate) fn warn(warnings: &Diagnostics) {
     if !warnings.is_empty() {
-        let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-        message!("{}", warnings.render(colour));
+        message!("{}", warnings.render(manners::coloured()));
     }
 }
 
 /// Prints a note if no joint of the model has friction.
 pub(crate) fn note_frictionless(robot: &Robot) {
     if robot.mechanism().joints().iter().all(|joint| joint.friction.is_empty()) {
-        message!("note: the model declares no friction in any joint\n");
+        note!("note: the model declares no friction in any joint\n");
     }
+}
+
+/// Letters that may differ: one more where the first one agrees, as in `goff` for `gough`.
+fn tolerance(known: &str, name: &str) -> usize {
+    1 + known.len() / 3 + usize::from(known.chars().next() == name.chars().next())
 }
 
 /// A failure for a name that is neither a file nor a built-in model.
@@ -70,7 +81,7 @@ pub(crate) fn unknown_model(name: &str) -> Failure {
     let nearest = gallery::names()
         .map(|known| (strsim::damerau_levenshtein(known, name), known))
         .min()
-        .filter(|(distance, known)| *distance <= 1 + known.len() / 3);
+        .filter(|(distance, known)| *distance <= tolerance(known, name));
     let help = match (nearest, command) {
         (_, Some(command)) => format!("did you mean `stiction {command}`?"),
         (Some((_, known)), None) => format!("did you mean `{known}`? `stiction models` lists all"),
@@ -83,8 +94,12 @@ pub(crate) fn unknown_model(name: &str) -> Failure {
 }
 
 /// The command with the most similar name, if one is similar.
-pub(crate) fn near_command(name: &str) -> Option<&'static str> {
-    ["inverse", "forward", "check", "breakaway", "study", "convert", "models", "schema", "help"]
-        .into_iter()
-        .find(|command| strsim::damerau_levenshtein(command, name) <= 2)
+pub(crate) fn near_command(name: &str) -> Option<String> {
+    let program = Arguments::command();
+    let commands = program.get_subcommands().map(clap::Command::get_name).chain(["help"]);
+    commands
+        .map(|command| (strsim::damerau_levenshtein(command, name), command))
+        .min()
+        .filter(|(distance, _)| *distance <= 2)
+        .map(|(_, command)| command.to_owned())
 }

@@ -63,7 +63,7 @@ fn execute(options: &Study) -> Result<(), Failure> {
         let count = write(outputs, &report, &earlier_files(&folder))?;
         if !options.json {
             let page = folder.join(PAGE);
-            message!(
+            note!(
                 "\nwrote {} and {count} more files: the same in Markdown and JSON, pictures, and all numbers as CSV",
                 page.display()
             );

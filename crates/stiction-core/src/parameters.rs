@@ -1,4 +1,4 @@
-//! Numbers of a mechanism, in the scalar of the kernels.
+//! Parameters of a mechanism, in the scalar of the kernels.
 
 use crate::friction::{InterfaceShape, Law, NormalLoadMap, Thread, interfaces_of};
 use crate::mechanism::{BodyId, Mechanism, Spring};
@@ -6,15 +6,15 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use core::ops::Range;
 
-/// Numbers that the kernels read: geometry, inertia, friction, springs, gravity. Indices are those
-/// of the [`Mechanism`]. Change the fields to tune, to differentiate with respect to a number, or
-/// to run several parameter sets in lanes.
+/// Parameters that the kernels read: geometry, inertia, friction, springs, gravity. Indices are
+/// those of the [`Mechanism`]. Change the fields to tune a model, to differentiate with respect to
+/// a parameter, or to run several parameter sets in lanes.
 #[derive(Clone, Debug)]
 pub struct Parameters<T> {
-    /// Kernel origin in the world, m: the point to which twists and wrenches refer. It is the mean
-    /// of the ground's joint origins, so that a robot far from the world's origin loses no digits.
+    /// Reference point O of all twists and wrenches, in the world, m. It is the mean of the
+    /// ground's joint origins, so that a robot far from the world's origin loses no digits.
     pub origin: Vec3<f64>,
-    /// Frame of the ground in world axes, relative to the kernel origin.
+    /// Frame of the ground relative to the reference point, in world axes.
     pub ground: Pose<T>,
     /// Acceleration of gravity, world axes, m/s^2.
     pub gravity: Vec3<T>,
@@ -98,8 +98,8 @@ pub struct InterfaceParameters<T> {
     pub joint: usize,
     /// Surface in the joint.
     pub shape: InterfaceShape,
-    /// Radius of a rotating surface, m; one for a guide, whose sliding speed is the rate of its
-    /// DOF.
+    /// Radius of a rotating surface, m; one for a guide, where the sliding velocity is the rate of
+    /// the joint.
     pub radius: T,
     /// Friction law: from sliding speed and normal force to friction.
     pub law: Law<T>,
@@ -150,7 +150,7 @@ impl<T: Scalar> InterfaceParameters<T> {
 }
 
 impl InterfaceParameters<f64> {
-    /// Law for this sense of sliding, given by its sign.
+    /// Law for the direction of sliding with this sign.
     pub(crate) fn law_towards(&self, sense: f64) -> &Law {
         match &self.backward {
             Some(backward) if sense < 0.0 => backward,
@@ -165,7 +165,7 @@ impl InterfaceParameters<f64> {
 }
 
 impl<T: Scalar> Parameters<T> {
-    /// Numbers of `mechanism`, as constants of the scalar.
+    /// Parameters of `mechanism`, as constants of the scalar.
     pub fn new(mechanism: &Mechanism) -> Self {
         let bodies = mechanism.bodies();
         let joints = mechanism.joints();
@@ -208,7 +208,7 @@ fn lift<T: Scalar>(weights: &Weights<f64>) -> Weights<T> {
     Weights { force: weights.force.lift(), moment: weights.moment.lift() }
 }
 
-/// Mean of the ground's joint origins, in the world.
+/// Mean of the ground's joint origins, in the world, m.
 fn amid_ground_joints(mechanism: &Mechanism) -> Vec3<f64> {
     let joints = mechanism.joints().iter();
     let points: Vec<_> = joints

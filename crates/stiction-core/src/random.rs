@@ -20,12 +20,12 @@ impl Random {
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// Random point of the cube from -1 to 1.
+    /// Random point in the cube from -1 to 1.
     pub fn vector(&mut self) -> Vec3<f64> {
         Vec3::new(self.number(), self.number(), self.number())
     }
 
-    /// Random unit vector in the span of orthonormal vectors, of which at least one is required.
+    /// Random unit vector in the span of orthonormal vectors, of which there must be at least one.
     pub(crate) fn within(&mut self, basis: &[DVector<f64>]) -> DVector<f64> {
         let mut sum = DVector::zeros(basis[0].len());
         for vector in basis {

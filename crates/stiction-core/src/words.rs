@@ -1,4 +1,4 @@
-//! Readable formats of numbers.
+//! Formatting of numbers for readers.
 
 /// Largest number of significant decimal digits of a double.
 const MOST_DIGITS: usize = 17;

@@ -14,9 +14,10 @@ use stiction_core::spatial::{Pose, Vec3};
 pub struct ModelFile {
     /// Name.
     pub name: String,
-    /// One-line description; may be empty.
+    /// One-line description, with the changes of its text ([`crate::Source::with_changes`]); may be
+    /// empty.
     pub title: String,
-    /// Source of its numbers; may be empty.
+    /// Source of the model's numbers, such as a publication; may be empty.
     pub source: String,
     /// The mechanism.
     pub mechanism: Mechanism,
@@ -169,7 +170,7 @@ pub struct Control {
     pub differences: bool,
     /// Settings of each actuator, by actuator index ([`Mechanism::actuators`]).
     pub channels: Vec<Channel>,
-    /// Indices of the actuators with settings in the file.
+    /// Indices of the actuators for which the file has settings.
     pub named: Vec<usize>,
 }
 
@@ -239,11 +240,11 @@ impl Payload {
 }
 
 impl LoadCase {
-    /// The mechanism with all payloads fixed to their bodies, and this load without them, for a time
-    /// from `start` to `end`, s.
+    /// Returns the mechanism with all payloads fixed to their bodies, and this load case without
+    /// payloads, valid from `start` to `end`, s.
     ///
     /// # Errors
-    /// The payload that is picked up or placed within this time.
+    /// The payload that is picked up or placed within this interval.
     pub fn attached(
         &self,
         mechanism: &Mechanism,

@@ -8,7 +8,8 @@ use std::collections::HashMap;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parameters {
     names: Vec<String>,
-    /// `None` if the definition or the name is invalid; errors of its uses are then suppressed.
+    /// Value of each parameter; `None` if its definition or its name is invalid, so that errors in
+    /// its uses are suppressed.
     values: Vec<Option<Quantity>>,
     index: HashMap<String, usize>,
 }
@@ -52,7 +53,7 @@ impl Parameters {
     }
 }
 
-/// Reason for a reserved name.
+/// Explains why a name cannot be that of a parameter; `None` if it can.
 pub(crate) fn complaint(name: &str) -> Option<String> {
     let mut letters = name.chars();
     let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');

@@ -13,8 +13,10 @@ pub struct Source {
     pub name: String,
     /// The text; of a text read in pieces, one piece of whole lines.
     pub text: String,
-    /// Position of the piece.
+    /// Position of the piece in the whole text.
     begin: Begin,
+    /// Changes of single values, one per line.
+    changes: Option<Arc<Source>>,
 }
 
 /// Size of the text before a piece.
@@ -27,17 +29,41 @@ pub(crate) struct Begin {
 impl Source {
     /// Makes a source from a name and a text.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
-        Self { name: name.into(), text: text.into(), begin: Begin::default() }
+        Self { name: name.into(), text: text.into(), begin: Begin::default(), changes: None }
     }
 
     /// Makes a piece of whole lines of a text.
     pub(crate) fn piece(name: impl Into<String>, text: String, begin: Begin) -> Self {
-        Self { name: name.into(), text, begin }
+        Self { name: name.into(), text, begin, changes: None }
     }
 
     /// Size of the text before the piece.
     pub(crate) fn begin(&self) -> Begin {
         self.begin
+    }
+
+    /// Returns the text of a model with changes of single values, each written as
+    /// `bodies.platform.mass = 2 kg`: the path of a key, or the name of a parameter, and the new value.
+    ///
+    /// The name of a joint or body alone stands for its table (`platform.mass`). A key below `legs`
+    /// concerns all legs that have it; bodies and joints of legs can be named directly
+    /// (`legs.rod.mass`), and `legs.2` is the second of several tables of legs. The text is not
+    /// rewritten: the changes apply when it is read.
+    pub fn with_changes<S: AsRef<str>>(self, changes: impl IntoIterator<Item = S>) -> Self {
+        let lines: Vec<String> =
+            changes.into_iter().map(|change| change.as_ref().replace(['\n', '\r'], " ")).collect();
+        let changes = (!lines.is_empty()).then(|| Arc::new(Self::new("--set", lines.join("\n"))));
+        Self { changes, ..self }
+    }
+
+    /// The changes, one per line.
+    pub(crate) fn changes(&self) -> Option<&Arc<Self>> {
+        self.changes.as_ref()
+    }
+
+    /// Offset at which the places of the changes begin: after all places of the text.
+    pub(crate) fn begin_of_changes(&self) -> usize {
+        self.text.len() + 2
     }
 }
 
@@ -52,10 +78,17 @@ pub struct Place {
 
 impl Place {
     pub(crate) fn new(source: &Arc<Source>, span: Span) -> Self {
-        Self { source: Arc::clone(source), span }
+        let begin = source.begin_of_changes();
+        match source.changes() {
+            Some(changes) if span.start >= begin => Self {
+                source: Arc::clone(changes),
+                span: span.start - begin..span.end.saturating_sub(begin),
+            },
+            _ => Self { source: Arc::clone(source), span },
+        }
     }
 
-    /// Tests for a reference to the whole text, which has an empty range at the start.
+    /// Tests if the place refers to the whole text; it is then an empty range at the start.
     pub(crate) fn is_whole(&self) -> bool {
         self.span == (0..0) && self.source.begin.bytes == 0
     }

@@ -7,7 +7,7 @@ use crate::code::{Code, Fused, Source, Step};
 use crate::encode::{Base, Emit, Operation, Order, Place, Target, begin};
 use std::collections::HashMap;
 
-/// Constants of the allocator, stored before those of the code.
+/// Constants that the allocator needs, stored before those of the code.
 const ZERO: usize = 0;
 const SIGN: usize = 1;
 const OWN: usize = 2;
@@ -41,7 +41,8 @@ pub(crate) fn assemble(code: &Code, target: Target) -> Assembled {
     Assembled { bytes: allocator.assembler.finish(), constants, scratch }
 }
 
-/// Number of copies of each constant in memory. Sign changes read two numbers even for one lane.
+/// Number of copies of each constant in memory. A sign change reads a block of two numbers even for
+/// one lane.
 fn copies(target: Target) -> usize {
     if target.is_single(Base::Constants) { 1 } else { target.width.lanes().max(2) }
 }
@@ -170,7 +171,8 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Returns a writable register that is not `pinned`, even if pinned ones are free.
+    /// Returns a writable register that is not `pinned`. In contrast to [`Self::room`], even a free
+    /// register may be pinned.
     fn fresh(&mut self, pinned: &[u8]) -> u8 {
         let mut free = (0..self.holds.len() as u8).filter(|r| self.holds[*r as usize].is_none());
         match free.find(|register| !pinned.contains(register)) {
@@ -386,7 +388,7 @@ impl<'a> Allocator<'a> {
         to
     }
 
-    /// Stores constants and shared values, which no step computes.
+    /// Stores constants and shared values that are results; no step computes them.
     fn rest(&mut self) {
         for &(source, slot) in &self.code.stores {
             if matches!(source, Source::Step(_)) {

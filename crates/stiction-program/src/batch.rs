@@ -1,5 +1,5 @@
-//! Forces at many states: by the program in parallel lanes, and by its solver where the program is
-//! invalid.
+//! Forces at many states: by the program in parallel lanes, and by the solver at states where the
+//! program is invalid.
 
 use crate::inverse::InverseProgram;
 use crate::program_inputs::StateOfMotion;
@@ -59,9 +59,9 @@ impl core::error::Error for StateError {
 
 impl InverseProgram {
     /// Computes the forces with friction at all states and passes them to `tell` in order. Returns
-    /// the number of states at which the solver replaced the program, because a friction interface
-    /// is at rest or a branch was not recorded. The solver must be that of the program; it moves
-    /// from state to state.
+    /// the number of states for which the solver replaced the program, because a friction interface
+    /// is at rest or a branch was not recorded. `solver` must be the one from which the program was
+    /// recorded; it moves from state to state.
     ///
     /// # Errors
     /// [`StateError`] for the first state at which the solver finds no forces. Forces of earlier

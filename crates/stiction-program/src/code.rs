@@ -93,7 +93,7 @@ pub(crate) struct Code {
     pub(crate) stores: Vec<(Source, u32)>,
 }
 
-/// Function call between pieces of code, with arguments and result in slots.
+/// Call of a mathematical function between pieces of code, with arguments and result in slots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Call {
     pub(crate) function: Function,

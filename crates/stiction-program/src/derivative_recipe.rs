@@ -24,12 +24,13 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::Wrench;
 
-/// Requested derivatives, and their inputs after those of inverse dynamics: six components of the
-/// reaction of each joint with friction interfaces, the slopes of all quantities, and, during the
-/// recording only, numbers of the mechanism.
+/// Requested derivatives and the inputs that they need. These follow the inputs of inverse
+/// dynamics, in this order: the six components of the reaction of each joint with friction
+/// interfaces; the slopes of all quantities; and, during the recording only, the differentiated
+/// parameters of the mechanism.
 pub(crate) struct Asked<'a> {
     quantities: &'a [Quantity],
-    /// Quantities of the mechanism, with their values.
+    /// Differentiated parameters of the mechanism, with their values.
     numbers: Vec<(Quantity, f64)>,
     /// Joints with friction interfaces, whose reactions cause friction.
     rubbing: Vec<usize>,
@@ -38,8 +39,8 @@ pub(crate) struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
-    /// Assigns inputs; `first_target` is the first of the prescribed values among the inputs,
-    /// `first` the first input for derivatives. Fails if a quantity does not exist.
+    /// Assigns inputs. `first_target` is the index of the first prescribed value among the inputs,
+    /// `first` that of the first input for derivatives. Fails if a quantity does not exist.
     pub(crate) fn new(
         recipe: &Recipe<'_>,
         quantities: &'a [Quantity],
@@ -76,7 +77,7 @@ impl<'a> Asked<'a> {
         self.rubbing.iter().copied().zip((self.first..).step_by(6)).collect()
     }
 
-    /// Number of all inputs during the recording.
+    /// Number of all inputs during the recording, those of inverse dynamics included.
     pub(crate) fn inputs(&self) -> usize {
         self.slopes().end + self.numbers.len()
     }
@@ -93,8 +94,8 @@ impl<'a> Asked<'a> {
     }
 
     /// Actuator forces after a step from the wrenches at joints with friction interfaces, which are
-    /// held constant. Position and motion are those of `followed`, computed again as functions of
-    /// prescribed values and numbers of the mechanism.
+    /// held constant. Recomputes the position and motion of `followed` as functions of the
+    /// prescribed values and of the differentiated parameters.
     pub(crate) fn follow(
         &self,
         recipe: &Recipe<'_>,
@@ -134,8 +135,8 @@ impl<'a> Asked<'a> {
         ran.inverse.efforts().to_vec()
     }
 
-    /// Adds the slopes of `drives` to the graph, with held nodes released and the mechanism's
-    /// numbers as constants. Returns the graph, the new node of each old one, and the slopes.
+    /// Adds the slopes of `drives` to the graph. Held nodes are released and the parameters become
+    /// constants. Returns the graph, the new node of each old one, and the slopes.
     pub(crate) fn differentiated(
         &self,
         mut graph: Graph,
@@ -158,7 +159,7 @@ impl<'a> Asked<'a> {
         (graph, new_of, slopes)
     }
 
-    /// Slope of each input: those of prescribed values and of the mechanism's numbers are inputs
+    /// Slope of each input. Those of prescribed values and of differentiated parameters are inputs
     /// themselves.
     fn slopes_of_inputs(&self, graph: &mut Graph) -> Vec<Option<Node>> {
         let mut slopes = vec![None; self.slopes().end];
@@ -176,7 +177,7 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Subtracts the full turns by which an angle differs from another.
+/// Shifts an angle by full turns to the value nearest to another angle.
 fn nearest(angle: Recorded, other: Recorded) -> Recorded {
     let (sine, cosine) = (angle - other).sin_cos();
     other + sine.atan2(cosine)

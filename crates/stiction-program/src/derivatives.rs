@@ -58,7 +58,7 @@ pub struct DerivativeProgram {
 pub struct DerivativeMemory {
     inverse: Memory,
     directions: Memory,
-    /// Validity of the derivatives at the last evaluated state.
+    /// True if the derivatives at the last evaluated state are valid.
     is_ready: bool,
 }
 
@@ -112,8 +112,8 @@ impl DerivativeProgram {
         self.lanes
     }
 
-    /// Number of arithmetic operations in addition to [`InverseProgram::operations`]: once for a
-    /// state, and for each group of [`Self::lanes`] directions.
+    /// Number of arithmetic operations in addition to [`InverseProgram::operations`]: per state,
+    /// and per group of [`Self::lanes`] directions.
     pub fn operations(&self) -> [usize; 2] {
         self.beside.operations
     }

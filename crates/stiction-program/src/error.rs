@@ -8,7 +8,7 @@ use stiction_core::kinematics::AssemblyError;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RecordError {
-    /// The signal has no positions.
+    /// The signal contains no position.
     EmptyCourse,
     /// The solver cannot follow the signal to a position or its neighbourhood.
     Signal {

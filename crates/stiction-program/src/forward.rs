@@ -28,7 +28,7 @@ use stiction_core::kinematics::{State, Target};
 const STEPS: usize = 24;
 /// Number of initial Newton steps.
 const NEWTON_STEPS: usize = 1;
-/// Remaining part of the error after a chord step above which the matrix is renewed.
+/// Ratio of the errors after and before a chord step above which the matrix is renewed.
 const SLOW: f64 = 0.03;
 /// Relative change of the normal loads in a Newton step above which another Newton step follows.
 const FAR: f64 = 0.05;
@@ -373,7 +373,7 @@ impl ForwardProgram {
         }
     }
 
-    /// Sets the normal loads from which the next step continues.
+    /// Sets the normal loads from which the next step starts.
     fn take(&self, slots: &mut [f64], lanes: usize, from: &[u32]) {
         let given = self.counts.inputs() + self.counts.drives;
         for (k, from) in from.iter().enumerate() {
@@ -383,10 +383,10 @@ impl ForwardProgram {
         }
     }
 
-    /// Tests the convergence of the normal loads to rounding, and returns `true` if steps with this
-    /// matrix are slow. The change in a step is the error before it. A Newton step squares the
-    /// error. A chord step leaves a constant part of it, which the last two steps give if both were
-    /// chord steps: slowly converging loads may change little at first.
+    /// Tests the convergence of the normal loads to rounding, and returns `true` if the chord steps
+    /// converge slowly. The change in a step is the error before it. A Newton step squares the
+    /// error. A chord step reduces it by a constant factor, which follows from the last two steps
+    /// if both were chord steps: slowly converging loads may change little at first.
     fn compare(
         &self,
         slots: &[f64],

@@ -186,7 +186,7 @@ impl Recipe<'_> {
         Ground { parameters, base, units, responses, efforts, targets, loads, coordinates }
     }
 
-    /// Results of the stages, and the influences.
+    /// Results of the stages, and the influence matrix of the normal loads.
     fn follow_forward(
         &self,
         counts: &Counts,

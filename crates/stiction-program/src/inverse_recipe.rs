@@ -34,7 +34,7 @@ pub(crate) struct InverseStages {
     pub(crate) ideal: Vec<Node>,
     /// Indices of the inputs of a step that influence results.
     pub(crate) from: Vec<u32>,
-    /// Their values under the friction of the frictionless normal loads.
+    /// Their initial values: those under the friction of the frictionless normal loads.
     pub(crate) begin: Vec<Node>,
     /// Their values after a step.
     pub(crate) next: Vec<Node>,
@@ -212,7 +212,7 @@ impl Recipe<'_> {
     }
 }
 
-/// Indices, counted from input `first`, of the step inputs on which `rest` depends, directly or
+/// Indices, relative to the input `first`, of the step inputs on which `rest` depends, directly or
 /// through their values in the next step.
 fn matter(ops: &[Op], first: usize, next: &[Node], rest: &[Node]) -> Vec<usize> {
     let mut matters: Vec<usize> = Vec::new();

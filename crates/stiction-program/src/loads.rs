@@ -63,7 +63,7 @@ impl Loads<'_> {
         state.load_in(parameters, self.parameters.pitch[joint], &here, &across, wrench)
     }
 
-    /// Normal load of any interface under these frictions of the coupled ones.
+    /// Normal load of any interface for these friction forces of the coupled interfaces.
     pub(crate) fn under(&self, interface: usize, forces: &[Recorded]) -> Load<Recorded> {
         let mut wrench = self.without[interface];
         for (added, force) in self.added[interface].iter().zip(forces) {
@@ -72,12 +72,12 @@ impl Loads<'_> {
         self.load(interface, wrench)
     }
 
-    /// Normal loads of the coupled interfaces under these frictions of theirs.
+    /// Normal loads of the coupled interfaces for these friction forces of the coupled interfaces.
     pub(crate) fn all_under(&self, forces: &[Recorded]) -> Vec<Load<Recorded>> {
         self.coupled.iter().map(|row| self.under(*row, forces)).collect()
     }
 
-    /// Normal loads of the coupled interfaces without friction.
+    /// Normal loads of the coupled interfaces without friction, the initial guess of the iteration.
     pub(crate) fn at_first(&self) -> Vec<Recorded> {
         let none = vec![Recorded::zero(); self.coupled.len()];
         self.all_under(&none).iter().map(|load| load.value).collect()
@@ -94,8 +94,8 @@ impl Loads<'_> {
         rows.flat_map(of_row).collect()
     }
 
-    /// Residuals of these normal loads: their excess over those that follow from them, zero where
-    /// friction is in balance.
+    /// Residuals of these normal loads: the difference between them and the loads that follow from
+    /// their friction. They vanish at the solution.
     pub(crate) fn misfits(presses: &[Recorded], found: &[Load<Recorded>]) -> Vec<Recorded> {
         presses.iter().zip(found).map(|(press, load)| *press - load.value).collect()
     }
@@ -118,8 +118,8 @@ impl Loads<'_> {
         own - influence * self.coefficient(column)
     }
 
-    /// Normal loads of all interfaces: the given ones of the coupled interfaces, and those that
-    /// follow for the others, which have no influence.
+    /// Normal loads of all interfaces. Those of the coupled interfaces are given; the others follow
+    /// from the friction forces.
     pub(crate) fn of_all(&self, presses: &[Recorded], forces: &[Recorded]) -> Vec<Recorded> {
         let of = |row: usize| {
             let given = self.coupled.iter().position(|interface| *interface == row);

@@ -25,7 +25,7 @@ pub(crate) struct Machine {
     memory: Mmap,
     constants: Aligned,
     lanes: usize,
-    /// Slot, and place in the shared memory, whose address the code receives.
+    /// Index of the slot, and of the shared number, to which the base pointers of the code refer.
     first: usize,
     /// Numbers of slots, of scratch values and of shared values that the code accesses.
     slots: usize,
@@ -45,14 +45,14 @@ pub(crate) fn instructions() -> Option<Set> {
     }
 }
 
-/// Instruction set of this processor: always present. Other systems than Linux synchronise caches
-/// with new code in other ways.
+/// Instruction set of this processor; every AArch64 processor has it. Systems other than Linux
+/// synchronise instruction caches in other ways and are not supported.
 #[cfg(all(target_arch = "aarch64", target_os = "linux"))]
 pub(crate) fn instructions() -> Option<Set> {
     Some(Set::Neon)
 }
 
-/// Instruction set of this processor: not supported.
+/// Instruction set of this processor, which is not supported.
 #[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_os = "linux"))))]
 pub(crate) fn instructions() -> Option<Set> {
     None
@@ -217,10 +217,10 @@ mod tests {
             .filter(|target| runs(*target))
     }
 
-    /// Slots and scratch lie between marked numbers that must not change, and then in allocations
-    /// of their exact size: there Valgrind detects accesses out of bounds (`cargo xtask audit
-    /// memory`). Results are not compared: the arithmetic of Valgrind may change the sign of a
-    /// zero.
+    /// Slots and scratch memory lie between marker numbers that must not change, and then in
+    /// allocations of their exact size, where Valgrind detects accesses out of bounds (`cargo xtask
+    /// audit memory`). Results are not compared, because the arithmetic of Valgrind may change the
+    /// sign of a zero.
     #[test]
     fn machine_code_touches_only_what_it_is_handed() {
         const ROOM: usize = 64;

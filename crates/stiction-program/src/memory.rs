@@ -24,7 +24,7 @@ impl Memory {
         }
     }
 
-    /// Checks that each lane has a flag, so that every flag is overwritten.
+    /// Checks that there is a flag for each lane, so that no flag of an earlier run remains.
     #[inline]
     pub(crate) fn check_flags(&self, flags: &[bool]) {
         let (found, lanes) = (flags.len(), self.lanes);

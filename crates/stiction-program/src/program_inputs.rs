@@ -94,7 +94,8 @@ fn put<'a, const N: usize, const L: usize>(
     }
 }
 
-/// Order of a program's inputs.
+/// Layout of a program's inputs, in this order: motions of the floating bodies, tree coordinates
+/// without a closed form, loads, prescribed values.
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
     topology: Topology,
@@ -108,7 +109,7 @@ pub(crate) struct Given {
 }
 
 impl Given {
-    /// Determines the inputs from positions within the intended range, as coordinates of the tree.
+    /// Determines the layout from positions within the intended range, given as tree coordinates.
     pub(crate) fn new(solver: &InverseDynamics, positions: &[Vec<f64>], loads: usize) -> Self {
         let (topology, parameters) = (solver.topology().clone(), solver.parameters());
         let legs = Legs::new(&topology, parameters, positions);
@@ -273,7 +274,7 @@ impl Given {
     }
 }
 
-/// Function of time with its first two derivatives.
+/// Dual number for a function of time with its first two derivatives.
 type InTime<T> = Dual<Dual<T, 1>, 1>;
 
 fn in_time<T: Scalar>(value: T, rate: T, acceleration: T) -> InTime<T> {
@@ -283,7 +284,8 @@ fn in_time<T: Scalar>(value: T, rate: T, acceleration: T) -> InTime<T> {
     }
 }
 
-/// Pose of a moving body as a function of time; its origin is at `position` now.
+/// Pose of a moving body as a function of time, relative to the present; its origin is at
+/// `position` now.
 fn pose_in_time<T: Scalar>(motion: &BodyMotion<T>, position: Vec3<T>) -> Pose<InTime<T>> {
     let join = |value: Vec3<T>, rate: Vec3<T>, second: Vec3<T>| {
         let part =

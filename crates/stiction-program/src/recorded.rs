@@ -27,7 +27,8 @@ pub(crate) fn record(
     (GRAPH.replace(before), outputs)
 }
 
-/// Records operations that will be differentiated, with their held values: see [`Graph::released`].
+/// Records operations that will be differentiated, including those that compute held values: see
+/// [`Graph::released`].
 pub(crate) fn with_slopes<T>(f: impl FnOnce() -> T) -> T {
     let before = WITH_SLOPES.replace(true);
     let result = f();
@@ -50,8 +51,8 @@ pub(crate) fn record_groups<const N: usize>(
     (graph, sizes.map(|size| left.by_ref().take(size).collect()))
 }
 
-/// Continues recording into a graph, from some of its nodes; returns the graph and the nodes of the
-/// results of `f`.
+/// Extends a graph: records the operations of `f` on some of its nodes. Returns the graph and the
+/// nodes of the results.
 pub(crate) fn go_on(
     graph: Graph,
     nodes: &[Node],

@@ -22,7 +22,8 @@ pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) ->
     nodes
 }
 
-/// Nodes that `later` needs, that `now` computes, and that depend on `late` inputs.
+/// Nodes that the present stage computes (`now`), that `later` stages need, and that depend on
+/// `late` inputs.
 pub(crate) fn handed(
     ops: &[Op],
     now: &[Node],
@@ -63,7 +64,7 @@ pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<us
     (0..count).filter(changes_a_load).collect()
 }
 
-/// Adds a node to `merged` that is positive where all assumptions of the merge hold on which
+/// Adds to `merged` a node that is positive where those assumptions of the merge hold on which
 /// `stage` of the graph `of` depends.
 pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut Graph) -> Node {
     let needed = needed(of.ops(), stage);

@@ -6,7 +6,7 @@ use crate::recording::Counts;
 use crate::samples::Sample;
 
 impl Counts {
-    /// Number of inputs without those of a particular program.
+    /// Number of these inputs.
     pub(crate) fn inputs(&self) -> usize {
         self.coordinates + 2 * self.dofs + 3 * self.targets + 6 * self.loads
     }

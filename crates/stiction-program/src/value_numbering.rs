@@ -15,7 +15,7 @@ struct Value {
 
 const EPSILON: f64 = f64::EPSILON / 2.0;
 
-/// Number of error bounds by which different values differ. Bounds are of first order.
+/// Multiple of the sum of two error bounds beyond which values count as different.
 const APART: f64 = 64.0;
 
 /// Relative difference above which values differ independently of their bounds: bounds grow with
@@ -262,8 +262,8 @@ mod tests {
     use stiction_core::random::Random;
     use stiction_core::scalar::Scalar;
 
-    /// In a long recurrence, bounds grow beyond all values although errors do not: values stay
-    /// different.
+    /// In a long recurrence, error bounds grow beyond all values although errors do not; different
+    /// values stay different.
     #[test]
     fn what_differs_is_not_the_same_for_wide_bounds() {
         const LONG: usize = 100;

@@ -11,7 +11,7 @@ use stiction_program::InverseProgram;
 const ROBOTS: [&str; 2] = ["3rps", "gough"];
 const KERNELS: [&str; 6] =
     ["frictionless", "friction", "program-frictionless", "program-friction", "follow", "distances"];
-/// Number of calls before the measured one, for initialisation at the first use.
+/// Number of calls before the measured one, so that initialisation at first use is not counted.
 const BEFORE: usize = 3;
 
 fn main() -> ExitCode {

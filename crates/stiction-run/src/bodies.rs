@@ -51,7 +51,7 @@ impl BodyRow {
         Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
 
-    /// Continues after this row.
+    /// Continues after this row of an interrupted run.
     pub(crate) fn follow(&mut self, row: &[f64]) {
         for (last, numbers) in self.last.iter_mut().zip(row.chunks_exact(COLUMNS.len())) {
             *last = Quaternion::from_coordinates(&numbers[3..7]);
@@ -64,7 +64,7 @@ impl BodyRow {
         bodies.iter().flat_map(|body| COLUMNS.map(|column| format!("{}.{column}", body.name)))
     }
 
-    /// Row of these motions under these loads; `origin` is the kernel's origin in the world, m.
+    /// Row for these motions and loads; `origin` is the reference point in the world, m.
     pub(crate) fn of(
         &mut self,
         bodies: &Bodies<f64>,

@@ -5,7 +5,7 @@ use thiserror::Error;
 
 /// Default time between samples, s.
 const USUAL_STEP: f64 = 0.01;
-/// Largest number of samples; more are taken for a mistake in the step.
+/// Largest number of samples; a larger one indicates an error in the step.
 const MOST: f64 = 1e9;
 
 /// Sample times of a motion, in order.
@@ -47,9 +47,9 @@ pub enum InstantsError {
 }
 
 impl Instants {
-    /// Samples a motion every `step` seconds. Without a step the motion's own step, the samples of
-    /// its recording or 0.01 s apply. If the step does not divide the duration, the last part of
-    /// the motion is not sampled.
+    /// Samples a motion every `step` seconds. Without `step`, the step is that of the motion; if it
+    /// has none, a recording is sampled at its own samples and any other motion every 0.01 s. If the step does not divide the duration, the last
+    /// part of the motion is not sampled.
     ///
     /// # Errors
     /// See [`InstantsError`].

@@ -12,7 +12,8 @@ pub(crate) struct Names {
     pub(crate) joints: Vec<String>,
     /// For each friction interface its name and the index of its joint.
     pub(crate) interfaces: Vec<(String, usize)>,
-    /// Friction interfaces whose law has a state; only its steady sliding is computed.
+    /// Friction interfaces whose law has an internal state; inverse dynamics computes their steady
+    /// sliding only.
     pub(crate) steady: Vec<String>,
 }
 

@@ -14,15 +14,15 @@ const LOOKS: usize = 12;
 pub struct Portrait {
     /// The mechanism at the start of the motion.
     pub start: InverseDynamics,
-    /// The mechanism at the instant shown.
+    /// The mechanism at the pictured instant.
     shown: InverseDynamics,
-    /// Instant shown, s.
+    /// Pictured instant, s.
     pub time: f64,
     trail: Trail,
 }
 
 impl Portrait {
-    /// Follows the job's motion and chooses the instant to be shown.
+    /// Follows the job's motion and chooses the most legible instant.
     ///
     /// # Errors
     /// See [`enum@Error`].

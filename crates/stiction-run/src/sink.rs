@@ -1,13 +1,13 @@
 //! Receivers of the records of a run.
 
-/// Receiver of the records of a run, which come in the order of time: tables, a summary, curves.
+/// Receiver of the records of a run in the order of time, such as tables, a summary or curves.
 ///
-/// A run itself takes a closure; several sinks are one closure that hands the record to each.
+/// A run itself takes a closure; to feed several sinks, the closure passes the record to each.
 pub trait Sink<Record> {
-    /// Takes one record.
+    /// Receives one record.
     ///
     /// # Errors
-    /// The message of what could not be written.
+    /// A message if the record cannot be written.
     fn add(&mut self, record: &Record) -> Result<(), String>;
 }
 

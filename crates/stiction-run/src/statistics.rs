@@ -13,8 +13,8 @@ pub(crate) struct Size {
     magnitudes: f64,
 }
 
-/// Relative difference below which a greater value is rounding and does not move the peak to a
-/// later instant.
+/// Relative difference below which a larger value counts as equal, so that rounding does not move
+/// the peak to a later instant.
 const ROUNDING: f64 = 1e-12;
 
 impl Size {

@@ -64,12 +64,12 @@ impl<W: io::Write> Tables<W> {
         Ok(())
     }
 
-    /// Writes what is buffered.
+    /// Flushes all buffers.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
         self.tables.iter_mut().try_for_each(csv::Writer::flush)
     }
 
-    /// Writes what is buffered and returns the files in their order.
+    /// Flushes all buffers and returns the files in their order.
     pub(crate) fn finish(self) -> io::Result<Vec<W>> {
         let finish = |table: csv::Writer<W>| {
             table

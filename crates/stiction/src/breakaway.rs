@@ -50,7 +50,7 @@ impl Breakaway {
         self
     }
 
-    /// The same request in the terms of `stiction_run`.
+    /// Converts the request to that of `stiction_run`.
     ///
     /// # Errors
     /// The model has no default motion, and none was given.
@@ -71,7 +71,8 @@ impl Breakaway {
     /// Examines the robot at rest.
     ///
     /// # Errors
-    /// The position is singular or out of reach, or the motion does not last until the time asked for.
+    /// The position is singular or out of reach, or the requested time is after the end of the
+    /// motion.
     pub fn run(&self) -> Result<Rest, Error> {
         let job = self.job()?;
         let findings = look(&job, self.at).map_err(explain::breakaway)?;
@@ -84,7 +85,7 @@ impl Breakaway {
     }
 }
 
-/// Findings on a robot at rest. `Display` prints them as the command `stiction breakaway` does.
+/// Results for a robot at rest. `Display` prints them as the command `stiction breakaway` does.
 #[derive(Clone, Debug)]
 pub struct Rest {
     robot: Robot,
@@ -94,7 +95,7 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Least and greatest effort of an actuator at which the robot can stay at rest, N or N m.
+    /// Least and greatest effort of an actuator for which the robot can remain at rest, N or N m.
     ///
     /// # Errors
     /// There is no actuator of that name.
@@ -102,12 +103,12 @@ impl Rest {
         Ok(self.findings.forces.effort_bounds[self.robot.names().actuator(actuator)?])
     }
 
-    /// All findings in the terms of `stiction_run`.
+    /// All results as a `stiction_run` type.
     pub fn findings(&self) -> &Findings {
         &self.findings
     }
 
-    /// All findings as JSON, with the keys of `stiction breakaway --json`.
+    /// All results as JSON, with the keys of `stiction breakaway --json`.
     pub fn to_json(&self) -> &Value {
         &self.json
     }

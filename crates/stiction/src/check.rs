@@ -43,7 +43,7 @@ impl Check {
         self
     }
 
-    /// The same request in the terms of `stiction_run`.
+    /// Converts the request to that of `stiction_run`.
     ///
     /// # Errors
     /// The model has several motions, but no default, and none was given.
@@ -61,7 +61,7 @@ impl Check {
         })
     }
 
-    /// Examines the robot along the motion. Loads and friction play no part.
+    /// Examines the robot along the motion, without loads and friction.
     ///
     /// # Errors
     /// The mechanism cannot follow the motion.
@@ -69,8 +69,9 @@ impl Check {
         self.run_with(|_phase, _done, _of| true)
     }
 
-    /// Examines the robot along the motion, and reports progress: the phase, the samples done, and all
-    /// samples. Stops when `progress` returns `false`.
+    /// Examines the robot along the motion, without loads and friction, and reports progress: the
+    /// phase, the number of samples done, and that of all samples. Stops when `progress` returns
+    /// `false`.
     ///
     /// # Errors
     /// The mechanism cannot follow the motion, or `progress` stopped the computation.
@@ -88,7 +89,7 @@ impl Check {
     }
 }
 
-/// Findings of a check. `Display` prints them as the command `stiction check` does.
+/// Results of a check. `Display` prints them as the command `stiction check` does.
 #[derive(Clone, Debug)]
 pub struct Report {
     findings: Findings,
@@ -103,7 +104,7 @@ pub struct Mobility {
     pub gruebler: i64,
     /// Instantaneous mobility, from the rank of the constraints.
     pub instantaneous: usize,
-    /// Finite mobility, of motions over a distance; `None` where it is undecided.
+    /// Finite (full-cycle) mobility; `None` if it is undecided.
     pub finite: Option<usize>,
 }
 
@@ -114,7 +115,8 @@ pub struct Singularity {
     pub index: f64,
     /// Time of the least index, s.
     pub time: f64,
-    /// `true` if the motion meets a singular position, at a sample or between two.
+    /// `true` if the motion passes through or touches a singular position, at a sample or between
+    /// samples.
     pub is_met: bool,
 }
 
@@ -134,7 +136,8 @@ impl Report {
         self.findings.mobility.redundant_constraints
     }
 
-    /// Components of reactions that statics leaves open, as `JOINT.COMPONENT`, for example `pin.fz`.
+    /// Components of reactions that statics does not determine, as `JOINT.COMPONENT`, for example
+    /// `pin.fz`.
     pub fn undetermined_reactions(&self) -> Vec<String> {
         let open = self.findings.undetermined.iter();
         open.flat_map(|(joint, components)| components.iter().map(move |c| format!("{joint}.{c}")))
@@ -167,23 +170,23 @@ impl Report {
         &self.findings.warnings
     }
 
-    /// All findings in the terms of `stiction_run`.
+    /// All results as a `stiction_run` type.
     pub fn findings(&self) -> &Findings {
         &self.findings
     }
 
-    /// All findings as plain text, as the command `stiction check` prints them.
+    /// All results as plain text, as the command `stiction check` prints them.
     pub fn as_text(&self) -> &str {
         &self.text
     }
 
-    /// All findings as JSON, with the keys of `stiction check --json`.
+    /// All results as JSON, with the keys of `stiction check --json`.
     pub fn to_json(&self) -> &Value {
         &self.json
     }
 }
 
-/// Index of a kind of singularity that does not exist for a mechanism.
+/// Value for a kind of singularity that the mechanism cannot have.
 const NEVER: Singularity = Singularity { index: f64::INFINITY, time: 0.0, is_met: false };
 
 impl fmt::Display for Report {

@@ -4,10 +4,11 @@ use serde_json::{Value, json};
 use std::fmt;
 use stiction_format::Diagnostics;
 
-/// Reason why there is no result: a message with its place, the numbers behind it, and a suggestion.
+/// Reason why there is no result: a message with its place, the relevant numbers, and a suggestion.
 ///
-/// `Display` and `Debug` both print the message with its suggestion, and the marked place in the model
-/// file where there is one, so that a program whose `main` returns this error reports it readably.
+/// `Display` and `Debug` both print the message with its suggestion and, if it concerns a model
+/// file, the underlined place, so that a program whose `main` returns this error prints it
+/// readably.
 pub struct Error(Box<Content>);
 
 struct Content {
@@ -16,7 +17,7 @@ struct Content {
 }
 
 enum Message {
-    /// A sentence with an optional suggestion and the numbers behind it.
+    /// A message with an optional suggestion and the relevant numbers.
     Plain { text: String, help: Option<String>, option: Option<&'static str>, details: Value },
     /// Messages that point at places in a model file or in another text.
     Diagnostics(Diagnostics),
@@ -65,8 +66,8 @@ impl Error {
         self
     }
 
-    /// Names the option of the request that cures the error: a method of the builder, and with dashes an
-    /// option of the command line.
+    /// Names the option that can avoid the error: a method of the request, and with leading dashes
+    /// an option of the command line.
     pub fn with_option(mut self, name: &'static str) -> Self {
         if let Message::Plain { option, .. } = &mut self.0.message {
             *option = Some(name);
@@ -82,7 +83,7 @@ impl Error {
         self
     }
 
-    /// Sets the numbers behind the message, a JSON object in SI units.
+    /// Sets the relevant numbers, a JSON object in SI units.
     pub fn with_details(mut self, numbers: Value) -> Self {
         if let Message::Plain { details, .. } = &mut self.0.message {
             *details = numbers;
@@ -111,7 +112,7 @@ impl Error {
         }
     }
 
-    /// The option of the request that cures the error, if there is one.
+    /// Name of the option that can avoid the error, if there is one.
     pub fn option(&self) -> Option<&'static str> {
         match self.0.message {
             Message::Plain { option, .. } => option,

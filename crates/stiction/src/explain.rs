@@ -1,4 +1,4 @@
-//! Conversion of the errors of computations into errors with suggestions.
+//! Conversion of computation errors to errors with suggestions.
 
 use crate::error::Error;
 use serde_json::json;
@@ -11,7 +11,7 @@ use stiction_run::breakaway::BreakawayError;
 use stiction_run::forward::Error as SimulationError;
 use stiction_run::inverse::{Error as MotionError, Missing};
 
-/// Explains why inverse dynamics, or the motion alone, has no result.
+/// Converts an error of inverse dynamics or of a motion.
 pub fn inverse(error: MotionError) -> Error {
     let without_friction = |error: Error| {
         error.with_help("switch friction off to see the efforts without it").with_option("friction")
@@ -80,7 +80,7 @@ fn cannot_carry(missing: &Missing) -> Error {
     }))
 }
 
-/// Explains why the search for breakaway forces has no result.
+/// Converts an error of a breakaway computation.
 pub fn breakaway(error: BreakawayError) -> Error {
     match error {
         BreakawayError::Job(MotionError::Forces { time, error: InverseError::Unsettled }) => {
@@ -97,7 +97,7 @@ pub fn breakaway(error: BreakawayError) -> Error {
     }
 }
 
-/// Explains why a simulation has no result, or ended early.
+/// Converts an error of a simulation.
 pub fn forward(error: SimulationError) -> Error {
     let bad_input = error.is_bad_input();
     let message = error.to_string();

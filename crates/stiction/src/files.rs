@@ -13,11 +13,11 @@ pub type ReadProgress = dyn Fn(&str, u64, u64) + Send + Sync;
 const LARGEST: u64 = 1 << 30;
 /// Recordings longer than this, bytes, are read piece by piece: in memory they take five times as much.
 const LONG: u64 = 8 << 20;
-/// Bytes of a device or a pipe that are read before it is refused as too long. A text typed into a pipe is
-/// shorter; an endless device is refused within milliseconds.
+/// Maximum number of bytes read from a device or a pipe. Text in a pipe is shorter; an endless
+/// device is refused within milliseconds.
 const LARGEST_STREAM: u64 = 256 << 20;
 
-/// Reads files for a robot and remembers which.
+/// Reads files for a robot and keeps their paths.
 #[derive(Clone, Default)]
 pub(crate) struct Files {
     read: Arc<Mutex<Vec<PathBuf>>>,
@@ -46,10 +46,11 @@ impl Files {
         }
     }
 
-    /// Content of a file that a model or an option names: short files as text, long recordings as a store.
+    /// Content of a file that a model or an option names: a short file as text, a long recording as
+    /// a store.
     ///
     /// # Errors
-    /// The reason, in words that follow "cannot read FILE: ".
+    /// The reason, as the end of the sentence "cannot read FILE: ".
     pub(crate) fn contents(&self, path: &Path) -> Result<Contents, String> {
         let metadata = fs::metadata(path).map_err(|error| describe(&error))?;
         let is_table =
@@ -67,7 +68,7 @@ impl Files {
     /// Text of a file.
     ///
     /// # Errors
-    /// The reason, in words that follow "cannot read FILE: ".
+    /// The reason, as the end of the sentence "cannot read FILE: ".
     pub(crate) fn text(&self, path: &Path) -> Result<String, String> {
         let metadata = fs::metadata(path).map_err(|error| describe(&error))?;
         if metadata.is_dir() {
@@ -87,7 +88,7 @@ impl Files {
 /// Text from standard input.
 ///
 /// # Errors
-/// The reason, in words that follow "cannot read standard input: ".
+/// The reason, as the end of the sentence "cannot read standard input: ".
 pub(crate) fn standard_input() -> Result<String, String> {
     bounded(io::stdin().lock(), LARGEST_STREAM)
 }
@@ -117,7 +118,7 @@ fn bounded(from: impl Read, limit: u64) -> Result<String, String> {
         .map_err(|error| not_text(error.as_bytes(), error.utf8_error().valid_up_to(), (0, 0)))
 }
 
-/// Bytes read between two checks for text.
+/// Number of bytes read between two checks that the content is text.
 const PIECE: u64 = 1 << 20;
 
 /// Reason why a file cannot be read, in plain words.
@@ -139,7 +140,7 @@ struct StoredFile {
 
 struct StoredState {
     file: File,
-    /// Present until the end has been read for the first time.
+    /// Receiver of the progress, until the end has been read for the first time.
     progress: Option<Arc<ReadProgress>>,
 }
 

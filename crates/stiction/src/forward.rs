@@ -21,16 +21,16 @@ use stiction_run::forward::{Ending, Feed, Job, Outcome, Start as JobStart, arran
 
 /// Forward dynamics of a robot: options, then [`run`](Self::run) or [`samples`](Self::samples).
 ///
-/// Without options, the robot follows its default motion under a computed-torque controller that knows the
-/// mechanism but not its friction. With an option that says what acts ([`drives`](Self::drives),
-/// [`prescribe`](Self::prescribe)) there is no controller unless one is given, and a robot without a motion
-/// starts at rest in its home position.
+/// Without options, the robot follows its default motion under a computed-torque controller that
+/// knows the mechanism but not its friction. If [`drives`](Self::drives) or
+/// [`prescribe`](Self::prescribe) is set, there is no controller unless one is given. A robot
+/// without a motion starts at rest in its home position.
 #[derive(Clone, Debug)]
 pub struct Forward {
     robot: Robot,
     /// The model with actuators on all locked joints.
     model: Arc<ModelFile>,
-    /// Its names: locked joints are actuators, whose efforts hold them.
+    /// Names of this model. Locked joints are actuators, whose efforts hold them.
     names: Arc<Names>,
     motion: Option<(Motion, String)>,
     load: (LoadCase, String),
@@ -45,7 +45,7 @@ pub struct Forward {
     settings: Settings,
 }
 
-/// Length of a simulation without a motion or an end, s.
+/// Default duration of a simulation without a motion, s.
 const USUAL_DURATION: f64 = 10.0;
 /// Time between samples, s, unless the motion states another.
 const USUAL_STEP: f64 = 0.01;
@@ -229,7 +229,8 @@ impl Forward {
         Ok(self)
     }
 
-    /// Sets the end, s. Default: the end of the motion where something follows it, else 10 s after the start.
+    /// Sets the end, s. Default: the end of the motion if a controller or an actuator follows it,
+    /// else 10 s after the start.
     pub fn until(mut self, time: f64) -> Self {
         self.until = Some(time);
         self
@@ -273,7 +274,7 @@ impl Forward {
         Ok(self)
     }
 
-    /// Adds what follows from the other options: the default controller.
+    /// Adds the default controller if the other options require it.
     ///
     /// # Errors
     /// The default controller does not fit the model.
@@ -294,7 +295,7 @@ impl Forward {
     /// Completes and checks the options.
     ///
     /// # Errors
-    /// Options contradict each other, or what acts has no finite value at some time.
+    /// Options contradict each other, or an input has no finite value at some time.
     pub fn plan(&self) -> Result<Plan, Error> {
         let plan = Plan { request: self.clone().with_defaults()? };
         plan.checked_job()?;
@@ -303,7 +304,7 @@ impl Forward {
 
     /// Simulates, and keeps all samples in memory.
     ///
-    /// A simulation that cannot go on is no error: [`Run::ended`] tells why and when it ended.
+    /// A simulation that stops early is no error: [`Run::ended`] gives the reason and the time.
     ///
     /// # Errors
     /// The options contradict each other, or the robot cannot start.
@@ -322,8 +323,9 @@ impl Forward {
 
     /// Starts the simulation and returns its samples one by one, in the order of time.
     ///
-    /// It runs on a thread of its own, at most 64 samples ahead, so that memory stays bounded however long
-    /// it lasts. It stops when the iterator is dropped. A simulation that cannot go on ends with an error.
+    /// It runs on a thread of its own, at most 64 samples ahead, so that memory is bounded for any
+    /// duration. It stops when the iterator is dropped. A simulation that cannot continue ends with
+    /// an error.
     ///
     /// # Errors
     /// The options contradict each other.
@@ -347,7 +349,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The request in the terms of `stiction_run`, whose tables, plots and summaries take it.
+    /// Converts the request to that of `stiction_run`, as its tables, plots and summaries require.
     pub fn job(&self) -> Job<'_> {
         let request = &self.request;
         let motion = request.motion.as_ref().map(|(motion, _)| motion);

@@ -81,7 +81,7 @@ impl Inverse {
         self
     }
 
-    /// The same request in the terms of `stiction_run`, whose tables, plots and summaries take it.
+    /// Converts the request to that of `stiction_run`, as its tables, plots and summaries require.
     ///
     /// # Errors
     /// The model has no default motion, and none was given.
@@ -101,8 +101,8 @@ impl Inverse {
 
     /// Starts the computation and returns its samples one by one, in the order of time.
     ///
-    /// The computation runs on a thread of its own, at most 64 samples ahead, so that memory stays
-    /// bounded however long the motion is. It stops when the iterator is dropped.
+    /// The computation runs on a thread of its own, at most 64 samples ahead, so that memory is
+    /// bounded for any duration. It stops when the iterator is dropped.
     ///
     /// # Errors
     /// The model has no default motion, and none was given.
@@ -115,8 +115,8 @@ impl Inverse {
         Ok(Samples { stream })
     }
 
-    /// Computes all samples on the calling thread and hands each to `receive`, in the order of time.
-    /// Stops at the first error that `receive` returns.
+    /// Computes all samples on the calling thread and passes each to `receive`, in the order of
+    /// time. Stops at the first error that `receive` returns.
     ///
     /// # Errors
     /// The motion cannot be followed, or there are no finite efforts; or the error of `receive`.
@@ -176,8 +176,8 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Findings on the whole motion (mobility, uniqueness, singular positions passed), once all samples
-    /// have been taken.
+    /// Results for the whole motion (mobility, uniqueness, passages of singular positions), once
+    /// the iterator has returned all samples.
     pub fn verdict(&self) -> Option<&Verdict> {
         self.stream.result()
     }
@@ -204,7 +204,7 @@ pub struct Sample {
     reactions: Vec<Reaction>,
     frictions: Vec<JointFriction>,
     poses: Vec<BodyPose>,
-    /// Power that the energy balance leaves over, W; zero but for rounding.
+    /// Residual of the power balance, W; zero up to rounding.
     pub power_residual: f64,
     /// Largest loop-closure error, m; angles times the characteristic length.
     pub closure_error: f64,
@@ -221,8 +221,8 @@ pub struct Reaction {
     pub force: [f64; 3],
     /// Moment about the joint's origin, N m, world axes.
     pub moment: [f64; 3],
-    /// `true` if the balance of forces alone determines all components; otherwise they follow from the
-    /// declared weighting of a statically indeterminate mechanism.
+    /// `true` if statics determines all components; otherwise they follow from the declared
+    /// weighting of a statically indeterminate mechanism.
     pub determined: bool,
 }
 
@@ -237,7 +237,7 @@ pub struct JointFriction {
     pub force: f64,
     /// Dissipated power, W.
     pub power: f64,
-    /// `true` if the balance of forces alone determines the normal load.
+    /// `true` if statics determines the normal load.
     pub determined: bool,
 }
 
@@ -251,7 +251,7 @@ pub struct BodyPose {
 }
 
 impl BodyPose {
-    /// Pose in the world from one about the origin of the computation.
+    /// Converts a pose relative to the reference point `origin` of the kernel to one in the world.
     pub(crate) fn new(pose: Pose<f64>, origin: Vec3<f64>) -> Self {
         Self {
             position: (pose.position + origin).to_array(),

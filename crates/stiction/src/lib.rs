@@ -47,6 +47,7 @@ pub mod explain;
 mod files;
 pub mod forward;
 mod inverse;
+mod model_text;
 mod names;
 mod robot;
 mod stream;
@@ -59,6 +60,7 @@ pub use error::{Error, ErrorKind};
 pub use files::ReadProgress;
 pub use forward::{Forward, Plan, Run};
 pub use inverse::{BodyPose, Inverse, JointFriction, Reaction, Sample, Samples};
+pub use model_text::ModelText;
 pub use robot::{Robot, RobotBuilder};
 
 pub use stiction_core as core;

@@ -4,11 +4,11 @@ use crate::error::Error;
 use stiction_core::friction::interfaces_of;
 use stiction_core::mechanism::{JointId, Mechanism};
 
-/// All names of a mechanism, in the order of the numbers that belong to them.
+/// All names of a mechanism, each list in the order of the corresponding results.
 #[derive(Debug)]
 pub(crate) struct Names {
-    /// For each actuator its short name (`leg1.P`) and its full name, which ends in the degree of freedom
-    /// where the joint has several.
+    /// For each actuator its short name (`leg1.P`) and its full name, which ends in the degree of
+    /// freedom if the joint has several.
     pub(crate) actuators: Vec<(String, String)>,
     /// Drive trains.
     pub(crate) motors: Vec<String>,
@@ -93,7 +93,7 @@ impl Names {
     }
 }
 
-/// Names listed at most in a message.
+/// Maximum number of names in a message.
 const LISTED: usize = 12;
 
 /// Index of a name in a list, or an error that names the nearest one.

@@ -1,14 +1,15 @@
 //! A robot: a mechanism with its named motions and loads.
 
 use crate::error::Error;
-use crate::files::{Files, ReadProgress, standard_input};
-use crate::names::{Names, find};
+use crate::files::Files;
+use crate::model_text::ModelText;
+use crate::names::Names;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
 use stiction_core::spatial::Vec3;
 use stiction_format::{
-    Contents, Control, Diagnostics, Drives, LoadCase, ModelFile, Motion, Source, gallery,
+    Contents, Control, Diagnostics, Drives, LoadCase, ModelFile, Motion, Source,
 };
 
 /// A mechanism with its named motions and loads, as a model file describes it.
@@ -19,80 +20,51 @@ pub struct Robot {
     model: Arc<ModelFile>,
     names: Arc<Names>,
     files: Files,
+    /// The text from which the robot was read, if it was.
+    text: Option<Arc<ModelText>>,
 }
 
 impl Robot {
-    /// Reads a model file. Files that the model names are looked for in its folder.
+    /// Reads a model file. Paths in the model are relative to its folder.
     ///
     /// # Errors
-    /// The file cannot be read, or its content is defective: then the error lists all defects, each with
-    /// its place.
+    /// The file cannot be read, or its content is invalid; the error then lists all defects, each
+    /// with its place.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::load_with(path.as_ref(), None)
+        ModelText::file(path.as_ref(), None)?.read()
     }
 
-    /// Reads a model file, and reports progress while long recordings are read.
+    /// Reads the text of a model. Paths in it are relative to the current folder.
     ///
     /// # Errors
-    /// As [`Robot::load`].
-    pub fn load_with(path: &Path, progress: Option<Arc<ReadProgress>>) -> Result<Self, Error> {
-        let files = Files::with_progress(progress);
-        let name = path.display().to_string();
-        let text = files.text(path).map_err(|why| {
-            Error::input(format!("cannot read the model {name}: {why}"))
-                .with_help("give a model file, or the name of a built-in model")
-        })?;
-        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        let beside = |file: &str| files.contents(&folder.join(file));
-        let model = stiction_format::read(&Source::new(name, text), &beside)?;
-        Ok(Self::new(model, files))
-    }
-
-    /// Reads the text of a model. Files that it names are looked for in the current folder.
-    ///
-    /// # Errors
-    /// The text is defective: the error lists all defects, each with its place.
+    /// The text is invalid; the error lists all defects, each with its place.
     pub fn parse(text: &str) -> Result<Self, Error> {
-        Self::parse_named("model", text, None)
+        ModelText::text(text).read()
     }
 
-    /// Reads a model from standard input, up to its end.
-    ///
-    /// # Errors
-    /// Standard input cannot be read, or its text is defective.
-    pub fn from_standard_input(progress: Option<Arc<ReadProgress>>) -> Result<Self, Error> {
-        let text = standard_input().map_err(|why| {
-            Error::input(format!("cannot read the model from standard input: {why}"))
-                .with_help("give a model file, or the name of a built-in model")
-        })?;
-        Self::parse_named("standard input", &text, progress)
-    }
-
-    fn parse_named(
-        name: &str,
-        text: &str,
-        progress: Option<Arc<ReadProgress>>,
-    ) -> Result<Self, Error> {
-        let files = Files::with_progress(progress);
-        let here = |file: &str| files.contents(Path::new(file));
-        let model = stiction_format::read(&Source::new(name, text), &here)?;
-        Ok(Self::new(model, files))
-    }
-
-    /// A built-in model, for example `gough` or `five-bar`; [`gallery::names`] lists all.
+    /// A built-in model, for example `gough` or `five-bar`; [`gallery::names`](crate::gallery::names)
+    /// lists all.
     ///
     /// # Errors
     /// There is no built-in model of that name.
     pub fn builtin(name: &str) -> Result<Self, Error> {
-        let known: Vec<String> = gallery::names().map(str::to_owned).collect();
-        find("built-in model", name, &known)?;
-        let text = gallery::get(name).unwrap_or_default();
-        let no_files = |_: &str| Err("a built-in model has no other files".to_owned());
-        let model = stiction_format::read(&Source::new(format!("{name}.toml"), text), &no_files)?;
-        Ok(Self::new(model, Files::default()))
+        ModelText::builtin(name)?.read()
     }
 
-    /// Begins a robot that is described by code instead of a file.
+    /// Returns the robot with one value of its model changed: `KEY = VALUE` with the path of a key
+    /// (`bodies.platform.mass = 2 kg`) or the name of a parameter (`mu = 0.12`).
+    ///
+    /// # Errors
+    /// The model has no such key, or the value is defective there; the robot was described by code.
+    pub fn with(&self, change: &str) -> Result<Self, Error> {
+        let text = self.text.as_deref().ok_or_else(|| {
+            Error::input("the robot has no text to be changed: it was described by code")
+                .with_help("describe it again with the other value")
+        })?;
+        text.clone().with(change).read()
+    }
+
+    /// Begins the description of a robot in code instead of a file.
     pub fn builder(name: impl Into<String>) -> RobotBuilder {
         RobotBuilder {
             mechanism: MechanismBuilder::new(name),
@@ -103,7 +75,11 @@ impl Robot {
 
     pub(crate) fn new(model: ModelFile, files: Files) -> Self {
         let names = Arc::new(Names::new(&model.mechanism));
-        Self { model: Arc::new(model), names, files }
+        Self { model: Arc::new(model), names, files, text: None }
+    }
+
+    pub(crate) fn of_text(model: ModelFile, text: ModelText) -> Self {
+        Self { text: Some(Arc::new(text.clone())), ..Self::new(model, text.files().clone()) }
     }
 
     /// Name of the model.
@@ -111,7 +87,7 @@ impl Robot {
         &self.model.name
     }
 
-    /// Title of the model, one line; empty where the file has none.
+    /// Title of the model, one line; empty if the file has none.
     pub fn title(&self) -> &str {
         &self.model.title
     }
@@ -121,12 +97,12 @@ impl Robot {
         &self.model.warnings
     }
 
-    /// Names of the actuators, in the order of all lists of efforts.
+    /// Names of the actuators, in the order of the efforts in results.
     pub fn actuators(&self) -> impl Iterator<Item = &str> {
         self.names.actuators.iter().map(|(name, _)| name.as_str())
     }
 
-    /// Names of the joints, in the order of all lists of reactions.
+    /// Names of the joints, in the order of the reactions in results.
     pub fn joints(&self) -> impl Iterator<Item = &str> {
         self.names.joints.iter().map(String::as_str)
     }
@@ -152,7 +128,7 @@ impl Robot {
         self.model.loads.iter().map(|(name, _)| name.as_str())
     }
 
-    /// The model behind the names, for use with `stiction_core`, `stiction_format` and `stiction_run`.
+    /// The underlying model, for use with `stiction_core`, `stiction_format` and `stiction_run`.
     pub fn model(&self) -> &ModelFile {
         &self.model
     }
@@ -179,7 +155,8 @@ impl Robot {
         self.files.contents(Path::new(file))
     }
 
-    /// A motion by its name in the model, the name of a file, or assignments; with its label in results.
+    /// A motion by its name in the model, the name of a file, or assignments, and its label in
+    /// results.
     pub(crate) fn parse_motion(&self, text: &str) -> Result<(Motion, String), Error> {
         let motion =
             self.model.parse_motion(&Source::new("motion", text), &|file| self.contents(file))?;
@@ -191,7 +168,7 @@ impl Robot {
         Ok(self.model.parse_motion(&Source::new("from", text), &|file| self.contents(file))?)
     }
 
-    /// The model's default motion, or its only one, if it has either.
+    /// The model's default motion, or else its only motion.
     pub(crate) fn default_motion(&self) -> Option<(Motion, String)> {
         let model = &*self.model;
         let only = match model.motions.as_slice() {
@@ -202,7 +179,7 @@ impl Robot {
         Some((model.motion(name)?.clone(), name.clone()))
     }
 
-    /// An error that asks for a motion, for a model without a default.
+    /// Error for a model without a default motion.
     pub(crate) fn motion_missing(&self) -> Error {
         let error = Error::input("the model has no default motion, and none is given");
         let names: Vec<&str> = self.motions().collect();
@@ -218,7 +195,7 @@ impl Robot {
             .with_option("motion")
     }
 
-    /// A load by its name in the model, or assignments; with its label in results.
+    /// A load by its name in the model, or assignments, and its label in results.
     pub(crate) fn parse_load(&self, text: &str) -> Result<(LoadCase, String), Error> {
         let load =
             self.model.parse_load(&Source::new("load", text), &|file| self.contents(file))?;
@@ -233,7 +210,8 @@ impl Robot {
         }
     }
 
-    /// Efforts of actuators of `model`, this robot's or the same with more actuators.
+    /// Actuator efforts for `model`, which is this robot's model or the same model with additional
+    /// actuators.
     pub(crate) fn parse_drives(
         &self,
         model: &ModelFile,
@@ -244,7 +222,8 @@ impl Robot {
         Ok((drives, label(text)))
     }
 
-    /// A controller of `model`, this robot's or the same with more actuators.
+    /// A controller for `model`, which is this robot's model or the same model with additional
+    /// actuators.
     pub(crate) fn parse_controller(
         &self,
         model: &ModelFile,
@@ -255,7 +234,7 @@ impl Robot {
     }
 }
 
-/// Label of a motion or load in results: its name, or a remark where it was given as assignments.
+/// Label of a motion or load in results: its name, or a remark that it was given as assignments.
 fn label(text: &str) -> String {
     let text = text.trim();
     if text.contains('=') { "as given".to_owned() } else { text.to_owned() }

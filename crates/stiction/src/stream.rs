@@ -6,33 +6,34 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
-/// Samples that may wait to be taken; the computation pauses when so many do.
+/// Maximum number of samples that wait for the caller; the computation then pauses.
 const WAITING: usize = 64;
 
 /// Iterator over the samples of a computation, which runs ahead by at most [`WAITING`] of them.
 ///
-/// After the last sample it holds the result of the whole computation. Dropping it stops the computation.
+/// After the last sample it holds the result of the whole computation. Dropping it stops the
+/// computation.
 pub(crate) struct Stream<T, R> {
-    /// Taken away to stop the computation.
+    /// `None` once the computation is to stop.
     receiver: Option<Receiver<T>>,
     worker: Option<JoinHandle<Result<R, Error>>>,
     stopped: Arc<AtomicBool>,
     result: Option<R>,
 }
 
-/// The computation's end of a [`Stream`].
+/// Sending side of a [`Stream`], used by the computation.
 pub(crate) struct Sender<T> {
     sender: SyncSender<T>,
     stopped: Arc<AtomicBool>,
 }
 
 impl<T> Sender<T> {
-    /// Hands over a sample; fails when nobody takes samples any more.
+    /// Sends a sample; fails if the caller has dropped the stream.
     pub(crate) fn send(&self, sample: T) -> Result<(), String> {
         self.sender.send(sample).map_err(|_| "the caller takes no more samples".to_owned())
     }
 
-    /// Tells that the caller takes no more samples.
+    /// Tests if the caller has dropped the stream.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stopped.load(Ordering::Relaxed)
     }
@@ -60,7 +61,7 @@ impl<T: Send + 'static, R: Send + 'static> Stream<T, R> {
 }
 
 impl<T, R> Stream<T, R> {
-    /// The result of the whole computation, once all samples have been taken.
+    /// The result of the whole computation, once the iterator has returned all samples.
     pub(crate) fn result(&self) -> Option<&R> {
         self.result.as_ref()
     }

@@ -1,4 +1,4 @@
-//! Entry points: the computations that a robot offers.
+//! The computations that a robot offers.
 
 use crate::breakaway::Breakaway;
 use crate::check::{Check, Report};

@@ -81,8 +81,8 @@ impl Result {
 /// friction coefficient.
 const MOST_PASSES: usize = 200;
 
-/// Actuator forces by one of the methods. None if the system is singular or the iteration does not
-/// converge.
+/// Actuator forces by one of the methods; `None` if the system is singular or the iteration does
+/// not converge.
 pub(super) fn driving_forces_with_friction(
     robot: &Robot,
     motion: &Motion,

@@ -124,7 +124,7 @@ impl Tools {
             .map_err(|error| Trouble::Failed(format!("{}: {error}", stamp.display())))
     }
 
-    /// Writes the models and files of states of the engines; returns their folder.
+    /// Writes models and states for the engines; returns their folder.
     pub(crate) fn states(&self, models: &[&str]) -> Result<PathBuf, Trouble> {
         let folder = self.place.join("states");
         let mut command = Command::new(&self.python);
@@ -168,7 +168,7 @@ print(json.dumps({'python': platform.python_version(), **{name: version(name) fo
     }
 }
 
-/// Builder of a command with single arguments.
+/// Builder of a command, one argument at a time.
 pub(crate) struct Runs(Command);
 
 impl Runs {
@@ -194,7 +194,7 @@ pub(crate) fn output(command: &mut Command) -> Result<String, Trouble> {
     String::from_utf8(done.stdout).map_err(|error| Trouble::Failed(error.to_string()))
 }
 
-/// Include folder without compiler warnings.
+/// Compiler flags for an include folder whose headers cause no warnings.
 fn system(folder: &Path) -> Vec<String> {
     vec!["-isystem".into(), folder.display().to_string()]
 }
@@ -209,7 +209,7 @@ fn compiler() -> Option<(String, String)> {
     })
 }
 
-/// MuJoCo's library, with the version in its file name.
+/// File of MuJoCo's library, whose name contains its version.
 fn shared_library(folder: &Path) -> Option<PathBuf> {
     let names = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
     names

@@ -1,4 +1,4 @@
-//! Generated tables of the book, between two marks in a page.
+//! Generated tables of the book, written between two markers in a page.
 
 use super::build::Tools;
 use serde_json::Value;
@@ -8,7 +8,7 @@ use std::fs;
 const BEGIN: &str = "<!-- cargo xtask peers -->";
 const END: &str = "<!-- end of cargo xtask peers -->";
 
-/// Replaces the text between the marks.
+/// Replaces the text between the markers.
 pub(crate) fn write(tools: &Tools, data: &Value) -> Result<(), String> {
     let path = tools.sources.join("../docs/src/speed.md");
     let fault = |error: std::io::Error| format!("{}: {error}", path.display());

@@ -67,10 +67,10 @@ fn request(robot: &Robot, options: &Forward) -> Result<stiction::Forward, Failur
 }
 
 fn execute(options: &Forward) -> Result<(), Failure> {
-    let robot = sources::robot_or_default(options.model.as_deref())?;
+    let robot = sources::robot_or_default(&options.model)?;
     if !options.json {
-        if options.model.is_none() {
-            message!(
+        if options.model.name.is_none() {
+            note!(
                 "No model given: running the built-in `{DEFAULT_MODEL}`. A controller that knows the robot, but \
                  not its friction, follows\nthe robot's own motion.\n"
             );
@@ -222,11 +222,11 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         let names = outputs.complete(&POSSIBLE)?;
         if !options.json {
             let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-            message!("\nwrote {}", names.join(", "));
+            note!("\nwrote {}", names.join(", "));
         }
         kept = options.output.as_deref();
     } else if !options.json && std::io::stderr().is_terminal() {
-        message!("\nTables and plots: add -o DIR");
+        note!("\nTables and plots: add -o DIR");
     }
     let lost = summary.energy_lost(&job.settings, &outcome.events);
     ended(outcome, kept)?;
@@ -241,7 +241,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     }
 }
 
-/// Reads the rows of an interrupted run.
+/// Passes the rows that an interrupted run has written to `receive`.
 fn read_again(
     outputs: &Outputs,
     layout: &Layout,
@@ -265,7 +265,7 @@ fn read_again(
 
 /// Names of the tables.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
-/// Names of optional files.
+/// Names of the files that only some runs write.
 const POSSIBLE: [&str; 7] = [
     "motion.csv",
     "error.svg",
@@ -276,7 +276,7 @@ const POSSIBLE: [&str; 7] = [
     "friction.png",
 ];
 
-/// Converts an early end of the simulation to a failure.
+/// Converts the end of a simulation to a failure, unless it reached its end time.
 fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
     let results = kept.map(|folder| {
         format!("the results up to t = {} s are in {}", outcome.last, folder.display())

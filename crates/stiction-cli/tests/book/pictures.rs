@@ -1,4 +1,4 @@
-//! Pictures of the book are outputs of the program, or curves of its tables.
+//! Comparison of the book's pictures with outputs of the program and with curves of its tables.
 
 use crate::program::Folder;
 use crate::{book, renewed};

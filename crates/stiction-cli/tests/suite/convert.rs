@@ -138,7 +138,8 @@ fn a_body_without_mass_is_reported() {
     );
 }
 
-/// A device is written to, not replaced; the model is not overwritten; a link keeps its target.
+/// Writing to a device does not replace it, a symbolic link keeps its target, and the model itself
+/// is not overwritten.
 #[cfg(unix)]
 #[test]
 fn what_is_there_is_kept() {

@@ -37,7 +37,7 @@ fn nothing_that_was_found_does_harm_again() {
     assert!(count > 0, "the findings are not where they should be");
 }
 
-/// The tests are effective: an intact checkpoint is resumed.
+/// Self-test: an intact checkpoint is resumed.
 #[test]
 fn a_whole_mark_passes() {
     let text = crate::trials::checkpoint::whole();

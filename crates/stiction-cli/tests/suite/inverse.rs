@@ -311,7 +311,7 @@ fn long_recording(rows: usize) -> String {
     text
 }
 
-/// A pipe cannot be read again.
+/// A pipe cannot be read a second time, as a long recording requires.
 #[cfg(unix)]
 #[test]
 fn a_long_recording_is_the_same_in_pieces() {

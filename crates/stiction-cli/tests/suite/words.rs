@@ -3,7 +3,7 @@
 
 use crate::program::Folder;
 
-/// A valid linkage, and a loop of guides of which one is rotated relative to the others.
+/// A valid linkage, and a loop of slides of which one is rotated relative to the others.
 const TWISTED: &str = r#"
 gravity = [0, 0, 0]
 [bodies.crank]

@@ -1,4 +1,4 @@
-//! Other solutions of friction and reactions, and the friction margin of the computed one.
+//! Other solutions for friction and reactions, and the friction margin of the computed one.
 
 use super::continuation::follow_friction;
 use super::inverse::Inverse;
@@ -10,11 +10,11 @@ use crate::random::Random;
 use crate::spatial::Wrench;
 use crate::statics::AppliedLoad;
 
-/// Friction margin to jamming: the factor by which all coefficients of friction may grow together.
+/// Friction margin to jamming: the common factor by which all friction coefficients can grow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionMargin {
     /// Factor at which friction locks the mechanism: the solution connected with the frictionless
-    /// one ends there. `None` if it exists up to the largest requested factor.
+    /// one ends there. `None` if that solution exists up to the largest requested factor.
     pub locks_at: Option<f64>,
     /// Joint whose normal load grows without bound there.
     pub joint: Option<JointId>,
@@ -61,7 +61,7 @@ impl InverseDynamics {
         })
     }
 
-    /// Searches for other solutions of friction and reactions than that of the last
+    /// Searches for solutions for friction and reactions other than that of the last
     /// [`InverseDynamics::solve`], by Newton's method from many starts, and returns their actuator
     /// efforts; more may exist. Empty if [`InverseDynamics::coupling`] is below one: the solution
     /// is then unique.

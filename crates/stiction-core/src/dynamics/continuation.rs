@@ -15,7 +15,7 @@ use crate::statics::AppliedLoad;
 /// Short steps: a longer step might skip an interval without a solution, or reach another branch.
 const STEPS: StepPolicy = StepPolicy { first: 0.01, growth: 2.0, longest: 0.02, shortest: 1e-5 };
 
-/// Solution in `inverse` as a function of the part of the coefficients of friction.
+/// Solution in `inverse` as a function of the common factor on all friction coefficients.
 struct BalanceBranch<'a> {
     inverse: &'a mut Inverse<f64>,
     accepted: Inverse<f64>,
@@ -49,8 +49,8 @@ impl Branch for BalanceBranch<'_> {
     }
 }
 
-/// Follows the solution from frictionless joints to `until` times the given coefficients of
-/// friction, with all coefficients growing together; `inverse` then contains the solution.
+/// Follows the solution from zero friction to `until` times the given friction coefficients, all of
+/// which grow together; `inverse` then contains the solution.
 ///
 /// # Errors
 /// Returns the lock: the determinant of the coupled balance vanishes there, and the forces grow
@@ -85,8 +85,8 @@ fn loads(inverse: &Inverse<f64>) -> Vec<f64> {
 
 impl Inverse<f64> {
     /// Runs Newton's method on the balance with linearised friction from the present normal loads,
-    /// with at most `steps` steps and loads up to `limit`. Returns whether it converges, as far as
-    /// round-off allows.
+    /// with at most `steps` steps and loads up to `limit`. Returns whether it converges to
+    /// rounding.
     pub(super) fn newton(
         &mut self,
         model: &Model,

@@ -1,10 +1,10 @@
-//! Friction contributions: the part of each effort that the friction of each interface causes.
+//! Friction contributions: the share of each effort that the friction of each interface causes.
 //!
 //! With the friction forces held constant, the balance is linear in them: each effort is the
 //! frictionless one plus a sum over interfaces. The contribution of an interface is the response of
-//! the effort to its friction alone, with no other load. Where efforts are unique, virtual work
-//! gives the same: friction times sliding velocity in the motion with unit rate of that actuator
-//! and all others at rest.
+//! the effort to the friction of that interface, with no other load. For unique efforts, virtual
+//! work gives the same: friction times sliding velocity in the motion with unit rate of that
+//! actuator while all others are at rest.
 //!
 //! The friction force of an interface depends on the others through the reactions; the contribution
 //! of a given friction force does not.
@@ -63,7 +63,7 @@ impl<T: Scalar> Shares<T> {
 /// Change of all forces per newton of friction at one interface.
 #[derive(Clone, Debug)]
 pub struct Response<T> {
-    /// Change of each joint's complete wrench, predecessor on successor, about the kernel origin.
+    /// Change of each joint's complete wrench, predecessor on successor, about the reference point.
     pub wrenches: Vec<Wrench<T>>,
     /// Change of each effort.
     pub efforts: Vec<T>,
@@ -109,8 +109,8 @@ impl<T: Scalar> Sharing<T> {
         parameters.interfaces.iter().zip(inverse.interfaces()).map(of).collect()
     }
 
-    /// Computes the contributions of the frictions in `inverse` at the motion in `bodies`.
-    /// Redundant forces follow the same weighting, so contributions add up there, too.
+    /// Computes the contributions of the friction forces in `inverse` at the motion in `bodies`.
+    /// Redundant forces follow the same weighting, so the contributions to them add up as well.
     pub fn run(
         &mut self,
         model: &Model,

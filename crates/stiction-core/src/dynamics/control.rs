@@ -14,9 +14,11 @@ use crate::statics::AppliedLoad;
 
 /// Largest number of Newton steps for the loop closures.
 const CLOSURE_STEPS: usize = 12;
-/// Error below which one more Newton step converges (lengths over the characteristic length, rad).
+/// Error below which one more Newton step closes the loops to rounding: lengths over the
+/// characteristic length, angles in rad.
 const NEAR: f64 = 1e-7;
-/// Error above which loops count as open (lengths over the characteristic length, rad).
+/// Error above which the loops count as open: lengths over the characteristic length, angles in
+/// rad.
 const CLOSED: f64 = 1e-12;
 
 /// Outcome of [`Model::inverse_dynamics`].
@@ -58,8 +60,8 @@ pub enum Status {
     /// The determinant of the coupled balance differs in sign from the frictionless one: friction
     /// locks the mechanism at smaller coefficients, or this is another branch of solutions.
     FrictionLocks,
-    /// The forces do not balance to 1e-9: the elimination order does not suit the position. Compile a
-    /// model there with [`InverseDynamics`](super::InverseDynamics).
+    /// The forces do not balance to 1e-9, because the elimination order does not suit the position.
+    /// Compile a model there with [`InverseDynamics`](super::InverseDynamics).
     Unbalanced {
         /// Relative power residual; infinite if forces are not finite or grow without bound.
         residual: f64,
@@ -74,23 +76,23 @@ impl Status {
 }
 
 impl Model {
-    /// Inverse dynamics with friction: computes the efforts that move the prescribed coordinates by
-    /// positions `q`, rates `v` and accelerations `a` under external `loads`.
+    /// Inverse dynamics with friction: computes the efforts for positions `q`, rates `v` and
+    /// accelerations `a` of the prescribed coordinates under external `loads`.
     ///
     /// `q`, `v` and `a` are in the order of
-    /// [`MotionConstraints::coordinates`](crate::kinematics::MotionConstraints::coordinates), in m and
-    /// rad. The loops are closed by Newton's method from the last closed configuration in `data`, so
-    /// successive positions must be near each other: the assembly mode is that of the warm start. The
-    /// numbers are [`Self::parameters`]. Nothing is allocated.
+    /// [`MotionConstraints::coordinates`](crate::kinematics::MotionConstraints::coordinates), in m
+    /// and rad. The loops are closed by Newton's method from the last closed configuration in
+    /// `data`, so successive positions must be close to each other; the assembly mode remains that
+    /// of `data`. The parameters are [`Self::parameters`]. Nothing is allocated.
     ///
     /// Unless the status is [`Status::Converged`], the forces in `data` do not belong to this
-    /// motion; the warm start remains the last closed configuration. The coupling of friction and
-    /// reactions yields the solution connected with the frictionless one;
+    /// motion; the next call starts from the last closed configuration. The coupling of friction
+    /// and reactions yields the solution connected with the frictionless one;
     /// [`InverseDynamics::coupling`](super::InverseDynamics::coupling) certifies its uniqueness.
     ///
     /// # Panics
-    /// If `q`, `v` and `a` have other lengths than the coordinates, or a load is on a body that does
-    /// not exist.
+    /// If the length of `q`, `v` or `a` differs from the number of coordinates, or a load is on a
+    /// body that does not exist.
     pub fn inverse_dynamics(
         &self,
         data: &mut Data<f64>,
@@ -102,8 +104,8 @@ impl Model {
         self.inverse_dynamics_with(&self.parameters, data, q, v, a, loads)
     }
 
-    /// Computes [`Self::inverse_dynamics`] with other numbers, such as friction coefficients tuned
-    /// at run time.
+    /// Computes [`Self::inverse_dynamics`] with other parameters, such as friction coefficients
+    /// tuned at run time.
     ///
     /// # Panics
     /// See [`Self::inverse_dynamics`]; also if `parameters` belong to another mechanism.
@@ -223,14 +225,14 @@ impl Data<f64> {
         &self.forces.efforts
     }
 
-    /// [`Self::efforts`] without friction.
+    /// Efforts without friction, as [`Self::efforts`].
     pub fn efforts_frictionless(&self) -> &[f64] {
         &self.forces.efforts_frictionless
     }
 
     /// Complete reaction of a joint, by its index: the force, N, that the predecessor exerts on the
-    /// successor, and its moment about the joint's origin (of frame J), N m; world axes. Constraint,
-    /// effort and friction together.
+    /// successor, and its moment about the joint's origin (of frame J), N m; world axes. Includes
+    /// constraint, actuator and friction forces.
     pub fn reaction(&self, joint: usize) -> (Vec3<f64>, Vec3<f64>) {
         self.forces.reactions[joint]
     }

@@ -23,8 +23,8 @@ pub(super) struct CouplingWorkspace {
     bound: BoundWorkspace,
 }
 
-/// Influence of the normal loads of sliding interfaces, by one solution of the frictionless balance
-/// each; its matrix is factored once.
+/// Influence of the normal loads of sliding interfaces. Each column is a solution of the
+/// frictionless balance, whose matrix is factored once.
 struct BalanceInfluence<'a> {
     inverse: &'a Inverse<f64>,
     model: &'a Model,

@@ -101,11 +101,11 @@ pub(super) struct DenseForces {
     pub(super) efforts_frictionless: Vec<f64>,
     pub(super) wrenches: Vec<Wrench<f64>>,
     pub(super) interfaces: Interfaces<f64>,
-    /// Contribution of each friction to each actuator effort.
+    /// Contribution of each friction force to each effort.
     pub(super) shares: Shares<f64>,
-    /// Motion of the bodies with the accelerations of passive spins.
+    /// Motion of the bodies, including the accelerations of passive spins.
     pub(super) bodies: Bodies<f64>,
-    /// True if the friction has been solved, or found to lock.
+    /// True if friction has converged or locks the mechanism.
     pub(super) settled: bool,
     /// Lock, if friction locks the mechanism; all other results are then meaningless.
     pub(super) lock: Option<Lock>,
@@ -120,9 +120,10 @@ pub(super) struct Position<'a> {
     pub(super) bodies: &'a Bodies<f64>,
 }
 
-/// Solves the Newton-Euler equations with friction by a fixed point: friction from the reactions,
-/// reactions with that friction. Passive spins accelerate as far as the joints permit:
-/// `accelerations` are those of the tree, `spin_responses` those for unit spins.
+/// Solves the Newton-Euler equations with friction by a fixed-point iteration: friction from the
+/// reactions, reactions with that friction. Bodies with a passive spin accelerate about its axis as
+/// the unbalanced moment requires: `accelerations` are those of the tree, `spin_responses` those
+/// for unit accelerations of the spins.
 ///
 /// # Errors
 /// Returns a load that the joints cannot carry.

@@ -3,7 +3,7 @@
 use crate::words::significant;
 use thiserror::Error;
 
-/// Percentage of the friction coefficients below which the message says "a small part".
+/// Percentage of the friction coefficients below which the message says "a small fraction".
 pub(crate) const NO_PART: f64 = 0.05;
 
 /// Reason why inverse dynamics has no solution.
@@ -26,7 +26,8 @@ pub enum InverseError {
         /// Unit of `missing`.
         unit: &'static str,
     },
-    /// Friction locks the mechanism: the forces diverge at a part of the given coefficients.
+    /// Friction locks the mechanism: the forces diverge at a fraction of the given friction
+    /// coefficients.
     #[error(
         "{}",
         if *percent < NO_PART {
@@ -45,7 +46,7 @@ pub enum InverseError {
     Locked {
         /// Joint whose normal force grows most.
         joint: String,
-        /// Part of the coefficients at which the solution is lost, percent.
+        /// Fraction of the friction coefficients at which the solution ends, percent.
         percent: f64,
     },
     /// The ends of a spring coincide although its force needs a direction.

@@ -145,7 +145,7 @@ impl Forces {
         self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
     }
 
-    /// Sets the intervals to the efforts, for a motion in which all interfaces slide.
+    /// Sets each interval to its effort, for a motion in which all interfaces slide.
     pub(super) fn close_bounds(&mut self) {
         for (bounds, &drive) in self.effort_bounds.iter_mut().zip(&self.efforts) {
             *bounds = (drive, drive);
@@ -154,8 +154,8 @@ impl Forces {
         self.bounds = Bounds::Exact;
     }
 
-    /// Sets the outer bounds from the largest changes of the efforts by static friction, if these
-    /// changes are bounded.
+    /// Sets the outer bounds from the largest changes of the efforts by static friction, if such
+    /// bounds exist.
     pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
         let finite =
             self.effort_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());

@@ -21,14 +21,14 @@ pub struct InterfaceState<T> {
     pub velocity: T,
     /// One during slip, zero at rest.
     pub sliding: T,
-    /// For each DOF of the interface, the generalised force of one newton of friction: against the
-    /// motion, with the lever arm of the surface.
+    /// Generalised friction force on each DOF of the interface for one newton of friction at the
+    /// surface: it opposes the motion and includes the lever arm.
     pub(crate) against: [T; 3],
-    /// For one DOF: 1 for forward, -1 for backward slip; at rest the static friction as a part of
-    /// the largest, with its sign.
+    /// For one DOF: 1 for forward, -1 for backward slip; at rest the static friction as a signed
+    /// fraction of its limit.
     pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
-    /// Normal force with its gradient, at the reaction of the last update.
+    /// Normal force at the reaction of the last update, with its gradient.
     pub(crate) load: Load<T>,
 }
 
@@ -49,14 +49,14 @@ impl<T: Scalar> InterfaceState<T> {
         self.load.value
     }
 
-    /// Magnitude of the friction force, N; at rest the largest static friction.
+    /// Magnitude of the friction force, N; at rest the static friction limit.
     pub fn friction(&self) -> T {
         self.resistance.force(self.load.value)
     }
 
     /// Updates sliding velocity and direction from the motion of the bodies. An interface that
     /// slides no faster than `rest_speed` is at rest; its friction is then `held`, in units of the
-    /// largest static friction.
+    /// static friction limit.
     pub(crate) fn update_slip(
         &mut self,
         topology: &Topology,
@@ -94,8 +94,8 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Evaluates laws that depend on the speed or its sense, or that differ at rest. Not inlined:
-    /// kernels of dual numbers would become large.
+    /// Evaluates laws that depend on the speed or the direction of sliding, or that differ at rest.
+    /// Not inlined: kernels of dual numbers would become large.
     fn evaluate_law(&mut self, interface: &InterfaceParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
@@ -119,8 +119,8 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Updates the normal force for the joint's complete wrench; a normal force that depends on the
-    /// friction uses the present one.
+    /// Updates the normal force for the joint's complete wrench. A normal force that depends on the
+    /// interface's own friction uses the present one.
     pub(crate) fn update_normal_forces(
         &mut self,
         interface: &InterfaceParameters<T>,
@@ -131,14 +131,14 @@ impl<T: Scalar> InterfaceState<T> {
         self.update_normal_force_with(interface, pitch, bodies, wrench, self.own_friction());
     }
 
-    /// Friction of the interface, as the normal force of a thread contains it.
+    /// Friction of the interface, on which the normal force of a thread depends.
     pub(crate) fn own_friction(&self) -> OwnFriction<T> {
         let Resistance { coefficient, constant } = self.resistance;
         OwnFriction { coefficient, constant, direction: self.sense }
     }
 
-    /// Updates the normal force for the joint's complete wrench and this friction, where it depends
-    /// on the friction.
+    /// Updates a normal force that depends on friction for the joint's complete wrench and this
+    /// friction.
     pub(crate) fn update_normal_force_with(
         &mut self,
         interface: &InterfaceParameters<T>,
@@ -202,7 +202,7 @@ pub(crate) enum Coupling {
 #[derive(Clone, Debug)]
 pub(crate) struct Interfaces<T> {
     pub(crate) states: Vec<InterfaceState<T>>,
-    /// Static friction of each interface at rest, as a part of the largest; zero by default.
+    /// Static friction of each interface at rest, as a fraction of its limit; zero by default.
     pub(crate) held: Vec<[T; 3]>,
 }
 
@@ -264,7 +264,7 @@ impl<T: Scalar> Interfaces<T> {
 }
 
 impl Interfaces<f64> {
-    /// Sums the wrenches of all present frictions, joint by joint.
+    /// Sums the wrenches of the present friction forces, joint by joint.
     pub(crate) fn friction_at_joints(
         &self,
         topology: &Topology,

@@ -7,10 +7,11 @@ use crate::parameters::Parameters;
 use crate::topology::Topology;
 use std::sync::Arc;
 
-/// A mechanism compiled for inverse dynamics: one set of prescribed coordinates, near one position.
+/// A mechanism compiled for inverse dynamics with one set of prescribed coordinates, near one
+/// position.
 ///
 /// Immutable. Contains the spanning tree, the motion constraints, the static LU factorisation of
-/// the rate equations and the plan of the balance; clones share all of them. A computation takes
+/// the rate equations and the plan of the balance; clones share all of them. A computation reads
 /// its numbers from [`Parameters`] and writes its results to [`Data`](super::Data).
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -36,8 +37,8 @@ impl Model {
         &self.kinematic.constraints
     }
 
-    /// Nominal numbers of the mechanism. A body without inertia about the axis of a local degree of
-    /// freedom has some added here; no result depends on it.
+    /// Nominal parameters of the mechanism. They contain additional inertia for a body without
+    /// inertia about the axis of a local degree of freedom; no result depends on it.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }

@@ -23,7 +23,7 @@ pub(crate) struct BalancePlan {
 /// [`InverseDynamics`](super::InverseDynamics) still applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum NotPlanned {
-    /// Some motion is resisted by no actuator and no constraint.
+    /// Neither an actuator nor a constraint resists some motion.
     #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
     Singular,
     /// Constraints and actuators are both redundant, which requires two weightings in sequence.
@@ -31,8 +31,8 @@ pub enum NotPlanned {
     TwoWeightings,
 }
 
-/// Singular values below this part of the largest count as zero. Matrices are scaled to entries of
-/// order one at positions accurate to 1e-13.
+/// Singular values below this fraction of the largest count as zero. Matrices are scaled to entries
+/// of order one at positions accurate to 1e-13.
 const NEGLIGIBLE: f64 = 1e-9;
 /// Pivots of the scaled balance below this require a check of the singular values. A small pivot
 /// does not imply a small singular value, but without a small pivot none is small.
@@ -80,7 +80,7 @@ impl BalancePlan {
         Ok(sample.plan(structure, plan.compile()))
     }
 
-    /// Weighting that decides among the solutions of a redundant balance.
+    /// Weighting that selects one of the solutions of a redundant balance.
     pub(crate) fn weighting(&self) -> Weighting {
         self.structure.weighting
     }
@@ -98,7 +98,7 @@ impl BalancePlan {
     }
 }
 
-/// Position at which the numbers are evaluated.
+/// Position at which entries of the balance are evaluated.
 struct Sample<'a> {
     topology: &'a Arc<Topology>,
     parameters: &'a Parameters<f64>,
@@ -127,7 +127,7 @@ impl Sample<'_> {
     }
 }
 
-/// Bodies that a response of the tree accelerates.
+/// Bodies that this response of the tree accelerates.
 fn accelerated_bodies(
     topology: &Topology,
     parameters: &Parameters<f64>,

@@ -34,7 +34,8 @@ impl Power {
         self.actuators + self.loads - self.energy - self.dissipated
     }
 
-    /// Power balance of one instant; `dissipated` lists the power of each friction.
+    /// Power balance at one instant; `dissipated` lists the power that each friction interface
+    /// dissipates.
     pub fn new(
         topology: &Topology,
         parameters: &Parameters<f64>,

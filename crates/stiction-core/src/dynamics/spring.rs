@@ -14,8 +14,8 @@ pub struct SpringForce<T> {
     pub rate: T,
     /// Force along the line between the ends, N; positive in tension.
     pub tension: T,
-    /// Wrench on the body of the second end, world axes about the kernel origin; its negative acts
-    /// on the body of the first end.
+    /// Wrench on the body of the second end about the reference point, world axes; its negative
+    /// acts on the body of the first end.
     pub wrench: Wrench<T>,
 }
 
@@ -54,7 +54,8 @@ impl SpringForce<f64> {
         needs_none || self.length > APART * length
     }
 
-    /// Power of the spring on its two bodies, W; from its length alone, not from its wrench.
+    /// Power of the spring on its two bodies, W; computed from the rate of its length, not from its
+    /// wrench.
     pub fn power(&self) -> f64 {
         -self.tension * self.rate
     }

@@ -1,13 +1,13 @@
 //! Sparse structure of the balance: unknowns, equations and weighting.
 //!
 //! Unknowns are the wrenches at cut joints (constraints and efforts) and the accelerations of local
-//! degrees of freedom. Equations are those of the tree's unactuated DOFs: the wrench that a joint
-//! transmits does no work on them, except against friction. All other wrenches follow by recursion:
-//! a tree joint transmits the inverse-dynamics wrench of the bodies beyond it, less the wrenches of
+//! degrees of freedom. Equations are those of the tree's unactuated DOFs: apart from friction, the
+//! wrench that a joint transmits does no work on them. All other wrenches follow by recursion: a
+//! tree joint transmits the inverse-dynamics wrench of the bodies beyond it, less the wrenches of
 //! the cut joints on them.
 //!
-//! With more unknowns than equations, constraints or actuators are redundant and a declared
-//! weighting decides: the system is bordered by the optimality conditions, `[H A^T; A 0]`.
+//! If unknowns outnumber equations, constraints or actuators are redundant and a declared weighting
+//! selects the solution: the system is bordered by the optimality conditions, `[H A^T; A 0]`.
 //!
 //! Equation (B8) of the book's theory.
 
@@ -15,7 +15,7 @@ use crate::linalg::Entry;
 use crate::topology::{Link, Topology};
 use core::ops::Range;
 
-/// Weighting that decides among the solutions of a redundant balance.
+/// Weighting that selects one of the solutions of a redundant balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weighting {
     /// No redundancy: the balance determines all unknowns.
@@ -33,11 +33,11 @@ pub enum Weighting {
     LeastEfforts,
 }
 
-/// Wrench in the weighting, as a sum of cut wrenches.
+/// Wrench that the weighting includes, as a sum of wrenches at cut joints.
 #[derive(Clone, Debug)]
 pub(super) struct Weighed {
     pub(super) what: WeighedKind,
-    /// Cuts whose wrenches add up to it, with signs.
+    /// Cuts whose wrenches add up to it, each with its sign.
     pub(super) cuts: Vec<(usize, f64)>,
 }
 
@@ -59,7 +59,7 @@ pub(crate) struct BalanceStructure {
     pub(super) weighting: Weighting,
     /// Unactuated DOFs of the tree, in the order of the equations.
     pub(super) passive: Vec<usize>,
-    /// Columns of each cut.
+    /// Columns of each cut joint.
     pub(super) columns_of: Vec<Vec<usize>>,
     /// Number of columns for wrenches at cut joints; local degrees of freedom follow.
     pub(super) wrench_columns: usize,
@@ -104,7 +104,7 @@ impl BalanceStructure {
         structure
     }
 
-    /// Number of columns of the mechanism's own unknowns: wrenches and local degrees of freedom.
+    /// Number of columns without Lagrange multipliers: wrenches and local degrees of freedom.
     pub(super) fn unknowns(&self) -> usize {
         self.wrench_columns + self.spin_nodes.len()
     }
@@ -135,7 +135,7 @@ impl BalanceStructure {
         self.unknowns()..self.size()
     }
 
-    /// Entries in the order in which [`super::balance`] computes them.
+    /// Entries of the balance, in the order in which [`super::balance`] computes them.
     fn pattern(&self, topology: &Topology) -> Vec<Entry> {
         let mut entries = Vec::new();
         let first = self.first_balance_row();

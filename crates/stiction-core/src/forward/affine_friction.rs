@@ -4,13 +4,13 @@ use crate::friction::{Law, OwnFriction, Resistance};
 pub(super) use crate::friction_problem::surface_vector::{dot, norm};
 use crate::parameters::InterfaceParameters;
 
-/// Mode of a friction interface at an instant.
+/// Mode of a friction interface at an instant: slip or stick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InterfaceMode {
     /// Friction is a smooth function of velocity and inner state: regularised, viscous alone, or with
     /// bristles.
     Smooth,
-    /// Slip. For one DOF the first number is the sense, 1 or -1, constant within a step. For
+    /// Slip. For one DOF the first number is the direction, 1 or -1, constant within a step. For
     /// several DOFs it is the direction at the surface, used if the velocity is too small to define
     /// one.
     Slides([f64; 3]),
@@ -26,24 +26,25 @@ pub enum InterfaceMode {
 pub(super) struct AffineFriction {
     pub(super) constant: [f64; 3],
     pub(super) per_load: [f64; 3],
-    /// Friction as the normal load of a thread contains it.
+    /// Friction on which the normal load of a thread depends.
     pub(super) own: OwnFriction<f64>,
 }
 
 impl AffineFriction {
-    /// No friction.
+    /// Zero friction.
     pub(super) fn none() -> Self {
         Self { constant: [0.0; 3], per_load: [0.0; 3], own: OwnFriction::none() }
     }
 
-    /// Friction at the surface, N, of an interface with these arms under a normal load.
+    /// Friction at the surface, N, of an interface with these lever arms under a normal load.
     pub(super) fn at_surface(&self, arms: [f64; 3], load: f64) -> [f64; 3] {
         let effort = |i: usize| self.constant[i] + self.per_load[i] * load;
         [0, 1, 2].map(|i| if effort(i) == 0.0 { 0.0 } else { effort(i) / arms[i] })
     }
 }
 
-/// Mode of a dry interface for given surface rates: it slides if they exceed `rounding`.
+/// Mode of an interface without regularisation for given surface rates: it slides if they exceed
+/// `rounding`.
 pub(super) fn mode_of(rates: &[f64], rounding: f64) -> InterfaceMode {
     let mut direction = [0.0; 3];
     direction[..rates.len()].copy_from_slice(rates);

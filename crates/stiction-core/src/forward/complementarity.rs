@@ -7,7 +7,7 @@ use crate::friction_problem::complementarity::{Complementarity, Member, MemberLa
 use crate::friction_problem::influence::Influence;
 use crate::spatial::Wrench;
 
-/// Members of a problem, each with the responses of the balance to its unknowns.
+/// Members of a complementarity problem, each with the responses of the balance to its unknowns.
 pub(super) struct Members<'a> {
     model: &'a Forward,
     data: &'a Data,
@@ -17,7 +17,7 @@ pub(super) struct Members<'a> {
     pub(super) units: Vec<Response>,
 }
 
-/// Wrenches at the members' joints in the responses to all unknowns.
+/// Wrenches at the members' joints in response to each unknown.
 struct MemberWrenches<'a> {
     joints: Vec<usize>,
     units: &'a [Response],
@@ -56,8 +56,8 @@ impl<'a> Members<'a> {
     }
 
     /// Complementarity problem of the members. `base` is the response without friction of the
-    /// members, `free` returns the surface rates of a member without it. Friction changes the rates
-    /// by `step` times the accelerations that it causes.
+    /// members; `free` returns the surface rates of a member in it. A friction force changes the
+    /// rates by `step` times the accelerations that it causes.
     pub(super) fn problem(
         &self,
         base: &Response,

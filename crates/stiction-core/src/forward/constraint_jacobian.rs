@@ -33,7 +33,7 @@ impl ConstrainedDof {
 #[derive(Clone, Debug)]
 pub(super) struct ConstraintRow {
     pub(super) joint: usize,
-    /// Unit wrench of its multiplier, predecessor on successor, about the kernel origin.
+    /// Unit wrench of its multiplier, predecessor on successor, about the reference point.
     pub(super) covector: Wrench<f64>,
     /// Required value for the accelerations of the tree.
     pub(super) right: f64,
@@ -126,8 +126,8 @@ impl ConstraintRows {
     }
 }
 
-/// Calls `of` with each DOF of the tree that moves the bodies of a joint relative to each other,
-/// and with its sign.
+/// Calls `of` with each DOF of the tree that changes the relative pose of a joint's bodies, and
+/// with its sign.
 pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usize, f64)) {
     match topology.role[joint] {
         Role::Cut { cut } => {
@@ -144,8 +144,8 @@ pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usi
     }
 }
 
-/// Relative acceleration of the bodies of a joint for zero accelerations of the tree, less the part
-/// due to the joint's own rates.
+/// Relative acceleration of the bodies of a joint for zero accelerations of the tree, less that
+/// which the joint's own rates cause.
 fn opening(
     topology: &Topology,
     parameters: &Parameters<f64>,

@@ -24,7 +24,7 @@ const STARTS: u32 = 24;
 /// Relative difference of the normal loads below which two solutions are equal.
 const SAME: f64 = 1e-7;
 
-/// Accelerations and reactions with friction.
+/// Normal loads, accelerations and reactions with friction.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Coupled {
     pub(super) response: Response,

@@ -8,10 +8,10 @@ use crate::kinematics::{Bodies, State, Target};
 use crate::spatial::Twist;
 use crate::statics::AppliedLoad;
 
-/// Position, velocity and inputs at an instant, with everything computed from them alone.
+/// Position, velocity and inputs at an instant, and quantities that depend on them alone.
 #[derive(Clone, Debug)]
 pub(super) struct Data {
-    /// s.
+    /// Time, s.
     pub(super) time: f64,
     pub(super) state: State<f64>,
     pub(super) bodies: Bodies<f64>,
@@ -122,12 +122,13 @@ impl Forward {
         Configuration { parameters: &self.parameters, bodies: &data.bodies }
     }
 
-    /// Speed of a body about the kernel origin, rad/s; a translation counts as a rotation at the characteristic length.
+    /// Angular speed of a body, rad/s; a velocity counts as an angular velocity at the
+    /// characteristic length.
     pub(super) fn twist_rate(&self, twist: &Twist<f64>) -> f64 {
         twist.angular.norm().max(twist.linear.norm() / self.parameters.length)
     }
 
-    /// Largest rate of any body, see [`Self::twist_rate`], rad/s.
+    /// Largest speed of any body, see [`Self::twist_rate`], rad/s.
     pub(super) fn fastest(&self, data: &Data) -> f64 {
         data.bodies.twist.iter().map(|twist| self.twist_rate(twist)).fold(0.0, f64::max)
     }

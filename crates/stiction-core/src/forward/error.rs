@@ -39,7 +39,7 @@ pub enum ForwardError {
         time: f64,
         /// Joint whose normal load grows most.
         joint: String,
-        /// Part of the coefficients at which the solution ends, percent.
+        /// Fraction of the friction coefficients at which the solution ends, percent.
         percent: f64,
     },
     /// The search finds no modes of the interfaces that satisfy all friction laws.
@@ -94,7 +94,7 @@ pub enum ForwardError {
         /// Location, in words.
         around: String,
     },
-    /// Time hardly advances any more.
+    /// The simulation makes hardly any progress in time.
     #[error(
         "at t = {time} s the simulation stalls: time has hardly advanced over the last {evaluations} \
          evaluations of accelerations or velocities{}; allow a larger tolerance, reduce the friction \

@@ -22,9 +22,9 @@ pub struct Known {
     pub rate: Option<f64>,
 }
 
-/// Relative residual below which a rate counts as satisfied.
+/// Relative residual below which a rate counts as met.
 const MET: f64 = 1e-9;
-/// Relative size of a row's independent part below which the row depends on others.
+/// Relative size of the independent component of a row below which the row depends on others.
 const DEPENDENT: f64 = 1e-10;
 
 impl Forward {

@@ -11,7 +11,7 @@ pub struct View<'a> {
     pub time: f64,
     /// Coordinates and rates of the tree.
     pub state: &'a State<f64>,
-    /// Poses and twists of the bodies, about the kernel origin.
+    /// Poses and twists of the bodies, about the reference point.
     pub bodies: &'a Bodies<f64>,
     pub(super) topology: &'a Topology,
     /// Pitch of each joint, m/rad; zero except for helical joints.
@@ -25,11 +25,11 @@ pub struct View<'a> {
 pub(super) struct Angle {
     pub(super) joint: usize,
     pub(super) dof: usize,
-    /// Value, rad.
+    /// Angle at the last update, rad.
     pub(super) value: f64,
-    /// Rate, rad/s.
+    /// Rate at the last update, rad/s.
     pub(super) rate: f64,
-    /// Time of this value, s.
+    /// Time of the last update, s.
     pub(super) time: f64,
 }
 

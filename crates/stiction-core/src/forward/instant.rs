@@ -49,7 +49,7 @@ impl InterfaceSample {
 pub struct Account {
     /// Kinetic energy, J.
     pub kinetic: f64,
-    /// Potential energy of gravity (zero at the kernel origin) and springs, J.
+    /// Potential energy of gravity (zero at the reference point) and springs, J.
     pub potential: f64,
     /// Rate of change of the potential energy, W.
     pub exchange: f64,
@@ -104,12 +104,12 @@ pub struct Instant {
     pub time: f64,
     /// Coordinates, rates, accelerations of the tree.
     pub state: State<f64>,
-    /// Motion of all bodies, about the kernel origin.
+    /// Motion of all bodies, about the reference point.
     pub bodies: Bodies<f64>,
     /// Efforts of all actuators, N or N m.
     pub drives: Vec<f64>,
     /// For each joint the complete wrench that the predecessor exerts on the successor, world axes
-    /// about the kernel origin.
+    /// about the reference point.
     pub wrenches: Vec<Wrench<f64>>,
     /// All friction interfaces.
     pub interfaces: Vec<InterfaceSample>,
@@ -130,12 +130,12 @@ pub struct Instant {
     pub mobility: usize,
     /// Singularity distance of the constraints; zero at a singular position of the loops.
     pub(super) distance: f64,
-    /// Sticking interface whose joint is locked only for this instant.
+    /// Sticking interface that locks its joint only at this instant.
     pub(super) gives_way: Option<usize>,
 }
 
 impl Instant {
-    /// Name of a quantity that is not finite, if any.
+    /// Name of a quantity that is not finite, if there is one.
     pub(super) fn unfinite(&self) -> Option<&'static str> {
         if !self.state.accelerations.iter().all(|a| a.is_finite()) {
             return Some("an acceleration");

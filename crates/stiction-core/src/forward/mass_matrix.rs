@@ -8,7 +8,7 @@ use crate::spatial::{Mat3, Twist, Vec3, Wrench};
 use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
-/// Inertia of a body or a composite body about the kernel origin, world axes.
+/// Inertia of a body or a composite body about the reference point, world axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inertia {
     mass: f64,
@@ -38,7 +38,7 @@ impl Inertia {
         self.second = self.second + other.second;
     }
 
-    /// Momentum of a twist, or wrench for an acceleration.
+    /// Product with a twist: the momentum, or the wrench for an acceleration.
     #[inline(always)]
     pub(super) fn times<T: Scalar>(&self, twist: Twist<T>) -> Wrench<T> {
         let (mass, moment) = (T::from_f64(self.mass), self.moment.lift());
@@ -144,7 +144,7 @@ impl MassMatrix {
     }
 }
 
-/// Potential energy of gravity (zero at the kernel origin) and of springs, J.
+/// Potential energy of gravity (zero at the reference point) and of springs, J.
 pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
     let of_body = |body: usize| {
         let com = bodies.pose[body].apply(parameters.com[body]);

@@ -26,8 +26,8 @@ pub(super) struct Anchor {
     pub(super) pose: Pose<f64>,
 }
 
-/// Corrections below `SMALL` reuse the decomposition of the previous step if its singularity
-/// distance exceeds `REGULAR`: the error is of second order.
+/// Corrections below `SMALL` reuse the decomposition of the previous step if the singularity
+/// distance exceeds `REGULAR`; the error is of second order.
 const SMALL: f64 = 1e-9;
 const REGULAR: f64 = 0.2;
 
@@ -78,8 +78,8 @@ impl Projection {
 
 impl Forward {
     /// Projects a state onto the constraints: closes loops, moves constrained DOFs to their
-    /// positions, and removes from the rates the part that violates the constraints. `frozen` DOFs
-    /// of the tree keep their coordinates and have zero rate.
+    /// positions, and removes from the rates the component that violates the constraints. `frozen`
+    /// DOFs of the tree keep their coordinates and have zero rate.
     ///
     /// # Errors
     /// [`ForwardError::Open`] if the loops cannot be closed.
@@ -207,7 +207,7 @@ impl Forward {
         errors.extend(self.cut_anchors(anchors).map(|anchor| self.displacement(bodies, anchor)));
     }
 
-    /// Removes from the rates the part that violates the constraints.
+    /// Removes from the rates the component that violates the constraints.
     fn project_rates(
         &self,
         state: &mut State<f64>,

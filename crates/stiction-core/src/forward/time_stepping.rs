@@ -45,11 +45,11 @@ pub(super) struct TimeStep {
     pub(super) bristles: Vec<[f64; 3]>,
     /// Surface velocities at the end, m/s.
     pub(super) velocities: Vec<[f64; 3]>,
-    /// Friction at the surfaces, mean of the step, N.
+    /// Friction at the surfaces, averaged over the step, N.
     pub(super) frictions: Vec<[f64; 3]>,
-    /// Normal loads, mean of the step, N.
+    /// Normal loads, averaged over the step, N.
     pub(super) loads: Vec<f64>,
-    /// Actuator efforts, mean of the step, N or N m.
+    /// Actuator efforts, averaged over the step, N or N m.
     pub(super) drives: Vec<f64>,
     pub(super) response: Response,
     /// Largest rate of the tree at the end without friction, lengths in characteristic lengths.
@@ -62,14 +62,14 @@ pub(super) struct TimeStep {
     pub(super) distance: f64,
 }
 
-/// Start of a step.
+/// State at the start of a step.
 #[derive(Clone, Copy)]
 pub(super) struct StepStart<'a> {
     pub(super) state: &'a State<f64>,
     pub(super) modes: &'a [InterfaceMode],
     /// Bristle deflections, m.
     pub(super) bristles: &'a [[f64; 3]],
-    /// Start values of the frictions at the surfaces, N.
+    /// Initial guess of the frictions at the surfaces, N.
     pub(super) frictions: &'a [[f64; 3]],
 }
 

@@ -79,8 +79,8 @@ mod tests {
         }
     }
 
-    /// Dahl's friction over displacement from rest: `mu (1 - exp(-stiffness x / mu))` at any speed.
-    /// Integrated by the fourth-order Runge-Kutta method, over lanes of dual numbers.
+    /// Dahl's friction over displacement from rest is `mu (1 - exp(-stiffness x / mu))` at any
+    /// speed. Integrated by the fourth-order Runge-Kutta method, over lanes of dual numbers.
     #[test]
     fn dahl_rises_exponentially_with_displacement() {
         type S = Dual<Lanes<f64, 2>, 1>;

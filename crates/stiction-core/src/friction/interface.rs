@@ -1,4 +1,4 @@
-//! Friction interfaces of joints: position, geometry and friction of sliding surfaces.
+//! Friction interfaces of joints: geometry, friction law and normal load map of sliding surfaces.
 
 use super::{Law, NormalLoadMap};
 use crate::joint::{Carrier, JointType};
@@ -26,7 +26,7 @@ impl JointFriction {
     }
 
     /// Friction of the first interface of a joint that rotates on a surface of radius `radius` (m),
-    /// such as a pin, a ball, a plate or a thread, with its force as normal load.
+    /// such as a pin, a ball, a plate or a thread, with the resultant force on it as normal load.
     pub fn round(radius: f64, law: Law) -> Self {
         Self { radius: Some(radius), ..Self::guide(law) }
     }
@@ -69,7 +69,7 @@ impl InterfaceShape {
         }
     }
 
-    /// Returns `true` if the interface has a radius.
+    /// Returns `true` if the surface rotates, so that the interface has a radius.
     pub const fn turns(self) -> bool {
         !matches!(self, Self::Guide { .. })
     }

@@ -145,7 +145,8 @@ impl<T: Scalar> Law<T> {
 }
 
 impl Law {
-    /// Returns `true` if friction at vanishing sliding speed equals the static friction limit.
+    /// Returns `true` if friction for vanishing sliding speed equals the static friction limit, so
+    /// that it does not drop at slip onset.
     pub(crate) fn slides_as_at_its_limit(&self) -> bool {
         self.coefficient(0.0) == self.at_rest()
     }
@@ -211,7 +212,8 @@ impl<T: Scalar> Exponent<T> {
     }
 }
 
-/// Linear interpolation of a table at `speed`. Lanes differ in their rows, so the loop visits all.
+/// Linear interpolation of a table at `speed`. Lanes may lie in different rows, so the loop visits
+/// all rows.
 fn interpolated<T: Scalar>(rows: &[[T; 2]], speed: T) -> T {
     let mut value = rows.last().map_or(T::zero(), |row| row[1]);
     for (&[speed_0, value_0], &[speed_1, value_1]) in rows.iter().zip(rows.iter().skip(1)).rev() {
@@ -232,7 +234,7 @@ mod tests {
         Law { curve, regularisation, ..Law::coulomb_viscous(0.1, 3.0) }
     }
 
-    /// One law of each kind.
+    /// One law of each kind of curve.
     fn laws() -> Vec<Law> {
         let stribeck = |exponent| Curve::Stribeck {
             mu_static: 0.25,

@@ -112,8 +112,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         Some(apart.if_positive(apart - slide, slide - apart))
     }
 
-    /// The load of a pin, guide or thread's bore: a surface around the line along the unit vector
-    /// `axis`, between the origins of J and K, under `wrench` (about the kernel's origin).
+    /// Load of a pin, guide or thread's bore under `wrench` (about the reference point): a surface
+    /// around the line along the unit vector `axis`, between the origins of J and K.
     #[inline]
     pub fn between(&self, wrench: Wrench<T>, j: Vec3<T>, k: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         let (middle, span) = match self.supports {
@@ -128,9 +128,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         self.across(wrench, middle, axis, span)
     }
 
-    /// Load of a pin or guide, a surface around the line through `point` along the unit vector
-    /// `axis`, under `wrench` (about the kernel's origin). `point` is the midpoint between the
-    /// supports.
+    /// Load of a pin or guide under `wrench` (about the reference point): a surface around the line
+    /// through `point` along the unit vector `axis`. `point` is the midpoint between the supports.
     pub fn around_axis(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         self.across(wrench, point, axis, self.bending_span)
     }
@@ -223,8 +222,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         sum.load(point)
     }
 
-    /// The load of a plate whose origin is at `point` and whose normal is `normal`, under `wrench`
-    /// (about the kernel's origin).
+    /// Load of a plate with origin `point` and unit normal `normal` under `wrench` (about the
+    /// reference point).
     pub fn on_plane(&self, wrench: Wrench<T>, point: Vec3<T>, normal: Vec3<T>) -> Load<T> {
         let factor = self.bending_span.map_or(T::zero(), |span| T::from_f64(2.0) / span);
         let pressing = normal * wrench.force.dot(normal);
@@ -239,7 +238,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         Sum { value: self.preload + value, by_force, by_moment }.load(point)
     }
 
-    /// The load of a ball at `point` under `wrench` (about the kernel's origin).
+    /// Load of a ball at `point` under `wrench` (about the reference point).
     #[inline]
     pub fn at_point(&self, wrench: Wrench<T>, point: Vec3<T>) -> Load<T> {
         let resultant = self.norm(wrench.force);
@@ -299,13 +298,13 @@ impl NormalLoadMap<f64> {
     }
 }
 
-/// A length and its gradient.
+/// Length of a part of the load, and its gradient.
 struct Part<T, D> {
     value: T,
     direction: D,
 }
 
-/// The length of a vector and its gradient, the unit vector (zero where the length is).
+/// Length of a vector and its gradient, the unit vector; zero for a zero vector.
 #[inline]
 fn norm<T: Scalar>(v: Vec3<T>) -> Part<T, Vec3<T>> {
     let value = v.norm();
@@ -327,7 +326,8 @@ struct Sum<T> {
 }
 
 impl<T: Scalar> Sum<T> {
-    /// Moves the gradient from `point` to the kernel's origin.
+    /// Converts a gradient with respect to the moment about `point` to one with respect to the
+    /// wrench about the reference point.
     #[inline]
     fn load(self, point: Vec3<T>) -> Load<T> {
         Load {
@@ -368,7 +368,7 @@ mod tests {
         maps
     }
 
-    /// All kinds of friction interfaces under a wrench.
+    /// Loads of all kinds of friction interfaces under a wrench.
     fn loads<T: Scalar>(map: &NormalLoadMap<T>, wrench: Wrench<T>) -> [Load<T>; 4] {
         let point = Vec3::new(0.2, -0.1, 0.3);
         let axis = Vec3::new(2.0, -1.0, 2.0).direction().unwrap();
@@ -469,7 +469,8 @@ mod tests {
         }
     }
 
-    /// A rod with a lateral force at its end, in a gland and with a piston: a lever.
+    /// A rod with a lateral force at its end in a gland, with a piston at its other end, against
+    /// the law of the lever.
     #[test]
     fn gland_and_piston() {
         let map = NormalLoadMap {

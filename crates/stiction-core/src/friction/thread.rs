@@ -42,14 +42,14 @@ pub struct OwnFriction<T> {
 }
 
 impl<T: Scalar> OwnFriction<T> {
-    /// No friction.
+    /// Zero friction.
     pub fn none() -> Self {
         Self { coefficient: T::zero(), constant: T::zero(), direction: T::zero() }
     }
 }
 
 impl OwnFriction<f64> {
-    /// A given friction force with its sign, N.
+    /// Friction with the given force, N, and the sign of the sliding that it opposes.
     pub(crate) fn of(force: f64) -> Self {
         Self { coefficient: 0.0, constant: force.abs(), direction: force.signum() }
     }
@@ -62,7 +62,7 @@ impl<T: Scalar> Thread<T> {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()
     }
 
-    /// Normal load under `wrench` (about the kernel's origin): the normal force of the flanks plus
+    /// Normal load under `wrench` (about the reference point): the normal force of the flanks plus
     /// `other`, the load of the thread as a pin. Infinite if friction jams the thread.
     pub fn load(
         &self,
@@ -160,7 +160,7 @@ mod tests {
         }
     }
 
-    /// Friction that jams the thread while it raises the load.
+    /// Friction that jams the thread while it raises the load gives an infinite normal load.
     #[test]
     fn friction_that_outgrows_its_load_has_no_bound() {
         let thread = Thread { radius: 0.01, pitch: 0.02 };

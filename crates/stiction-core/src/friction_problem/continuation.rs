@@ -1,4 +1,4 @@
-//! Continuation from the frictionless solution to the given coefficients of friction.
+//! Continuation from the frictionless solution to the given friction coefficients.
 //!
 //! Equation (F8) of the book's theory.
 
@@ -6,7 +6,7 @@
 /// bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lock {
-    /// Part of the given coefficients.
+    /// Fraction of the given friction coefficients at which the solution ends.
     pub(crate) part: f64,
     /// Index of the interface whose normal load has grown most.
     pub(crate) interface: usize,
@@ -15,21 +15,21 @@ pub(crate) struct Lock {
 /// Coupling bound at which the first step may end: the solution is unique there.
 const CERTAIN: f64 = 0.99;
 
-/// Step sizes of the continuation, in parts of the given coefficients.
+/// Step sizes of the continuation, as fractions of the given friction coefficients.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepPolicy {
-    /// Shortest first step.
+    /// Smallest first step.
     pub(crate) first: f64,
     /// Growth factor of the step after a success.
     pub(crate) growth: f64,
-    /// Longest step, relative to the part reached.
+    /// Longest step, relative to the fraction reached.
     pub(crate) longest: f64,
-    /// Shortest step, relative to the part reached if that exceeds one.
+    /// Shortest step, relative to the fraction reached if that exceeds one.
     pub(crate) shortest: f64,
 }
 
 impl StepPolicy {
-    /// Extends the first step up to the part at which the coupling bound still guarantees
+    /// Extends the first step up to the fraction at which the coupling bound still guarantees
     /// uniqueness, at most `until`.
     pub(crate) fn with_bound(self, bound: f64, until: f64) -> Self {
         let certain = if bound > 0.0 { CERTAIN / bound } else { f64::INFINITY };
@@ -37,10 +37,11 @@ impl StepPolicy {
     }
 }
 
-/// Solution as a function of the part of the coefficients of friction.
+/// Solution as a function of the fraction of the friction coefficients.
 pub(crate) trait Branch {
-    /// Solves with this part of the coefficients from the last accepted solution. Returns whether a
-    /// solution exists on the same branch, on which the determinant keeps its sign.
+    /// Solves with this fraction of the friction coefficients, starting from the last accepted
+    /// solution. Returns whether a solution exists on the same branch, on which the determinant
+    /// keeps its sign.
     fn correct(&mut self, part: f64) -> bool;
 
     /// Accepts the solution of the last [`Self::correct`].
@@ -53,7 +54,8 @@ pub(crate) trait Branch {
     fn fastest_growing(&self) -> usize;
 }
 
-/// Follows a branch from the frictionless solution to `until` times the given coefficients, halving steps that fail.
+/// Follows a branch from the frictionless solution to `until` times the given friction
+/// coefficients, halving steps that fail.
 ///
 /// # Errors
 /// Returns the lock if no step succeeds any more: the determinant of the coupled system vanishes

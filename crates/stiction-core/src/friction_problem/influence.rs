@@ -1,4 +1,5 @@
-//! Influence of the interfaces' unknowns on the wrenches of the interfaces' joints.
+//! Influence operator: from friction unknowns to the wrenches at the joints of all friction
+//! interfaces.
 
 use super::small_system::{Four, blocks_of};
 use crate::scalar::Scalar;
@@ -37,7 +38,7 @@ impl InfluenceMatrix {
         });
     }
 
-    /// Six rows of an interface.
+    /// The six rows of an interface, each in blocks of four columns.
     pub(super) fn rows(&self, interface: usize) -> impl Iterator<Item = &[Four]> {
         let width = blocks_of(self.count);
         self.blocks[6 * width * interface..6 * width * (interface + 1)].chunks_exact(width)

@@ -10,18 +10,18 @@ use super::uniqueness::{BoundWorkspace, coupling_bound};
 use crate::friction::OwnFriction;
 use crate::spatial::Wrench;
 
-/// Interface whose friction grows with its normal load.
+/// Interface whose normal load is unknown, since its friction depends on it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown {
     pub(super) interface: usize,
-    /// Friction of the interface, as the normal load of a thread contains it.
+    /// Friction of the interface, on which the normal load of a thread depends.
     pub(super) own: OwnFriction<f64>,
-    /// Wrench at its joint without friction that grows with a normal load.
+    /// Wrench at its joint due to everything but the friction that depends on normal loads.
     pub(super) base: Wrench<f64>,
 }
 
 impl Unknown {
-    /// Friction of the interface with a part of the given coefficient.
+    /// Friction of the interface with a fraction of the given friction coefficient.
     pub(super) fn own_at(&self, part: f64) -> OwnFriction<f64> {
         OwnFriction { coefficient: part * self.own.coefficient, ..self.own }
     }
@@ -66,7 +66,8 @@ impl LoadProblem {
         self.unknowns.iter().map(|unknown| unknown.interface)
     }
 
-    /// Normal loads without friction that grows with them, N: the solution for zero coefficients.
+    /// Normal loads without the friction that depends on them, N: the solution for zero
+    /// coefficients.
     pub(crate) fn uncoupled_loads(&self, at: Configuration<'_>, loads: &mut Vec<f64>) {
         loads.clear();
         loads.extend(self.unknowns.iter().map(|unknown| {
@@ -129,7 +130,7 @@ impl LoadProblem {
     }
 }
 
-/// Normal loads as functions of the part of the coefficients.
+/// Normal loads as functions of the fraction of the friction coefficients.
 struct LoadBranch<'a> {
     problem: &'a LoadProblem,
     at: Configuration<'a>,

@@ -22,8 +22,8 @@ impl Configuration<'_> {
         self.parameters.interfaces[interface].joint
     }
 
-    /// Normal load of an interface, N, under its joint's complete wrench; `own` is its own friction, which the load of
-    /// a thread contains.
+    /// Normal load of an interface, N, under its joint's complete wrench. `own` is the friction of
+    /// the interface itself, on which the load of a thread depends.
     pub(crate) fn normal_load(
         &self,
         interface: usize,
@@ -36,8 +36,9 @@ impl Configuration<'_> {
     }
 
     /// Upper bound on the change of an interface's normal load, N, if the wrench at its joint
-    /// changes by `wrench`: the load of that change alone, without preload and smoothing. For a
-    /// thread it is the larger bound of both directions of its own friction with this coefficient.
+    /// changes by `wrench`: the load under that change alone, without preload and smoothing. For a
+    /// thread it is the larger of the bounds for both sliding directions, with this friction
+    /// coefficient of the thread itself.
     pub(crate) fn largest_load_change(
         &self,
         interface: usize,
@@ -58,7 +59,8 @@ impl Configuration<'_> {
     }
 }
 
-/// Normal load by a load map, the interface's own or its seminorm, under its joint's complete wrench.
+/// Normal load by a load map, the interface's own or its seminorm, under the joint's complete
+/// wrench.
 pub(crate) fn normal_load<T: Scalar>(
     map: &NormalLoadMap<T>,
     interface: &InterfaceParameters<T>,

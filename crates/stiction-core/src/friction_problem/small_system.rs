@@ -2,7 +2,7 @@
 
 use crate::scalar::{Lanes, Scalar};
 
-/// Block of four numbers, computed side by side.
+/// Four numbers, computed side by side.
 pub(super) type Four = Lanes<f64, 4>;
 
 /// Number of blocks that hold `count` numbers, at least one.

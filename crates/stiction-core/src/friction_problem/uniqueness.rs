@@ -17,14 +17,14 @@ pub(crate) struct BoundWorkspace {
     vectors: [Vec<f64>; 2],
 }
 
-/// Bound on the spectral radius of the coupling. Entry (i, j) of its matrix bounds the change of
-/// the normal load of interface i per newton of change of that of interface j, through the friction
-/// at j. Load maps are seminorms of the wrench, and wrenches are affine in frictions. With a radius
-/// below one the solution therefore exists and is unique (Banach's fixed-point theorem in the
-/// maximum norm weighted by the eigenvector of the matrix).
+/// Bound on the spectral radius of the coupling. Entry (i, j) of the coupling matrix bounds the
+/// change of the normal load of interface i per newton of change of that of interface j, through
+/// the friction at j. Load maps are seminorms of the wrench, and wrenches are affine in frictions.
+/// With a radius below one the solution therefore exists and is unique (Banach's fixed-point
+/// theorem in the maximum norm weighted by the eigenvector of the matrix).
 ///
-/// `interfaces` lists indices with the coefficient of their own friction; `influence` is per unit
-/// of normal load.
+/// `interfaces` lists the interfaces by index, each with its friction coefficient; `influence` is
+/// per unit of normal load.
 pub(crate) fn coupling_bound(
     at: Configuration<'_>,
     interfaces: impl Iterator<Item = (usize, f64)>,

@@ -184,7 +184,7 @@ impl JointType {
         of_type!(self, pose(q, pitch))
     }
 
-    /// Nearest pose to `relative` (an actual `X_JK`) that the joint permits, and its scalar
+    /// Pose permitted by the joint that is nearest to `relative` (an actual `X_JK`), and its scalar
     /// coordinates (zeros for quaternions).
     #[inline]
     pub fn nearest<T: Scalar>(self, relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
@@ -277,9 +277,9 @@ impl Dof {
         }
     }
 
-    /// The wrench, predecessor on successor, of a unit effort on this degree of freedom: a couple along the
-    /// axis, or a force along it through the origin of K. Its power is the rate of this degree of freedom
-    /// alone, so that it also extracts that rate from a relative twist.
+    /// The wrench, predecessor on successor, of a unit effort on this degree of freedom: a couple
+    /// along the axis, or a force along it through the origin of K. Its power on a relative twist
+    /// is the rate of this degree of freedom, so it also extracts that rate.
     #[inline]
     pub fn effort<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>) -> Wrench<T> {
         let frame = match self.carrier {
@@ -349,9 +349,9 @@ impl JointType {
     }
 }
 
-/// Vector along the axis of `turn` that equals its rotation vector to first order and, unlike the
-/// skew part, does not decrease beyond a right angle: `2 n tan(a/2)`, bounded near a half turn.
-/// Assembly from a poor initial guess needs this; at the solution only the first order matters.
+/// Vector `2 n tan(a/2)` along the axis `n` of a rotation by the angle `a`, bounded near a half
+/// turn. To first order it is the rotation vector; unlike the skew part it does not decrease beyond
+/// a right angle, as the assembly from a poor initial guess requires.
 #[inline]
 fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
     const FLOOR: f64 = 1e-3;
@@ -446,8 +446,8 @@ mod tests {
             }
         }
 
-        /// To first order, the misfit of a displaced pose equals the work of the constraint
-        /// wrenches on the displacement.
+        /// To first order, the constraint errors of a displaced pose equal the work of the
+        /// constraint wrenches on the displacement.
         #[test]
         fn misfit_is_reciprocal_to_the_constraints(numbers in numbers()) {
             let size = 1e-6;

@@ -84,8 +84,8 @@ impl<T: Scalar> State<T> {
     }
 }
 
-/// The rates of a floating body are its twist about the kernel origin in world axes, linear part
-/// first.
+/// Advances the coordinates of a floating body. Its rates are its twist about the reference point
+/// in world axes, linear part first.
 fn advance_floating<T: Scalar>(q: &mut [T], step: &[T]) {
     let linear = Vec3::new(step[0], step[1], step[2]);
     let angular = Vec3::new(step[3], step[4], step[5]);
@@ -95,7 +95,7 @@ fn advance_floating<T: Scalar>(q: &mut [T], step: &[T]) {
     turn.compose(Quaternion::from_coordinates(&q[3..])).normalised().write(&mut q[3..]);
 }
 
-/// Poses and motions of all bodies, in world axes about the kernel origin.
+/// Poses and motions of all bodies, in world axes about the reference point.
 #[derive(Debug)]
 pub struct Bodies<T> {
     /// Frame of each body, `X_WB`.
@@ -104,7 +104,7 @@ pub struct Bodies<T> {
     pub twist: Vec<Twist<T>>,
     /// Time derivative of the twist of each body.
     pub acceleration: Vec<Twist<T>>,
-    /// Bias acceleration of each body: the part independent of the tree's accelerations.
+    /// Bias acceleration of each body: its acceleration for zero accelerations of the tree.
     pub(crate) bias: Vec<Twist<T>>,
     /// Frame J of each joint.
     pub frame_j: Vec<Pose<T>>,
@@ -250,7 +250,8 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Adds to the accelerations of all bodies the effect of `amount` times these accelerations of the tree.
+    /// Adds to the accelerations of all bodies those that `amount` times these accelerations of the
+    /// tree cause.
     pub(crate) fn accelerate_more(&mut self, topology: &Topology, accelerations: &[T], amount: T) {
         // The bias is unchanged: accelerations add up along the tree.
         for node in &topology.nodes {
@@ -340,7 +341,8 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// The acceleration of a joint's successor against its predecessor that its rates alone cause.
+    /// Acceleration of a joint's successor relative to its predecessor due to the joint's rates
+    /// alone.
     pub(crate) fn joint_bias(
         &self,
         topology: &Topology,
@@ -366,7 +368,7 @@ fn parent_body(topology: &Topology, parent: Option<usize>) -> usize {
     parent.map_or(0, |node| topology.nodes[node].body)
 }
 
-/// Unit twists about the kernel origin: translations x y z, rotations x y z.
+/// Unit twists about the reference point: translations x y z, rotations x y z.
 fn floating_screw<T: Scalar>(k: usize) -> Twist<T> {
     if k < 3 {
         Twist::translation(Vec3::unit(k))

@@ -68,7 +68,7 @@ impl Kinematics<f64> {
         self.most_missed(model, parameters, state, targets).is_some()
     }
 
-    /// The row most violated by rates, or else by accelerations, if any.
+    /// Row that the rates violate most, or if there is none, the accelerations.
     fn most_missed(
         &mut self,
         model: &KinematicModel,

@@ -17,9 +17,9 @@ pub(super) const OPEN: f64 = 1e-6;
 
 /// Open motions.
 pub(super) enum OpenMotion {
-    /// Passive spins of single bodies alone.
+    /// Only passive spins of single bodies.
     Spins(Vec<Spin>),
-    /// Other open motions.
+    /// Motions other than passive spins.
     Others(Vec<OpenTwist>),
 }
 

@@ -49,9 +49,9 @@ pub(super) struct Descent {
 }
 
 impl Descent {
-    /// Tests for steps that shrink from the beginning like Newton's near a simple root. For a
-    /// quadratic equation the second step is less than a quarter of the first exactly if the other
-    /// root is more than about 3.8 times as far away as this one.
+    /// Tests if the steps shrink from the beginning as those of Newton's method near a simple root.
+    /// For a quadratic equation the second step is less than a quarter of the first exactly if the
+    /// other root is more than about 3.8 times as far away as this one.
     pub(super) fn contracts(&self) -> bool {
         let [first, second] = self.first_steps;
         first < 0.5 && second <= 0.25 * first

@@ -1,10 +1,10 @@
 //! Positions of legs in closed form.
 //!
-//! A leg is a chain from the ground or a floating body whose cut joint (S, U, R) connects a point
-//! of it to another such body. The poses of those bodies determine the point. Joints of few degrees
-//! of freedom then follow from distances and heights that only one of them changes (subproblems in
-//! the sense of Paden 1986 and Kahan). Rule and branch of each coordinate are selected by trial:
-//! those that reproduce the coordinates of known positions.
+//! A leg is a chain from the ground or a floating body whose cut joint (S, U, R) connects its last
+//! body to another such body. The poses of both bodies determine the point of that joint. Joints
+//! with few degrees of freedom then follow from distances and heights that depend on one of them
+//! only (subproblems in the sense of Paden 1986 and Kahan). Rule and branch of each coordinate are
+//! selected by trial: those that reproduce the coordinates of known positions.
 //!
 //! Equation (K7) of the book's theory.
 
@@ -367,8 +367,8 @@ impl Legs {
     }
 
     /// Computes coordinates from the poses of floating bodies (`floating`, by the body's index,
-    /// from the kernel origin) and passes index and value of each to `receive`. Dual numbers as the
-    /// scalar give rates and accelerations.
+    /// relative to the reference point) and passes index and value of each to `receive`. Dual
+    /// numbers as the scalar give rates and accelerations.
     pub fn find<T: Scalar>(
         &self,
         topology: &Topology,

@@ -21,7 +21,7 @@ const NEAR: f64 = 1e-3;
 const ROUND_OFF: f64 = 1e-15;
 /// Maximum number of steps of either method.
 const STEPS: usize = 500;
-/// Independent component below which a row counts as dependent on others.
+/// Relative size of the independent component of a row below which the row depends on others.
 const DEPENDENT: f64 = 1e-10;
 
 /// A violated condition and its residual, m or rad.
@@ -141,7 +141,7 @@ impl RateRows {
         Self { matrix, rights, scales }
     }
 
-    /// The condition of a row.
+    /// The condition that a row expresses.
     pub(crate) fn what(topology: &Topology, row: usize) -> What {
         what(topology, row)
     }

@@ -63,7 +63,8 @@ impl RandomConfiguration {
     }
 }
 
-/// Takes a step in the direction of the last one as far as it is open, or in a new one.
+/// Takes a step among the directions `open`: in the direction `heading` of the last step as far as
+/// it is open, otherwise in a new random direction.
 fn stride(
     loops: &mut Loops<'_>,
     random: &mut Random,

@@ -5,13 +5,14 @@
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Vec3};
 
-/// A rotation vector and the coefficients of its rate:
-/// `r' = omega - r x omega / 2 + c r x (r x omega)`, `c = 1/a^2 - (1 + cos a) / (2 a sin a)`.
+/// A rotation vector `r` of length `a`, and the coefficient `c` of its rate for the angular
+/// velocity `omega`: `r' = omega - r x omega / 2 + c r x (r x omega)`, `c = 1/a^2 - (1 + cos a) /
+/// (2 a sin a)`.
 pub(super) struct RotationVector<T> {
     pub(super) value: Vec3<T>,
-    /// `c`.
+    /// The coefficient `c`.
     coefficient: T,
-    /// `(dc/da) / a`.
+    /// The derivative `(dc/da) / a`.
     slope: T,
 }
 

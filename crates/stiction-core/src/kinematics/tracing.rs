@@ -25,15 +25,15 @@ const CLOSED: f64 = 1e-13;
 /// Maximum number of corrections to close the loops.
 const CORRECTIONS: usize = 400;
 /// Minimum and maximum ratio of the errors after and before a correction. For the equations `x^2 =
-/// 0` and `x y = 0` the longest steps lead straight to the origin, although y is free; short ones
-/// lead to the line `x = 0`.
+/// 0` and `x y = 0` long steps lead straight to the origin, although y is free; short ones lead to
+/// the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
 /// Error below which the ratio no longer matters: blocked motions are then within about 1e-3, much
 /// less than free ones.
 const NEAR: f64 = 1e-6;
-/// Threshold of the displacement that remains of a unit step after closing the loops: above it is
-/// motion, below it the curvature of a motion (about 0.04) or the rest of a blocked one (at most
-/// 0.14, see [`STEP`]).
+/// Threshold of the displacement that remains of a unit step after closing the loops. A remaining
+/// displacement above it is motion; below it are the curvature of a motion (about 0.04) and the
+/// remainder of a blocked motion (at most 0.14, see [`STEP`]).
 const MOVES: f64 = 0.2;
 
 /// The loop equations of a mechanism, and optionally prescribed coordinates.
@@ -147,7 +147,7 @@ impl<'a> LoopsAt<'a> {
     }
 
     /// Smallest total change of the coordinates in a unit motion (scaled) that is open to second
-    /// order; `None` if no motion is open.
+    /// order; `None` if there is no such motion.
     pub(crate) fn governed_by(
         &mut self,
         coordinates: &[Coordinate],

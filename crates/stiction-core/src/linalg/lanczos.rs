@@ -31,7 +31,7 @@ struct Room {
 }
 
 impl Lanczos {
-    /// Eigenvector of the largest eigenvalue of a positive operator, which `apply` carries out in
+    /// Eigenvector of the largest eigenvalue of a positive operator, which `apply` applies in
     /// place; the iteration begins with `start`. Returns `None` if it does not converge. The
     /// accuracy follows from the residual.
     pub(crate) fn greatest(
@@ -179,8 +179,8 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// Eigenvalues that are close, double, or far apart: the largest and its eigenvector are
-    /// correct.
+    /// The largest eigenvalue and its eigenvector are correct for close, double and distant
+    /// eigenvalues.
     #[test]
     fn the_greatest_of_known_eigenvalues() {
         let mut random = Random::new(5);

@@ -154,8 +154,8 @@ impl RowSpace {
         }
     }
 
-    /// Coefficients of the rows whose combination is the projection of `vector` on the row space;
-    /// those of dependent rows are zero. Overwrites the vector.
+    /// Coefficients of the rows whose linear combination is the projection of `vector` on the row
+    /// space; those of dependent rows are zero. Overwrites the vector.
     pub(crate) fn amounts<T: Scalar>(&self, vector: &mut [T], amounts: &mut Vec<T>) {
         for step in 0..self.rank {
             self.apply(step, vector);
@@ -180,7 +180,7 @@ impl RowSpace {
         }
     }
 
-    /// Coefficients of all rows in the vanishing combination of each dependent row.
+    /// For each dependent row, the coefficients of all rows in a linear combination that vanishes.
     pub(crate) fn dependencies(&self) -> Vec<Vec<f64>> {
         let n = self.columns;
         let each = (self.rank..self.rows).map(|dependent| {

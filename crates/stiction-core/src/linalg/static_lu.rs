@@ -6,11 +6,11 @@ use super::plan::Plan;
 use crate::scalar::Scalar;
 use core::ops::Range;
 
-/// LU elimination of a sparse matrix in a fixed order, for any scalar.
+/// LU factorisation of a sparse matrix in a fixed order, for any scalar.
 ///
-/// The order of pivots is chosen once, from the numbers of a representative matrix ([`Plan`]).
-/// Replaying it neither branches nor allocates, and touches only entries that are not
-/// structurally zero. The residual reveals a matrix for which the order is unsuitable.
+/// The order of pivots is chosen once, from a representative matrix ([`Plan`]). A factorisation
+/// then neither branches nor allocates, and touches only structurally nonzero entries. The residual
+/// reveals a matrix for which the order is unsuitable.
 ///
 /// Dependent rows are left out.
 #[derive(Clone, Debug, Default)]
@@ -149,8 +149,8 @@ impl StaticLu {
     /// `values` has [`Self::values`] places and receives the factors. Returns the product of the
     /// signs of the pivots, which changes sign with the determinant.
     ///
-    /// The entries enter as constants ([`Scalar::held`]): solutions with the factors are steps from a point where the
-    /// equations hold, or need one more step for their derivatives.
+    /// Factors carry no derivatives ([`Scalar::held`]). A solution is therefore a step from a point
+    /// where the equations hold, or needs one more step for its derivatives.
     pub(crate) fn factor<T: Scalar>(&self, entries: &[T], values: &mut [T]) -> T {
         debug_assert_eq!(entries.len(), self.entries);
         values.fill(T::zero());

@@ -102,7 +102,8 @@ impl Svd {
     }
 }
 
-/// Complete orthogonal basis that nearly diagonalises, by nalgebra; `None` if that fails.
+/// Complete orthogonal basis by nalgebra that nearly diagonalises the Gram matrix; `None` if that
+/// fails.
 fn nearly_right_vectors(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (rows, columns) = matrix.shape();
     // Rows of zeros make the number of right singular vectors that of the columns.

@@ -117,7 +117,7 @@ pub enum Defect {
     /// A number that is NaN or infinite.
     #[error("{place} is not a finite number")]
     NotFinite {
-        /// The number's place in words.
+        /// Description of the number.
         place: String,
     },
     /// A negative mass.

@@ -35,7 +35,7 @@ pub struct Architecture {
     pub constraints: GenericRank,
     /// Generic rank of constraints and actuators together.
     pub actuated: GenericRank,
-    /// The best [`governance`] over all positions.
+    /// Largest [`governance`] index over all positions.
     pub governance: Option<f64>,
 }
 
@@ -54,7 +54,7 @@ pub struct GenericRank {
 }
 
 impl Architecture {
-    /// Examines random positions reachable from the solver's current one.
+    /// Examines random positions that can be reached from the solver's current one.
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.state();
@@ -89,11 +89,11 @@ impl Architecture {
     }
 }
 
-/// Singularity index of the actuators for finite motions from the solver's position: the least
-/// total actuator displacement in a unit motion (angles in radians, lengths in characteristic
-/// lengths). It is zero if the Jacobian in equation (21) of Zhang et al. does not exist. If the
-/// instantaneous mobility exceeds the finite one, the balance is unsolvable even for a positive
-/// index. None for an immobile mechanism.
+/// Actuation index of the finite motions at the solver's position: the least total actuator
+/// displacement in a unit motion (angles in radians, lengths in characteristic lengths). It is zero
+/// if the Jacobian in equation (21) of Zhang et al. does not exist. If the instantaneous mobility
+/// exceeds the finite one, the balance has no solution even for a positive index. `None` for an
+/// immobile mechanism.
 pub fn governance(solver: &InverseDynamics) -> Option<f64> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     governance_at(topology, parameters, solver.state())
@@ -119,7 +119,7 @@ fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
 }
 
 impl GenericRank {
-    /// Evaluates the singular values at each position, one per degree of freedom, largest first,
+    /// Evaluates the singular values at each position (one per degree of freedom, largest first),
     /// and a function that counts the motions blocked to second order there.
     fn of(positions: impl Iterator<Item = (Vec<f64>, impl FnOnce() -> usize)>) -> Self {
         let mut generic: Option<Self> = None;

@@ -36,7 +36,8 @@ impl Play {
     }
 }
 
-/// Self-stress forces below this fraction of the largest moment over length do not block motions.
+/// Self-stress forces below this fraction of the largest moment over the characteristic length do
+/// not block motions.
 const NO_FORCE: f64 = 1e-9;
 
 /// Motions open to first order and blocked to second order at the solver's position.

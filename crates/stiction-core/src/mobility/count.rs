@@ -165,7 +165,7 @@ fn body_dofs(solver: &InverseDynamics, loops: &mut LoopsAt<'_>, traced: usize) -
         .collect()
 }
 
-/// Names and positions, from the kernel origin, of the joints of a body.
+/// Names of the joints of a body, and their positions relative to the reference point.
 fn joints_of(solver: &InverseDynamics, body: usize) -> Vec<(&str, Vec3<f64>)> {
     let joints = solver.mechanism().joints().iter().enumerate();
     let at = |id: BodyId| id == BodyId(body);

@@ -8,9 +8,9 @@ use nalgebra::{DMatrix, DVector};
 const NONE: f64 = 1e-6;
 
 /// Describes the independent motions of one body: the span of `lasting`, and its complement in the
-/// span of `all`. Twists are about the kernel origin, `com` is the centre of mass from there, and
-/// `origin` the kernel origin in the world. `points` are the body's joints; an axis through two of
-/// them is described by their names.
+/// span of `all`. Twists are about the reference point, `com` is the centre of mass relative to it,
+/// and `origin` is the reference point in the world. `points` are the body's joints; an axis
+/// through two of them is described by their names.
 pub(crate) fn describe_dofs(
     lasting: &[Twist<f64>],
     all: &[Twist<f64>],
@@ -90,7 +90,8 @@ fn basis(vectors: &[DVector<f64>]) -> Vec<DVector<f64>> {
     (0..count).map(|k| svd.u.column(k).into_owned()).collect()
 }
 
-/// Basis of translations first, then rotations and screws, along the world axes where possible.
+/// Describes the span of the given motions: translations first, then rotations and screws, along
+/// the world axes where possible.
 fn in_words(motions: &[DVector<f64>], com: Vec3<f64>, length: f64) -> Vec<String> {
     if motions.is_empty() {
         return Vec::new();

@@ -2,9 +2,9 @@
 //!
 //! A kernel that is generic over [`Scalar`] runs as `f64`, as [`Lanes`] (several states or
 //! parameter sets side by side), as [`Dual`] numbers (exact derivatives) and as any mixture of
-//! them. The price is that a kernel must not branch on values: lanes differ. What a branch would
-//! do is written with [`Scalar::if_positive`], and convergence tests are left to the
-//! caller, who evaluates [`Scalar::largest`] between steps.
+//! them. In return a kernel must not branch on values, because lanes differ.
+//! [`Scalar::if_positive`] replaces branches, and convergence tests are left to the caller, who
+//! evaluates [`Scalar::largest`] between steps.
 
 mod dual;
 mod lanes;
@@ -96,9 +96,8 @@ pub trait Scalar:
         self.if_positive(self, -self)
     }
 
-    /// Norm whose square is `self`: its square root, but with derivative zero (a subgradient of the
-    /// norm) where it vanishes, so that the slope at a normal load of zero is finite. A NaN remains
-    /// NaN.
+    /// Square root of a squared norm, with derivative zero at zero (a subgradient of the norm), so
+    /// that the slope at a normal load of zero is finite. A NaN remains NaN.
     #[inline(always)]
     fn norm_of_square(self) -> Self {
         let safe = self.if_positive(self, Self::one());

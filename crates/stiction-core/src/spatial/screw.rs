@@ -9,7 +9,7 @@ use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 pub struct Twist<T> {
     /// Angular velocity, rad/s.
     pub angular: Vec3<T>,
-    /// Velocity of the body-fixed point at the origin, m/s.
+    /// Velocity of the body-fixed point that coincides with the reference point, m/s.
     pub linear: Vec3<T>,
 }
 
@@ -18,7 +18,7 @@ pub struct Twist<T> {
 pub struct Wrench<T> {
     /// Force, N.
     pub force: Vec3<T>,
-    /// Moment about the origin, N m.
+    /// Moment about the reference point, N m.
     pub moment: Vec3<T>,
 }
 
@@ -89,7 +89,7 @@ impl<T: Scalar> Wrench<T> {
         Self { force: Vec3::zero(), moment }
     }
 
-    /// The moment about `point` instead of the origin.
+    /// The moment about `point` instead of the reference point.
     #[inline(always)]
     pub fn moment_about(self, point: Vec3<T>) -> Vec3<T> {
         self.moment - point.cross(self.force)

@@ -110,7 +110,7 @@ impl<'a> Constraints<'a> {
         self.stress_vectors().iter().map(|stress| self.loads(&(stress / stress.amax()))).collect()
     }
 
-    /// Self-stresses as scaled amounts of [`Self::unknowns`], orthonormal.
+    /// Orthonormal basis of the self-stresses, as scaled values of [`Self::unknowns`].
     pub(crate) fn stress_vectors(&self) -> Vec<DVector<f64>> {
         let own = Svd::new(&self.transposed.transpose());
         own.null_space(own.rank(RANK_TOLERANCE))
@@ -121,13 +121,13 @@ impl<'a> Constraints<'a> {
         self.unknowns.iter().map(|&k| self.statics.system().unknowns[k])
     }
 
-    /// Converts scaled amounts of [`Self::unknowns`] to N and N m.
+    /// Converts scaled values of [`Self::unknowns`] to N and N m.
     pub(crate) fn amounts(&self, scaled: &DVector<f64>) -> Vec<f64> {
         let scales = self.unknowns.iter().map(|&k| self.statics.column_scales()[k]);
         scales.zip(scaled.iter()).map(|(scale, amount)| scale * amount).collect()
     }
 
-    /// Loads of the loaded joints for scaled amounts.
+    /// Wrenches of the loaded joints for scaled values of [`Self::unknowns`].
     pub(crate) fn loads(&self, scaled: &DVector<f64>) -> Vec<JointLoad> {
         let (statics, system) = (self.statics, self.statics.system());
         let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
@@ -173,13 +173,13 @@ impl<'a> Constraints<'a> {
     }
 }
 
-/// A singular value; zero beyond the rank or the number of values.
+/// The singular value at an index; zero if there is none.
 fn zero_or(values: &[f64], index: usize) -> f64 {
     let largest = values.first().copied().unwrap_or(0.0);
     values.get(index).copied().filter(|value| *value > RANK_TOLERANCE * largest).unwrap_or(0.0)
 }
 
-/// The equations of the bodies between hubs.
+/// Rows of the equations of the bodies between hubs.
 pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
     (0..system.matrix.nrows() / 6)
         .filter(|&body| system.joints_at(body + 1) < HUB)

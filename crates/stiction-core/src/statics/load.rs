@@ -73,7 +73,7 @@ impl AppliedLoad<f64> {
 }
 
 impl<T: Scalar> AppliedLoad<T> {
-    /// The wrench in world axes about the kernel origin.
+    /// The wrench about the reference point, world axes.
     pub fn wrench(&self, bodies: &Bodies<T>) -> Wrench<T> {
         let pose = bodies.pose[self.body.0];
         let turn = |v| match self.axes {
@@ -85,8 +85,8 @@ impl<T: Scalar> AppliedLoad<T> {
     }
 }
 
-/// Required total joint wrench on a body about the kernel origin: rate of change of momentum, less
-/// gravity. External loads are not included.
+/// Total wrench of its joints that a body's motion requires, about the reference point: rate of
+/// change of momentum, less gravity. External loads are not included.
 pub(crate) fn demand_of_motion<T: Scalar>(
     parameters: &Parameters<T>,
     bodies: &Bodies<T>,

@@ -45,13 +45,13 @@ pub enum Unknown {
 pub struct NewtonEuler {
     /// The unknowns, one for each column.
     pub unknowns: Vec<Unknown>,
-    /// Unit wrench of each unknown, predecessor on successor, about the kernel origin.
+    /// Unit wrench of each unknown, predecessor on successor, about the reference point.
     pub wrenches: Vec<Wrench<f64>>,
     /// The coefficients.
     pub matrix: DMatrix<f64>,
     /// The ends of all joints.
     ends: Vec<(usize, usize)>,
-    /// Centres of mass in the world, from the kernel origin.
+    /// Centres of mass relative to the reference point, world axes, m.
     com: Vec<Vec3<f64>>,
     length: f64,
 }
@@ -95,7 +95,7 @@ impl NewtonEuler {
         system
     }
 
-    /// Centre of mass of a body, in the world from the kernel origin, m.
+    /// Centre of mass of a body relative to the reference point, world axes, m.
     pub fn com(&self, body: usize) -> Vec3<f64> {
         self.com[body]
     }
@@ -191,7 +191,7 @@ impl NewtonEuler {
         self.unknowns.iter().map(|u| if is_moment(u) { self.length } else { 1.0 }).collect()
     }
 
-    /// The complete wrench of each joint from the unknowns and the efforts of friction.
+    /// The complete wrench of each joint for these unknowns and friction wrenches.
     pub fn joint_wrenches(
         &self,
         unknowns: &DVector<f64>,
@@ -207,7 +207,7 @@ impl NewtonEuler {
     }
 }
 
-/// The two ends of a spring in the world, from the kernel origin, and the forces on them.
+/// The two ends of a spring relative to the reference point, world axes, and the forces on them.
 struct SpringForces {
     points: [Vec3<f64>; 2],
     forces: [Vec3<f64>; 2],

@@ -27,7 +27,7 @@ pub struct Statics {
     /// Self-stresses: scaled unknowns without a resultant on any body.
     null: Vec<DVector<f64>>,
     drive_weights: Vec<f64>,
-    /// Frame J of each joint, from the kernel origin.
+    /// Frame J of each joint relative to the reference point.
     frames: Vec<Pose<f64>>,
     /// Declared compliances of the joints.
     compliance: Option<Vec<Weights<f64>>>,
@@ -60,7 +60,8 @@ pub struct NullDirection {
 }
 
 impl Statics {
-    /// Decomposes the balance; `frames` are the frames J of all joints, from the kernel origin.
+    /// Decomposes the balance; `frames` are the frames J of all joints relative to the reference
+    /// point.
     pub fn new(mechanism: &Mechanism, system: NewtonEuler, frames: Vec<Pose<f64>>) -> Self {
         let types: Vec<_> = mechanism.joints().iter().map(|j| j.joint_type).collect();
         let scaled = system.scaled_matrix(&types);
@@ -104,7 +105,7 @@ impl Statics {
         &self.column_scales
     }
 
-    /// Origins of all joints from the kernel origin, m.
+    /// Origins of all joints relative to the reference point, m.
     pub(super) fn joint_origins(&self) -> impl ExactSizeIterator<Item = Vec3<f64>> {
         self.frames.iter().map(|frame| frame.position)
     }
@@ -139,8 +140,8 @@ impl Statics {
         self.row_scales.len() - self.rank
     }
 
-    /// Amounts of `units` (other demands, one per passive spin) that make a demand feasible, as far
-    /// as possible.
+    /// Coefficients of `units` (further demands, one per passive spin) with which a demand becomes
+    /// feasible, as far as possible.
     pub fn amounts_into_reach(
         &self,
         demand: &DVector<f64>,
@@ -166,7 +167,7 @@ impl Statics {
         amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect()
     }
 
-    /// The part of a demand that constraints and actuators balance, after friction.
+    /// Part of a demand that constraints and actuators balance, given the friction wrenches.
     fn less_friction(&self, demand: &DVector<f64>, friction: &[Wrench<f64>]) -> DVector<f64> {
         let mut rest = demand.clone();
         for (joint, &wrench) in friction.iter().enumerate() {
@@ -212,8 +213,8 @@ impl Statics {
         determined
     }
 
-    /// Basis of the self-stress states: for each the wrench at each joint, about the kernel origin.
-    /// The unknowns of each state have unit norm.
+    /// Basis of the self-stress states: for each the wrench at each joint, about the reference
+    /// point. The unknowns of each state have unit norm.
     pub fn self_stresses(&self) -> Vec<Vec<Wrench<f64>>> {
         self.null.iter().map(|vector| self.wrenches_of(vector)).collect()
     }
@@ -397,11 +398,11 @@ fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
     motion.fixed_rows::<3>(6 * (body - 1) + if turns { 3 } else { 0 }).norm()
 }
 
-/// Components of unit vectors below this are round-off.
+/// Components of null-space vectors below this are round-off, so that the unknown is determined.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
-/// Moves `solution` along the columns of `open` to minimise `now + response * amounts`; returns the
-/// remaining open directions.
+/// Moves `solution` along the columns of `open` to minimise the norm of `now + response * amounts`;
+/// returns the directions that the minimum leaves open.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,

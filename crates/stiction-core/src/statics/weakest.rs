@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 /// A motion of all bodies, described by one of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GainedTwist {
-    /// The twist of each body about the kernel origin; scaled so that `body` turns by one radian,
+    /// The twist of each body about the reference point; scaled so that `body` turns by one radian,
     /// or, if it does not turn, moves by one metre.
     pub twists: Vec<Twist<f64>>,
     /// Body that describes the motion: the one with most joints among those with considerable
@@ -25,8 +25,8 @@ pub struct GainedTwist {
 }
 
 impl GainedTwist {
-    /// Description of the motion by the body's name and twist; `origin` is the kernel origin in the
-    /// world.
+    /// Description of the motion by the body's name and twist; `origin` is the reference point in
+    /// the world.
     pub fn in_words(&self, mechanism: &Mechanism, origin: Vec3<f64>) -> (String, String) {
         let name = mechanism.bodies()[self.body].name.clone();
         let in_world = self.twists[self.body].about(-origin);
@@ -101,7 +101,8 @@ impl Statics {
         Some(GainedTwist { of, ..self.told(&self.scale_rows(&motion)) })
     }
 
-    /// Describes a motion of all bodies: velocity of the centre of mass, then angular velocity, for each.
+    /// Describes a motion of all bodies, given by the velocity of the centre of mass and the
+    /// angular velocity of each.
     pub(crate) fn told(&self, motion: &DVector<f64>) -> GainedTwist {
         let part = |body: usize, at: usize| {
             let row = 6 * (body - 1) + at;

@@ -118,7 +118,8 @@ impl Spanning {
         Self::grow(&graph, &floating, |joint| in_tree[joint])
     }
 
-    /// Orders the bodies outwards from the ground and the floating bodies along allowed joints.
+    /// Orders the bodies outwards from the ground and the floating bodies, along joints for which
+    /// `allowed` holds.
     fn grow(graph: &Graph, floating: &[usize], allowed: impl Fn(usize) -> bool) -> Self {
         let mut placed = vec![false; graph.incident.len()];
         placed[GROUND] = true;

@@ -1,11 +1,11 @@
-//! The joint graph, compiled once: the joints of the tree, the joints that close loops, and the order
-//! of computation.
+//! The joint graph, compiled once: the joints of the tree, the joints that close loops, and the
+//! order of computation.
 //!
-//! Users never choose a cut joint. Bodies at which three or more chains of a loop structure meet (a
-//! robot's platform) *float*: they have six coordinates of their own and no tree joint, so that
-//! every leg is a chain from one such body to another, independent of the other legs. Each chain
-//! hangs from one end and is cut at one joint; the cut joint's wrench is the unknown of the chain.
-//! The cost therefore grows linearly with the numbers of legs and loops.
+//! Cut joints are chosen automatically. Bodies at which three or more chains of a loop structure
+//! meet (a robot's platform) *float*: they have six coordinates of their own and no tree joint, so
+//! that every leg is a chain from one such body to another, independent of the other legs. Each
+//! chain hangs from one end and is cut at one joint; the cut joint's wrench is the unknown of the
+//! chain. The cost therefore grows linearly with the numbers of legs and loops.
 
 mod graph;
 
@@ -20,7 +20,7 @@ use graph::Spanning;
 pub enum TreeRule {
     /// Tree by the structure of the mechanism, for speed.
     Structure,
-    /// Random tree and random floating bodies; for tests of that independence.
+    /// Random tree and random floating bodies, to test that results do not depend on the choice.
     Random(u64),
 }
 
@@ -272,8 +272,9 @@ impl Topology {
         }
     }
 
-    /// Floating bodies, with the ranges of their coordinates (position from the kernel origin, unit
-    /// quaternion) and degrees of freedom (twist about the kernel origin, world axes) in the tree.
+    /// Floating bodies, with the ranges of their coordinates (position relative to the reference
+    /// point, unit quaternion) and degrees of freedom (twist about the reference point, world axes)
+    /// in the tree.
     pub fn floating(&self) -> impl Iterator<Item = (BodyId, Range<usize>, Range<usize>)> + '_ {
         let floating = self.nodes.iter().filter(|node| node.link == Link::Floating);
         floating.map(|node| (BodyId(node.body), node.coordinates.clone(), node.tree_dofs.clone()))

@@ -277,7 +277,7 @@ fn rough(x: f64, size: f64, random: &mut Random) -> f64 {
     format!("{:.2e}", x + 0.01 * size * random.number()).parse().unwrap()
 }
 
-/// Root mean square displacement of bodies, as [`AssemblyReport::distance`] states it.
+/// Root mean square displacement of bodies, as in [`AssemblyReport::distance`].
 fn apart(a: &[Pose<f64>], b: &[Pose<f64>], length: f64) -> f64 {
     let each = a.iter().zip(b).skip(1).map(|(a, b)| {
         let apart = a.inverse() * *b;

@@ -175,8 +175,8 @@ fn n_four_bar_lying_flat() {
     }
 }
 
-/// Three constraint forces that are parallel and coplanar let the platform roll, to first order
-/// only: the 3-RPS robot of Zhang et al. 2018. If they are not coplanar, they constrain the roll.
+/// The 3-RPS robot of Zhang et al. 2018: three constraint forces that are parallel and coplanar let
+/// the platform roll, to first order only. If they are not coplanar, they constrain the roll.
 #[test]
 fn a_roll_to_first_order_only() {
     let robot = |height: i64| {

@@ -134,7 +134,7 @@ fn inverse_dynamics_returns_the_simulated_effort() {
     assert!(simulation.energy_error().abs() < 1e-9 * turnover, "{:e}", simulation.energy_error());
 }
 
-/// The crank's angle, as a tree coordinate.
+/// An oscillating torque on the crank.
 struct Shake;
 
 impl Inputs for Shake {

@@ -40,7 +40,7 @@ fn mass_and_spring(interface: JointFriction) -> Mechanism {
         .unwrap()
 }
 
-/// Released two seconds ago, with the spring stretched by 0.1 m.
+/// The simulation after two seconds, released with the spring stretched by 0.1 m.
 fn let_go(model: &Forward, tolerance: f64) -> Simulation<'_> {
     let mut inputs = ConstantEfforts(vec![]);
     let mut state = State::new(model.topology());
@@ -79,9 +79,9 @@ fn r6_stops_where_it_must_and_stays() {
     assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 
-/// The same with a static coefficient of 0.3: at its fourth turning point, 0.1 - 8 * 0.00981 m, the
-/// spring pulls with 2.15 N, more than the sliding friction and less than the static limit of 2.94
-/// N. It stays there.
+/// The same mass with a static coefficient of 0.3: at its fourth turning point, 0.1 - 8 * 0.00981
+/// m, the spring pulls with 2.15 N, more than the sliding friction and less than the static limit
+/// of 2.94 N. It stays there.
 #[test]
 fn static_friction_holds_at_a_reversal() {
     let mut interface = friction(0.1, 0.0, None);

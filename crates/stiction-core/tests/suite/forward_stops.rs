@@ -60,7 +60,8 @@ fn stop(simulation: &Simulation<'_>) -> f64 {
     stops[0]
 }
 
-/// Steps are accurate to 1e-10 of velocities, and so are the instants at which these vanish.
+/// Tolerance of stop times. Velocities are accurate to 1e-10, and so are the instants at which they
+/// vanish.
 const SHARP: f64 = 1e-9;
 const STRETCHES: [f64; 5] = [1e-3, 7e-3, 0.01, 0.1, 10.0];
 

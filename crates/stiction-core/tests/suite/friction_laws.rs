@@ -182,8 +182,8 @@ fn drives(
     settled.then(|| data.inverse.efforts().to_vec())
 }
 
-/// Decoupled (one-pass) friction is exact to first order in the coefficients: half of the
-/// coefficients give a quarter of the error.
+/// Decoupled (one-pass) friction is exact to first order in the coefficients: halving the
+/// coefficients divides its error by four.
 #[test]
 fn without_friction_and_with_little() {
     use FrictionMode::{Converged, Off, OnePass};

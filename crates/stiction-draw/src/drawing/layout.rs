@@ -8,7 +8,8 @@ use stiction_core::spatial::Vec3;
 /// Least number of joints of a hub, a body where legs end.
 const HUB: usize = 3;
 
-/// Layout of a mechanism. Points are in world axes, from the kernel's origin, m.
+/// Layout of a mechanism. Points are in world axes, relative to the reference point of the kernel,
+/// m.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     /// Position of the symbol of each joint.

@@ -28,7 +28,7 @@ pub(super) struct Sheet<'a> {
     scale: f64,
     /// Point at the centre of the picture, m.
     centre: Point,
-    /// Centre of mass of each body, from the kernel's origin in world axes, m.
+    /// Centre of mass of each body, relative to the reference point of the kernel, world axes, m.
     coms: Vec<Vec3<f64>>,
     /// Drawn parts, each with its depth towards the viewer, px.
     parts: Vec<(f64, String)>,

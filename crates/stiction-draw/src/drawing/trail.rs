@@ -88,7 +88,7 @@ impl Trail {
         self.samples += 1;
     }
 
-    /// Paths in world axes from the kernel's origin.
+    /// Paths relative to the reference point of the kernel, world axes, m.
     pub(super) fn paths(&self) -> impl Iterator<Item = &[Vec3<f64>]> {
         self.bodies.iter().map(|path| path.points.as_slice())
     }

@@ -106,7 +106,7 @@ mod tests {
         if is_dark { dark } else { light }
     }
 
-    /// WCAG 2.2: 4.5 for text.
+    /// Contrast of at least 4.5, as WCAG 2.2 requires for text.
     #[test]
     fn text_is_legible() {
         let grounds = [
@@ -126,7 +126,7 @@ mod tests {
         }
     }
 
-    /// WCAG 2.2: 3 for graphics.
+    /// Contrast of at least 3, as WCAG 2.2 requires for graphics.
     #[test]
     fn lines_are_legible() {
         for (is_dark, colours) in [(false, COLOURS), (true, COLOURS_ON_DARK)] {

@@ -1,4 +1,4 @@
-//! The frame of pages in a browser, and that the browser's tests can fail.
+//! Tests of the page frame in a browser, and of the browser checks themselves.
 
 use crate::chromium::{Browser, look_at};
 use stiction_draw::figure::{Figure, Line, Panel};
@@ -29,7 +29,7 @@ fn a_page_with_a_table_and_a_plot() {
     look_at("frame", &page("A page", style, &inner));
 }
 
-/// All that could be wrong is found.
+/// The browser checks detect every kind of defect.
 #[test]
 fn a_bad_page_is_found_out() {
     let Some(browser) = Browser::find() else { return };

@@ -1,4 +1,4 @@
-//! All tests of this crate in one program: it is linked once.
+//! Tests of the crate in one binary, which is linked once.
 
 mod browser;
 mod chromium;

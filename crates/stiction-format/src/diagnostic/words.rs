@@ -15,44 +15,51 @@ pub(crate) fn quoted(name: &str) -> String {
     format!("`{shown}`")
 }
 
-/// Finds the candidate most similar to `name`.
-pub(crate) fn nearest<'a>(
-    name: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+/// The candidates most similar to `name`, nearest first.
+fn similar<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     if name.chars().count() > LONGEST_NAME {
-        return None;
+        return Vec::new();
     }
     let plain = |s: &str| s.to_lowercase().replace('-', "_");
     let plain_name = plain(name);
     // Up to a third of the letters may differ: `platfrom` matches `platform`, `q` has no match.
     let tolerance = (plain_name.chars().count() / 3).clamp(1, 4);
-    let candidates: Vec<_> =
-        candidates.into_iter().filter(|candidate| candidate.len() <= 4 * LONGEST_NAME).collect();
-    let near = candidates
-        .iter()
-        .map(|&candidate| (strsim::damerau_levenshtein(&plain_name, &plain(candidate)), candidate))
-        .filter(|&(distance, candidate)| distance <= tolerance && distance < candidate.len())
-        .min_by_key(|&(distance, _)| distance);
-    if let Some((_, candidate)) = near {
-        return Some(candidate);
-    }
-    // A prefix matches the single candidate that begins with it: `collar` matches `collar_radius`.
-    let mut longer = candidates.iter().filter(|candidate| {
-        plain(candidate).strip_prefix(&plain_name).is_some_and(|rest| rest.starts_with('_'))
-    });
-    longer.next().copied().filter(|_| longer.next().is_none())
+    let candidates = candidates.into_iter().filter(|candidate| candidate.len() <= 4 * LONGEST_NAME);
+    let mut near: Vec<(usize, &str)> = candidates
+        .filter_map(|candidate| {
+            let known = plain(candidate);
+            let distance = strsim::damerau_levenshtein(&plain_name, &known);
+            // A beginning matches, too: `collar` is short for `collar_radius`, `mu_s` for `mu_static`.
+            let begins = known.starts_with(&plain_name) && plain_name.len() >= 3;
+            let is_near = distance <= tolerance && distance < candidate.len();
+            (is_near || begins).then_some((if is_near { distance } else { tolerance }, candidate))
+        })
+        .collect();
+    near.sort_by_key(|&(distance, _)| distance);
+    let least = near.first().map_or(0, |&(distance, _)| distance);
+    near.into_iter().take_while(|&(distance, _)| distance == least).map(|(_, name)| name).collect()
 }
 
-/// Phrase `did you mean ...?`, or a list of all candidates if none is similar.
+/// The candidate most similar to `name`.
+pub(crate) fn nearest<'a>(
+    name: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    similar(name, candidates).first().copied()
+}
+
+/// Phrase `did you mean ...?` with all candidates that are equally similar, or a list of all if none is
+/// similar.
 pub(crate) fn did_you_mean<'a>(
     name: &str,
     what: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<String> {
     let candidates: Vec<_> = candidates.into_iter().collect();
-    if let Some(candidate) = nearest(name, candidates.iter().copied()) {
-        return Some(format!("did you mean {}?", quoted(candidate)));
+    let near: Vec<String> =
+        similar(name, candidates.iter().copied()).into_iter().take(4).map(quoted).collect();
+    if !near.is_empty() {
+        return Some(format!("did you mean {}?", or(&near)));
     }
     const MOST: usize = 12;
     let shown = candidates.iter().take(MOST).map(|c| quoted(c)).collect::<Vec<_>>();
@@ -92,6 +99,7 @@ mod tests {
             ("intertia", Some("inertia")),
             ("q", None),
             ("colour", None),
+            ("ine", Some("inertia")),
         ] {
             assert_eq!(nearest(typed, keys), meant, "{typed}");
         }

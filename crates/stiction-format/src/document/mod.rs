@@ -1,5 +1,6 @@
 //! Parser from TOML text to a tree with places that reports all syntax errors at once.
 
+mod change;
 mod repair;
 mod syntax;
 pub(crate) mod tree;
@@ -47,7 +48,9 @@ pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Docum
     let (root, errors) = DeTable::parse_recoverable(&repaired.text);
     let root = Table { span: 0..0, entries: entries(root.get_ref(), text, 0) };
     let broken = syntax::report(source, &repaired.unclosed, errors, out);
-    Some(Document { root, broken })
+    let mut document = Document { root, broken };
+    change::apply(source, &mut document, out);
+    Some(document)
 }
 
 /// Entries in the order of the text (the parser sorts them by key).

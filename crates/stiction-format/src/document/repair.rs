@@ -37,7 +37,7 @@ pub(super) fn close_brackets(source: &Source) -> Repaired<'_> {
     repaired
 }
 
-/// Start of the first value that the parser ends at one of `ends`.
+/// Byte offset of the first value that, according to the parser, ends at one of `ends`.
 fn opened(root: &DeTable<'_>, ends: &[usize]) -> Option<usize> {
     let mut first = None;
     let mut pending: Vec<&toml::Spanned<DeValue<'_>>> = root.values().collect();

@@ -58,7 +58,7 @@ impl Table {
 }
 
 impl Value {
-    /// The table, if it is one.
+    /// The value as a table; `None` for any other kind.
     pub(crate) fn as_table(&self) -> Option<&Table> {
         match &self.node {
             Node::Table(table) => Some(table),
@@ -66,7 +66,7 @@ impl Value {
         }
     }
 
-    /// The list, if it is one.
+    /// The value as a list; `None` for any other kind.
     pub(crate) fn as_list(&self) -> Option<&[Value]> {
         match &self.node {
             Node::List(list) => Some(list),
@@ -74,7 +74,7 @@ impl Value {
         }
     }
 
-    /// The string, if it is one.
+    /// The value as a string; `None` for any other kind.
     pub(crate) fn as_text(&self) -> Option<&str> {
         match &self.node {
             Node::Text(text) => Some(&text.content),

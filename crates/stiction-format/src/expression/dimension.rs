@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-/// One whole power, in twelfths, so that square, cube and fourth roots are exact.
+/// The exponent one. Exponents are stored in twelfths, so that square, cube and fourth roots are
+/// exact.
 const ONE: i16 = 12;
 
 /// Dimension of a quantity. Angles are plain numbers; the angle unit only distinguishes `30 deg`
@@ -74,7 +75,7 @@ impl Dimension {
         self.combine(other, i16::checked_sub)
     }
 
-    /// Dimension of a power; `None` if it is not a product of unit powers.
+    /// Dimension of a power; `None` if an exponent is not a multiple of a twelfth or too large.
     pub(crate) fn power(self, exponent: f64) -> Option<Self> {
         let scale = |power: i16| {
             let scaled = f64::from(power) * exponent;

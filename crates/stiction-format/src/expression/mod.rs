@@ -32,7 +32,7 @@ pub(crate) struct Fault {
     pub(crate) message: String,
     pub(crate) label: String,
     pub(crate) help: Option<String>,
-    /// True for a consequence of another reported error.
+    /// True if the error is a consequence of another one that is reported.
     pub(crate) echo: bool,
 }
 

@@ -43,13 +43,13 @@ impl Formula {
         self.steps.push((op, span));
     }
 
-    /// Removes the numbers from index `start` on.
+    /// Removes the instructions from `start` on, all of them constants, and returns their values.
     pub(super) fn cut_constants(&mut self, start: usize) -> Vec<Jet> {
         let start = start.min(self.steps.len());
         self.steps.split_off(start).into_iter().map(|(op, _)| apply(op, &[])).collect()
     }
 
-    /// Number at index `at`.
+    /// Value of the instruction at index `at` if it is a number.
     pub(super) fn number_at(&self, at: usize) -> Option<f64> {
         match self.steps.get(at) {
             Some((Op::Number(value, _), _)) => Some(*value),
@@ -57,7 +57,7 @@ impl Formula {
         }
     }
 
-    /// Value, if it is constant.
+    /// Value of the formula if it is a single number.
     pub(super) fn constant(&self) -> Option<f64> {
         match self.steps.as_slice() {
             [(Op::Number(value, _), _)] => Some(*value),

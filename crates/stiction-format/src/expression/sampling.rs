@@ -34,8 +34,8 @@ impl Formula {
     }
 }
 
-/// Time for which the result of an operation is resolved, s; at most `now` if nothing is known
-/// about it.
+/// Time up to which samples resolve the result of an operation, s, counted from the present;
+/// infinite if the operation has no features.
 fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
     let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(0.0));
     let a = argument(0);

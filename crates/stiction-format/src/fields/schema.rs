@@ -174,7 +174,7 @@ fn shape(shape: &Shape) -> Value {
     }
 }
 
-/// Tables by name with these keys and arbitrary further keys, which are names.
+/// Schema of a group of named tables with these keys, which may also contain arbitrary names.
 fn named_open(fields: &[Field], others: &str) -> Value {
     let mut each = table(fields);
     if let Some(each) = each.as_object_mut() {

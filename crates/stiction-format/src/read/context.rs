@@ -302,7 +302,7 @@ pub(crate) struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    /// Opens a table without other keys; reports unknown and missing keys.
+    /// Opens a table that permits only the keys of `fields`; reports unknown and missing keys.
     pub(crate) fn new(
         context: &'a Context<'a>,
         table: &'a Table,
@@ -326,7 +326,7 @@ impl<'a> Record<'a> {
         record
     }
 
-    /// Opens a table in which names are allowed beside the keys.
+    /// Opens a table that permits names besides the keys of `fields`.
     pub(crate) fn open(
         context: &'a Context<'a>,
         table: &'a Table,

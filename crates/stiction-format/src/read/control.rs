@@ -130,7 +130,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     })
 }
 
-/// Settings of each actuator, and the actuators that have any.
+/// Reads one setting of an actuator into its channel; returns the index of the actuator.
 fn own(
     context: &Context<'_>,
     actuators: &Actuators,

@@ -68,7 +68,7 @@ impl Origin<'_> {
         }
     }
 
-    /// The defect in terms of the file.
+    /// Message that describes a defect in the terms of the model file.
     fn message(&self, defect: &Defect) -> String {
         let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
         let symbol = |name: &str| {

@@ -51,7 +51,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     Drives { title, efforts, samples: None, interpolation: None }
 }
 
-/// Diagnostic for unknown efforts.
+/// Diagnostic for an unknown name of efforts.
 pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
     let place = Place::new(source, 0..source.text.len());
     Diagnostic::error("unknown-name", format!("{} is not understood", quoted(name)))

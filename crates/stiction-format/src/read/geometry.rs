@@ -174,8 +174,8 @@ impl Context<'_> {
         sound.then_some(Mat3::from_columns(x, y, z))
     }
 
-    /// Component of `direction` perpendicular to `axis`, if it dominates; `value` gives the place
-    /// of the direction.
+    /// Unit vector perpendicular to `axis` closest to `direction`; reports a direction that is not
+    /// perpendicular to the axis within [`SQUARE`]. `value` gives the place of the direction.
     pub(crate) fn square_to(
         &self,
         axis: Vec3<f64>,

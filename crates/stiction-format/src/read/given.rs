@@ -14,7 +14,7 @@ use crate::model_file::{Control, Drives, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
-/// Kind of a text on a command line.
+/// Form of a text that an option received.
 enum Given<'a> {
     Assignments,
     File(&'a str),

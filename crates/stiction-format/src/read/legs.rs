@@ -145,7 +145,7 @@ fn placement<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Placement
     Some(Placement { angle, table: Some(table) })
 }
 
-/// Without legs the remaining mechanism would be valid but meaningless.
+/// Reports a group without legs. The remaining mechanism would be valid but meaningless.
 fn no_legs(context: &Context<'_>, list: &Value) {
     context.push(
         Diagnostic::error("legs", "this group has no legs")
@@ -276,8 +276,8 @@ impl Group<'_> {
         all.legs.push(LegDraft { name, joints, bodies: ends });
     }
 
-    /// The home of a leg's body refers to the rotated frame of `from`, whose pose is known only for
-    /// the ground.
+    /// Home of a leg's body in the ground's frame. The file gives it in the rotated frame of
+    /// `from`, which must therefore be the ground.
     fn placed_home(&self, home: Pose<f64>, turn: Mat3<f64>, table: &Table) -> Option<Pose<f64>> {
         if self.from.0 == GROUND_NAME {
             return Some(Pose { rotation: turn, position: Vec3::zero() } * home);

@@ -135,7 +135,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
     }
     Some(ModelFile {
         name: parts.name.clone(),
-        title: record.line("title"),
+        title: title_with_changes(record.line("title"), &context.source),
         source: record.line("source"),
         mechanism,
         initial_poses: parts.initial_poses(),
@@ -148,6 +148,14 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         warnings: Diagnostics::new(),
         parameters: Parameters::default(),
     })
+}
+
+/// The title of a model whose text is changed names the changes, as all results show it.
+fn title_with_changes(title: String, source: &Source) -> String {
+    let Some(changes) = source.changes() else { return title };
+    let changes: Vec<&str> = changes.text.lines().map(str::trim).collect();
+    let comma = if title.is_empty() { "" } else { ", " };
+    format!("{title}{comma}with {}", changes.join(", "))
 }
 
 fn read_motions(record: &Record<'_>, names: &Names, files: Files<'_>) -> Vec<(String, Motion)> {

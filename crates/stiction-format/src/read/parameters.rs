@@ -91,7 +91,7 @@ fn define(context: &Context<'_>, value: &Value) -> Option<Definition> {
     }
 }
 
-/// Order of evaluation, and the definitions that depend on themselves.
+/// Order of evaluation, and the cyclic definitions.
 struct Order {
     sorted: Vec<usize>,
     cycles: Vec<Vec<usize>>,
@@ -137,8 +137,7 @@ impl Order {
     }
 }
 
-/// Cycles among the remaining definitions: following the first open dependence from any of them
-/// leads back to itself.
+/// Finds cycles among the definitions that still wait for others (`waiting` counts these).
 fn cycles(needs: &[Vec<usize>], waiting: &[usize]) -> Vec<Vec<usize>> {
     let waits = |i: usize| waiting.get(i).is_some_and(|&count| count > 0);
     let mut seen = vec![0usize; needs.len()];

@@ -125,7 +125,7 @@ mod tests {
         }
     }
 
-    /// Unequal steps between 0 and 1; neighbours differ by up to a factor of three.
+    /// Sample times from 0 to 1; neighbouring steps differ by up to a factor of three.
     fn uneven(n: usize) -> Arc<[f64]> {
         let steps: Vec<f64> = (0..n - 1).map(|i| [1.0, 0.4, 1.2, 0.7][i % 4]).collect();
         let total: f64 = steps.iter().sum();

@@ -1,5 +1,6 @@
 //! Tests of the crate in one binary, which is linked once.
 
+mod changes;
 mod gallery;
 mod legs;
 mod messages;

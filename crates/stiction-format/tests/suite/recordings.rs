@@ -173,7 +173,8 @@ fn clean(random: &mut Random, rate: f64, count: usize) -> Vec<Sample> {
     }
 }
 
-/// A file with `orders` columns beside the time; numbers with so many significant digits.
+/// Text of a recording with `orders` columns beside the time, its numbers with `digits` significant
+/// digits.
 fn file(samples: &[Sample], orders: usize, digits: usize) -> String {
     let header = ["time [s]", "A [m]", "d(A) [m/s]", "dd(A) [m/s^2]"];
     let mut text = header[..=orders].join(",") + "\n";

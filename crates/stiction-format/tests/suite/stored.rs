@@ -56,12 +56,12 @@ fn drives(contents: Contents) -> Result<Drives, Diagnostics> {
     robot().parse_drives(&Source::new("--drives", "drives.csv"), &files)
 }
 
-/// Rough values, so that a missing sample would show.
+/// Rough values, so that a missing sample is detected.
 fn rough(k: usize) -> f64 {
     ((k * k) as f64 * 0.618).sin()
 }
 
-/// Steps between which neighbours differ by at most a factor of three.
+/// Step lengths of which neighbours differ by at most a factor of three.
 fn uneven(k: usize) -> f64 {
     1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]
 }
@@ -135,7 +135,7 @@ fn assert_same(text: &str) {
     }
 }
 
-/// Counts around the minima for a spline, for windows and for further windows.
+/// Sample counts around the minimum for a spline, for windows and for further windows.
 #[test]
 fn pieces_equal_the_whole_to_the_last_bit() {
     for count in [2, 3, 6, 7, 8191, 8192, 8193, 12_287, 12_288, 20_001] {

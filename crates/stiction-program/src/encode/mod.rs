@@ -89,7 +89,8 @@ impl Target {
         self.set != Set::Neon
     }
 
-    /// Slot at the base address: offsets of both signs let short addresses reach more slots.
+    /// Slot at the base address. It lies beyond the first slot, so that short offsets of both signs
+    /// are used.
     pub(crate) const fn base_slot(self) -> usize {
         match self.set {
             Set::Avx | Set::Avx512 => 128,

@@ -62,7 +62,8 @@ impl Assembler {
         self.emit(form | place << 15 | (first + 1) << 10 | STACK << 5 | first);
     }
 
-    /// Encodes an instruction for one number or for two, with registers in the fields d, n and m.
+    /// Encodes an instruction for one number (`one`) or for two (`two`), with registers in the
+    /// fields d, n and m.
     fn of(&mut self, [one, two]: [u32; 2], d: u8, n: u8, m: u8) {
         let form = if self.is_scalar { one } else { two };
         self.emit(form | u32::from(m) << 16 | u32::from(n) << 5 | u32::from(d));
@@ -257,7 +258,8 @@ mod tests {
         );
     }
 
-    /// stp d8, d9, [sp, #-64]! and so on; ldp d14, d15, [sp, #48] and so on back, and ret.
+    /// The code saves and restores the callee-saved registers: `stp d8, d9, [sp, #-64]!` and so on
+    /// at the start, `ldp` and `ret` at the end.
     #[test]
     fn what_callers_expect_to_be_kept_is_kept() {
         let target = Target { width: Width::One, set: Set::Neon };

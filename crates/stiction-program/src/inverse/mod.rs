@@ -204,7 +204,7 @@ impl InverseProgram {
         );
     }
 
-    /// Returns no targets if the motions of bodies determine everything.
+    /// Returns the targets, or none if the motions of bodies determine everything.
     #[inline]
     fn read_of<'a>(&self, targets: &'a [Target<f64>]) -> &'a [Target<f64>] {
         if self.reads_targets { targets } else { &[] }

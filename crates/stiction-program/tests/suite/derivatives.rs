@@ -262,7 +262,7 @@ fn difference(step: f64, mut of: impl FnMut(f64) -> Vec<f64>) -> Vec<f64> {
     sum
 }
 
-/// Direction of sliding of each interface in the last solution.
+/// Direction of sliding of each interface in the last solution, `true` for positive.
 fn senses_of(robot: &Robot) -> Vec<bool> {
     robot.solver.forces().interfaces.iter().map(|interface| interface.velocity > 0.0).collect()
 }
@@ -331,8 +331,8 @@ fn derivatives_by_the_motion_are_differences() {
     }
 }
 
-/// Text before and after a number, its value, its relative change, and the direction that this
-/// change corresponds to.
+/// Text before and after a number, the number, its relative change, and the direction in parameter
+/// space that corresponds to the change.
 type Case = ([&'static str; 2], f64, f64, Vec<(Quantity, f64)>);
 
 /// Dimensions, masses and coefficients that the test changes in the model's text.

@@ -61,7 +61,7 @@ fn apart(found: &[f64], wanted: &[f64]) -> f64 {
     each.fold(0.0, |max, x| if x > max || x.is_nan() { x } else { max }) / largest
 }
 
-/// All forces, then all moments, of the reactions.
+/// Forces and moments of the reactions, in separate lists.
 fn split(reactions: impl Iterator<Item = [f64; 6]>) -> [Vec<f64>; 2] {
     let mut lists = [Vec::new(), Vec::new()];
     for wrench in reactions {

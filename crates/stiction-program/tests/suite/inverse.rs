@@ -200,7 +200,7 @@ fn equal_values_are_computed_once() {
     assert!(ideal < 900 && first < 1200 && step < 480 && last < 230, "{:?}", program.operations());
 }
 
-/// The inputs are one list: with one too few, the next would be taken for it.
+/// Inputs have no names, so a wrong number of them must be refused.
 #[test]
 fn inputs_must_match_the_recording() {
     let robot = Robot::new("3rps", None);

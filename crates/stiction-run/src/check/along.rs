@@ -40,7 +40,7 @@ pub struct Weakness {
     pub motion: String,
     /// Load that cannot be carried.
     pub load: String,
-    /// For legs, remaining motions of the body with most joints.
+    /// For legs, the motions that the body with most joints retains.
     pub left: Option<String>,
 }
 
@@ -62,7 +62,7 @@ pub struct Nearness {
     pub not_searched: usize,
 }
 
-/// Largest number of close approaches of one kind that are examined; each takes some fifty
+/// Largest number of close approaches of one kind that are examined. Each takes some fifty
 /// decompositions.
 const REFINED: usize = 100;
 /// Index above which a local minimum is not examined unless it is the least so far.
@@ -242,8 +242,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Records a passage, unless one of the last two is less than `apart`, s, away and thus the
-    /// same.
+    /// Records a passage, unless one of the last two is less than `apart`, s, away and therefore
+    /// the same.
     fn cross(&mut self, kind: Kind, time: f64, apart: f64, weakness: Option<Weakness>) {
         if let (Some(found), Some(weakness)) = (&mut self.found[kind as usize], weakness)
             && found.crossings.iter().rev().take(2).all(|(known, _)| (time - known).abs() > apart)

@@ -94,7 +94,7 @@ impl Findings {
         self.singularities().any(|(known, nearness)| known == kind && met(nearness))
     }
 
-    /// Number of motions that the actuators must control, without local rotations.
+    /// Number of motions that the actuators must control, passive spins excluded.
     pub fn to_be_driven(&self) -> usize {
         meant(&self.mobility, &self.architecture).saturating_sub(self.idle_spins.len())
     }

@@ -13,15 +13,15 @@ use stiction_format::Signal;
 /// Update interval of the inverse-dynamics efforts without a controller, s.
 const UPDATE: f64 = 1e-3;
 
-/// Fraction of a period below which two instants count as equal.
+/// Fraction of a sampling period below which the distance of two instants is rounding.
 const SAME: f64 = 1e-6;
 
 /// Source of a prescribed actuator's motion.
 #[derive(Clone, Debug)]
 enum Way<'a> {
-    /// A signal of the motion itself.
+    /// A signal of its own in the motion.
     Signal(&'a Signal),
-    /// Actuator with this index in the motion of the whole mechanism.
+    /// The motion of the whole mechanism, for the actuator with this index.
     Guide(usize),
     /// Locked at this position.
     Stays(f64),
@@ -49,7 +49,7 @@ pub(super) struct Acting<'a> {
     period: Option<f64>,
     /// Returns true once the user wants to stop the simulation.
     stopped: &'a dyn Fn() -> bool,
-    /// True after the user has asked to stop.
+    /// True once the user has asked to stop.
     pub(super) is_stopped: bool,
     /// First error in the evaluation of the inputs.
     pub(super) failed: Option<Error>,

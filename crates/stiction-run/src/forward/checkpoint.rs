@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use stiction_core::forward::{Competitor, Event, EventKind, Method, RateJump};
 use stiction_core::mechanism::{JointId, Mechanism};
 
-/// State of a simulation after one of its samples, as numbers, from which the simulation can be
-/// resumed.
+/// Checkpoint of a simulation after one of its samples, as numbers, from which the simulation can
+/// be resumed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mark {
     /// Number of samples completed.
@@ -21,7 +21,7 @@ pub struct Mark {
     pub events: Vec<Event>,
 }
 
-/// Results of an outcome that are gathered sample by sample; see [`super::Outcome`].
+/// Results that are gathered sample by sample; see [`super::Outcome`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Figures {
     /// Greatest number of redundant constraints at any sample.

@@ -59,7 +59,7 @@ fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
     Told { time: event.time, what, at, detail }
 }
 
-/// Durations of event-driven integration and of time stepping between the first and the last
+/// Total durations of event-driven integration and of time stepping between the first and the last
 /// sample, s.
 pub(crate) fn methods(events: &[Event], (first, last): (f64, f64)) -> [f64; 2] {
     let (mut passed, mut since, mut now) = ([0.0; 2], first, 0);

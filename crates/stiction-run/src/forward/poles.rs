@@ -5,8 +5,8 @@ use stiction_format::Signal;
 /// Number of instants examined: a prime, because poles often lie at simple fractions of the
 /// interval.
 const LOOKS: usize = 4099;
-/// Growth over the last bisections that distinguishes a pole from a zero and from a jump; values at
-/// a pole grow by a factor of about a million.
+/// Growth over the last bisections above which a change of sign is a pole instead of a zero or a
+/// jump; values at a pole grow by a factor of about a million.
 const GROWTH: f64 = 1e3;
 /// Width, in units of the spacing of adjacent floating-point numbers, below which growth is
 /// measured: other signals hardly change within it.

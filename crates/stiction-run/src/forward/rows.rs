@@ -148,7 +148,7 @@ impl Scribe {
         Self { bodies: BodyRow::new(mechanism) }
     }
 
-    /// Continues after these rows, for a restart.
+    /// Continues after these rows of an interrupted run.
     pub fn follow(&mut self, rows: &Rows) {
         self.bodies.follow(&rows.bodies);
     }

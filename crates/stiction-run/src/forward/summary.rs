@@ -23,7 +23,7 @@ pub struct Summary {
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
-    /// Sizes of the energies whose difference is the energy error.
+    /// Magnitudes of the energies whose difference is the energy error.
     energies: Size,
 }
 

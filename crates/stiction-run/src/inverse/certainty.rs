@@ -29,7 +29,7 @@ pub struct Margin {
     pub joint: Option<String>,
 }
 
-/// Uniqueness and friction margin at one sample.
+/// Uniqueness of the solution and friction margin at one sample.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Asked {
     pub(super) coupling: Option<f64>,

@@ -19,8 +19,8 @@ use stiction_core::spatial::Pose;
 
 /// Least and greatest number of samples in a chunk.
 const CHUNK: (usize, usize) = (16, 256);
-/// Number of bodies and joints summed over the samples of a chunk, within these limits; it bounds
-/// the memory of results that wait for their turn.
+/// Limit of the work in a chunk: the number of bodies and joints times that of samples. It bounds
+/// the memory of results that wait for earlier chunks.
 const WEIGHT: usize = 8192;
 /// Largest number of samples in a step of the scout; longer steps save no time.
 const LEAP: usize = 16;
@@ -109,7 +109,7 @@ pub(super) fn carry_out<W: Work>(
     collector.finish()
 }
 
-/// Inputs of the evaluation of a chunk.
+/// Inputs for the evaluation of chunks.
 struct Walk<'a, W> {
     job: &'a Job<'a>,
     instants: &'a Instants,
@@ -170,7 +170,7 @@ impl<W: Work> Walk<'_, W> {
     }
 }
 
-/// Combines chunks in their order.
+/// Combines the results of chunks in the order of time.
 struct Collector<'a, 'b, W: Work, R> {
     walk: Walk<'a, W>,
     /// Index of the first sample after the last chunk, with the solver there.
@@ -282,7 +282,7 @@ impl<'a> Seeds<'a> {
     }
 }
 
-/// Completed chunks on their way from the worker threads to the combining thread.
+/// Exchange of completed chunks between the worker threads and the combining thread.
 struct Board<P> {
     state: Mutex<State<P>>,
     changed: Condvar,

@@ -15,13 +15,13 @@ const ROUNDING: f64 = 1e-9;
 /// Largest number of actuators listed.
 const NAMED: usize = 3;
 
-/// Power that remains after friction when the load back-drives an actuator, at one pose and in the
-/// direction in which the load drives it.
+/// Result of back-driving an actuator by the load at one pose, in the direction in which the load
+/// drives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backward {
     /// The load drives the actuator in neither direction.
     Undriven,
-    /// Friction dissipates a part of the power.
+    /// Friction dissipates some of the power.
     Driven {
         /// Power at the actuator without friction, W, positive.
         given: f64,
@@ -128,8 +128,7 @@ impl BackDriving {
 pub(super) struct Efficiency {
     last: Option<Powers>,
     samples: usize,
-    /// Work while the actuators together deliver power: their work and the dissipated part of it,
-    /// J.
+    /// Work while the actuators together deliver power, and the dissipated share of it, J.
     delivered: f64,
     dissipated: f64,
     turnover: f64,
@@ -169,7 +168,8 @@ impl Efficiency {
         self.samples += 1;
     }
 
-    /// Trapezoidal rule over the part of the step in which the actuators deliver power.
+    /// Integrates by the trapezoidal rule over the fraction of the step in which the actuators
+    /// deliver power.
     fn integrate(&mut self, a: &Powers, b: &Powers) {
         let step = b.time - a.time;
         self.turnover += 0.5 * (a.turnover + b.turnover) * step;

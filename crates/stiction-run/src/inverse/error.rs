@@ -6,7 +6,7 @@ use stiction_core::kinematics::AssemblyError;
 use stiction_format::Diagnostic;
 use thiserror::Error;
 
-/// Load that cannot be carried at singular poses.
+/// Load that the mechanism cannot carry at singular poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
     /// Error at the first such sample.

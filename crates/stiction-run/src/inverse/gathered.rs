@@ -29,7 +29,7 @@ pub(super) struct Gathered<'a> {
 
 impl<'a> Gathered<'a> {
     /// Creates an empty result; `verdict` holds the results of the motion scan, `origin` is the
-    /// kernel's origin in the world, m.
+    /// reference point in the world, m.
     pub(super) fn new(job: &Job<'a>, verdict: Verdict, motors: Motors, origin: Vec3<f64>) -> Self {
         Self {
             verdict,
@@ -44,7 +44,7 @@ impl<'a> Gathered<'a> {
         }
     }
 
-    /// Adds a sample and passes it to `receive` as long as all samples have forces.
+    /// Adds a sample and passes it to `receive`, unless a sample without forces has occurred.
     pub(super) fn take(
         &mut self,
         mechanism: &Mechanism,

@@ -22,7 +22,7 @@ pub enum Phase {
     Forces,
 }
 
-/// Fraction of the fastest sliding speed below which an interface is at rest: at reversals rounding
+/// Fraction of the fastest sliding speed below which an interface is at rest. At reversals rounding
 /// leaves 1e-16 of it instead of zero.
 const REST: f64 = 1e-9;
 /// Sliding speed below which an interface is at rest in any motion, m/s. It applies if all samples

@@ -14,9 +14,9 @@ pub struct Sample<'a> {
     pub time: f64,
     /// Efforts, reactions, frictions and powers.
     pub forces: &'a Forces,
-    /// Poses, twists and accelerations of all bodies, in world axes about the kernel's origin.
+    /// Poses, twists and accelerations of all bodies, in world axes about the reference point.
     pub bodies: &'a Bodies<f64>,
-    /// Kernel's origin in the world, m.
+    /// Reference point in the world, m.
     pub origin: Vec3<f64>,
     /// Coordinates, rates and accelerations of all scalar degrees of freedom of joints, in the order of the
     /// joints, m and rad; angles count full turns.

@@ -3,7 +3,7 @@
 
 use stiction_core::dynamics::InverseDynamics;
 
-/// Tracks the sign of the determinant of the actuation.
+/// Sign of the determinant of the actuation at the last sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sides {
     /// Time of the last sample, s, and the sign there.

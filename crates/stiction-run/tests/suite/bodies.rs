@@ -144,7 +144,7 @@ fn loads_are_told_about_the_origin_in_world_axes() {
     assert!(times.len() > 50);
 }
 
-/// Force of a spring on its first body, and its point of application.
+/// Forces of the springs on their bodies at a row, with their points of application.
 fn pulls(mechanism: &Mechanism, csv: &Csv, row: usize) -> Vec<(BodyId, Vec3<f64>, Vec3<f64>)> {
     let mut all = Vec::new();
     for spring in mechanism.springs() {

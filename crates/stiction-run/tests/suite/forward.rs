@@ -141,7 +141,7 @@ fn quantisation_differences_and_saturation_are_in_the_recurrence() {
     assert!((5..found.len()).contains(&saturated), "{saturated}");
 }
 
-/// Gains from bandwidth and damping: kp = m w^2, kd = 2 m z w.
+/// Default gains from bandwidth and damping: kp = m w^2, kd = 2 m z w.
 #[test]
 fn usual_gains_are_those_of_the_mass() {
     let by_bandwidth = Given::new("", SWAY, "type = pd; bandwidth = 4 Hz; damping = 0.8");

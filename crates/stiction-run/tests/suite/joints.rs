@@ -51,7 +51,8 @@ fn rates_and_accelerations_are_derivatives() {
     assert!(seen > 10_000, "{seen}");
 }
 
-/// A leg of a Stewart platform is as long as its slide says, and a prescribed angle keeps its full turns.
+/// The length of a Stewart platform's leg is the coordinate of its slide plus a constant, and a
+/// prescribed angle keeps its full turns.
 #[test]
 fn legs_and_full_turns() {
     let model = model("gough");
@@ -74,7 +75,7 @@ fn legs_and_full_turns() {
     }
 }
 
-/// The powers of all actuators together are that of the drives in the balance of power.
+/// The powers of the actuators add up to the actuator power in the power balance.
 #[test]
 fn actuators_have_the_power_of_the_drives() {
     for name in ["gough", "five-bar", "zhang2018-regular"] {
@@ -100,8 +101,8 @@ fn actuators_have_the_power_of_the_drives() {
     }
 }
 
-/// At rest the summary says the interval of the effort: the weight of a block on a slope less and plus the
-/// static friction.
+/// The summary of a block at rest on a slope contains the interval of the effort: the weight
+/// component less and plus the static friction limit.
 #[test]
 fn the_summary_has_the_interval_at_rest() {
     let text = "gravity = [0, 0, -10]\n[bodies.block]\nmass = 2\ncom = [0, 0, 0]\ninertia = [1, 1, 1]\n[joints.slide]\ntype = \"P\"\n\

@@ -58,7 +58,8 @@ fn a_payload_equals_a_heavier_body() {
     }
 }
 
-/// Where a part is picked up or placed, there are two rows: the values before and after.
+/// At an instant at which a part is picked up or placed, there are two rows: the values before and
+/// after.
 #[test]
 fn forces_jump_where_a_part_is_picked_up() {
     let body = format!("body = \"platform\"\n{PART}");

@@ -56,7 +56,7 @@ fn from<'a>(told: &'a Told, drive: &str) -> Vec<(&'a str, &'a [f64])> {
     columns.collect()
 }
 
-/// At every sample of every motion under every load.
+/// Sums of contributions at every sample of every motion under every load.
 #[test]
 fn shares_add_up_to_what_friction_makes_of_the_drives() {
     let mut rows = 0;
@@ -98,7 +98,7 @@ fn shares_add_up_to_what_friction_makes_of_the_drives() {
     assert!(rows > 5000, "{rows}");
 }
 
-/// About forty samples are enough.
+/// Time step for about forty samples of a motion.
 fn coarse(model: &ModelFile, motion: &str) -> Option<f64> {
     let duration = model.motion(motion).unwrap().duration;
     (duration > 0.0).then_some(duration / 40.0)
@@ -215,7 +215,7 @@ fn across_the_plane(slope: f64, rho: f64) -> String {
 static NO_LOAD: LoadCase =
     LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
 
-/// A motion under gravity alone.
+/// Job of a motion under gravity alone.
 fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {
     Job {
         model,

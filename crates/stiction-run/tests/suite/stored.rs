@@ -41,7 +41,7 @@ fn stored(text: &str) -> Contents {
     spoilt(text, usize::MAX)
 }
 
-/// Three windows.
+/// Number of samples for three windows.
 const COUNT: usize = 13_000;
 
 /// The crank of a four-bar linkage, or a force on it, every millisecond.

@@ -18,13 +18,13 @@ struct Said {
     gruebler: i64,
     /// For each body, its motions, and those possible to first order only.
     motions: BTreeMap<String, (usize, usize)>,
-    /// By joint.
+    /// Determined components of each joint's reaction.
     determined: BTreeMap<String, [bool; 6]>,
     drives: BTreeMap<String, bool>,
     distances: Vec<f64>,
 }
 
-/// At four instants of the default motion.
+/// Verdicts at four instants of the default motion.
 fn said(model: &ModelFile, change: &Change) -> Vec<Said> {
     let mechanism = change.mechanism(&model.mechanism);
     let types: Vec<_> = mechanism.joints().iter().map(|joint| joint.joint_type).collect();
@@ -103,7 +103,8 @@ fn here(solver: &InverseDynamics) -> Said {
     }
 }
 
-/// `axes` maps each new axis to an old one; `None` if the axes are not compared.
+/// Asserts that two lists of verdicts agree. `axes` maps each new axis to an old one; `None` if the
+/// axes are not compared.
 fn assert_same(what: &str, old: &[Said], new: &[Said], axes: Option<[usize; 3]>) {
     assert_eq!(old.len(), new.len());
     for (old, new) in old.iter().zip(new) {

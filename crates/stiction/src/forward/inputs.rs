@@ -1,4 +1,4 @@
-//! Look-up and checks of what acts in a simulation.
+//! Look-up and checks of the inputs of a simulation.
 
 use super::{Forward, MOST_CONTROLLER_SAMPLES};
 use crate::error::Error;
@@ -13,31 +13,33 @@ use stiction_run::forward::{Feed, Job, pole};
 #[derive(Clone, Debug)]
 pub(super) enum Efforts {
     Given(Drives),
-    /// Those of inverse dynamics for the motion.
+    /// Efforts of inverse dynamics for the motion.
     Inverse,
 }
 
 /// State at the start.
 #[derive(Clone, Debug)]
 pub(super) enum Start {
-    /// Position and rates of the motion; the home position without one.
+    /// Position and rates of the motion, or the home position if there is no motion.
     Motion,
-    /// The motion's position, at rest.
+    /// Position of the motion, at rest.
     AtRest,
-    /// The first instant of these assignments.
+    /// State at the first instant of these assignments.
     Given(Motion),
-    /// Single coordinates and rates.
+    /// Given coordinates and rates.
     Known(Vec<Known>),
 }
 
-/// Renumbers efforts after actuators were added; `place` maps an old index to the new one.
+/// Changes the actuator indices of efforts after actuators were added; `place` maps an old index to
+/// the new one.
 pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usize) {
     for (actuator, _) in &mut drives.efforts {
         *actuator = place(*actuator);
     }
 }
 
-/// Renumbers a controller's channels after actuators were added, `count` of them in all.
+/// Changes the actuator indices of a controller after actuators were added; `count` is the new
+/// number of actuators.
 pub(super) fn renumber_control(
     control: &mut Control,
     count: usize,
@@ -56,7 +58,7 @@ pub(super) fn renumber_control(
 }
 
 impl Forward {
-    /// Degrees of freedom that a name means: all of a joint, or one of them.
+    /// Degrees of freedom with a name: all of a joint, or one of them.
     pub(super) fn dofs_of(&self, name: &str) -> Result<Vec<(JointId, usize)>, Error> {
         let joints = self.robot.mechanism().joints();
         let names: Vec<String> = joints.iter().map(|joint| joint.name.clone()).collect();
@@ -92,7 +94,7 @@ impl Forward {
     }
 }
 
-/// Refuses requests that contradict themselves, and efforts without a finite value.
+/// Refuses contradictory requests, and efforts without a finite value.
 pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let mechanism = &job.model.mechanism;
     if let Feed::Given(drives) = job.drives {
@@ -136,7 +138,7 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     refuse_poles(job)
 }
 
-/// Refuses rates of rotation vectors without their values: an angular velocity follows from both.
+/// Refuses rates of rotation vectors without their values: the angular velocity depends on both.
 fn check_start(request: &Forward) -> Result<(), Error> {
     let Start::Known(known) = &request.start else { return Ok(()) };
     let is_incomplete = known.iter().any(|one| match one.coordinate {
@@ -236,7 +238,7 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
     Ok(())
 }
 
-/// Refuses forces with a pole: integration would pass over it and give arbitrary numbers.
+/// Refuses forces with a pole, which integration would step over with arbitrary results.
 fn refuse_poles(job: &Job<'_>) -> Result<(), Error> {
     let refuse = |what: String, at: f64| {
         Err(Error::input(format!("{what} has no finite value at t = {at} s"))

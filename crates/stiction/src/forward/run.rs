@@ -192,13 +192,13 @@ impl Sample {
 pub struct Event {
     /// Time, s.
     pub time: f64,
-    /// Friction interface or joint; empty where the event concerns the whole mechanism.
+    /// Friction interface or joint; empty if the event concerns the whole mechanism.
     pub at: String,
     /// Kind of event, with its numbers.
     pub kind: EventKind,
 }
 
-/// Events with the names of what they concern.
+/// Adds the names of interfaces and joints to events.
 pub(super) fn named(names: &Names, events: &[stiction_core::forward::Event]) -> Vec<Event> {
     let name = |event: &stiction_core::forward::Event| match &event.kind {
         EventKind::Sticks { interface, .. } | EventKind::Slides { interface, .. } => {
@@ -256,7 +256,7 @@ impl Run {
         &self.events
     }
 
-    /// The end of the simulation: `Ok` if it reached its last instant, else the reason why not.
+    /// The end of the simulation: `Ok` if it reached its end time, else the reason.
     pub fn ended(&self) -> Result<(), &Error> {
         self.ended.as_ref().copied()
     }
@@ -268,7 +268,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// All events, once all samples have been taken.
+    /// All events, once the iterator has returned all samples.
     pub fn events(&self) -> Option<&[Event]> {
         self.stream.result().map(Vec::as_slice)
     }

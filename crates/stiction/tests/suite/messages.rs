@@ -2,7 +2,7 @@ use super::pendulum;
 use stiction::core::joint::JointType;
 use stiction::{BodySpec, ErrorKind, JointSpec, Robot};
 
-/// Message and suggestion of the error that something ends with.
+/// Message and suggestion of the error in a result.
 fn told<T>(result: Result<T, stiction::Error>) -> String {
     let error = result.err().expect("an error");
     assert_eq!(error.kind(), ErrorKind::Input);

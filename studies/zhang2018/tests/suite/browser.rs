@@ -1,5 +1,5 @@
-//! Reports in a browser: nothing is fetched or run, all is there, wide or narrow, light or dark. Pictures
-//! for people lie in `target/browser`.
+//! Checks of reports in a browser: nothing is fetched or executed, and everything is visible, wide
+//! or narrow, light or dark. Screenshots are written to `target/browser`.
 
 use crate::chromium::look_at;
 

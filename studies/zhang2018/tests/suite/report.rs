@@ -1,4 +1,4 @@
-//! A made-up report, read back from every form that it is given in.
+//! An artificial report, read back from each of its formats.
 
 use crate::sample::{HOSTILE, colours, drives, report};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -11,7 +11,7 @@ fn parse(text: &str) -> Document<'_> {
     Document::parse_with_options(text, options).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// All text within a node.
+/// Concatenated text of a node.
 fn text(node: Node<'_, '_>) -> String {
     let texts =
         node.descendants().filter(Node::is_text).filter_map(|n| n.text().map(str::to_owned));
@@ -22,7 +22,7 @@ fn elements<'a>(within: Node<'a, 'a>, name: &'a str) -> impl Iterator<Item = Nod
     within.descendants().filter(move |node| node.tag_name().name() == name)
 }
 
-/// Text without what XML cannot hold.
+/// Removes characters that XML does not allow.
 fn kept(text: &str) -> String {
     text.chars().filter(|c| !c.is_control()).collect()
 }
@@ -38,7 +38,7 @@ fn tables(report: &Report) -> impl Iterator<Item = &Table> {
     })
 }
 
-/// A report of these blocks.
+/// A report with these blocks.
 fn of(blocks: Vec<Block>) -> Report {
     let section = Section { id: "one".into(), title: "One".into(), blocks };
     Report { title: "Made up".into(), lead: vec![], sections: vec![section], footer: vec![] }
@@ -112,7 +112,7 @@ fn a_page_says_everything() {
     assert!(!whole.contains("NaN") && whole.contains("https://example.org/a"));
 }
 
-/// Lines of plots as the page draws them.
+/// Plots in the page use the page's colours.
 #[test]
 fn plots_follow_the_page() {
     let html = report().html();
@@ -146,7 +146,7 @@ fn plots_follow_the_page() {
     }
 }
 
-/// Items of the legends of a report's figures.
+/// Legend entries of a figure in a report.
 fn legends(figure: Figure) -> Vec<Vec<String>> {
     let report = of(vec![Block::Curves { id: "f".into(), figure, caption: String::new() }]);
     let html = report.html();
@@ -168,7 +168,7 @@ fn legends_are_common_where_lines_mean_the_same() {
     assert_eq!((legends[1][0].as_str(), legends[1][1].as_str()), ("power [W]:", "something else"));
 }
 
-/// Whether `shown` is the cell's number but for rounding to the digits that it asks for.
+/// Tests if `shown` is the cell's number, rounded to the digits that the cell requests.
 fn is_shown(cell: &Cell, shown: &str) -> bool {
     let (x, unit) = match *cell {
         Cell::Text(_) => return true,
@@ -219,7 +219,7 @@ fn a_page_has_every_number() {
     }
 }
 
-/// Cells of a row of Markdown: a pipe that has a backslash before it is not the end of one.
+/// Cells of a Markdown table row; an escaped pipe does not end a cell.
 fn cells(row: &str) -> Vec<String> {
     let row = row.strip_prefix("| ").and_then(|row| row.strip_suffix('|')).unwrap();
     let mut cells = vec![String::new()];
@@ -286,7 +286,7 @@ fn links_of_markdown_have_their_targets() {
     }
 }
 
-/// Elements that were meant are there, those of the text are not.
+/// Markdown contains the intended elements and none from the content.
 #[test]
 fn markdown_is_not_broken_out_of() {
     let markdown = report().markdown();
@@ -315,7 +315,7 @@ fn read(csv: &str) -> Vec<Vec<String>> {
     reader.records().map(|row| row.unwrap().iter().map(str::to_owned).collect()).collect()
 }
 
-/// What a cell of a file stands for; nothing stands for what is no number.
+/// Number in a cell of a file; an empty cell is NaN.
 fn value(cell: &str) -> f64 {
     if cell.is_empty() { f64::NAN } else { cell.parse().unwrap() }
 }
@@ -402,7 +402,7 @@ fn lines_of_one_name_have_their_own_columns() {
     assert_eq!(file(&report, "f.csv"), expected);
 }
 
-/// On white whoever looks at them, and with the colours that pages have.
+/// Picture files have a white background and define all colours that they use.
 #[test]
 fn pictures_stand_alone() {
     for (name, svg) in report().pictures() {
@@ -464,7 +464,7 @@ fn defects_are_found() {
     assert_eq!(page.descendants().filter(|n| n.attribute("id") == Some("one")).count(), 1);
 }
 
-/// A row that is too short or too long breaks nothing.
+/// Rows shorter or longer than the header are rendered.
 #[test]
 fn rows_of_any_length_are_drawn() {
     let mut table = Table::new("t", "", [("a", ""), ("b", "")]);

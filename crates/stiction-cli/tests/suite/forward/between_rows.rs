@@ -36,7 +36,8 @@ fn turns_between_rows_count() {
     }
 }
 
-/// Simulates 1 kg on a level guide under a formula; returns its final rate and its table of events.
+/// Simulates a mass of 1 kg on a level guide under an effort given as a formula; returns its final
+/// rate and its table of events.
 fn pushed(folder: &Folder, mu: &str, drive: &str, step: &str) -> (f64, String) {
     let model = format!(
         r#"

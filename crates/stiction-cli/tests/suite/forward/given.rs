@@ -104,7 +104,7 @@ fn a_lock_of_one_of_two_dofs_is_named() {
     assert!(folder.read("forward.csv").contains(",leg2.U.second.drive [N m],"));
 }
 
-/// A motion that begins beyond half a turn keeps its turns; a lock named twice is one lock.
+/// A motion that begins beyond half a turn keeps its turns; a joint locked twice is locked once.
 #[test]
 fn angles_count_on_from_where_they_are() {
     let folder = Folder::new("forward-turns");
@@ -130,9 +130,9 @@ fn angles_count_on_from_where_they_are() {
         .succeeds();
 }
 
-/// A cart with prescribed motion and a free pendulum, which the motion need not determine. At an
-/// angle of atan(a/g) backwards, the pendulum is at rest relative to the cart, and the effort of
-/// the cart accelerates the total mass.
+/// A cart with prescribed motion carries a pendulum, whose motion is free. At an angle of atan(a/g)
+/// backwards, the pendulum is at rest relative to the cart, and the effort of the cart accelerates
+/// the total mass.
 #[test]
 fn what_is_not_prescribed_is_free() {
     let folder = Folder::new("forward-cart");

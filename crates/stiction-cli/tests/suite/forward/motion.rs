@@ -3,7 +3,8 @@
 use crate::program::models::slope;
 use crate::program::{Folder, column, json};
 
-/// From rest: s = g (sin a - mu cos a) t^2/2 downwards, or stick.
+/// Closed form of a block on a slope, released at rest: s = g (sin a - mu cos a) t^2/2 downwards,
+/// or it sticks.
 #[test]
 fn a_block_slides_or_sticks() {
     let folder = Folder::new("forward-slope");
@@ -33,8 +34,8 @@ fn a_block_slides_or_sticks() {
     assert_eq!(json(&folder.read("summary.json"))["friction"]["slope"]["sticks"], 2.0);
 }
 
-/// Forward and inverse dynamics share neither unknowns nor elimination. Through files: the efforts
-/// that inverse dynamics computes for a simulated motion are those of the simulation.
+/// The efforts that inverse dynamics computes for a simulated motion, read from its files, are
+/// those of the simulation. Forward and inverse dynamics share neither unknowns nor elimination.
 #[test]
 fn inverse_dynamics_of_a_simulation_returns_its_efforts() {
     let folder = Folder::new("forward-inverse");
@@ -82,8 +83,8 @@ fn inverse_dynamics_of_a_simulation_returns_its_efforts() {
     }
 }
 
-/// Rods of little inertia about their own axes between two balls: too many events for the
-/// event-driven method, but not for time stepping.
+/// Rods between two balls have little inertia about their own axes, which causes too many events
+/// for the event-driven method; the simulation continues by time stepping.
 #[test]
 fn a_delta_robot_is_passed_in_steps_and_says_so() {
     let folder = Folder::new("forward-delta");

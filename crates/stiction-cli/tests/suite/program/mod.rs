@@ -93,7 +93,8 @@ impl From<Output> for Said {
 }
 
 impl Said {
-    /// Asserts that it ended with `code` and that its errors contain all of `texts`.
+    /// Asserts that the program ended with exit code `code` and that its messages contain all of
+    /// `texts`.
     #[track_caller]
     pub(crate) fn fails(&self, code: i32, texts: &[&str]) {
         assert_eq!(self.code, code, "{}{}", self.out, self.err);
@@ -102,7 +103,7 @@ impl Said {
         }
     }
 
-    /// Asserts that it ended with success.
+    /// Asserts that the program ended with exit code 0; returns its output.
     #[track_caller]
     pub(crate) fn succeeds(&self) -> &str {
         assert_eq!(self.code, 0, "{}{}", self.out, self.err);

@@ -12,8 +12,8 @@ use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Adds linearised friction to rows and columns. Requires the joint wrenches of the last update
-    /// of normal forces.
+    /// Adds linearised friction to rows and columns of the balance. Requires the joint wrenches at
+    /// which the normal forces were last updated.
     pub(in crate::dynamics) fn apply_friction(
         &mut self,
         plan: &BalancePlan,
@@ -51,8 +51,9 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Solves for the wrench of a cut joint, `columns + sum of q (constant + slope.power(wrench))`,
-    /// with `q` the wrench of each interface per newton of friction.
+    /// Computes the wrench of a cut joint with linearised friction: solves `wrench = columns + sum
+    /// of q (constant + slope.power(wrench))`, with `q` the wrench of each interface per newton of
+    /// friction.
     fn apply_friction_at_cut(
         &mut self,
         topology: &Topology,
@@ -95,8 +96,8 @@ impl<T: Scalar> Balance<T> {
         self.cut_constants[cut] = absorb(constant);
     }
 
-    /// Solves the balance of [`Self::factor_frictionless`] with the present friction of one interface alone;
-    /// writes the actuator efforts against it.
+    /// Solves the balance of [`Self::factor_frictionless`] with the present friction of one
+    /// interface alone; writes the actuator efforts that overcome it.
     pub(in crate::dynamics) fn apply_friction_alone(
         &mut self,
         plan: &BalancePlan,

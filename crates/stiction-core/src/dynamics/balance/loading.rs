@@ -13,7 +13,7 @@ use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Sets motion, loads and spring forces; no friction.
+    /// Computes the wrenches required by motion, loads and springs, without friction.
     pub(in crate::dynamics) fn load(
         &mut self,
         plan: &BalancePlan,

@@ -30,7 +30,8 @@ pub(crate) struct Balance<T> {
     constants: Vec<T>,
     /// Constant part of the wrench at each cut, due to friction.
     cut_constants: Vec<Wrench<T>>,
-    /// Wrench at each node's link, parent on child, and at each cut, predecessor on successor.
+    /// Wrench that each node's joint transmits, parent on child, and that at each cut, predecessor
+    /// on successor.
     node_wrenches: Vec<Wrench<T>>,
     cut_wrenches: Vec<Wrench<T>>,
     entries: Vec<T>,
@@ -96,8 +97,8 @@ impl<T: Scalar> Balance<T> {
         program.pivots().map(|slot| self.factors[slot]).collect()
     }
 
-    /// Unknowns that determine all wrenches: those at the cuts and accelerations of local degrees
-    /// of freedom.
+    /// Unknowns that determine all wrenches: the wrenches at the cuts and the accelerations of
+    /// local degrees of freedom.
     pub(super) fn carried(&self, structure: &BalanceStructure) -> (Vec<Wrench<T>>, Vec<T>) {
         (
             self.cut_wrenches.clone(),
@@ -105,8 +106,8 @@ impl<T: Scalar> Balance<T> {
         )
     }
 
-    /// Computes all wrenches from those at the cuts and the accelerations of local degrees of
-    /// freedom.
+    /// Computes all wrenches from the wrenches at the cuts and the accelerations of local degrees
+    /// of freedom.
     pub(super) fn carry(&mut self, plan: &BalancePlan, cuts: &[Wrench<T>], spins: &[T]) {
         let BalancePlan { topology, structure, .. } = plan;
         self.node_wrenches.copy_from_slice(&self.demand);
@@ -169,7 +170,8 @@ impl<T: Scalar> Balance<T> {
         plan.program.factor(&self.entries, &mut self.factors);
     }
 
-    /// Computes the actuator efforts: the effort of the joint on their DOFs minus that of friction.
+    /// Computes the actuator efforts: for each actuated DOF the effort that the joint transmits,
+    /// less that of friction.
     pub(super) fn read_efforts(
         &self,
         topology: &Topology,
@@ -224,7 +226,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Collects the complete wrench of every joint.
+    /// Collects the complete wrench of every joint from those of nodes and cuts.
     fn collect(&mut self, topology: &Topology) {
         for (joint, role) in topology.role.iter().enumerate() {
             self.joint_wrenches[joint] = match *role {

@@ -63,8 +63,8 @@ impl<T: Scalar> Inverse<T> {
         &self.efforts_frictionless
     }
 
-    /// Complete wrench of each joint, predecessor on successor, about the kernel origin in world
-    /// axes: constraint, effort and friction together.
+    /// Complete wrench of each joint, predecessor on successor, about the reference point in world
+    /// axes. Includes constraint, actuator and friction forces.
     pub fn joint_wrenches(&self) -> &[Wrench<T>] {
         &self.balance.joint_wrenches
     }
@@ -80,8 +80,8 @@ impl<T: Scalar> Inverse<T> {
         &self.interfaces.states
     }
 
-    /// Sets the static friction of an interface at rest, as a part of the largest friction:
-    /// components along its DOFs, of length one at most. Zero unless set.
+    /// Sets the static friction of an interface at rest, as a fraction of its limit: components
+    /// along its DOFs, a vector of length one at most. The default is zero.
     pub fn set_static_friction(&mut self, interface: usize, held: [T; 3]) {
         self.interfaces.held[interface] = held;
     }
@@ -191,7 +191,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.carried(&model.balance.structure)
     }
 
-    /// Takes one Newton step of the coupling with friction linearised at these unknowns, see
+    /// Takes one Newton step of the coupling with friction linearised about these unknowns, see
     /// [`Self::carried`]. [`Self::efforts`], [`Self::joint_wrenches`] and normal forces are those
     /// after the step. Requires a [`Self::solve`] at this motion, in any friction mode.
     pub fn step_from(
@@ -207,8 +207,8 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model.topology(), parameters, bodies);
     }
 
-    /// Takes one Newton step of the coupling with friction linearised at these joint wrenches,
-    /// predecessor on successor about the kernel origin. Wrenches of joints without friction have
+    /// Takes one Newton step of the coupling with friction linearised about these joint wrenches,
+    /// predecessor on successor about the reference point. Wrenches of joints without friction have
     /// no influence.
     pub fn step_at(
         &mut self,
@@ -241,7 +241,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.solve(plan, parameters, bodies)
     }
 
-    /// Computes the efforts with the friction of the present normal forces.
+    /// Computes the efforts that include the friction of the present normal forces.
     pub(super) fn finish_friction(
         &mut self,
         topology: &Topology,

@@ -23,7 +23,7 @@ impl<T: Scalar> Inverse<T> {
         self.interfaces.update_normal_forces(parameters, bodies, wrenches);
     }
 
-    /// Updates slip and laws, with friction coefficients times `part`.
+    /// Updates slip and friction laws, with all friction coefficients multiplied by `part`.
     pub(in crate::dynamics) fn apply_friction_at(
         &mut self,
         topology: &Topology,
@@ -39,7 +39,8 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    /// Solves again with changed static friction at the same motion, to first order in the change.
+    /// Solves again at the same motion after a change of static friction, to first order in the
+    /// change.
     pub(in crate::dynamics) fn update_static_friction(
         &mut self,
         model: &Model,
@@ -59,12 +60,12 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model.topology(), parameters, bodies);
     }
 
-    /// Sets the friction of all interfaces.
+    /// Sets the friction law value of all interfaces.
     pub(in crate::dynamics) fn set_resistances(&mut self, resistance: Resistance<T>) {
         self.interfaces.states.iter_mut().for_each(|state| state.resistance = resistance);
     }
 
-    /// Sets the friction of one interface.
+    /// Sets the friction law value of one interface.
     pub(in crate::dynamics) fn set_resistance(
         &mut self,
         interface: usize,

@@ -23,8 +23,9 @@ impl<T: Scalar> Inverse<T> {
             && (self.orientation() - T::one()).largest() == 0.0
     }
 
-    /// True if the coupling has converged as far as round-off permits: near locking, where normal
-    /// forces grow, Newton's method stagnates above the change of a single solve.
+    /// True if the coupling has converged as far as rounding permits: near locking, where normal
+    /// forces grow, the changes in Newton's method stop decreasing above the rounding of a single
+    /// solution.
     pub(in crate::dynamics) fn friction_stagnated(&self) -> bool {
         let loads = self.interfaces.states.iter().map(|c| c.load.value.largest());
         let largest = loads.fold(0.0, f64::max);
@@ -34,8 +35,8 @@ impl<T: Scalar> Inverse<T> {
             && (self.orientation() - T::one()).largest() == 0.0
     }
 
-    /// True if the balance holds to round-off and its reactions are in proportion to the load.
-    /// Otherwise the elimination order does not suit the position.
+    /// True if the balance holds to round-off and its reactions are not large compared with the
+    /// load. Otherwise the elimination order does not suit the position.
     pub fn is_balanced(&self, model: &Model, parameters: &Parameters<T>) -> bool {
         // With larger growth a reaction keeps fewer than eight digits.
         const GROWTH: f64 = 1e8;

@@ -13,15 +13,15 @@ use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
-/// Part of the largest static friction for the finite differences: small enough to leave normal
-/// forces almost unchanged, large enough for round-off.
+/// Step of the finite differences, as a fraction of the static friction limit: small enough to
+/// leave normal forces almost unchanged, large enough for round-off.
 const PROBE: f64 = 1e-3;
 /// Number of updates of the directions of static friction.
 const ROUNDS: usize = 4;
 /// Difference below which two directions are equal.
 const SAME: f64 = 1e-6;
 
-/// Position with all data needed to solve it again.
+/// Position with all data needed to solve the balance again.
 pub(in crate::dynamics) struct Position<'a> {
     pub(in crate::dynamics) model: &'a Model,
     pub(in crate::dynamics) parameters: &'a Parameters<f64>,
@@ -94,13 +94,14 @@ pub(in crate::dynamics) fn bound_efforts(
     forces.certify_bounds(changes);
 }
 
-/// Range of an effort during the search for its extreme.
+/// Range of an effort in the search for its extreme value.
 pub(super) struct Extreme {
     pub(super) least: f64,
     pub(super) greatest: f64,
 }
 
-/// Goal of the search: the effort to raise (sense 1) or lower (-1), and its start value.
+/// Goal of the search: the largest (sense 1) or smallest (-1) value of an effort, and its value at
+/// the start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
     pub(super) actuator: usize,
@@ -108,8 +109,8 @@ pub(super) struct Goal {
     pub(super) before: f64,
 }
 
-/// Raises (lowers) an effort from `start` as far as static friction can, with the derivatives
-/// `slopes` of the efforts. Prescribed directions stay.
+/// Finds the largest (smallest) value that static friction can give to an effort, starting from
+/// `start`, with the derivatives `slopes` of the efforts. Prescribed directions do not change.
 pub(super) fn extreme(
     inverse: &mut Inverse<f64>,
     position: &mut Position<'_>,

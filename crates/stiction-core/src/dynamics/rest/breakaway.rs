@@ -13,8 +13,8 @@ use nalgebra::{DMatrix, DVector};
 /// or N m.
 ///
 /// The impending motion has a positive (negative) rate of this actuator and zero rates of the
-/// others. Every interface that slides in it has its largest static friction against the sliding,
-/// coupled with the normal forces. An interface that does not slide may have any static friction.
+/// others. Every interface that slides in it exerts its static friction limit against the sliding,
+/// coupled with the normal forces. An interface that does not slide may exert any static friction.
 /// If that affects the normal forces, the effort is an interval: motion may begin at the first
 /// number and begins at the latest at the second. Infinite if friction locks the mechanism against
 /// that motion.
@@ -26,7 +26,7 @@ pub struct Breakaway {
     pub backward: (f64, f64),
 }
 
-/// Part of the largest sliding velocity below which an interface does not slide.
+/// Fraction of the largest sliding velocity below which an interface does not slide.
 const STILL: f64 = 1e-9;
 
 /// Sliding velocities of all interfaces for a unit rate of each actuator, the others at rest;
@@ -70,7 +70,7 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
     velocities.collect()
 }
 
-/// Breakaway efforts of one actuator from the velocities of its impending motion. Leaves changed
+/// Breakaway efforts of one actuator from the velocities of its impending motion. Changes the
 /// static friction in `inverse`.
 pub(super) fn break_away(
     inverse: &mut Inverse<f64>,

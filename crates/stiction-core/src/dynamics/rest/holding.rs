@@ -7,17 +7,18 @@ use super::outer::greatest_frictions;
 use crate::linalg::Svd;
 use nalgebra::{DMatrix, DVector};
 
-/// Holding of a position by static friction while some actuators exert no effort.
+/// Result of the test for self-locking: whether static friction holds a position while some
+/// actuators exert no effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Holding {
     /// Guaranteed verdict.
     pub verdict: Verdict,
-    /// Part of all static coefficients needed to hold the position: a guaranteed lower bound and a
-    /// guaranteed upper bound. Infinite where no sufficient part was found.
+    /// Fraction of all static coefficients needed to hold the position: a guaranteed lower bound
+    /// and a guaranteed upper bound. Infinite if no sufficient fraction was found.
     pub needed: (f64, f64),
     /// Friction forces that hold the position, for each interface along its DOFs, with the sign of
-    /// the sliding that they oppose, N. Empty where the verdict follows from an effort interval
-    /// that contains zero.
+    /// the sliding that they oppose, N. Empty if the verdict follows from an effort interval that
+    /// contains zero.
     pub frictions: Vec<Vec<f64>>,
 }
 
@@ -32,24 +33,25 @@ pub enum Verdict {
     Undecided,
 }
 
-/// Iterations of normal forces and friction.
+/// Number of iterations between normal forces and friction.
 const ROUNDS: usize = 60;
 /// Iterations of the weighted least squares, and the factor by which each reduces the smoothing.
 const STEPS: usize = 200;
 const SHARPEN: f64 = 0.8;
 const REFINEMENTS: usize = 3;
-/// Relative residual of the required wrench that counts as round-off.
+/// Relative residual of the equations that counts as round-off.
 const MET: f64 = 1e-12;
-/// Bisections for the largest insufficient part of the coefficients.
+/// Number of bisections for the largest insufficient fraction of the coefficients.
 const HALVINGS: usize = 40;
-/// Largest part of the coefficients considered.
+/// Largest fraction of the coefficients that is tried.
 const MOST: f64 = 1e6;
 /// Relative effort of unpowered actuators that counts as zero.
 const NOTHING: f64 = 1e-10;
 /// Bounds that differ relatively by less are equal.
 const SAME: f64 = 1e-9;
 
-/// Equations of efforts and accelerations that must vanish: `slopes * frictions = missing`.
+/// Linear equations for the friction forces, `slopes * frictions = missing`: certain efforts and
+/// accelerations must vanish.
 pub(super) struct Demand {
     slopes: DMatrix<f64>,
     missing: DVector<f64>,
@@ -63,8 +65,8 @@ struct Share {
 }
 
 impl Demand {
-    /// Efforts (with their values without friction) and accelerations of local degrees of freedom
-    /// that must vanish.
+    /// Equations for efforts (with their values without friction) and accelerations of local
+    /// degrees of freedom that must vanish.
     pub(super) fn new(
         map: &FrictionMap<'_>,
         efforts: &[(usize, f64, f64)],
@@ -202,13 +204,13 @@ fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// Friction limits for these normal forces, forward and backward.
+/// Friction limits for these normal forces, for forward and backward sliding.
 fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
     let limit = |(interface, load): (usize, &f64)| map.coefficients(interface).map(|mu| mu * load);
     loads.iter().enumerate().map(limit).collect()
 }
 
-/// Decides whether friction satisfies the equations.
+/// Decides whether admissible friction forces satisfy the equations.
 pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
     let nothing = vec![0.0; map.len()];
     if demand.missing.norm() == 0.0 {
@@ -238,9 +240,9 @@ pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
     Holding { verdict, needed: (not_enough, enough), frictions }
 }
 
-/// Iterates distributions and the normal forces that they cause; returns the part of the
-/// coefficients that the best distribution needs. Each distribution is checked with its own normal
-/// forces, so the part is attained.
+/// Iterates between friction distributions and the normal forces that they cause; returns the
+/// fraction of the coefficients that the best distribution needs. Each distribution is checked with
+/// its own normal forces, so the fraction is attained.
 fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
     let mut frictions = vec![0.0; map.len()];
     let mut best = (f64::INFINITY, frictions.clone());
@@ -266,7 +268,7 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
     best
 }
 
-/// Largest part of the coefficients, up to `most`, that is guaranteed to be insufficient.
+/// Largest fraction of the coefficients, up to `most`, that is guaranteed to be insufficient.
 ///
 /// All solutions equal one solution, `known`, plus frictions without effect on the equations.
 /// Normal forces are therefore bounded relative to `known` as well as to zero friction; only
@@ -317,7 +319,7 @@ fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, know
     low
 }
 
-/// Friction of each interface.
+/// Friction components, grouped by interface.
 fn split(map: &FrictionMap<'_>, frictions: &[f64]) -> Vec<Vec<f64>> {
     let mut each = vec![Vec::new(); map.interfaces()];
     for (owner, friction) in map.owners().zip(frictions) {

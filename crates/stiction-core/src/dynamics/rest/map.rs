@@ -78,7 +78,7 @@ impl<'a> FrictionMap<'a> {
         Self { parameters, bodies, inverse, components, coupled }
     }
 
-    /// Number of components of all frictions.
+    /// Number of components over all interfaces.
     pub(super) fn len(&self) -> usize {
         self.components.len()
     }
@@ -127,12 +127,12 @@ impl<'a> FrictionMap<'a> {
         self.inverse.interfaces()[interface].sliding == 0.0
     }
 
-    /// Normal force of an interface without static friction, N.
+    /// Normal force of an interface in the absence of static friction, N.
     pub(super) fn load_without(&self, interface: usize) -> f64 {
         self.inverse.interfaces()[interface].load()
     }
 
-    /// Normal forces of all interfaces under frictions, N.
+    /// Normal forces of all interfaces for these friction components, N.
     pub(super) fn loads(&self, frictions: &[f64]) -> Vec<f64> {
         (0..self.interfaces())
             .map(|interface| {
@@ -202,7 +202,7 @@ impl<'a> FrictionMap<'a> {
     }
 }
 
-/// Unit vector.
+/// Unit vector of this length with a one at index `place`.
 pub(super) fn unit(length: usize, place: usize) -> Vec<f64> {
     (0..length).map(|k| if k == place { 1.0 } else { 0.0 }).collect()
 }

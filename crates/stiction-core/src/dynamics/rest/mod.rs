@@ -34,9 +34,9 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Extends effort intervals to the breakaway efforts, at which every friction is within its
-    /// limits. With strong coupling an interval may end before them, since not all static frictions
-    /// are tried.
+    /// Extends the effort intervals to the breakaway efforts, at which every friction is within its
+    /// limits. With strong coupling the computed interval may end before them, since not all static
+    /// frictions are tried.
     pub(super) fn extend_intervals(&self, forces: &mut Forces) {
         if forces.bounds != Bounds::Attained {
             return;
@@ -51,9 +51,9 @@ impl Rest {
         }
     }
 
-    /// Decides undecided holding from the effort intervals. If each static friction has a unique
-    /// solution, solutions change continuously; an interval that contains zero then contains a
-    /// static friction with zero effort.
+    /// Decides undecided verdicts from the effort intervals. If the solution is unique for every
+    /// static friction, it depends on it continuously; an interval that contains zero then contains
+    /// a static friction with zero effort.
     pub(super) fn take_intervals(&mut self, forces: &Forces) {
         if !matches!(forces.bounds, Bounds::Exact | Bounds::Certified) {
             return;

@@ -6,10 +6,10 @@ use super::map::{FrictionMap, unit};
 use crate::friction_problem::uniqueness::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
-/// Upper bound of the friction force of each interface, forward and backward (positive and
-/// negative), over all solutions of the friction laws with coefficients times `part`; for a sliding
-/// interface, of its change. `loads` and `couplings` bound the normal forces: `N <= loads +
-/// couplings |friction|`. `None` if the spectral radius of the coupling is one or more.
+/// Upper bound of the friction force of each interface, for forward and backward sliding (positive
+/// and negative friction), over all solutions of the friction laws with coefficients times `part`;
+/// for a sliding interface, of its change. `loads` and `couplings` bound the normal forces: `N <=
+/// loads + couplings |friction|`. `None` if the spectral radius of the coupling is one or more.
 ///
 /// With `M = mu couplings` and a spectral radius of M below one, `|f| <= mu loads + M |f|` gives
 /// `|f| <= (I - M)^-1 mu loads`, as that inverse has no negative entries.

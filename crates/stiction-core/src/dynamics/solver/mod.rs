@@ -65,10 +65,10 @@ pub struct InverseDynamics {
     /// comparable along a motion, independent of later compilations.
     first_rates: Arc<StaticLu>,
     forces: Forces,
-    /// Bound on the coupling in the last solution by the kernel.
+    /// Bound on the coupling in the last solution by the kernel, see [`InverseDynamics::coupling`].
     strength: f64,
     coupling_workspace: CouplingWorkspace,
-    /// Allocated on first use.
+    /// Buffers for the friction contributions, allocated on first use.
     sharing: Option<Sharing<f64>>,
     /// True if the last forces are those of the kernel, false for the dense fallback.
     forces_by_kernel: bool,
@@ -89,7 +89,7 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    /// Copy with reversed motion: equals [`InverseDynamics::reversed`] of `solver`, except for the
+    /// Copy of `solver` with reversed motion: equals [`InverseDynamics::reversed`], except for the
     /// forces of the last solution. Every call requires the same `solver`.
     pub fn of(&mut self, solver: &InverseDynamics) -> &mut InverseDynamics {
         let plans = |solver: &InverseDynamics| (solver.plans, solver.assembly.plans());
@@ -197,7 +197,7 @@ impl InverseDynamics {
         &self.topology
     }
 
-    /// Numbers of the mechanism.
+    /// Parameters of the mechanism.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }
@@ -259,10 +259,10 @@ impl InverseDynamics {
         Some(Parts { model, inverse, parameters, kinematics, settings })
     }
 
-    /// Side of the actuation (type 2) singularities: the sign, up to a constant, of the determinant
-    /// of loop closures and actuators with respect to the DOFs of the tree. The determinant
-    /// vanishes at positions with instantaneous mobility while all actuators are locked. `None`
-    /// unless there are as many actuators as prescribed coordinates.
+    /// Sign, up to a constant, of the determinant of loop closures and actuators with respect to
+    /// the DOFs of the tree. It distinguishes the two sides of an actuation (type 2) singularity,
+    /// where the determinant vanishes: there the mechanism has instantaneous mobility while all
+    /// actuators are locked. `None` unless there are as many actuators as prescribed coordinates.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
         let dofs = topology.dofs();
@@ -361,7 +361,7 @@ impl InverseDynamics {
         copy
     }
 
-    /// Weighting that decides redundant forces; `None` if the position is singular.
+    /// Weighting that selects the redundant forces; `None` if the position is singular.
     pub fn weighting(&self) -> Option<Weighting> {
         self.compiled.as_ref().ok().map(|compiled| compiled.model.balance.weighting())
     }
@@ -404,9 +404,8 @@ impl InverseDynamics {
         self.assembly.follow(&self.parameters, from, to, motion)
     }
 
-    /// Follows a motion in a single step of `step` seconds to `targets`; a step may span many
-    /// samples. Returns false, and keeps the present position, if the motion is not smooth enough
-    /// for that.
+    /// Follows a motion to `targets` in a single step of `step` seconds, which may span many
+    /// samples. Returns false, and keeps the present position, if the motion is not smooth enough.
     ///
     /// # Panics
     /// If the numbers of targets and prescribed coordinates differ.

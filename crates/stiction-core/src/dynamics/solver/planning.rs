@@ -29,7 +29,7 @@ impl InverseDynamics {
         });
     }
 
-    /// Shares the compiled kinematics of the assembly, which change if a position requires it.
+    /// Adopts the compiled kinematics of the assembly, which recompiles if a position requires it.
     /// Changed local degrees of freedom require another balance.
     pub(super) fn share_kinematics(&mut self) {
         let Ok(Compiled { model, .. }) = &mut self.compiled else { return };

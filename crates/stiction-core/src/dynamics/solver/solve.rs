@@ -80,7 +80,8 @@ impl InverseDynamics {
         }
     }
 
-    /// True if the balance holds without friction: friction may lock the mechanism here.
+    /// True if the balance holds without friction; only then can friction be the cause of a
+    /// failure.
     fn is_balanced_without_friction(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         if self.settings.friction != FrictionMode::Converged {
             return false;
@@ -233,7 +234,7 @@ impl InverseDynamics {
         Ok(rest)
     }
 
-    /// Error for an infeasible load, with names and positions.
+    /// Converts an infeasible load to an error with names and positions.
     fn in_words(&self, uncarried: &InfeasibleLoad) -> InverseError {
         let (body, motion) = uncarried.motion.in_words(&self.mechanism, self.parameters.origin);
         let unit = if uncarried.motion.turns { "N m" } else { "N" };
@@ -241,7 +242,7 @@ impl InverseDynamics {
     }
 }
 
-/// Error with the joint's name for the point at which the solution is lost.
+/// Error for the lock at which the solution ends, with the joint's name.
 fn locked(mechanism: &Mechanism, parameters: &Parameters<f64>, lock: Lock) -> InverseError {
     let joint = parameters.interfaces[lock.interface].joint;
     InverseError::Locked {

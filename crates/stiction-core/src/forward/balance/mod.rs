@@ -31,15 +31,15 @@ use crate::linalg::RowSpace;
 use passive_spins::fastest_body;
 use redundancy::RedundancyResolution;
 
-/// Relative size of the independent part of a row below which the row depends on the others; equal
-/// to [`crate::statics::RANK_TOLERANCE`].
+/// Relative size of the independent component of a row below which the row depends on the others;
+/// equal to [`crate::statics::RANK_TOLERANCE`].
 pub(super) const DEPENDENT: f64 = 1e-10;
 
 /// Relative residual of dependent rows above which they contradict the others. Smaller residuals
 /// are due to round-off and to residual rates.
 const CONTRADICTS: f64 = 1e-6;
 
-/// Motion without inertia, by the body that moves most in it.
+/// A motion without inertia, with the body that moves most in it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Massless {
     pub(super) body: usize,

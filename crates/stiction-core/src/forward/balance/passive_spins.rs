@@ -21,8 +21,8 @@ impl Balance {
         !self.passive_spins.is_empty()
     }
 
-    /// Checks that no load or inertia force acts on passive spins without inertia, or no joint
-    /// wrench if one is given.
+    /// Checks that no moment acts on passive spins without inertia: neither from loads and inertia
+    /// forces nor, if `effort` is given, from that joint wrench alone.
     ///
     /// # Errors
     /// Returns the body on whose spin a moment acts; its acceleration is undefined.

@@ -1,11 +1,10 @@
-//! Resolution of redundancy: distribution of the reactions of redundant constraints by the declared
-//! rule.
+//! Distribution of the reactions of redundant constraints.
 //!
 //! Four criteria apply in sequence, each to the solutions that the previous one leaves: least
 //! efforts of prescribed actuators; least static frictions in units of the friction limits, or
 //! least deviations from reference frictions within all limits; least elastic energy of declared
-//! compliances; least reactions, see [`crate::dynamics::Weighting`]. All criteria are linear in the
-//! loads.
+//! compliances; least reactions, see [`crate::dynamics::Weighting`]. Each criterion minimises a sum
+//! of squares, so reactions are linear in the loads.
 
 use super::response::Response;
 use crate::forward::Forward;
@@ -24,17 +23,17 @@ enum Criterion {
     Reactions,
 }
 
-/// Criterion with the self-stresses that it determines.
+/// Stage of the distribution: a criterion, and the self-stresses that it determines.
 #[derive(Clone, Debug)]
 struct Stage {
     criterion: Criterion,
-    /// Columns: amounts of the self-stresses.
+    /// Self-stresses that the criterion determines, one per column, as combinations of the basis.
     open: DMatrix<f64>,
     response: Svd,
     rank: usize,
 }
 
-/// Redundancy resolution at one position.
+/// Distribution of the reactions of redundant constraints at one position.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct RedundancyResolution {
     /// Basis of the self-stress states: reactions in equilibrium without external load.
@@ -43,7 +42,7 @@ pub(in crate::forward) struct RedundancyResolution {
 }
 
 impl RedundancyResolution {
-    /// Creates the resolution for given self-stresses.
+    /// Creates the distribution for given self-stresses.
     pub(in crate::forward) fn new(
         model: &Forward,
         data: &Data,
@@ -100,14 +99,14 @@ impl RedundancyResolution {
         Self { self_stresses, stages }
     }
 
-    /// Number of efforts of prescribed actuators that only the rule determines, because more DOFs
-    /// are prescribed than can move.
+    /// Number of efforts of prescribed actuators that only the criteria determine, because more
+    /// DOFs are prescribed than can move.
     pub(in crate::forward) fn open_efforts(&self) -> usize {
         let stage = self.stages.iter().find(|stage| stage.criterion == Criterion::Efforts);
         stage.map_or(0, |stage| stage.rank)
     }
 
-    /// Adds self-stresses to a response so that it satisfies the rule; a `whole` response takes
+    /// Adds self-stresses to a response so that it satisfies all criteria; a `whole` response takes
     /// reference frictions into account.
     pub(in crate::forward) fn apply(
         &self,
@@ -149,7 +148,7 @@ impl RedundancyResolution {
     }
 }
 
-/// Buffers for applying the rule.
+/// Buffers for the distribution.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Workspace {
     now: Vec<f64>,

@@ -17,7 +17,8 @@ pub(in crate::forward) type Four = Lanes<f64, 4>;
 /// Response with its intermediate quantities.
 #[derive(Clone, Debug)]
 struct Stages<T> {
-    /// Generalised forces on the tree: first all, then the part that the constraints must balance.
+    /// Generalised forces on the tree: first all, then the component that the constraints must
+    /// balance.
     forces: Vec<T>,
     /// Accelerations along the null space.
     along: Vec<T>,
@@ -135,9 +136,9 @@ impl Balance {
         &four.wrenches
     }
 
-    /// Computes a response from three parts: accelerations that satisfy the rows, the remaining
-    /// generalised forces at these accelerations (efforts included), and the wrenches that joints
-    /// must exert on each body at zero acceleration.
+    /// Computes a response from the accelerations that satisfy the rows, from the remaining
+    /// generalised forces at these accelerations (efforts included), and from the wrenches that
+    /// joints must exert on each body at zero acceleration.
     fn accelerate<T: Scalar>(
         &self,
         model: &Forward,

@@ -9,7 +9,7 @@ pub(in crate::forward) struct Response {
     pub(in crate::forward) accelerations: Vec<f64>,
     /// Multiplier of each constraint row.
     pub(in crate::forward) multipliers: Vec<f64>,
-    /// Complete wrench of each joint, predecessor on successor, about the kernel origin.
+    /// Complete wrench of each joint, predecessor on successor, about the reference point.
     pub(in crate::forward) wrenches: Vec<Wrench<f64>>,
 }
 

@@ -1,10 +1,10 @@
 //! Detection of impacts: loops, locks and prescribed motions that would stop a motion at once.
 //!
-//! At a dead centre a lock admits rates that it does not admit an instant later: its constraint row
-//! vanishes there. The acceleration that it demands then contradicts the other constraints, and no
-//! finite force satisfies all of them. Such a start is refused. During the motion the same
-//! condition shows when rates are projected onto the loop constraints after a step: they change by
-//! more than the error of the step.
+//! At a dead centre a lock permits rates that it does not permit an instant later: its constraint
+//! row vanishes there. The acceleration that it requires then contradicts the other constraints,
+//! and no finite force satisfies all of them. Such a start is refused. During the motion the same
+//! condition is detected when rates are projected onto the loop constraints after a step: they
+//! change by more than the error of the step.
 
 use super::packing::parts;
 use super::{Energies, Simulation};
@@ -15,12 +15,13 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::kinematics::State;
 
-/// Largest change of the rates by the projection, as a part of the fastest rate. Integration errors
-/// are orders of magnitude smaller at any tolerance that steps keep near a singular position.
+/// Largest change of the rates by the projection, as a fraction of the fastest rate. Integration
+/// errors are orders of magnitude smaller at any tolerance that steps meet near a singular
+/// position.
 const CHANGE: f64 = 1e-5;
-/// Largest residual of the energy balance over a step, as a part of the energy exchanged in it. A
-/// step of order eight whose rates are accurate to 1e-10 has a thousandth of it. [`ROUNDING`] is
-/// the residual allowed for rounding, as a part of all energies.
+/// Largest residual of the energy balance over a step, as a fraction of the energy exchanged in it.
+/// For a step of order eight whose rates are accurate to 1e-10 the residual is a thousandth of
+/// this. [`ROUNDING`] is the residual allowed for rounding, as a fraction of all energies.
 const WRONG: f64 = 1e-5;
 const ROUNDING: f64 = 1e-10;
 
@@ -36,8 +37,8 @@ impl Forward {
         Err(ForwardError::Blocked { time: situation.time, what, by, translates, at_rest: false })
     }
 
-    /// Checks that accelerations from rest can continue. Accelerations that satisfy all constraints
-    /// at rest need not belong to a finite motion; the check therefore takes them as rates.
+    /// Checks that the accelerations from rest belong to a finite motion: takes them as rates, for
+    /// which accelerations must exist as well.
     pub(super) fn can_begin(
         &self,
         now: &Instant,

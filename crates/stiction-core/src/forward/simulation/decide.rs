@@ -1,4 +1,4 @@
-//! Response to an event: interfaces at rest stick or slip, or the motion continues.
+//! Response to an event: decides which interfaces at rest stick, slip, or continue their motion.
 
 use super::locate::Ending;
 use super::stepping::LONGEST_WAIT;
@@ -15,7 +15,7 @@ use crate::mechanism::JointId;
 const EVENTS_AT_ONCE: usize = 200;
 
 impl Simulation<'_> {
-    /// Responds to the ending of a step that began at `since`, s.
+    /// Responds to the event at the end of a step that began at `since`, s.
     pub(super) fn follow_up(
         &mut self,
         ending: Ending,
@@ -142,9 +142,9 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Returns whether the rates after a stop at a dead centre differ from the present ones beyond
-    /// rounding: then the velocity of the interface is zero only for an instant and the mechanism
-    /// moves on.
+    /// Returns whether the rates after a stop differ from the present ones beyond rounding. At a
+    /// dead centre they do: the velocity of the interface is zero only for an instant, and the
+    /// mechanism keeps moving.
     pub(super) fn moves_on(&self, stopped: &State<f64>) -> bool {
         const OTHER: f64 = 1e-6;
         let columns = &self.model.columns;

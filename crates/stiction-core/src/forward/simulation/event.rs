@@ -61,8 +61,8 @@ pub enum EventKind {
         method: Method,
     },
     /// Velocities jump within a step of 1e-8 s, because no acceleration satisfies all friction laws
-    /// (Painleve). The velocities after the jump satisfy all laws, with impulses in place of forces
-    /// (Moreau). The energy account books the dissipated work as friction impulse times mean velocity.
+    /// (Painlevé). The velocities after the jump satisfy all laws, with impulses in place of forces
+    /// (Moreau). The dissipated work in the energy balance is friction impulse times mean velocity.
     /// Only during time stepping.
     Jump {
         /// Joint with the largest normal force.

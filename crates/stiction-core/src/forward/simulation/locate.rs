@@ -8,24 +8,24 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use std::convert::Infallible;
 
-/// Relative excess of friction over its limit at which an interface slips; larger than the
-/// excess that the search for modes allows.
+/// Relative excess of friction over its limit at which an interface slips; larger than the excess
+/// that the search for modes allows.
 pub(super) const LET_GO: f64 = 1e-9;
-/// If every sticking interface keeps at least this relative margin to its friction limit at all
-/// stages of a step, no slip onset lies within the step. Stages are less accurate than steps, but
-/// not by that much.
+/// Relative margin to the friction limit above which slip onset within a step is excluded, if every
+/// sticking interface keeps it at all stages. Stages are less accurate than steps, but by far less
+/// than this.
 const FAR_FROM_LIMIT: f64 = 0.01;
 
-/// Largest considered dip of the margin between two samples: an eighth of a period of a sine about
-/// its peak, or a kink.
+/// Largest decrease of the margin between two samples that is considered: an eighth of a period of
+/// a sine about its peak, or a kink.
 const DEEPEST_DIP: f64 = 0.3;
-/// Part of the interval between samples over which the slopes at its ends are measured.
+/// Fraction of the interval between samples over which the slopes at its ends are measured.
 const BESIDE: f64 = 1e-4;
 /// Golden-section iterations: they locate the minimum of a dip to 0.618^30 = 5e-7 of the interval,
 /// and a smooth minimum value to the square of that.
 const DIP_SECTIONS: usize = 30;
 
-/// Ending of a step.
+/// End of a step.
 pub(super) enum Ending {
     /// No event.
     Smooth,
@@ -33,8 +33,8 @@ pub(super) enum Ending {
     Stops(usize),
     /// The friction of a sticking interface reaches its limit.
     LetsGo,
-    /// A ball or plate was much slower within the step, up to this many seconds from its start. The
-    /// step is rejected; shorter steps must approach that point.
+    /// After this many seconds of the step, a ball or plate is much slower than at its start, so
+    /// that a stick onset may have been missed. Shorter steps must approach that point.
     Passes(f64),
 }
 
@@ -50,7 +50,7 @@ impl Simulation<'_> {
         )
     }
 
-    /// First event within the last step: its position as a part of the step, and its kind.
+    /// First event within the last step: its position as a fraction of the step, and its kind.
     pub(super) fn first_event(
         &mut self,
         time: f64,
@@ -110,7 +110,7 @@ impl Simulation<'_> {
         Ok(first)
     }
 
-    /// Part of the step at which the slip velocity of an interface falls through zero.
+    /// Fraction of the step at which the slip velocity of an interface falls through zero.
     fn stop_within(&self, interface: usize) -> Option<f64> {
         const PIECES: usize = 16;
         let mut y = Vec::new();
@@ -165,8 +165,8 @@ impl Simulation<'_> {
         relative.fold(f64::INFINITY, f64::min)
     }
 
-    /// Part of the step, up to `until`, at which the friction of a sticking interface exceeds its
-    /// limit.
+    /// Fraction of the step, up to `until`, at which the friction of a sticking interface exceeds
+    /// its limit.
     pub(super) fn let_go_within(
         &mut self,
         time: f64,
@@ -196,7 +196,7 @@ impl Simulation<'_> {
         Ok(found)
     }
 
-    /// Smallest relative margin at a part of the step.
+    /// Smallest relative margin at a fraction of the step.
     fn margin_within(
         &mut self,
         (time, step): (f64, f64),

@@ -1,4 +1,4 @@
-//! Freezing of sticking joints: they do not move, not even by rounding.
+//! Locking of sticking joints: their coordinates stay constant, without changes by rounding.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
@@ -8,8 +8,8 @@ use crate::forward::project::Anchor;
 use crate::topology::Role;
 
 impl Simulation<'_> {
-    /// Anchors of cut joints, and frozen degrees of freedom of the tree, that these interfaces
-    /// hold.
+    /// Anchors of cut joints, and frozen degrees of freedom of the tree, for these sticking
+    /// interfaces.
     pub(super) fn holds_of(&self, interfaces: &[usize]) -> (Vec<Anchor>, Vec<bool>) {
         let topology = &self.model.topology;
         let mut anchors = Vec::new();

@@ -38,10 +38,11 @@ use crate::forward::instant::Instant;
 use scratch::Scratch;
 use stepping::LONGEST_WAIT;
 
-/// Friction interfaces slower than this part of the largest slip speed are at rest.
+/// Friction interfaces slower than this fraction of the largest slip speed are at rest.
 const REST: f64 = 1e-10;
 
-/// A simulation stalls if time advances by less than a part of the longest step over this many evaluations.
+/// A simulation stalls if time advances by less than a fraction of the longest step over this many
+/// evaluations.
 const PATIENCE: usize = 20_000;
 const LEAST_PROGRESS: f64 = 1e-4;
 
@@ -67,7 +68,7 @@ pub struct Simulation<'a> {
     fastest_rate: f64,
     step: f64,
     events: Vec<Event>,
-    /// A singular position was reported and the mechanism is still near it.
+    /// True if a singular position was reported and the mechanism is still near it.
     in_passage: bool,
     told_of_others: bool,
     told_of_shares: usize,
@@ -88,7 +89,7 @@ pub struct Simulation<'a> {
     /// Number of quiet time steps before the event-driven method is tried again.
     wait: usize,
     workspace: Box<Scratch>,
-    /// Unused lists of numbers, kept for their memory.
+    /// Unused lists of numbers, kept to reuse their memory.
     lists: Vec<Vec<f64>>,
 }
 
@@ -153,8 +154,8 @@ impl Simulation<'_> {
         self.settings.longest_step.min(seen).max(self.settings.shortest_step)
     }
 
-    /// Advances by one step of the present method; falls back to time stepping where the automatic method
-    /// allows it.
+    /// Advances by one step of the present method; the automatic method falls back to time
+    /// stepping.
     fn go_on(&mut self, end: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if self.is_stalled() {
             let error = self.stalled_error();

@@ -6,8 +6,8 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::inputs::Inputs;
 use crate::kinematics::Target;
 
-/// Time after an instant at rest at which the direction of a beginning prescribed motion is
-/// sampled, s.
+/// Time after an instant at rest at which the initial direction of a prescribed motion is sampled,
+/// s.
 const AHEAD: f64 = 1e-6;
 /// Smallest prescribed rate that counts as motion, characteristic lengths per second; smaller rates
 /// are rounding of the input.
@@ -43,7 +43,8 @@ impl Forward {
         velocity
     }
 
-    /// Mode of an interface at rest whose joint is prescribed; `None` if it is not prescribed.
+    /// Mode of an interface at rest whose joint is prescribed; `None` if its motion is not
+    /// prescribed.
     pub(super) fn led(
         &self,
         interface: usize,
@@ -69,7 +70,7 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// Part of a step at which an interface at rest in a prescribed joint begins to slip, if it
+    /// Fraction of a step at which an interface at rest in a prescribed joint begins to slip, if it
     /// slips at the end of the step.
     pub(super) fn is_led_away(
         &self,

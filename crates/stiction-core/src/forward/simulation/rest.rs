@@ -3,8 +3,8 @@
 //! Friction of an interface with several degrees of freedom acts along `-v / |v|`. Stick onset is a
 //! zero of `|v|`, not a change of sign, and the slower the slip, the faster its direction turns:
 //! with the time `s` to the stop the velocity behaves as `s d + s^p e` with some `p > 1`, which is
-//! no polynomial. A step therefore ends at a fixed part of the remaining time, estimated from the
-//! present deceleration. Each such step is similar to the one before on a smaller scale. About
+//! no polynomial. A step therefore ends at a fixed fraction of the remaining time, estimated from
+//! the present deceleration. Each such step is similar to the one before on a smaller scale. About
 //! twenty of them reduce any speed to a negligible one; by then direction and normal load have
 //! reached their values at the stop.
 
@@ -14,13 +14,13 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
-/// Below this part of the largest slip speed a plate or ball goes directly to its stop. The
-/// remaining time is then the same part of the time since it was fastest.
+/// Below this fraction of the largest slip speed a plate or ball is advanced directly to its stop.
+/// The remaining time is then the same fraction of the time since it was fastest.
 pub(super) const SLOW: f64 = 10.0 * REST;
-/// Largest step as part of the time to the stop.
+/// Largest step as a fraction of the time to the stop.
 const PART: f64 = 0.7;
-/// If the slip direction has turned by a right angle and the speed is below this part of the speed
-/// before, the step may have missed a stop.
+/// If the slip direction has turned by a right angle and the speed is below this fraction of the
+/// earlier speed, the step may have missed a stop.
 pub(super) const PASSED: f64 = 0.25;
 
 /// Approach of a plate or ball to its stop.

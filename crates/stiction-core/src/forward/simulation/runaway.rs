@@ -6,7 +6,7 @@
 use super::Simulation;
 use crate::forward::error::ForwardError;
 
-/// m/s.
+/// Speed of light, m/s.
 const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
 impl Simulation<'_> {

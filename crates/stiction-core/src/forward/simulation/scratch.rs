@@ -16,7 +16,7 @@ pub(super) struct Scratch {
     pub(super) projection: Projection,
     /// Normal forces at which Newton's method starts.
     pub(super) loads: Vec<f64>,
-    /// The constraint matrix of the present position at rest is decomposed.
+    /// True if the constraint matrix of the present position at rest is decomposed.
     pub(super) conditions_hold: bool,
     /// Smallest relative margin to the friction limit of any sticking interface at the stages of a step.
     pub(super) margin: f64,
@@ -27,7 +27,7 @@ pub(super) struct Scratch {
     /// State at the start of the last step.
     pub(super) before: State<f64>,
     pub(super) ranks: Ranks,
-    /// Unused instants, kept for their memory.
+    /// Unused instants, kept to reuse their memory.
     spare: Vec<Instant>,
 }
 
@@ -53,7 +53,7 @@ impl Scratch {
         self.spare.pop().unwrap_or_else(|| Instant::new(model))
     }
 
-    /// Takes an unused instant back.
+    /// Returns an instant that is no longer used.
     pub(super) fn spare(&mut self, instant: Instant) {
         self.spare.push(instant);
     }

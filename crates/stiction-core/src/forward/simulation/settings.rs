@@ -7,8 +7,8 @@ pub struct Settings {
     pub relative: f64,
     /// Absolute tolerance of a step, rad and rad/s; lengths in characteristic lengths.
     pub absolute: f64,
-    /// Longest step, s. Steps grow to it where nothing moves; changes of inputs between the stages of a
-    /// step have no effect.
+    /// Longest step, s. Steps become this long while nothing moves; an input that changes between
+    /// the stages of a step and back has no effect.
     pub longest_step: f64,
     /// Shortest step, s; the event-driven method fails if a shorter one is needed.
     pub shortest_step: f64,

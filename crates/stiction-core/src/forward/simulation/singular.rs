@@ -15,14 +15,14 @@ use crate::spatial::Wrench;
 
 /// Singularity distance below which a passage is possible.
 const NEAR: f64 = 0.2;
-/// Largest minimum of the singularity distance of a passage.
+/// Singularity distance below which its minimum counts as a passage.
 const PASSED: f64 = 1e-6;
 /// A passage ends where the singularity distance exceeds this.
 const LEFT: f64 = 0.01;
-/// Distance between the positions beside a singular start, as motion of the fastest degree of
-/// freedom, rad or characteristic lengths.
+/// Distance between the positions on either side of a singular start, as motion of the fastest
+/// degree of freedom, rad or characteristic lengths.
 const BESIDE: f64 = 1e-3;
-/// Part of a step over which the slope of the distance is measured.
+/// Fraction of a step over which the slope of the distance is measured.
 const LITTLE: f64 = 1e-3;
 
 impl Simulation<'_> {

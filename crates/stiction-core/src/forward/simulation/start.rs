@@ -31,7 +31,8 @@ impl Forward {
     }
 }
 
-/// Checks the dimensions of a state and that its numbers are finite. Accelerations are not read.
+/// Checks that the dimensions of a state are those of the model, and that its coordinates and rates
+/// are finite. Accelerations are not read.
 fn check(model: &Forward, time: f64, state: &State<f64>) -> Result<(), ForwardError> {
     let sizes = |state: &State<f64>| {
         [state.coordinates.len(), state.rates.len(), state.accelerations.len()]

@@ -35,7 +35,7 @@ const LOST: f64 = 1e-6;
 const CRAWLING: usize = 200;
 const SHORT_WAY: f64 = 2e-4;
 
-/// If the end of a step misses an event by less than this part of the step, a linear correction
+/// If the end of a step misses an event by less than this fraction of the step, a linear correction
 /// along the derivative moves it there; the error is of second order and below rounding.
 const NUDGE: f64 = 1e-7;
 
@@ -124,8 +124,9 @@ impl Simulation<'_> {
         }
     }
 
-    /// Returns whether the implicit time stepper should continue: stability has bounded many successive steps,
-    /// for example because friction acts on a light rod between balls, or the method crawls.
+    /// Returns whether the implicit time stepper should continue: either stability has bounded many
+    /// successive steps, for example because of friction on a light rod between balls, or the steps
+    /// are very short.
     fn is_stiff(&mut self, step: f64) -> bool {
         let mut bounded = step < DENSE;
         if bounded {
@@ -339,7 +340,8 @@ impl Simulation<'_> {
         self.workspace.loads.clear();
     }
 
-    /// Evaluates the end of a step after projection onto the loop constraints.
+    /// Evaluates accelerations and reactions at the end of a step, after its projection onto the
+    /// loop constraints.
     pub(super) fn arrive(
         &mut self,
         time: f64,
@@ -387,7 +389,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Starts Newton's method for the normal forces at the present ones.
+    /// Uses the present normal forces as the start of Newton's method.
     pub(super) fn look_near(&mut self) {
         let loads = &mut self.workspace.loads;
         loads.clear();

@@ -22,16 +22,16 @@ pub(super) const FIRST: f64 = 1e-6;
 /// Time stepping takes over after this many events with a mean interval below [`DENSE`], s.
 const MANY: usize = 40;
 pub(super) const DENSE: f64 = 5e-5;
-/// Rates below this part of the frictionless ones are rounding.
+/// Rates below this fraction of the frictionless ones are rounding.
 const STILL: f64 = 1e-9;
-/// A velocity jumps if a shortest step changes it by more than this part of the fastest rate, and
-/// one half of the step by nearly as much.
+/// A velocity jumps if a shortest step changes it by more than this fraction of the fastest rate,
+/// and one half of the step by nearly as much.
 const JUMP: f64 = 1e-4;
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
-/// Jumps of joint rates below this part of the largest are not listed.
+/// Jumps of joint rates below this fraction of the largest are not listed.
 const SMALL_PART: f64 = 1e-3;
 
-/// The state of the time stepper.
+/// Control state of the time stepper: the step length, s, and counters.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stepping {
     pub(super) step: f64,
@@ -85,7 +85,7 @@ impl Simulation<'_> {
     }
 
     /// Anchors and frozen degrees of freedom of the interfaces that stick before and after the
-    /// step. They keep their poses from before.
+    /// step. Their poses do not change.
     fn places_of(
         &self,
         before: &[InterfaceMode],

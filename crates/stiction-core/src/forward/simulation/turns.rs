@@ -54,8 +54,9 @@ impl Simulation<'_> {
         }
     }
 
-    /// Updates the counted angles after a step: takes the equivalent angle nearest to that predicted by the mean
-    /// rate. Rates change little within a step compared with half a turn.
+    /// Updates the counted angles after a step: among angles that differ by full turns, takes the
+    /// one nearest to that predicted by the mean rate. Rates change little within a step compared
+    /// with half a turn.
     pub(super) fn count_turns(&mut self) {
         let (model, now) = (self.model, &self.now);
         for angle in &mut self.angles {

@@ -1,4 +1,4 @@
-//! Rest of the whole mechanism: no integration until friction no longer holds.
+//! Rest of the whole mechanism: advances time without integration as long as friction holds.
 
 use super::Simulation;
 use super::locate::{Ending, falls_below};

@@ -32,7 +32,7 @@ const SMALLEST_SCALE: f64 = 1e-6;
 /// Relative excess over the limits allowed to statically indeterminate frictions at their limits.
 /// Otherwise they would have to be redistributed at every instant until an interface slides.
 const ALLOWANCE: f64 = 1e-5;
-/// Parts of the friction limits tried as bounds of static friction.
+/// Fractions of the friction limits tried as bounds of static friction.
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
 /// Difference below which two directions are equal.
 const ALIGNED: f64 = 1e-6;

@@ -2,12 +2,13 @@
 
 use crate::friction::OwnFriction;
 
-/// Friction law of an interface.
+/// Friction law of a member, that is, of one interface in the problem.
 #[derive(Clone, Debug)]
 pub(crate) enum MemberLaw {
     /// Coulomb's law: stick or slip.
     Dry(DryFriction),
-    /// Certain slip: the unknown is the normal load; the influence of friction is per unit of it.
+    /// Slip for certain: the unknown is the normal load, and the influence of friction is per unit
+    /// of it.
     Sliding(OwnFriction<f64>),
     /// Smooth function of the rate.
     Smooth(Box<dyn SmoothFriction>),

@@ -1,4 +1,4 @@
-//! Friction law of one member for fixed frictions of all others.
+//! Solution of one member's friction law while the frictions of all other members are fixed.
 
 use super::laws::SmoothFriction;
 use crate::friction_problem::surface_vector::norm;
@@ -27,8 +27,8 @@ impl LocalResponse {
         Self { vectors: eigen.eigenvectors, values }
     }
 
-    /// Friction of this member by Coulomb's law: at most `most`, for the rate `free` without it. If
-    /// it is not unique, it is close to `before`.
+    /// Friction of this member by Coulomb's law, of magnitude at most `most`; `free` is its rate
+    /// without friction. If the solution is not unique, the one closest to `before` is returned.
     pub(super) fn dry_friction(
         &self,
         free: [f64; 3],
@@ -76,7 +76,7 @@ impl LocalResponse {
     }
 }
 
-/// Friction of a smooth law at the velocity `free - friction / factor`.
+/// Friction of a smooth law, where the velocity is `free - friction / factor`.
 pub(super) fn smooth_friction(
     law: &dyn SmoothFriction,
     load: f64,

@@ -37,7 +37,7 @@ const SETTLED: f64 = 1e-12;
 const SWEEPS: usize = 40;
 const ROUNDS: usize = 6;
 /// Factors of the rates in Newton's method, tried in this order, relative to the effective mass of
-/// each member's lightest direction: a rod between balls spins far more easily than it swings.
+/// each member in its lightest direction: a rod between balls spins far more easily than it swings.
 const STIFFNESSES: [f64; 3] = [1.0, 30.0, 1000.0];
 /// Step sizes of the continuation from zero friction.
 const STEPS: StepPolicy =
@@ -131,7 +131,7 @@ impl Complementarity<'_> {
     }
 }
 
-/// Frictions as functions of the part of the coefficients.
+/// Frictions as functions of the fraction of the friction coefficients.
 struct FrictionBranch<'a> {
     problem: &'a Complementarity<'a>,
     x: Vec<f64>,

@@ -14,8 +14,8 @@ const HALVINGS: usize = 10;
 const DEPENDENT: f64 = 1e-11;
 
 impl Complementarity<'_> {
-    /// Runs Newton's method with a part of the coefficients from `x`. Returns whether it converges
-    /// to a solution.
+    /// Runs Newton's method from `x` with a fraction of the friction coefficients. Returns whether
+    /// it converges to a solution.
     pub(super) fn newton(&self, x: &mut Vec<f64>, part: f64) -> bool {
         let n = self.count();
         let (mut matrix, mut space) = (Vec::new(), RowSpace::default());

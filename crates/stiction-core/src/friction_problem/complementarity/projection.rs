@@ -16,14 +16,15 @@ struct View<'a> {
     x: &'a [f64],
     rates: &'a [f64],
     load: f64,
-    /// Part of the coefficients of friction.
+    /// Fraction of the friction coefficients.
     part: f64,
     /// Factor that converts its rates to the magnitude of forces.
     factor: f64,
 }
 
 impl Complementarity<'_> {
-    /// Solves the law of each member in turn, with a part of the coefficients, and updates rates and wrenches.
+    /// Solves the law of each member in turn, with a fraction of the friction coefficients, and
+    /// updates rates and wrenches.
     pub(super) fn project(&self, x: &mut [f64], part: f64, sweeps: usize) {
         let n = self.count();
         let mut rates = self.rates(x);
@@ -64,8 +65,8 @@ impl Complementarity<'_> {
         }
     }
 
-    /// Friction of a ball or plate with all components coupled: effective masses may differ by
-    /// orders of magnitude.
+    /// Friction of a ball or plate, all components solved together, because its effective masses
+    /// may differ by orders of magnitude.
     fn coupled_friction(
         &self,
         local: &LocalResponse,

@@ -44,7 +44,7 @@ impl Residual {
 /// Unknowns at which the laws are evaluated.
 struct Point<'a> {
     x: &'a [f64],
-    /// Part of the coefficients of friction.
+    /// Fraction of the friction coefficients.
     part: f64,
     rates: Vec<f64>,
     /// Largest rate without friction of the members.
@@ -52,7 +52,7 @@ struct Point<'a> {
 }
 
 impl Complementarity<'_> {
-    /// Computes the residual with a part of the coefficients of friction; `matrix` becomes its
+    /// Computes the residual with a fraction of the friction coefficients; `matrix` becomes its
     /// derivatives with respect to the unknowns, row by row.
     pub(super) fn residual(
         &self,

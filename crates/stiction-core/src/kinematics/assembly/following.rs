@@ -164,7 +164,7 @@ impl Assembly {
     }
 
     /// Returns `true` if a kink of the prescribed motion explains the prediction error `missed`:
-    /// prescribed rates jump, and no body deviates more than these rates permit.
+    /// prescribed rates jump, and no body deviates more than these jumps permit.
     fn has_a_kink(&mut self, parameters: &Parameters<f64>, step: f64, missed: f64) -> bool {
         let kinked = self.passed.iter().zip(&self.targets).any(|(from, to)| {
             let bend = 0.5 * step * (from.acceleration + to.acceleration);

@@ -46,13 +46,13 @@ pub(crate) struct Assembly {
     state: State<f64>,
     /// The position before the last step.
     before: State<f64>,
-    /// Newton's last state with finite coordinates.
+    /// Last state in Newton's method with finite coordinates.
     sound: State<f64>,
     predicted: State<f64>,
     trial: Bodies<f64>,
     step: Vec<f64>,
     targets: Vec<Target<f64>>,
-    /// The targets at the position before the last step.
+    /// Targets at the position before the last step.
     passed: Vec<Target<f64>>,
     row_scales: Vec<f64>,
     /// The tree's coordinates at which the rate equations were compiled.
@@ -238,7 +238,7 @@ impl Assembly {
     }
 
     /// Newton's method from the current state to the current targets, then rates and accelerations.
-    /// Falls back to a search and to a new plan.
+    /// If it fails, plans the elimination again or searches.
     fn settle(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         if !self.newton(parameters) {
             self.reassemble(parameters).map_err(on_the_way)?;

@@ -55,7 +55,8 @@ pub(in crate::kinematics) struct Given<'a> {
 pub(in crate::kinematics) struct Reference {
     /// Coordinates of the tree.
     pub(in crate::kinematics) state: State<f64>,
-    /// Pose of each body from the kernel origin; `None` if the given data do not determine it.
+    /// Pose of each body relative to the reference point; `None` if the given data do not determine
+    /// it.
     poses: Vec<Option<Pose<f64>>>,
     /// Contradictions among homes, starts and prescribed coordinates.
     pub(super) conflicts: Vec<Conflict>,
@@ -115,8 +116,8 @@ struct JointCoordinates {
 }
 
 impl<'a> Given<'a> {
-    /// Builds the reference configuration. Without `prescribed`, prescribed coordinates complete
-    /// only values that neither starts nor homes give.
+    /// Builds the reference configuration. If `prescribed` is false, prescribed coordinates are
+    /// used only where neither starts nor homes give a value.
     pub(in crate::kinematics) fn reference(&self, prescribed: bool) -> Reference {
         let mut conflicts = Vec::new();
         let joints = self.joint_coordinates(prescribed, &mut conflicts);
@@ -229,8 +230,8 @@ impl<'a> Given<'a> {
         .collect()
     }
 
-    /// Poses of all bodies from the kernel origin along the cheapest paths from the ground, from
-    /// prescribed poses and from homes, with the costs.
+    /// Poses of all bodies relative to the reference point, along the cheapest paths from the
+    /// ground, from prescribed poses and from homes; also the costs.
     fn body_poses(
         &self,
         prescribed: bool,

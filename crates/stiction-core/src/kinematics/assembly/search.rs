@@ -25,7 +25,8 @@ const FOUND: f64 = 1e-6;
 const UNDEFINED_AT_MOST: usize = 8;
 /// Minimum size of a random perturbation, rad and characteristic lengths.
 const NUDGE: f64 = 0.1;
-/// Distance factor, from the reference, of the search opposite to the first result.
+/// Distance from the reference of the start opposite to the first result, relative to that of the
+/// result.
 const OVERSHOOT: f64 = 1.3;
 /// Maximum number of searches from random configurations.
 const RANDOM_STARTS: usize = 12;

@@ -1,4 +1,4 @@
-//! The size of a mechanism.
+//! Default characteristic length of a mechanism.
 
 use crate::mechanism::{Body, BodyId, Joint};
 use crate::spatial::Vec3;

@@ -84,7 +84,7 @@ impl Random {
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         z ^ (z >> 31)
     }
-    /// In (-1, 1).
+    /// A number in (-1, 1).
     pub fn signed(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
@@ -126,7 +126,7 @@ pub struct DraftBody {
 #[derive(Clone)]
 pub struct DraftJoint {
     pub joint_type: JointType,
-    /// Bodies by number; zero is the ground.
+    /// Numbers of the two bodies; zero is the ground.
     pub ends: (usize, usize),
     pub frame: Pose<f64>,
     pub actuated: Vec<usize>,

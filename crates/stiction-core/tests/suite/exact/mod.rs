@@ -13,7 +13,8 @@ use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder}
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
 pub type Ints = [i64; 3];
-/// Of a twist: angular, then linear about the origin. Of a wrench: force, then moment about it.
+/// Six numbers: of a twist the angular, then the linear velocity at the origin; of a wrench the
+/// force, then the moment about the origin.
 pub type Six = [i64; 6];
 
 pub fn cross(a: Ints, b: Ints) -> Ints {
@@ -32,7 +33,7 @@ fn six(a: Ints, b: Ints) -> Six {
     [a[0], a[1], a[2], b[0], b[1], b[2]]
 }
 
-/// Line through a point: of a rotation, or of a force.
+/// Six coordinates of the line through a point: of a rotation, or of a force.
 fn line(direction: Ints, point: Ints) -> Six {
     six(direction, cross(point, direction))
 }

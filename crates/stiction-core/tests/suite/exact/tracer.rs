@@ -17,8 +17,8 @@ const STEPS: [f64; 5] = [0.02, 0.04, 0.04, 0.05, 0.05];
 /// Size of the steps that count the dimension. Where branches intersect in the drawing, at a
 /// distance of about 0.2, they bend by about 0.02 of themselves.
 const PROBE: f64 = 0.004;
-/// Components of a probing step above the larger limit are motion, below the smaller one none;
-/// between the limits the tracer reaches no verdict.
+/// Limits of the components of a probing step: above the larger one they are motion, below the
+/// smaller one they are not; between them the tracer gives no verdict.
 const MOTION: (f64, f64) = (0.06, 0.25);
 
 /// Result of tracing from the drawn position.
@@ -139,7 +139,7 @@ impl<'a> Tracer<'a> {
         sum / size
     }
 
-    /// Motions possible to first order.
+    /// Motions open to first order.
     fn open(&self, state: &State) -> Vec<DVector<f64>> {
         let svd = Svd::new(&self.derivatives(state));
         // Differences are accurate to 1e-10; double roots are closed to 1e-6.

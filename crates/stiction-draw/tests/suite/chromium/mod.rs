@@ -1,4 +1,4 @@
-//! Pages looked at with a browser: Chromium, without a window.
+//! Checks of pages in headless Chromium.
 
 use serde_json::Value;
 use std::env;
@@ -9,18 +9,19 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Names that it goes by.
+/// Names of the browser's program.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-/// A page of a few hundred kilobytes is there within one or two seconds.
+/// Time limit of a browser run; a page of a few hundred kilobytes takes one or two seconds.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// A phone, and a window beside others, px.
+/// Widths of a phone and of a desktop window, px.
 const WIDTHS: [u32; 2] = [360, 1200];
-/// Pictures show no more than that of a page, the rest is in print; beyond 16384 px there is none.
+/// Maximum height of a screenshot, px. Chromium fails beyond 16384 px; the PDF shows the whole
+/// page.
 const LONGEST: u64 = 12_000;
-/// More than a mail takes, and more than a page should need.
+/// Maximum size of a page, bytes: less than e-mail permits.
 const LARGEST: u64 = 3_000_000;
 
-/// Fails if the browser finds a defect in a page; `name` names the pictures of it.
+/// Fails if the browser finds a defect in a page; `name` is part of the names of its screenshots.
 #[track_caller]
 pub(crate) fn look_at(name: &str, html: &str) {
     let Some(browser) = Browser::find() else { return };
@@ -28,8 +29,8 @@ pub(crate) fn look_at(name: &str, html: &str) {
     assert!(defects.is_empty(), "{name}:\n{}", defects.join("\n"));
 }
 
-/// The browser, if there is one. Without any the tests are skipped with a word, but for the
-/// continuous integration, where they fail.
+/// An installed browser. Without one the tests are skipped with a notice, except in continuous
+/// integration, where they fail.
 pub(crate) struct Browser {
     program: PathBuf,
 }
@@ -54,7 +55,8 @@ impl Browser {
         None
     }
 
-    /// Runs it in a folder of its own; gives what it wrote and what the page's console said.
+    /// Runs the browser with a profile in `folder`; returns its output and the page's console
+    /// messages.
     fn run(&self, folder: &Path, arguments: &[&str], page: &Path) -> (String, Vec<String>) {
         let mut command = Command::new(&self.program);
         let (out, err) = (folder.join("out.txt"), folder.join("err.txt"));
@@ -92,7 +94,7 @@ impl Browser {
         (text(&out), console.collect())
     }
 
-    /// Writes pictures of a page for people into `target/browser`, and says what is wrong with it.
+    /// Writes screenshots of a page to `target/browser` and returns the defects of the page.
     pub(crate) fn defects(&self, name: &str, html: &str) -> Vec<String> {
         let tmp = Path::new(env!("CARGO_TARGET_TMPDIR"));
         let folder = tmp.join(format!("browser-{name}"));
@@ -154,7 +156,7 @@ impl Browser {
     }
 }
 
-/// How the reader prefers pages.
+/// Option for the preferred colour scheme.
 fn scheme(is_dark: bool) -> &'static str {
     if is_dark {
         "--blink-settings=preferredColorScheme=0"
@@ -163,7 +165,7 @@ fn scheme(is_dark: bool) -> &'static str {
     }
 }
 
-/// The page in windows within a page.
+/// The page in frames of these widths.
 fn frames(widths: &[u32], height: u64, html: &str) -> String {
     let inner = html.replace('&', "&amp;").replace('"', "&quot;");
     let frame = |width: &u32| {
@@ -172,7 +174,7 @@ fn frames(widths: &[u32], height: u64, html: &str) -> String {
     widths.iter().map(frame).collect()
 }
 
-/// The measurements in a page that was written out.
+/// Parses the measurements in the rendered page.
 fn read(dom: &str) -> Vec<Value> {
     let inner =
         dom.split_once("<pre id=\"measured\">").and_then(|(_, rest)| rest.split_once("</pre>"));
@@ -182,7 +184,7 @@ fn read(dom: &str) -> Vec<Value> {
         .unwrap_or_else(|error| panic!("{error}\n{json}"))
 }
 
-/// What is wrong by the measurements at one width.
+/// Defects according to the measurements at one width.
 fn judge(values: &Value) -> Vec<String> {
     let mut defects = Vec::new();
     let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{value} in {values}"));
@@ -218,7 +220,7 @@ fn judge(values: &Value) -> Vec<String> {
     defects
 }
 
-/// Whether a file is not what was asked for.
+/// Complaint about a file of the wrong type or size.
 fn misfit(file: &Path, begin: &[u8]) -> Option<String> {
     let bytes = fs::read(file).unwrap_or_default();
     let size = bytes.len() as u64;

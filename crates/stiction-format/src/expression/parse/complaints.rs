@@ -16,7 +16,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Unexpected word in place of an operator or the end.
+    /// Error for an unexpected word where an operator or the end belongs.
     pub(super) fn left_over(&self) -> Fault {
         let span = self.span();
         let word = self.word_at(0);
@@ -38,7 +38,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Unknown name; `unit` if a unit was expected.
+    /// Error for an unknown name; `unit` is true if a unit was expected.
     pub(super) fn unknown(&self, unit: bool) -> Fault {
         let name = self.word_at(0);
         let units = UNITS.iter().map(|unit| unit.name);

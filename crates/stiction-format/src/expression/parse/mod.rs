@@ -61,7 +61,7 @@ impl Program {
     }
 }
 
-/// Existing meaning of a name that cannot be a parameter.
+/// Existing meaning of a reserved name, which cannot name a parameter; `None` if the name is free.
 pub(crate) fn reserved(name: &str) -> Option<&'static str> {
     if unit::find(name).is_some() && !unit::yields_to_parameters(name) {
         Some("a unit")
@@ -327,7 +327,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// Byte offset of the end of the last word.
+    /// Byte offset of the end of the last token that was read.
     fn before(&self) -> usize {
         self.at.checked_sub(1).and_then(|at| self.tokens.get(at)).map_or(0, |token| token.span.end)
     }

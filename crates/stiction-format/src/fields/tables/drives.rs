@@ -4,10 +4,10 @@ use crate::expression::Measure::{Damping, Force, Frequency, Length, Number, Stif
 use crate::fields::Shape::{Choice, Quantity, Text};
 use crate::fields::{Field, field, required};
 
-/// Keys of actuator efforts, without the actuators.
+/// Keys of a table of efforts, besides the names of actuators.
 pub(crate) const DRIVES: &[Field] = &[field("title", Text, "One-line description.")];
 
-/// Keys of a controller, without its actuators.
+/// Keys of a controller, besides the names of actuators.
 pub(crate) const CONTROL: &[Field] = &[
     field("title", Text, "One-line description."),
     required("type", Choice(CONTROL_TYPES), "Control law."),

@@ -4,7 +4,7 @@ use crate::expression::Measure::{Force, Length, Mass, Moment, Time};
 use crate::fields::Shape::{Choice, Inertia, List, Name, Quantity, Text, Vector};
 use crate::fields::{Field, field, required};
 
-/// Keys of a load case, without its bodies.
+/// Keys of a load case, besides the names of bodies.
 pub(crate) const LOAD: &[Field] = &[
     field("title", Text, "One-line description."),
     field(

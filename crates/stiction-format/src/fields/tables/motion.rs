@@ -4,7 +4,7 @@ use crate::expression::Measure::{Angle, Length, Time};
 use crate::fields::Shape::{Choice, Quantity, Text};
 use crate::fields::{Field, field};
 
-/// Keys of a motion, without its coordinates.
+/// Keys of a motion, besides its coordinates.
 pub(crate) const MOTION: &[Field] = &[
     field("title", Text, "One-line description."),
     field("start", Quantity(Time), "Time of the first sample; by default 0."),

@@ -35,7 +35,7 @@ pub(super) fn read(layers: &Layers<'_>, notes: &mut Notes) -> Law {
     law
 }
 
-/// The table of coefficients, unless a nearer `mu` overrides it.
+/// The table of coefficients, unless a `mu` in a more specific table overrides it.
 fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a>> {
     let table = layers.given("table")?;
     let Some(mu) = layers.given("mu") else { return Some(table) };

@@ -1,4 +1,5 @@
-//! Curves from rows: solved at once for a text in memory, otherwise through an index.
+//! Curves from the rows of a recording. A text in memory is solved at once, any other through an
+//! index.
 
 use super::header::Header;
 use super::input::Input;
@@ -37,14 +38,14 @@ pub(super) struct RecordedCurve {
     /// Findings about its samples; none for efforts.
     pub(super) findings: Option<Findings>,
     is_finite: bool,
-    /// True if it is long and nevertheless needed one global solution.
+    /// True if the recording is long and its spline needed one global solution.
     pub(super) is_global: bool,
 }
 
 /// Data of the rows during reading.
 struct Collector {
     layout: Layout,
-    /// Kept numbers of one row.
+    /// Needed numbers of one row.
     row: Vec<f64>,
     /// Standard deviations of their rounding.
     rounding: Vec<f64>,
@@ -163,7 +164,7 @@ pub(super) fn gather(
 }
 
 impl Recording {
-    /// Reports curves that are not finite. The page is that of the header.
+    /// Reports curves that are not finite. The page of `messages` must be that of the header.
     fn check(&self, messages: &mut Messages) {
         for curve in self.curves.iter().filter(|curve| !curve.is_finite) {
             let Some(column) = self.header.columns.get(curve.column) else { continue };
@@ -188,7 +189,8 @@ fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal
     (times.into(), curves)
 }
 
-/// The page is that of the header.
+/// Refuses a recording whose spline cannot be computed in parts and is too large for a global
+/// solution. The page of `messages` must be that of the header.
 fn refuse(header: &Header, messages: &mut Messages, end: u64) {
     let Some(time) = header.time.and_then(|index| header.columns.get(index)) else { return };
     let message = format!(

@@ -83,7 +83,7 @@ fn motion(recording: Recording, messages: &mut Messages) -> Option<Motion> {
     })
 }
 
-/// The page is the last.
+/// Reports a recording with too few samples. The page of `messages` must be the last.
 fn too_few(count: usize, messages: &mut Messages) {
     let message = format!(
         "the file has {}, but a motion needs at least {MIN_SAMPLES} samples",

@@ -5,7 +5,7 @@ use crate::expression::unit::Scale;
 use crate::signal::recorded::Layout;
 use crate::signal::{Given, Interpolation};
 
-/// The curves of a recording.
+/// Columns and interpolation of each curve of a recording.
 pub(super) struct Plan {
     pub(super) layout: Layout,
     /// For each curve the column of its values.

@@ -346,7 +346,7 @@ impl Quality {
         }
     }
 
-    /// Tests if a column changes within samples.
+    /// Tests if the values of a column differ within a range of samples.
     fn moves(&self, order: usize, samples: &std::ops::Range<usize>) -> bool {
         let values = &self.columns[order][samples.clone()];
         values.windows(2).any(|pair| pair[0] != pair[1])

@@ -4,10 +4,10 @@
 /// either side is omitted, because a wrong sample also disturbs it.
 const NEIGHBOURS: usize = 4;
 
-/// Distance of acceleration `i` from all predictions: the interval between the neighbours on both
-/// sides, that between extrapolations from both sides, and interpolations.
+/// Distance of acceleration `i` from the nearest prediction. Predictions are the interval spanned
+/// by extrapolations from both sides, each extrapolation, and interpolations.
 ///
-/// A step of the acceleration lies in the intervals, a smooth signal near the extrapolations and
+/// A step of the acceleration lies in the interval, a smooth signal near the extrapolations and
 /// interpolations; a wrong sample is far from all of them. `None` near the ends of the recording.
 pub(super) fn excess(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> Option<f64> {
     let own = (*found.get(i)?)?.0;

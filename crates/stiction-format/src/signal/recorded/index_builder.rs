@@ -11,7 +11,7 @@ use stiction_core::kinematics::Target;
 /// Builder of the index from the rows of a recording.
 pub(crate) struct IndexBuilder {
     layout: Layout,
-    /// Kept numbers of the rows that the next window contains, and the byte ranges of their lines.
+    /// Needed numbers of the rows of the next window, and the byte ranges of their lines.
     columns: Vec<Vec<f64>>,
     lines: Vec<Range<u64>>,
     /// Index of the first of these rows, and of the first core sample of the next window.
@@ -53,7 +53,7 @@ impl IndexBuilder {
         self.first + self.lines.len()
     }
 
-    /// Adds the kept numbers of a row and the byte range of its line.
+    /// Adds the needed numbers of a row and the byte range of its line.
     pub(crate) fn push(&mut self, row: &[f64], line: Range<u64>) {
         if self.is_global {
             return;

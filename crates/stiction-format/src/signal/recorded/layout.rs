@@ -5,19 +5,19 @@ use crate::expression::unit::Scale;
 use crate::signal::Interpolation;
 use crate::source::{Begin, Source};
 
-/// Kept numbers of each row: the time, then the numbers of each curve.
+/// The numbers of a row that curves need: the time, then the numbers of each curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     /// Separator of the columns.
     pub(crate) delimiter: Delimiter,
-    /// For each column of the file its index among the kept numbers, and its unit.
+    /// For each column of the file its index among the needed numbers, and its unit.
     pub(crate) columns: Vec<(Option<usize>, Scale)>,
     /// The curves.
     pub(crate) interpolations: Vec<Interpolation>,
 }
 
 impl Layout {
-    /// Number of kept numbers in a row.
+    /// Number of needed numbers in a row.
     pub(crate) fn width(&self) -> usize {
         1 + self.interpolations.iter().map(|interpolation| interpolation.columns()).sum::<usize>()
     }
@@ -34,7 +34,7 @@ impl Layout {
         })
     }
 
-    /// Kept numbers of a row of the file.
+    /// Copies the needed numbers of a row of the file to `kept`.
     pub(crate) fn pick(&self, row: &[f64], kept: &mut [f64]) {
         for ((place, _), value) in self.columns.iter().zip(row) {
             if let Some(kept) = place.and_then(|place| kept.get_mut(place)) {
@@ -43,7 +43,7 @@ impl Layout {
         }
     }
 
-    /// Kept columns of all rows in a text that was read before; `None` if a row is no longer
+    /// Needed columns of all rows of a text that was read before; `None` if a row is no longer
     /// readable.
     pub(crate) fn read(&self, text: String, begin: u64) -> Option<Vec<Vec<f64>>> {
         let source = Source::piece("", unify_line_ends(text), Begin { bytes: begin, lines: 0 });

@@ -10,7 +10,7 @@ use stiction_core::spatial::Mat3;
 const SLACK: f64 = 1e-9;
 /// Least moment of inertia of a part, kg m^2; MuJoCo rejects moments below about 1e-14 kg m^2.
 const LEAST: f64 = 1e-13;
-/// Relative change of the largest moment below which no note is written.
+/// Relative change of the largest moment above which a note is written.
 const TOLD: f64 = 1e-6;
 
 /// Inertia of a body that MuJoCo accepts, kg m^2, and true if it differs noticeably from the

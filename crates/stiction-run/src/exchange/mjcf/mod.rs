@@ -29,7 +29,7 @@ pub struct Mjcf {
     pub notes: Vec<String>,
 }
 
-/// Error of a conversion to MJCF.
+/// Reason why a mechanism cannot be converted to MJCF.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Unfit {

@@ -76,8 +76,8 @@ fn a_robot_against_random_static_frictions() {
     }
 }
 
-/// Two actuators without effort: the reported frictions that hold a five-bar, put into the kernel
-/// as fractions of their limits, leave zero actuator forces.
+/// A five-bar with two actuators without effort: the kernel with the reported frictions, as
+/// fractions of their limits, computes zero actuator forces.
 #[test]
 fn reported_frictions_hold() {
     let text = stiction_format::gallery::get("five-bar").unwrap();

@@ -137,7 +137,7 @@ pub(crate) fn cases(model: &ModelFile) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// Tables of a file, each with its header.
+/// Splits a model file into its head and its tables, each with its header.
 fn sections(text: &str) -> (String, Vec<String>) {
     let mut head = String::new();
     let mut tables: Vec<String> = Vec::new();
@@ -152,7 +152,7 @@ fn sections(text: &str) -> (String, Vec<String>) {
     (head, tables)
 }
 
-/// The same file with its tables in reverse order.
+/// The same model file with its tables in reverse order.
 pub(crate) fn in_reverse(text: &str) -> String {
     let (head, mut tables) = sections(text);
     // Entries of `place` are numbered by their order, so they keep it.

@@ -1,4 +1,4 @@
-//! Properties of friction.
+//! Properties of friction on random mechanisms.
 
 use crate::identities::harness::{Verdict, try_everywhere};
 use crate::identities::solve::solve;

@@ -1,4 +1,4 @@
-//! Actuator forces and normal loads of a case, if their digits are significant.
+//! Solution of a case by inverse dynamics, refused if rounding dominates the result.
 
 use crate::identities::harness::Verdict;
 use crate::identities::specimen::Solver;
@@ -139,5 +139,6 @@ pub(crate) fn same(expected: &Numbers, drives: &[f64], loads: &[f64]) -> Verdict
         .and(|| agree("load", &expected.loads, loads, largest, TOLERANCE))
 }
 
-/// Rounding times a singularity index of 1e-2, proximity to locking and about a hundred operations.
+/// Tolerance: rounding, amplified by a singularity index of 1e-2, by proximity to locking and by
+/// about a hundred operations.
 pub(crate) const TOLERANCE: f64 = 1e-11;

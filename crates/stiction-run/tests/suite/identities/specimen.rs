@@ -38,7 +38,7 @@ impl Specimen {
         Random(self.seed + 1000)
     }
 
-    /// The mechanism, with bodies and joints in the generated order.
+    /// Builds the mechanism, with bodies and joints in the generated order.
     pub(crate) fn case(&self) -> Case {
         Case {
             mechanism: self.draft.build_in_order(),

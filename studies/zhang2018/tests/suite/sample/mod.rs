@@ -1,10 +1,10 @@
-//! A made-up report with everything in it, also what nobody would write.
+//! An artificial report with all elements, including unusual content.
 #![allow(dead_code, reason = "each test uses its part")]
 
 use stiction_draw::figure::{Figure, Line, Panel};
 use stiction_zhang2018::report::{Block, Cell, Column, Finding, Report, Section, Table};
 
-/// Text that would break out of where it stands, run from right to left, or be taken for marks.
+/// Text that contains markup of all formats, control characters and right-to-left letters.
 pub(crate) const HOSTILE: &str = "</p></style><script>alert(\"1\")</script> 'a' & b | c ]]> <!-- \
      \u{202e}ab\u{202c} \u{05d0}\u{05d1} \u{1f9be} \u{7}\u{0} &nbsp; `x` \\* ** [x](#nowhere y) # _u_ $m$";
 
@@ -17,7 +17,7 @@ fn section(id: &str, title: &str, blocks: Vec<Block>) -> Section {
     Section { id: id.into(), title: title.into(), blocks }
 }
 
-/// Two panels of curves.
+/// A figure with two panels.
 pub(crate) fn drives() -> Figure {
     let legs = |scale: f64| {
         (0..3usize).flat_map(move |k| {
@@ -38,7 +38,8 @@ pub(crate) fn drives() -> Figure {
     }
 }
 
-/// All colours; a line over points of its own, one of one point, one of none, and what is no number.
+/// A figure with all colours, and with lines that have their own abscissae, a single point, no
+/// points or NaN.
 pub(crate) fn colours() -> Figure {
     let mut lines: Vec<Line> = (0..8)
         .map(|k| line(&format!("colour {k}"), k, k % 2 == 1, |t| (t + 0.4 * k as f64).sin()))
@@ -59,7 +60,7 @@ pub(crate) fn colours() -> Figure {
     }
 }
 
-/// A table as wide as they come, of both kinds of numbers.
+/// A wide table with both kinds of numbers.
 pub(crate) fn wide() -> Table {
     let mut table = Table::new("wide", "A **wide** table of `joints`, see [above](#drives).", []);
     table.columns.push(Column::new("joint", ""));
@@ -87,7 +88,7 @@ pub(crate) fn wide() -> Table {
     table
 }
 
-/// What is not finite, not there, or not small.
+/// A table with NaN, infinite, very large and very small numbers and empty cells.
 pub(crate) fn odd() -> Table {
     let columns =
         [("name|pipe", "m/s²"), ("number, *comma*", "N"), ("fixed", ""), ("only words", "")];
@@ -116,7 +117,7 @@ pub(crate) fn odd() -> Table {
     table
 }
 
-/// The report.
+/// The complete report.
 pub(crate) fn report() -> Report {
     let picture = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-10 -10 120 60\">\
                    <circle cx=\"50\" cy=\"20\" r=\"18\" fill=\"var(--tint)\" stroke=\"var(--ink)\"/></svg>";

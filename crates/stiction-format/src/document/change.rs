@@ -1,0 +1,247 @@
+//! Changes of single values of a document, as in `platform.mass = 2 kg`.
+
+use super::{Document, Key, Node, Table, Text, Value, convert};
+use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
+use crate::fields::tables::MODEL;
+use crate::source::{Place, Source, Span};
+use std::sync::Arc;
+use toml::de::DeTable;
+
+/// Tables of named parts. A change never adds a part: a misspelt name would be one.
+const NAMED: &[&str] =
+    &["parameters", "bodies", "joints", "springs", "actuators", "motions", "loads"];
+
+/// Applies the changes of the source ([`Source::with_changes`]) to its document, in order.
+pub(super) fn apply(source: &Arc<Source>, document: &mut Document, out: &mut Diagnostics) {
+    let Some(changes) = source.changes() else { return };
+    let mut begin = source.begin_of_changes();
+    for line in changes.text.split('\n') {
+        if let Err(diagnostic) = change(source, &mut document.root, line, begin) {
+            out.push(diagnostic);
+        }
+        begin += line.len() + 1;
+    }
+}
+
+fn change(
+    source: &Arc<Source>,
+    root: &mut Table,
+    line: &str,
+    begin: usize,
+) -> Result<(), Diagnostic> {
+    let Some((path, value)) = line.split_once('=') else {
+        return Err(Diagnostic::error("change", "a change needs a key and a value")
+            .at(Place::new(source, begin..begin + line.len()), "expected KEY=VALUE")
+            .help("for example `bodies.platform.mass=2kg`"));
+    };
+    let value = read_value(value, begin + path.len() + 1);
+    let at = begin + path.len() - path.trim_start().len();
+    let span = at..at + path.trim().len();
+    let names = segments(path.trim());
+    let target = Target { path: &names, span: &span, value: &value };
+    let outcome = match target.in_model(root) {
+        Outcome::Set => return Ok(()),
+        outcome => outcome,
+    };
+    let Outcome::Unknown { name, known } = outcome else {
+        return Err(Diagnostic::error("change", "a value in this path has no keys")
+            .at(Place::new(source, span), "ends before"));
+    };
+    Err(Diagnostic::error("unknown-key", format!("the model has no {}", quoted(&name)))
+        .at(Place::new(source, span), "unknown key")
+        .maybe_help(did_you_mean(&name, "known here", known.iter().map(String::as_str))))
+}
+
+/// The parts of a key path: separated by points, quoted ones whole.
+fn segments(path: &str) -> Vec<String> {
+    let mut parts = vec![String::new()];
+    let mut quote = None;
+    for letter in path.chars() {
+        match (letter, quote) {
+            ('"' | '\'', None) => quote = Some(letter),
+            (letter, Some(open)) if letter == open => quote = None,
+            ('.', None) => parts.push(String::new()),
+            (letter, _) => {
+                if let Some(part) = parts.last_mut() {
+                    part.push(letter);
+                }
+            }
+        }
+    }
+    parts.iter().map(|part| part.trim().to_owned()).collect()
+}
+
+/// A value in TOML, or else a string without quotes.
+fn read_value(written: &str, begin: usize) -> Value {
+    const KEY: &str = "v=";
+    let text = format!("{KEY}{written}");
+    if let Ok(table) = DeTable::parse(&text)
+        && let Some((_, value)) = table.get_ref().iter().next()
+    {
+        let mut value = convert(value, &text, 1);
+        // `begin` is the place of the text after the key.
+        move_by(&mut value, begin.wrapping_sub(KEY.len()));
+        return value;
+    }
+    let start = begin + written.len() - written.trim_start().len();
+    let content = written.trim().to_owned();
+    let span = start..start + content.len();
+    Value { span, node: Node::Text(Text { content, start: Some(start) }) }
+}
+
+/// Moves all places in a value.
+fn move_by(value: &mut Value, offset: usize) {
+    let moved = |span: &mut Span| {
+        *span = span.start.wrapping_add(offset)..span.end.wrapping_add(offset);
+    };
+    moved(&mut value.span);
+    match &mut value.node {
+        Node::Text(text) => text.start = text.start.map(|start| start.wrapping_add(offset)),
+        Node::List(list) => list.iter_mut().for_each(|item| move_by(item, offset)),
+        Node::Table(table) => {
+            moved(&mut table.span);
+            for (key, value) in &mut table.entries {
+                moved(&mut key.span);
+                move_by(value, offset);
+            }
+        }
+        Node::Number(_) | Node::Flag(_) | Node::Other => {}
+    }
+}
+
+enum Outcome {
+    Set,
+    /// No such name; the names that are known at this place.
+    Unknown {
+        name: String,
+        known: Vec<String>,
+    },
+    /// A value that has no keys.
+    NotATable,
+}
+
+/// A value and the path at which it is to be placed.
+#[derive(Clone, Copy)]
+struct Target<'a> {
+    path: &'a [String],
+    span: &'a Span,
+    value: &'a Value,
+}
+
+impl Target<'_> {
+    /// Sets the value of a key of the model, or of a parameter or part given by its name alone.
+    fn in_model(&self, root: &mut Table) -> Outcome {
+        let first = self.path.first().map(String::as_str).unwrap_or_default();
+        if MODEL.iter().any(|field| field.key == first) {
+            return self.in_table(root, !NAMED.contains(&first) && first != "legs", first);
+        }
+        let mut known: Vec<String> = Vec::new();
+        let mut no_table = false;
+        for kind in NAMED {
+            let Some(table) = table_of(root, kind) else { continue };
+            match self.in_table(table, false, kind) {
+                Outcome::Set => return Outcome::Set,
+                // A parameter may have the name of a body.
+                Outcome::NotATable => no_table = true,
+                Outcome::Unknown { .. } => {
+                    known.extend(table.entries.iter().map(|(key, _)| key.name.clone()));
+                }
+            }
+        }
+        if no_table {
+            return Outcome::NotATable;
+        }
+        known.extend(MODEL.iter().map(|field| field.key.to_owned()));
+        Outcome::Unknown { name: first.to_owned(), known }
+    }
+
+    /// Sets the value in a table; `open` allows a key that the table does not have yet, which the
+    /// reader checks. `parent` is the key of the table, or the first key to look for in the root.
+    fn in_table(&self, table: &mut Table, open: bool, parent: &str) -> Outcome {
+        let names = |table: &Table| table.entries.iter().map(|(key, _)| key.name.clone()).collect();
+        // Names may contain points: the longest one that exists.
+        for count in (1..=self.path.len()).rev() {
+            let (name, rest) = self.path.split_at(count);
+            let name = name.join(".");
+            let Some(entry) = table.entries.iter_mut().find(|(key, _)| key.name == name) else {
+                continue;
+            };
+            let inner = Target { path: rest, ..*self };
+            let open = !(NAMED.contains(&name.as_str()) && parent == name);
+            return inner.in_value(&mut entry.1, open, &name);
+        }
+        // Joints and bodies of legs, by name.
+        if parent == "legs" {
+            for kind in ["bodies", "joints"] {
+                if let Some(inner) = table_of(table, kind)
+                    && let Outcome::Set = self.in_table(inner, false, kind)
+                {
+                    return Outcome::Set;
+                }
+            }
+        }
+        match self.path {
+            [first, ..] if !open => Outcome::Unknown { name: first.clone(), known: names(table) },
+            [] => Outcome::NotATable,
+            [name] => {
+                let key = Key { name: name.clone(), span: self.span.clone() };
+                table.entries.push((key, self.value.clone()));
+                Outcome::Set
+            }
+            [name, rest @ ..] => {
+                let mut inner = Table { span: self.span.clone(), entries: Vec::new() };
+                let outcome = Target { path: rest, ..*self }.in_table(&mut inner, true, name);
+                let key = Key { name: name.clone(), span: self.span.clone() };
+                let value = Value { span: self.span.clone(), node: Node::Table(inner) };
+                table.entries.push((key, value));
+                outcome
+            }
+        }
+    }
+
+    fn in_value(&self, value: &mut Value, open: bool, parent: &str) -> Outcome {
+        if self.path.is_empty() {
+            *value = self.value.clone();
+            return Outcome::Set;
+        }
+        match &mut value.node {
+            Node::Table(table) => self.in_table(table, open, parent),
+            Node::List(list) => self.in_list(list, parent),
+            _ => Outcome::NotATable,
+        }
+    }
+
+    /// Sets the value in one entry of a list, by its number from 1, or in all that have the key.
+    fn in_list(&self, list: &mut [Value], parent: &str) -> Outcome {
+        let count = list.len();
+        if let [first, rest @ ..] = self.path
+            && let Ok(number) = first.parse::<usize>()
+        {
+            let inner = Target { path: rest, ..*self };
+            return match number.checked_sub(1).and_then(|index| list.get_mut(index)) {
+                Some(entry) => inner.in_value(entry, true, parent),
+                None => Outcome::Unknown {
+                    name: format!("{parent}.{number}"),
+                    known: (1..=count.min(4)).map(|n| format!("{parent}.{n}")).collect(),
+                },
+            };
+        }
+        let mut last = Outcome::NotATable;
+        let mut set = false;
+        for entry in list {
+            match self.in_value(entry, count == 1, parent) {
+                Outcome::Set => set = true,
+                outcome => last = outcome,
+            }
+        }
+        if set { Outcome::Set } else { last }
+    }
+}
+
+fn table_of<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Table> {
+    let (_, value) = table.entries.iter_mut().find(|(known, _)| known.name == key)?;
+    match &mut value.node {
+        Node::Table(table) => Some(table),
+        _ => None,
+    }
+}

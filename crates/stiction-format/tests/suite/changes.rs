@@ -1,0 +1,70 @@
+//! Changes of single values of a model's text.
+
+use stiction_format::{ModelFile, Source, gallery, read};
+
+fn changed(model: &str, changes: &[&str]) -> Result<ModelFile, String> {
+    let source = Source::new(format!("{model}.toml"), gallery::get(model).unwrap());
+    read(&source.with_changes(changes), &|_| Err("no files".to_owned()))
+        .map_err(|diagnostics| diagnostics.to_string())
+}
+
+fn mass(model: &ModelFile, body: &str) -> f64 {
+    model.mechanism.bodies()[model.mechanism.body_id(body).unwrap().0].mass
+}
+
+#[test]
+fn a_key_a_part_and_a_parameter_can_be_changed() {
+    for change in ["bodies.tool.mass=0.7kg", "tool.mass = 700 g", "bodies.tool.mass=0.7"] {
+        let model = changed("five-bar", &[change]).unwrap();
+        assert_eq!(mass(&model, "tool"), 0.7, "{change}");
+        assert!(model.title.ends_with(&format!("with {}", change.trim())), "{}", model.title);
+    }
+    let longer = changed("five-bar", &["crank = 220 mm"]).unwrap();
+    let com = longer.mechanism.bodies()[1].com;
+    assert_eq!(com.x, 0.11);
+    // A later change of the same value wins.
+    assert_eq!(mass(&changed("five-bar", &["tool.mass=1", "tool.mass=2"]).unwrap(), "tool"), 2.0);
+}
+
+#[test]
+fn a_change_of_legs_concerns_all_that_have_the_key() {
+    let model = changed("delta", &["legs.rod.mass=2kg"]).unwrap();
+    let rods: Vec<f64> = model
+        .mechanism
+        .bodies()
+        .iter()
+        .filter(|body| body.name.ends_with("rod"))
+        .map(|body| body.mass)
+        .collect();
+    assert_eq!(rods, [2.0; 6]);
+    let model = changed("delta", &["legs.1.bodies.rod.mass=2kg"]).unwrap();
+    assert_eq!(model.mechanism.bodies().iter().filter(|body| body.mass == 2.0).count(), 3);
+}
+
+#[test]
+fn keys_that_the_text_does_not_have_are_added() {
+    let model = changed("five-bar", &["default.friction=off", "gravity=[0, 0, 0]"]).unwrap();
+    assert_eq!(model.default_friction, Some(stiction_core::dynamics::FrictionMode::Off));
+    assert_eq!(model.mechanism.gravity().y, 0.0);
+    let with = changed("five-bar", &["joints.tip.friction.mu_static=0.2"]).unwrap();
+    assert!(with.mechanism != changed("five-bar", &[]).unwrap().mechanism);
+}
+
+#[test]
+fn a_defective_change_is_shown() {
+    let message = |change: &str| changed("five-bar", &["crank=210mm", change]).unwrap_err();
+    for (change, says) in [
+        ("tool.mass", "a change needs a key and a value"),
+        ("bodies.toool.mass=1", "did you mean `tool`?"),
+        ("cranck=1", "did you mean `crank`?"),
+        ("tool.masss=1", "did you mean `mass`?"),
+        ("tool.mass=1 mm", "--set:2:11"),
+        ("tool.mass.x=1", "has no keys"),
+        ("=", "the model has no ``"),
+        ("legs.rod.mass=1", "legs"),
+    ] {
+        let message = message(change);
+        assert!(message.contains(says), "{change}: {message}");
+        assert!(message.contains("--set:2:"), "{change}: {message}");
+    }
+}
