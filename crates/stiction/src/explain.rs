@@ -135,6 +135,7 @@ fn simulation(error: &ForwardError, bad_input: bool) -> Error {
         ForwardError::Assembly(_) | ForwardError::Contradiction { .. } if bad_input => {
             Error::input(message)
         }
+        ForwardError::GearLoss { .. } => Error::input(message),
         ForwardError::Blocked { .. } => Error::input(message)
             .with_help("give other rates at the start, or lock other joints")
             .with_option("from"),

@@ -18,6 +18,8 @@ pub(crate) struct Names {
     pub(crate) coordinates: Vec<(String, JointId, usize)>,
     /// Friction interfaces: the joint's name, followed by that of the interface where the joint has several.
     pub(crate) interfaces: Vec<String>,
+    /// Friction interfaces of simulations: those of the joints, then the shafts of motors.
+    pub(crate) with_shafts: Vec<String>,
 }
 
 impl Names {
@@ -41,6 +43,9 @@ impl Names {
                 });
             }
         }
+        let shafts = mechanism.shafts_with_friction();
+        let shafts = shafts.into_iter().map(|(name, _)| format!("{name}.motor"));
+        let with_shafts = interfaces.iter().cloned().chain(shafts).collect();
         Self {
             actuators,
             motors: mechanism.drive_trains().iter().map(|train| train.name.clone()).collect(),
@@ -48,6 +53,7 @@ impl Names {
             bodies: mechanism.bodies().iter().map(|body| body.name.clone()).collect(),
             coordinates,
             interfaces,
+            with_shafts,
         }
     }
 
@@ -83,14 +89,23 @@ impl Names {
         find("joint coordinate", name, self.coordinates.iter().map(|(name, ..)| name))
     }
 
-    /// Index of a friction interface.
+    /// Index of a friction interface of the joints.
     pub(crate) fn interface(&self, name: &str) -> Result<usize, Error> {
-        if self.interfaces.is_empty() {
-            return Err(Error::input("the model declares no friction in any joint")
-                .with_help("add `friction = { mu = 0.1, radius = \"8 mm\" }` to a joint"));
-        }
-        find("friction interface", name, &self.interfaces)
+        find_interface(name, &self.interfaces)
     }
+
+    /// Index of a friction interface in a simulation.
+    pub(crate) fn interface_or_shaft(&self, name: &str) -> Result<usize, Error> {
+        find_interface(name, &self.with_shafts)
+    }
+}
+
+fn find_interface(name: &str, interfaces: &[String]) -> Result<usize, Error> {
+    if interfaces.is_empty() {
+        return Err(Error::input("the model declares no friction in any joint")
+            .with_help("add `friction = { mu = 0.1, radius = \"8 mm\" }` to a joint"));
+    }
+    find("friction interface", name, interfaces)
 }
 
 /// Maximum number of names in a message.

@@ -166,6 +166,19 @@ impl Mechanism {
         &self.drive_trains
     }
 
+    /// Actuated degrees of freedom whose motors have friction, in the order of the drive trains, each with the name
+    /// of its first motor. In simulations each is a friction interface after those of the joints.
+    #[doc(hidden)]
+    pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
+        let mut found: Vec<&DriveTrain> = Vec::new();
+        for train in self.drive_trains.iter().filter(|train| train.has_motor_friction()) {
+            if !found.iter().any(|known| (known.joint, known.dof) == (train.joint, train.dof)) {
+                found.push(train);
+            }
+        }
+        found.into_iter().map(|train| (train.name.as_str(), train.joint)).collect()
+    }
+
     /// Acceleration of gravity in world axes, m/s^2.
     pub fn gravity(&self) -> Vec3<f64> {
         self.gravity

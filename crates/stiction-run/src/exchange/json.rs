@@ -173,6 +173,7 @@ fn interface_json(joint: &Joint, interface: &JointFriction) -> Value {
         InterfaceShape::Thread => "thread",
         InterfaceShape::Ball => "ball",
         InterfaceShape::Plate => "plate",
+        InterfaceShape::Shaft { .. } => "shaft",
     };
     let dofs = joint.joint_type.dofs()[shape.dofs()].iter().map(|f| f.name);
     json!({

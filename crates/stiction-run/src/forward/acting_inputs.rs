@@ -4,6 +4,7 @@ use super::controller::{Controller, Told};
 use super::error::Error;
 use super::guide::Guide;
 use super::job::{Feed, Job};
+use super::motors::Motors;
 use super::reference::{Wanted, own_course};
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Forward, Inputs, View};
@@ -40,6 +41,7 @@ pub(super) struct Acting<'a> {
     /// Reference motions of the actuators that follow the motion.
     wanted: Wanted<'a>,
     controller: Option<Controller<'a>>,
+    motors: Motors,
     /// Efforts held between two samples, N or N m.
     kept: Vec<f64>,
     /// Number of samples taken so far.
@@ -108,6 +110,7 @@ impl<'a> Acting<'a> {
             is_stopped: false,
             wanted,
             controller,
+            motors: Motors::new(forward.mechanism()),
             kept: vec![0.0; actuators.len()],
             samples: 0,
             stretch_end: job.from,
@@ -189,6 +192,9 @@ impl<'a> Acting<'a> {
             && let Some(guide) = self.wanted.guide()
         {
             let (with, without) = guide.drives()?;
+            let (mut with, mut without) = (with.to_vec(), without.to_vec());
+            self.motors.add(&mut with, &wanted, self.job.friction);
+            self.motors.add(&mut without, &wanted, false);
             for (index, (with, without)) in with.iter().zip(without).enumerate() {
                 friction[index] = with - without;
                 if matches!(self.job.drives, Feed::Inverse) {

@@ -47,15 +47,6 @@ pub enum Error {
         /// Last instant, s.
         until: f64,
     },
-    /// Forward dynamics does not include drive trains.
-    #[error(
-        "`forward` does not include the drive train `{actuator}`: rotor inertia, motor friction and gear \
-         losses would be missing"
-    )]
-    DriveTrain {
-        /// Name of the drive train.
-        actuator: String,
-    },
     /// Forward dynamics has no solution.
     #[error(transparent)]
     Forward(ForwardError),
@@ -77,14 +68,15 @@ impl Error {
             matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
         };
         match self {
-            Self::DriveTrain { .. } => true,
             Self::Instants(_) | Self::NotFinite(_) | Self::Payload { .. } | Self::Mark => true,
             Self::Motion(error) => error.is_bad_input(),
             Self::Controller(_) | Self::ControllerForces(_) => true,
             Self::Forward(ForwardError::Assembly(error)) => incomplete(error),
-            Self::Forward(ForwardError::Contradiction { .. } | ForwardError::Blocked { .. }) => {
-                true
-            }
+            Self::Forward(
+                ForwardError::Contradiction { .. }
+                | ForwardError::Blocked { .. }
+                | ForwardError::GearLoss { .. },
+            ) => true,
             _ => false,
         }
     }

@@ -1,5 +1,6 @@
 //! Rows of the tables of a simulation.
 
+use super::motors::Motors;
 use super::sample::Sample;
 use crate::bodies::BodyRow;
 use crate::dofs::{Dof, actuated, dofs_of};
@@ -20,6 +21,7 @@ pub struct Layout {
     pub(crate) signed: Vec<bool>,
     /// Index of each actuator's degree of freedom.
     pub(crate) dof_of_actuator: Vec<usize>,
+    motors: Motors,
     bodies: Vec<String>,
 }
 
@@ -60,10 +62,16 @@ impl Layout {
             let own: &Dof = &dofs[dof];
             name.clone_from(&own.name);
         }
+        // The friction of motors follows that of the joints.
+        let shafts = mechanism.shafts_with_friction();
+        let signed: Vec<bool> = signed.chain(shafts.iter().map(|_| true)).collect();
+        let shafts = shafts.into_iter().map(|(name, joint)| (format!("{name}.motor"), joint.0));
+        names.interfaces.extend(shafts);
         Self {
             names,
             wanted,
-            signed: signed.collect(),
+            signed,
+            motors: Motors::new(mechanism),
             dof_of_actuator,
             dofs,
             bodies: BodyRow::header(mechanism).collect(),
@@ -84,6 +92,7 @@ impl Layout {
             }
         }
         forward.push("closure [m]".to_owned());
+        forward.extend(self.motors.columns());
         let reactions = columns(self.names.joints.iter().map(String::as_str), &REACTION);
         let interfaces = || self.names.interfaces.iter().map(|(name, _)| name.as_str());
         let friction = columns(interfaces(), &INTERFACE);
@@ -168,6 +177,11 @@ impl Scribe {
             }
         }
         row.push(sample.closure);
+        layout.motors.write(
+            &now.drives,
+            |actuator| sample.joints[layout.dof_of_actuator[actuator]].rate,
+            row,
+        );
 
         let row = &mut rows.reactions;
         row.clear();

@@ -45,9 +45,6 @@ impl Job<'_> {
             let job = Job { model: &model, load: &load, ..self.clone() };
             return job.run(receive, progress, stopped, mark);
         }
-        if let Some(train) = self.model.mechanism.drive_trains().first() {
-            return Err(Error::DriveTrain { actuator: train.name.clone() });
-        }
         let instants = self.instants()?;
         let count = instants.count();
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));

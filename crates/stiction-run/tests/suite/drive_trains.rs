@@ -3,7 +3,9 @@
 use crate::common::{Csv, MODES, files, job, model, model_of, tables};
 use std::f64::consts::TAU;
 use stiction_core::dynamics::FrictionMode;
-use stiction_core::mechanism::Mechanism;
+use stiction_core::forward::{ConstantEfforts, Forward, ForwardError, Settings, Simulation};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{ModelFile, Source, gallery, read};
 use stiction_run::breakaway;
 use stiction_run::exchange::{Instant, model_file};
@@ -473,4 +475,167 @@ fn motors_of_legs() {
     let written = model_file(&geared.mechanism, "", Instant::default()).unwrap();
     let again = model_of("again", &written);
     assert_eq!(again.mechanism.drive_trains(), geared.mechanism.drive_trains());
+}
+
+/// Position, rate and acceleration of the first joint after a second under a constant effort.
+fn after(model: &ModelFile, effort: f64, start: (f64, f64)) -> (Target<f64>, f64) {
+    let forward = Forward::new(model.mechanism.clone(), &[]);
+    let joint = Coordinate::Joint { joint: JointId(0), dof: 0 };
+    let start = Target { value: start.0, rate: start.1, acceleration: 0.0 };
+    let state = forward.assemble(&[], &[joint], &[start]).unwrap();
+    let mut efforts = ConstantEfforts(vec![effort]);
+    let mut simulation = forward.start(0.0, state, Settings::default(), &mut efforts).unwrap();
+    simulation.advance(1.0, &mut efforts).unwrap();
+    (simulation.joint_motion(JointId(0), 0), relative_error(&simulation))
+}
+
+fn relative_error(simulation: &Simulation<'_>) -> f64 {
+    simulation.energy_error().abs() / simulation.energies().turnover.max(1e-300)
+}
+
+/// A slide under a constant effort, with rotor, viscous and constant friction of its motor.
+#[test]
+fn simulated_slide() {
+    let level = SLIDE.replace("-9.81", "0");
+    let train = "[actuators.motor]\njoint = \"axis\"\nlead = \"10 mm/rev\"\nrotor_inertia = 2e-5\n\
+                 motor_friction = { constant = 0.05, viscous = 1e-4 }\n";
+    let n = TAU / 0.01;
+    let (mass, damping, dry) = (40.0 + n * n * 2e-5, n * n * 1e-4, n * 0.05);
+    let model = with(&[&level, LIFT, train]);
+    let effort = 3.0 * dry;
+    let (motion, error) = after(&model, effort, (0.0, 0.0));
+    // m v' = F - dry - damping v.
+    let (final_rate, time) = ((effort - dry) / damping, mass / damping);
+    let rate = final_rate * (1.0 - (-1.0 / time).exp());
+    assert!((motion.rate - rate).abs() < 1e-9 * rate, "{} {rate}", motion.rate);
+    assert!((motion.value - (final_rate - rate * time)).abs() < 1e-9, "{}", motion.value);
+    assert!(error < 1e-9, "{error}");
+    // It holds up to the friction of the motor, and not beyond.
+    assert_eq!(after(&model, dry * (1.0 - 1e-9), (0.0, 0.0)).0.rate, 0.0);
+    assert!(after(&model, dry * (1.0 + 1e-6), (0.0, 0.0)).0.rate > 0.0);
+    // It stops and stays at rest; without viscous friction after v^2 m / (2 dry).
+    let dry_only = train.replace(", viscous = 1e-4", "");
+    let model = with(&[&level, LIFT, &dry_only]);
+    let (motion, error) = after(&model, 0.0, (0.0, 0.5));
+    let way = 0.125 * mass / dry;
+    assert!(motion.rate == 0.0 && (motion.value - way).abs() < 1e-9, "{} {way}", motion.value);
+    assert!(error < 1e-9, "{error}");
+}
+
+/// Static friction of a joint and of its motor add up.
+#[test]
+fn joint_and_motor_hold_together() {
+    let level = SLIDE
+        .replace("-9.81", "0")
+        .replace("axis = \"z\"", "axis = \"z\"\nfriction = { mu = 0.1, preload = 500 }");
+    let train = "[actuators.motor]\njoint = \"axis\"\nlead = \"-10 mm/rev\"\nrotor_inertia = 1e-5\n\
+                 motor_friction = { constant = 0.05 }\n";
+    let model = with(&[&level, LIFT, train]);
+    let n = TAU / 0.01;
+    let (dry, mass) = (50.0 + n * 0.05, 40.0 + n * n * 1e-5);
+    for sense in [1.0, -1.0] {
+        let (motion, _) = after(&model, sense * dry * (1.0 - 1e-9), (0.0, 0.0));
+        assert_eq!(motion.rate, 0.0);
+        let (motion, error) = after(&model, sense * (dry + 10.0), (0.0, 0.0));
+        assert!((motion.value - sense * 5.0 / mass).abs() < 1e-9, "{}", motion.value);
+        assert!(error < 1e-9);
+        let (motion, _) = after(&model, 0.0, (0.0, sense * 0.3));
+        assert!((motion.value - sense * 0.045 * mass / dry).abs() < 1e-9 && motion.rate == 0.0);
+    }
+}
+
+/// Simulations of closed chains: motors that carry out a motion need the torques of inverse dynamics, wherever
+/// loops are cut; released, the mechanism keeps its energy.
+#[test]
+fn simulated_hexapod() {
+    use stiction_core::topology::TreeRule;
+    for name in ["gough", "five-bar"] {
+        let plain = model(name);
+        let mut trains = String::new();
+        for (k, (joint, dof)) in plain.mechanism.actuators().enumerate() {
+            let joint = &plain.mechanism.joints()[joint.0];
+            let kind =
+                if joint.joint_type.dofs()[dof].translates() { "lead = 0.02" } else { "ratio = 5" };
+            trains += &format!(
+                "[actuators.m{k}]\njoint = \"{}\"\n{kind}\nrotor_inertia = 1e-4\n\
+                 motor_friction = {{ constant = 0.02, viscous = 1e-4 }}\n",
+                joint.name
+            );
+        }
+        let text = format!("{}\n{trains}", gallery::get(name).unwrap());
+        let geared = model_of(name, &text);
+        let (motion, load) = (geared.default_motion.clone().unwrap(), geared.loads[0].0.clone());
+        let job = Job { load: &NO_LOAD, ..job(&geared, &motion, &load, FrictionMode::Converged) };
+        let (inverse, ..) = run(&job);
+        let time = geared.motion(&motion).unwrap().duration * 0.31;
+        let row = inverse.column("time [s]").iter().position(|t| *t >= time).unwrap();
+        let time = inverse.column("time [s]")[row];
+        let mut solver = job.assemble(job.motion.start).unwrap();
+        job.follow(&mut solver, job.motion.start, time).unwrap();
+        let actuators: Vec<_> = geared.mechanism.actuators().collect();
+        let targets: Vec<Target<f64>> =
+            actuators.iter().map(|(joint, dof)| solver.joint_motion(*joint, *dof)).collect();
+        for rule in
+            [TreeRule::Structure, TreeRule::Random(1), TreeRule::Random(2), TreeRule::Random(3)]
+        {
+            let all: Vec<usize> = (0..actuators.len()).collect();
+            let mechanism = geared.mechanism.starting_at(solver.bodies().joint_poses());
+            let forward = Forward::with_tree(mechanism.clone(), rule, &all);
+            let coordinates: Vec<_> = actuators
+                .iter()
+                .map(|(joint, dof)| Coordinate::Joint { joint: *joint, dof: *dof })
+                .collect();
+            let state = forward.assemble(&[], &coordinates, &targets).unwrap();
+            let mut led = Led(targets.clone());
+            let simulation =
+                forward.start(0.0, state.clone(), Settings::default(), &mut led).unwrap();
+            for (k, train) in geared.mechanism.drive_trains().iter().enumerate() {
+                let expected = inverse.column(&format!("m{k}.motor_torque [N m]"))[row];
+                let found = simulation.instant().drives[k] / train.transmission();
+                assert!(
+                    (found - expected).abs() < 1e-9,
+                    "{name} {rule:?} m{k}: {found} {expected}"
+                );
+            }
+            // The same reactions in the joints.
+            let free = Forward::with_tree(mechanism, rule, &[]);
+            let mut none = ConstantEfforts(Vec::new());
+            let mut simulation = free.start(0.0, state, Settings::default(), &mut none).unwrap();
+            simulation.advance(0.05, &mut none).unwrap();
+            assert!(relative_error(&simulation) < 1e-8, "{name} {}", relative_error(&simulation));
+        }
+    }
+}
+
+static NO_LOAD: stiction_format::LoadCase =
+    stiction_format::LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
+
+/// All actuators follow given motions.
+struct Led(Vec<Target<f64>>);
+
+impl stiction_core::forward::Inputs for Led {
+    fn efforts(&mut self, _: &stiction_core::forward::View<'_>, _: &mut [f64]) {}
+
+    fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
+        for (target, at) in targets.iter_mut().zip(&self.0) {
+            let rate = at.rate + at.acceleration * time;
+            let value = at.value + (at.rate + 0.5 * at.acceleration * time) * time;
+            *target = Target { value, rate, acceleration: at.acceleration };
+        }
+    }
+}
+
+/// Losses that depend on the load are not simulated, and said so.
+#[test]
+fn lossy_gears_are_refused() {
+    let train = "[actuators.motor]\njoint = \"axis\"\nlead = 0.01\nefficiency = 0.9\n";
+    let model = with(&[SLIDE, LIFT, train]);
+    let forward = Forward::new(model.mechanism.clone(), &[]);
+    let joint = Coordinate::Joint { joint: JointId(0), dof: 0 };
+    let start = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+    let state = forward.assemble(&[], &[joint], &[start]).unwrap();
+    let refused = forward.start(0.0, state, Settings::default(), &mut ConstantEfforts(vec![]));
+    assert!(
+        matches!(refused.err(), Some(ForwardError::GearLoss { actuator }) if actuator == "motor")
+    );
 }

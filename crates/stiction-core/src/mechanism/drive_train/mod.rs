@@ -117,6 +117,11 @@ impl DriveTrain {
         n * n * self.rotor_inertia
     }
 
+    /// True if the motor has friction.
+    pub fn has_motor_friction(&self) -> bool {
+        self.motor_friction != MotorFriction::default()
+    }
+
     /// Copy without friction in motor and gear.
     pub fn without_friction(&self) -> Self {
         let motor_friction = MotorFriction::default();

@@ -135,7 +135,7 @@ pub(crate) fn read(
 
 /// Tests if an interface of this shape has the part. The builder reports the radius of a guide.
 fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
-    use InterfaceShape::{Ball, Guide, Pin, Plate, Thread};
+    use InterfaceShape::{Ball, Guide, Pin, Plate, Shaft, Thread};
     match key {
         "bending_span" | "combine" => shape != Ball,
         "collar_radius" => matches!(shape, Pin { .. }),
@@ -143,7 +143,7 @@ fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
         "supports" | "gland" | "piston" => match shape {
             Guide { .. } | Thread => true,
             Pin { .. } => joint_type == JointType::Cylindrical,
-            Ball | Plate => false,
+            Ball | Plate | Shaft { .. } => false,
         },
         "flank_angle" => shape == Thread,
         "smoothing" => shape != Thread,
