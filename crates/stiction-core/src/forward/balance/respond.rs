@@ -144,6 +144,7 @@ impl Balance {
         model: &Forward,
         data: &Data,
         efforts: &[(usize, Wrench<T>)],
+        whole: bool,
         stages: &mut Stages<T>,
     ) {
         let n = model.topology.dofs();
