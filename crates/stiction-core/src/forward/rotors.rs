@@ -1,6 +1,6 @@
 //! Rotors and motor friction of drive trains, reflected to the joints.
 //!
-//! Equation (D9) of the book's theory.
+//! Equation (G7) of the book's theory.
 
 use super::Forward;
 use super::constraint_jacobian::{each_dof, opening};

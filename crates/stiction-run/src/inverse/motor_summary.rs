@@ -115,7 +115,7 @@ impl MotorSummary {
         let all = [
             ("rated", "rated rms torque", "N m", limits.rated, self.rms(motor)),
             ("peak", "peak torque", "N m", limits.peak, motor.torque.peak.abs()),
-            ("speed", "greatest speed", "rad/s", limits.speed, motor.speed.peak.abs()),
+            ("speed", "speed limit", "rad/s", limits.speed, motor.speed.peak.abs()),
         ];
         let given = |(key, words, unit, limit, value)| Some((key, words, unit, limit?, value));
         all.into_iter().filter_map(given).collect()
@@ -204,7 +204,8 @@ impl MotorSummary {
             "motor", "peak N m", "rms N m", "peak rad/s", "peak W", "work J", "losses", "turns"
         )?;
         for (train, motor) in self.trains.iter().zip(&self.motors) {
-            let losses = motor.friction.value + motor.gear.value;
+            // Without losses their sum is rounding of either sign.
+            let losses = (motor.friction.value + motor.gear.value).max(0.0);
             let ratio = losses / motor.supplied.value;
             writeln!(
                 out,
