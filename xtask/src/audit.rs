@@ -121,7 +121,8 @@ fn number(version: &str) -> [u32; 3] {
 fn oldest_compiler() -> Ended {
     let Some(packages) = packages(true) else { return Ended::Failed };
     let of = |package: &Value| package["rust_version"].as_str().map(str::to_owned);
-    let ours = packages.iter().find(|package| package["name"] == "stiction").and_then(of);
+    // All packages of the workspace state the same compiler.
+    let ours = self::packages(false).and_then(|own| own.iter().find_map(of));
     let Some(ours) = ours else { return Ended::Failed };
     let newer: Vec<String> = packages
         .iter()

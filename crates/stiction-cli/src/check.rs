@@ -8,7 +8,7 @@ use crate::print;
 use crate::progress::Progress;
 use crate::sources::{self, warn};
 use std::sync::atomic::Ordering;
-use stiction::explain;
+use stiction::Error;
 use stiction_run::check::draw_page;
 
 pub(crate) fn run(options: &Check) -> Result<(), Failure> {
@@ -50,7 +50,7 @@ fn execute(options: &Check) -> Result<(), Failure> {
     let json = format!("{:#}\n", report.to_json());
     print(if options.json { &json } else { report.as_text() })?;
     let (Some(outputs), Some([html, data, picture])) = (outputs, files) else { return Ok(()) };
-    let page = draw_page(&job, report.findings()).map_err(explain::inverse)?;
+    let page = draw_page(&job, report.findings()).map_err(Error::from)?;
     outputs.end("check.html", html, page.html.as_bytes())?;
     outputs.end("check.json", data, json.as_bytes())?;
     outputs.end("mechanism.svg", picture, page.picture.as_bytes())?;

@@ -7,7 +7,7 @@ use crate::print;
 use crate::sources::{self, warn};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use stiction::explain;
+use stiction::Error;
 use stiction_run::exchange::{Home, Instant, json_text, mjcf, model_file};
 
 pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
@@ -18,7 +18,7 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
         request = request.motion(motion)?;
     }
     let job = request.job()?;
-    let home = Home::of(&job).map_err(explain::inverse)?;
+    let home = Home::of(&job).map_err(Error::from)?;
     let text = match options.to {
         Format::Json => json_text(&home),
         Format::Model => {

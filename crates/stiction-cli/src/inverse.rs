@@ -10,9 +10,8 @@ use std::fs::File;
 use std::io::{BufWriter, IsTerminal};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use stiction::{FrictionMode, explain};
-use stiction_run::Sink;
-use stiction_run::inverse::{Curves, Error, Summary, Tables, write_summary};
+use stiction::{Error, FrictionMode};
+use stiction_run::inverse::{Curves, Summary, Tables, write_summary};
 
 pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.into_json(options.json))
@@ -41,13 +40,16 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     if let Some(step) = options.step {
         request = request.step(step);
     }
+    if let Some(threads) = options.threads.or_else(|| std::thread::available_parallelism().ok()) {
+        request = request.threads(threads);
+    }
     let job = request.job()?;
     let friction = job.friction;
     if friction != FrictionMode::Off {
         note_frictionless(&robot);
     }
 
-    let count = job.instants().map_err(|error| explain::inverse(Error::Instants(error)))?.count();
+    let count = job.instants().map_err(Error::from)?.count();
     let interrupted = listen_for_interrupt();
     let mut outputs =
         options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
@@ -66,20 +68,12 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     let mut curves = outputs.is_some().then(|| Curves::new(&job, count));
 
     let mut progress = Progress::new();
-    let threads = options.threads.or_else(|| std::thread::available_parallelism().ok());
-    let outcome = job.run_on(
-        threads.map_or(1, std::num::NonZeroUsize::get),
-        |sample| (&mut summary, &mut curves, &mut tables).add(sample),
-        |phase, done, of| {
-            progress.update(phase, done, of);
-            !interrupted.load(Ordering::Relaxed)
-        },
-    );
+    let outcome = request.record((&mut summary, &mut curves, &mut tables), |phase, done, of| {
+        progress.update(phase, done, of);
+        !interrupted.load(Ordering::Relaxed)
+    });
     progress.clear();
-    let verdict = outcome.map_err(|error| match (error, &outputs) {
-        (Error::Receiver(error), Some(outputs)) => outputs.trouble_with_tables(error),
-        (error, _) => explain::inverse(error).into(),
-    })?;
+    let verdict = outcome.map_err(|error| Outputs::explain(outputs.as_ref(), error))?;
     for note in &verdict.assembly_notes {
         note!("note: {note}\n");
     }
@@ -106,15 +100,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
             outputs.end(name, file, &[])?;
         }
         outputs.write("summary.json", format!("{json:#}\n").as_bytes())?;
-        for (name, figure) in curves.figures() {
-            outputs.write(&format!("{name}.svg"), figure.svg().as_bytes())?;
-            #[cfg(feature = "png")]
-            {
-                let file = format!("{name}.png");
-                let png = figure.png().map_err(|error| outputs.trouble(&file, error))?;
-                outputs.write(&file, &png)?;
-            }
-        }
+        outputs.write_figures(curves.figures())?;
         let names = outputs.complete(&[
             "friction.svg",
             "friction.png",

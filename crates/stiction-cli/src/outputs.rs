@@ -7,6 +7,8 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+use stiction::{Error, ErrorKind};
+use stiction_run::Figure;
 
 /// Checkpoint from which an interrupted simulation resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.json";
@@ -159,6 +161,23 @@ impl Outputs {
         self.end(name, file, content)
     }
 
+    /// Writes figures under their names.
+    pub(crate) fn write_figures(
+        &mut self,
+        figures: Vec<(&'static str, Figure)>,
+    ) -> Result<(), Failure> {
+        for (name, figure) in figures {
+            self.write(&format!("{name}.svg"), figure.svg().as_bytes())?;
+            #[cfg(feature = "png")]
+            {
+                let file = format!("{name}.png");
+                let png = figure.png().map_err(|error| self.trouble(&file, error))?;
+                self.write(&file, &png)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Writes the rest of a file and waits until it is on disk.
     pub(crate) fn end(
         &self,
@@ -234,6 +253,14 @@ impl Outputs {
                 // Files without write permission remain; they are harmless.
                 let _ = fs::remove_file(entry.path());
             }
+        }
+    }
+
+    /// The failure of a computation that writes tables into these files, if there are any.
+    pub(crate) fn explain(outputs: Option<&Self>, error: Error) -> Failure {
+        match (error.kind(), outputs) {
+            (ErrorKind::Output, Some(outputs)) => outputs.trouble_with_tables(error.message()),
+            _ => error.into(),
         }
     }
 

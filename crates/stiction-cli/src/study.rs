@@ -44,7 +44,7 @@ fn execute(options: &Study) -> Result<(), Failure> {
     });
     progress.clear();
     let report = report.map_err(|error| match error {
-        zhang2018::Error::Run(error) => stiction::explain::inverse(error).into(),
+        zhang2018::Error::Run(error) => stiction::Error::from(error).into(),
         error => Failure::no_answer(error.to_string()),
     })?;
     if interrupted.load(Ordering::Relaxed) {

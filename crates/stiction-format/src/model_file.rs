@@ -113,7 +113,12 @@ impl Motion {
 
     /// Prescribed coordinates at time `t` (s), in order.
     pub fn at(&self, t: f64) -> impl Iterator<Item = Target<f64>> + '_ {
-        self.coordinates.iter().map(move |(_, signal)| signal.at(t))
+        self.signals().map(move |signal| signal.at(t))
+    }
+
+    /// Signals of all prescribed coordinates.
+    pub fn signals(&self) -> impl Iterator<Item = &Signal> {
+        self.coordinates.iter().map(|(_, signal)| signal)
     }
 }
 
@@ -272,6 +277,11 @@ impl LoadCase {
     /// Forces and moments at time `t` (s), without payloads.
     pub fn at(&self, t: f64) -> impl Iterator<Item = AppliedLoad<f64>> + '_ {
         self.wrenches.iter().map(move |wrench| wrench.at(t))
+    }
+
+    /// Signals of all components of the wrenches.
+    pub fn signals(&self) -> impl Iterator<Item = &Signal> {
+        self.wrenches.iter().flat_map(|wrench| wrench.force.iter().chain(&wrench.moment))
     }
 }
 

@@ -80,17 +80,7 @@ impl Instants {
     /// # Errors
     /// See [`InstantsError`].
     pub fn up_to(start: f64, end: f64, step: f64) -> Result<Self, InstantsError> {
-        let span = Motion {
-            title: String::new(),
-            start,
-            duration: (end - start).max(0.0),
-            step: None,
-            samples: None,
-            coordinates: Vec::new(),
-            interpolation: None,
-            notes: Vec::new(),
-            warnings: stiction_format::Diagnostics::new(),
-        };
+        let span = Motion { start, duration: (end - start).max(0.0), ..Motion::pose() };
         let mut instants = Self::of(&span, Some(step))?;
         if let Kind::Even { span: reached, rest, .. } = &mut instants.kind
             && *reached < span.duration
@@ -133,17 +123,7 @@ mod tests {
     use super::*;
 
     fn motion(duration: f64) -> Motion {
-        Motion {
-            title: String::new(),
-            start: 0.0,
-            duration,
-            step: None,
-            samples: None,
-            coordinates: Vec::new(),
-            interpolation: None,
-            notes: Vec::new(),
-            warnings: stiction_format::Diagnostics::new(),
-        }
+        Motion { duration, ..Motion::pose() }
     }
 
     #[test]

@@ -4,9 +4,8 @@
 //! The crate opens no files and prints nothing; results go to the caller's receivers.
 //!
 //! ```
-//! use stiction_core::dynamics::FrictionMode;
 //! use stiction_format::{LoadCase, Source, read};
-//! use stiction_run::inverse::Job;
+//! use stiction_run::Job;
 //!
 //! let text = r#"
 //! gravity = [0, "-9.81 m/s^2", 0]
@@ -28,18 +27,10 @@
 //! pivot = "60 deg/s*t"
 //! "#;
 //! let model = read(&Source::new("pendulum.toml", text), &|_| Err("no files".into()))?;
-//! let job = Job {
-//!     model: &model,
-//!     motion: model.motion("lift").ok_or("no such motion")?,
-//!     motion_name: "lift".to_owned(),
-//!     load: &LoadCase::default(),
-//!     load_name: "none".to_owned(),
-//!     friction: FrictionMode::Converged,
-//!     step: Some(0.5),
-//!     friction_margin: false,
-//! };
+//! let (motion, load) = (model.motion("lift").ok_or("no such motion")?, LoadCase::default());
+//! let job = Job { step: Some(0.5), ..Job::new(&model, ("lift", motion), ("none", &load)) };
 //! let mut drives = Vec::new();
-//! let receive = |sample: &stiction_run::inverse::Sample<'_>| {
+//! let receive = |sample: &stiction_run::inverse::Sample| {
 //!     drives.push(sample.forces.efforts[0]);
 //!     Ok(())
 //! };
@@ -55,10 +46,13 @@ pub mod breakaway;
 mod by_leg;
 pub mod check;
 mod dofs;
+mod error;
 pub mod exchange;
+mod follower;
 pub mod forward;
 mod instants;
 pub mod inverse;
+mod job;
 mod names;
 mod portrait;
 mod power_off;
@@ -67,6 +61,10 @@ mod statistics;
 mod table;
 mod undetermined;
 
+pub use error::{Error, Missing, SinkError};
+pub use follower::Follower;
 pub use instants::{Instants, InstantsError};
+pub use job::Job;
 pub use portrait::Portrait;
 pub use sink::Sink;
+pub use stiction_draw::figure::Figure;

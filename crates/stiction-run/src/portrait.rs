@@ -1,6 +1,6 @@
 //! Pictures of a mechanism for pages: the most legible instant of its motion, in the best view.
 
-use crate::inverse::{Error, Job};
+use crate::{Error, Job};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
 
@@ -29,19 +29,18 @@ impl Portrait {
     pub fn of(job: &Job<'_>) -> Result<Self, Error> {
         let instants = job.instants()?;
         let first = instants.at(0);
-        let start = job.assemble(first)?;
-        let mut solver = start.clone();
-        let mut trail = Trail::new(&solver);
+        let mut follower = job.assemble(first)?;
+        let start = follower.solver.clone();
+        let mut trail = Trail::new(&start);
         let mut best = Drawing::new(&start).thickness();
         let (mut shown, mut time) = (start.clone(), first);
         let every = (instants.count() / LOOKS).max(1);
-        let mut before = first;
         for (k, now) in instants.iter().enumerate().skip(1) {
-            job.follow(&mut solver, before, now)?;
-            before = now;
-            trail.add(&solver);
+            follower.go_to(now)?;
+            let solver = &follower.solver;
+            trail.add(solver);
             if best < THIN && k.is_multiple_of(every) {
-                let thickness = Drawing::new(&solver).thickness();
+                let thickness = Drawing::new(solver).thickness();
                 if thickness > 2.0 * best + 1e-3 {
                     (best, time) = (thickness, now);
                     shown = solver.clone();

@@ -1,87 +1,66 @@
 //! Static friction of a robot at rest.
 
 use crate::error::Error;
-use crate::explain;
+use crate::request::{Loaded, Request, Sampled};
 use crate::robot::Robot;
 use serde_json::Value;
 use std::fmt;
 use stiction_core::dynamics::FrictionMode;
-use stiction_format::{LoadCase, Motion};
-use stiction_run::breakaway::{Findings, look, write_report};
-use stiction_run::inverse::Job;
+use stiction_run::breakaway::{self, Findings, write_report};
+use stiction_run::{Job, SinkError};
 
 /// Static friction of a robot at rest at a position of its motion; see [`Robot::breakaway`].
+pub type Breakaway = Request<StaticFriction>;
+
+/// Options of static friction at rest.
 #[derive(Clone, Debug)]
-pub struct Breakaway {
-    robot: Robot,
-    motion: Option<(Motion, String)>,
-    load: (LoadCase, String),
+pub struct StaticFriction {
     at: Option<f64>,
 }
 
+impl Loaded for StaticFriction {}
+
 impl Breakaway {
-    pub(crate) fn new(robot: Robot) -> Self {
-        let (motion, load) = (robot.default_motion(), robot.default_load());
-        Self { robot, motion, load, at: None }
-    }
-
-    /// Sets the motion that leads to the position: its name in the model, the name of a file, or
-    /// assignments such as `"A = 60 deg; duration = 0 s"`.
-    ///
-    /// # Errors
-    /// There is no such motion, or the file or the assignments are defective.
-    pub fn motion(mut self, motion: &str) -> Result<Self, Error> {
-        self.motion = Some(self.robot.parse_motion(motion)?);
-        Ok(self)
-    }
-
-    /// Sets the load: its name in the model, or assignments such as `"platform.fz = -100 N"`.
-    ///
-    /// # Errors
-    /// There is no such load, or the assignments are defective.
-    pub fn load(mut self, load: &str) -> Result<Self, Error> {
-        self.load = self.robot.parse_load(load)?;
-        Ok(self)
+    pub(crate) fn of(robot: &Robot) -> Self {
+        Self::new(robot, StaticFriction { at: None })
     }
 
     /// Sets the time of the motion at which the robot rests, s. Default: the start of the motion.
     pub fn at(mut self, time: f64) -> Self {
-        self.at = Some(time);
+        self.task.at = Some(time);
         self
     }
 
-    /// Converts the request to that of `stiction_run`.
-    ///
-    /// # Errors
-    /// The model has no default motion, and none was given.
-    pub fn job(&self) -> Result<Job<'_>, Error> {
-        let (motion, name) = self.motion.as_ref().ok_or_else(|| self.robot.motion_missing())?;
-        Ok(Job {
-            model: self.robot.model(),
-            motion,
-            motion_name: name.clone(),
-            load: &self.load.0,
-            load_name: self.load.1.clone(),
-            friction: FrictionMode::Converged,
-            step: None,
-            friction_margin: false,
-        })
-    }
-
-    /// Examines the robot at rest.
+    /// Examines the robot at rest at one position; [`samples`](Request::samples) does so at every sample of
+    /// the motion.
     ///
     /// # Errors
     /// The position is singular or out of reach, or the requested time is after the end of the
     /// motion.
     pub fn run(&self) -> Result<Rest, Error> {
-        let job = self.job()?;
-        let findings = look(&job, self.at).map_err(explain::breakaway)?;
-        let json = findings.json(&job);
-        let mut text = String::new();
-        // Writing to a string does not fail.
-        let _ = write_report(&mut text, &job, &findings);
-        let robot = self.robot.clone();
-        Ok(Rest { robot, findings, json, text })
+        let job = self.along(FrictionMode::Converged)?;
+        Ok(Rest::new(&self.robot, &job, breakaway::look(&job, self.task.at)?))
+    }
+}
+
+impl Sampled for StaticFriction {
+    type Sample = Rest;
+    type Outcome = ();
+
+    fn complete(request: &Breakaway) -> Result<Breakaway, Error> {
+        request.along(FrictionMode::Converged)?;
+        Ok(request.clone())
+    }
+
+    fn compute(
+        request: &Breakaway,
+        receive: &mut dyn FnMut(Rest) -> Result<(), SinkError>,
+        _is_stopped: &dyn Fn() -> bool,
+    ) -> Result<(), Error> {
+        let job = request.along(FrictionMode::Converged)?;
+        let receive =
+            |findings: &Findings| receive(Rest::new(&request.robot, &job, findings.clone()));
+        Ok(breakaway::run(&job, receive)?)
     }
 }
 
@@ -95,6 +74,19 @@ pub struct Rest {
 }
 
 impl Rest {
+    fn new(robot: &Robot, job: &Job<'_>, findings: Findings) -> Self {
+        let json = findings.json(job);
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        let _ = write_report(&mut text, job, &findings);
+        Self { robot: robot.clone(), findings, json, text }
+    }
+
+    /// Time of the motion at which the robot rests, s.
+    pub fn time(&self) -> f64 {
+        self.findings.time
+    }
+
     /// Least and greatest effort of an actuator for which the robot can remain at rest, N or N m.
     ///
     /// # Errors

@@ -1,46 +1,31 @@
 //! Mobility, redundancy and singularities of a robot.
 
 use crate::error::Error;
-use crate::explain;
+use crate::request::Request;
 use crate::robot::Robot;
 use serde_json::Value;
 use std::fmt;
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, Motion};
+use stiction_run::Job;
 use stiction_run::check::{Findings, Kind, examine, write_report};
-use stiction_run::inverse::{Job, Phase};
+use stiction_run::inverse::Phase;
 
 /// Check of a robot along a motion; see [`Robot::check_along`].
+pub type Check = Request<Examination>;
+
+/// Options of a check: none of its own.
 #[derive(Clone, Debug)]
-pub struct Check {
-    robot: Robot,
-    motion: Option<(Motion, String)>,
-    step: Option<f64>,
-    load: LoadCase,
-}
+pub struct Examination;
 
 impl Check {
-    pub(crate) fn new(robot: Robot) -> Self {
-        let motion = match robot.model().motions.is_empty() {
-            true => Some((Motion::pose(), "none".to_owned())),
-            false => robot.default_motion(),
-        };
-        Self { robot, motion, step: None, load: LoadCase::default() }
-    }
-
-    /// Sets the motion: its name in the model, the name of a file, or assignments.
-    ///
-    /// # Errors
-    /// There is no such motion, or the file or the assignments are defective.
-    pub fn motion(mut self, motion: &str) -> Result<Self, Error> {
-        self.motion = Some(self.robot.parse_motion(motion)?);
-        Ok(self)
-    }
-
-    /// Sets the time between samples, s. Default: that of the motion, else 0.01 s.
-    pub fn step(mut self, step: f64) -> Self {
-        self.step = Some(step);
-        self
+    pub(crate) fn of(robot: &Robot) -> Self {
+        let mut check = Self::new(robot, Examination);
+        check.load = (LoadCase::default(), "none".to_owned());
+        if robot.model().motions.is_empty() {
+            check.motion = Some((Motion::pose(), "none".to_owned()));
+        }
+        check
     }
 
     /// Converts the request to that of `stiction_run`.
@@ -48,17 +33,7 @@ impl Check {
     /// # Errors
     /// The model has several motions, but no default, and none was given.
     pub fn job(&self) -> Result<Job<'_>, Error> {
-        let (motion, name) = self.motion.as_ref().ok_or_else(|| self.robot.motion_missing())?;
-        Ok(Job {
-            model: self.robot.model(),
-            motion,
-            motion_name: name.clone(),
-            load: &self.load,
-            load_name: "none".to_owned(),
-            friction: FrictionMode::Off,
-            step: self.step,
-            friction_margin: false,
-        })
+        self.along(FrictionMode::Off)
     }
 
     /// Examines the robot along the motion, without loads and friction.
@@ -80,7 +55,7 @@ impl Check {
         progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Report, Error> {
         let job = self.job()?;
-        let findings = examine(&job, progress).map_err(explain::inverse)?;
+        let findings = examine(&job, progress)?;
         let json = findings.json(&job);
         let mut text = String::new();
         // Writing to a string does not fail.

@@ -1,13 +1,12 @@
 //! Inverse dynamics for control loops: compiled once, without names, input, output or allocation.
 
 use crate::error::Error;
-use crate::explain;
 use crate::robot::Robot;
 use stiction_core::dynamics::{Data, InverseDynamics, Model, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::BodyId;
+use stiction_run::Error as RunError;
 use stiction_run::exchange::Home;
-use stiction_run::inverse::Error as MotionError;
 
 /// Compiled inverse dynamics with the actuators as independent coordinates; see [`Robot::control_loop`].
 #[derive(Clone, Debug)]
@@ -26,7 +25,7 @@ impl ControlLoop {
     pub(crate) fn new(robot: &Robot) -> Result<Self, Error> {
         let check = robot.check_along();
         let job = check.job()?;
-        let home = Home::of(&job).map_err(explain::inverse)?;
+        let home = Home::of(&job)?;
         let mut coordinates = Vec::new();
         let mut targets = Vec::new();
         for (joint, dof) in home.mechanism.actuators() {
@@ -42,9 +41,7 @@ impl ControlLoop {
         let settings = Settings { friction, ..Settings::default() };
         let solver =
             InverseDynamics::new(home.mechanism, &initial_poses, &coordinates, &targets, settings)
-                .map_err(|error| {
-                    explain::inverse(MotionError::Assembly { time: job.motion.start, error })
-                })?;
+                .map_err(|error| RunError::Assembly { time: job.motion.start, error })?;
         let model = solver.model().map_err(|reason| {
             Error::no_answer(format!("no control loop for `{}`: {reason}", robot.name())).with_help(
                 "give the default motion another first position, away from singular ones",

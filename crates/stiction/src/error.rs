@@ -33,6 +33,8 @@ pub enum ErrorKind {
     NoAnswer,
     /// The caller stopped the computation.
     Interrupted,
+    /// A receiver of the results failed, for example at a full disk.
+    Output,
 }
 
 impl Error {
@@ -135,6 +137,7 @@ impl Error {
             ErrorKind::Input => "input",
             ErrorKind::NoAnswer => "no-answer",
             ErrorKind::Interrupted => "interrupted",
+            ErrorKind::Output => "output",
         };
         match &self.0.message {
             Message::Plain { text, help, option, details } => json!({

@@ -3,37 +3,39 @@
 mod inputs;
 mod run;
 
-pub use run::{Event, Interface, JointMotion, Run, Sample, Samples};
+pub use run::{Event, Interface, JointMotion, Run, Sample};
 
 use crate::error::Error;
-use crate::explain;
 use crate::names::Names;
+use crate::request::{Loaded, Request, Sampled};
 use crate::robot::Robot;
-use crate::stream::{Sender, Stream};
 use inputs::{Efforts, Start};
 use std::sync::Arc;
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::forward::{Known, Method, Settings};
 use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::JointId;
-use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion};
-use stiction_run::forward::{Ending, Feed, Job, Outcome, Start as JobStart, arrange};
+use stiction_format::{Control, ModelFile};
+use stiction_run::SinkError;
+use stiction_run::forward::{
+    Ending, Feed, Job, Mark, Outcome, Sample as Record, Start as JobStart, arrange,
+};
 
-/// Forward dynamics of a robot: options, then [`run`](Self::run) or [`samples`](Self::samples).
+/// Forward dynamics of a robot: options, then [`run`](Self::run) or [`samples`](Request::samples).
 ///
 /// Without options, the robot follows its default motion under a computed-torque controller that
 /// knows the mechanism but not its friction. If [`drives`](Self::drives) or
 /// [`prescribe`](Self::prescribe) is set, there is no controller unless one is given. A robot
 /// without a motion starts at rest in its home position.
+pub type Forward = Request<Simulation>;
+
+/// Options of forward dynamics.
 #[derive(Clone, Debug)]
-pub struct Forward {
-    robot: Robot,
+pub struct Simulation {
     /// The model with actuators on all locked joints.
     model: Arc<ModelFile>,
     /// Names of this model. Locked joints are actuators, whose efforts hold them.
     names: Arc<Names>,
-    motion: Option<(Motion, String)>,
-    load: (LoadCase, String),
     drives: Option<(Efforts, String)>,
     controller: Option<Option<(Control, String)>>,
     locked: Vec<(JointId, usize)>,
@@ -41,9 +43,10 @@ pub struct Forward {
     start: Start,
     friction: bool,
     until: Option<f64>,
-    step: Option<f64>,
     settings: Settings,
 }
+
+impl Loaded for Simulation {}
 
 /// Default duration of a simulation without a motion, s.
 const USUAL_DURATION: f64 = 10.0;
@@ -53,50 +56,28 @@ const USUAL_STEP: f64 = 0.01;
 const MOST_CONTROLLER_SAMPLES: f64 = 1e9;
 
 impl Forward {
-    pub(crate) fn new(robot: Robot) -> Self {
-        let friction = robot.model().default_friction != Some(FrictionMode::Off);
-        let mut forward = Self {
+    pub(crate) fn of(robot: &Robot) -> Self {
+        let task = Simulation {
             model: Arc::clone(robot.shared_model()),
             names: Arc::clone(robot.names()),
-            motion: robot.default_motion(),
-            load: robot.default_load(),
             drives: None,
             controller: None,
             locked: Vec::new(),
             prescribed: Vec::new(),
             start: Start::Motion,
-            friction,
+            friction: robot.model().default_friction != Some(FrictionMode::Off),
             until: None,
-            step: None,
             settings: Settings::default(),
-            robot,
         };
+        let mut forward = Self::new(robot, task);
         forward.arrange();
         forward
     }
 
     fn arrange(&mut self) {
-        self.model = Arc::new(arrange(self.robot.model(), self.friction, &self.locked));
-        self.names = Arc::new(Names::new(&self.model.mechanism));
-    }
-
-    /// Sets the motion: its name in the model, the name of a file, or assignments. The robot starts on it,
-    /// and controllers follow it.
-    ///
-    /// # Errors
-    /// There is no such motion, or the file or the assignments are defective.
-    pub fn motion(mut self, motion: &str) -> Result<Self, Error> {
-        self.motion = Some(self.robot.parse_motion(motion)?);
-        Ok(self)
-    }
-
-    /// Sets the load: its name in the model, or assignments such as `"platform.fz = -100 N"`.
-    ///
-    /// # Errors
-    /// There is no such load, or the assignments are defective.
-    pub fn load(mut self, load: &str) -> Result<Self, Error> {
-        self.load = self.robot.parse_load(load)?;
-        Ok(self)
+        let Simulation { friction, locked, .. } = &self.task;
+        self.task.model = Arc::new(arrange(self.robot.model(), *friction, locked));
+        self.task.names = Arc::new(Names::new(&self.task.model.mechanism));
     }
 
     /// Sets the efforts of actuators: assignments such as `"leg1.P = 50 N; leg2.P = 20 N"`, the name of a
@@ -105,10 +86,10 @@ impl Forward {
     /// # Errors
     /// There is no such actuator, or the file or the assignments are defective.
     pub fn drives(mut self, drives: &str) -> Result<Self, Error> {
-        self.drives = Some(match drives {
+        self.task.drives = Some(match drives {
             "inverse" => (Efforts::Inverse, "of inverse dynamics".to_owned()),
             text => {
-                let (drives, name) = self.robot.parse_drives(&self.model, text)?;
+                let (drives, name) = self.robot.parse_drives(&self.task.model, text)?;
                 (Efforts::Given(drives), name)
             }
         });
@@ -121,9 +102,9 @@ impl Forward {
     /// # Errors
     /// The file or the assignments are defective.
     pub fn controller(mut self, controller: &str) -> Result<Self, Error> {
-        self.controller = Some(match controller {
+        self.task.controller = Some(match controller {
             "none" => None,
-            text => Some(self.robot.parse_controller(&self.model, text)?),
+            text => Some(self.robot.parse_controller(&self.task.model, text)?),
         });
         Ok(self)
     }
@@ -134,14 +115,14 @@ impl Forward {
     /// There is no such joint, or it has no actuator, or it is locked.
     pub fn prescribe(mut self, joint: &str) -> Result<Self, Error> {
         for dof in self.dofs_of(joint)? {
-            self.refuse_both(joint, self.locked.contains(&dof))?;
+            self.refuse_both(joint, self.task.locked.contains(&dof))?;
             if self.robot.mechanism().actuators().all(|actuator| actuator != dof) {
                 return Err(Error::input(format!("joint `{joint}` has no actuator")).with_help(
                     "a prescribed joint needs one: add `actuated = true` to the joint",
                 ));
             }
-            if !self.prescribed.contains(&dof) {
-                self.prescribed.push(dof);
+            if !self.task.prescribed.contains(&dof) {
+                self.task.prescribed.push(dof);
             }
         }
         Ok(self)
@@ -153,19 +134,19 @@ impl Forward {
     /// There is no such joint, or it has no scalar coordinate, or its motion is prescribed.
     pub fn hold(mut self, joint: &str) -> Result<Self, Error> {
         for dof in self.dofs_of(joint)? {
-            self.refuse_both(joint, self.prescribed.contains(&dof))?;
-            if !self.locked.contains(&dof) {
-                self.locked.push(dof);
+            self.refuse_both(joint, self.task.prescribed.contains(&dof))?;
+            if !self.task.locked.contains(&dof) {
+                self.task.locked.push(dof);
             }
         }
-        let before: Vec<_> = self.model.mechanism.actuators().collect();
+        let before: Vec<_> = self.task.model.mechanism.actuators().collect();
         self.arrange();
-        let after: Vec<_> = self.model.mechanism.actuators().collect();
+        let after: Vec<_> = self.task.model.mechanism.actuators().collect();
         let place = |old: usize| after.iter().position(|new| *new == before[old]).unwrap_or(old);
-        if let Some((Efforts::Given(drives), _)) = &mut self.drives {
+        if let Some((Efforts::Given(drives), _)) = &mut self.task.drives {
             inputs::renumber_drives(drives, place);
         }
-        if let Some(Some((control, _))) = &mut self.controller {
+        if let Some(Some((control, _))) = &mut self.task.controller {
             inputs::renumber_control(control, after.len(), place);
         }
         Ok(self)
@@ -199,10 +180,10 @@ impl Forward {
             Some((coordinate, _)) => *coordinate,
             None => return Err(Error::input(format!("`{name}` is no coordinate"))),
         };
-        if !matches!(self.start, Start::Known(_)) {
-            self.start = Start::Known(Vec::new());
+        if !matches!(self.task.start, Start::Known(_)) {
+            self.task.start = Start::Known(Vec::new());
         }
-        let Start::Known(all) = &mut self.start else {
+        let Start::Known(all) = &mut self.task.start else {
             return Err(Error::input(format!("`{name}` cannot be set")));
         };
         let index = match all.iter().position(|known| known.coordinate == coordinate) {
@@ -221,7 +202,7 @@ impl Forward {
     /// # Errors
     /// The assignments are defective.
     pub fn from(mut self, start: &str) -> Result<Self, Error> {
-        self.start = match start {
+        self.task.start = match start {
             "motion" => Start::Motion,
             "rest" => Start::AtRest,
             text => Start::Given(self.robot.parse_state(text)?),
@@ -232,27 +213,20 @@ impl Forward {
     /// Sets the end, s. Default: the end of the motion if a controller or an actuator follows it,
     /// else 10 s after the start.
     pub fn until(mut self, time: f64) -> Self {
-        self.until = Some(time);
-        self
-    }
-
-    /// Sets the time between samples, s. Default: that of the motion, else 0.01 s. It does not change the
-    /// steps of integration.
-    pub fn step(mut self, step: f64) -> Self {
-        self.step = Some(step);
+        self.task.until = Some(time);
         self
     }
 
     /// Switches joint friction on or off. Default: as the model says, else on.
     pub fn friction(mut self, on: bool) -> Self {
-        self.friction = on;
+        self.task.friction = on;
         self.arrange();
         self
     }
 
     /// Sets the integration scheme: event-driven, time-stepping, or automatic.
     pub fn method(mut self, method: Method) -> Self {
-        self.settings.method = method;
+        self.task.settings.method = method;
         self
     }
 
@@ -268,9 +242,9 @@ impl Forward {
         }
         let usual = Settings::default();
         let factor = tolerance / usual.relative;
-        self.settings.relative = tolerance;
-        self.settings.absolute = usual.absolute * factor;
-        self.settings.time_step_tolerance = usual.time_step_tolerance * factor;
+        self.task.settings.relative = tolerance;
+        self.task.settings.absolute = usual.absolute * factor;
+        self.task.settings.time_step_tolerance = usual.time_step_tolerance * factor;
         Ok(self)
     }
 
@@ -279,11 +253,12 @@ impl Forward {
     /// # Errors
     /// The default controller does not fit the model.
     fn with_defaults(mut self) -> Result<Self, Error> {
-        if self.controller.is_none() {
-            let is_free = self.model.mechanism.actuators().any(|a| !self.locked.contains(&a));
+        if self.task.controller.is_none() {
+            let is_free =
+                self.task.model.mechanism.actuators().any(|a| !self.task.locked.contains(&a));
             let moves = self.motion.as_ref().is_some_and(|(motion, _)| motion.duration > 0.0);
-            let alone = self.drives.is_none() && self.prescribed.is_empty();
-            let is_set = matches!(self.start, Start::Known(_));
+            let alone = self.task.drives.is_none() && self.task.prescribed.is_empty();
+            let is_set = matches!(self.task.start, Start::Known(_));
             self = match alone && is_free && moves && !is_set {
                 true => self.controller("computed-torque")?,
                 false => self.controller("none")?,
@@ -298,7 +273,7 @@ impl Forward {
     /// Options contradict each other, or an input has no finite value at some time.
     pub fn plan(&self) -> Result<Plan, Error> {
         let plan = Plan { request: self.clone().with_defaults()? };
-        plan.checked_job()?;
+        inputs::check(&plan.request, &plan.job())?;
         Ok(plan)
     }
 
@@ -311,34 +286,35 @@ impl Forward {
     pub fn run(&self) -> Result<Run, Error> {
         let plan = self.plan()?;
         let mut samples = Vec::new();
-        let outcome = plan.compute(
+        let outcome = plan.simulate(
             |sample| {
                 samples.push(sample);
                 Ok(())
             },
             &|| false,
         )?;
-        Ok(Run::new(samples, outcome, &self.names))
+        Ok(Run::new(samples, outcome, &self.task.names))
+    }
+}
+
+impl Sampled for Simulation {
+    type Sample = Sample;
+    type Outcome = Vec<Event>;
+
+    fn complete(request: &Forward) -> Result<Forward, Error> {
+        Ok(request.plan()?.request)
     }
 
-    /// Starts the simulation and returns its samples one by one, in the order of time.
-    ///
-    /// It runs on a thread of its own, at most 64 samples ahead, so that memory is bounded for any
-    /// duration. It stops when the iterator is dropped. A simulation that cannot continue ends with
-    /// an error.
-    ///
-    /// # Errors
-    /// The options contradict each other.
-    pub fn samples(&self) -> Result<Samples, Error> {
-        let plan = self.plan()?;
-        let stream = Stream::start(move |sender: &Sender<Sample>| {
-            let outcome = plan.compute(|sample| sender.send(sample), &|| sender.is_stopped())?;
-            match outcome.ending {
-                Ending::Failed(error) => Err(explain::forward(*error)),
-                _ => Ok(run::named(&plan.request.names, &outcome.events)),
-            }
-        })?;
-        Ok(Samples { stream })
+    fn compute(
+        request: &Forward,
+        receive: &mut dyn FnMut(Sample) -> Result<(), SinkError>,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Vec<Event>, Error> {
+        let outcome = Plan { request: request.clone() }.simulate(receive, is_stopped)?;
+        match outcome.ending {
+            Ending::Failed(error) => Err((*error).into()),
+            _ => Ok(run::named(&request.task.names, &outcome.events)),
+        }
     }
 }
 
@@ -351,9 +327,9 @@ pub struct Plan {
 impl Plan {
     /// Converts the request to that of `stiction_run`, as its tables, plots and summaries require.
     pub fn job(&self) -> Job<'_> {
-        let request = &self.request;
+        let (request, task) = (&self.request, &self.request.task);
         let motion = request.motion.as_ref().map(|(motion, _)| motion);
-        let start = match (&request.start, motion) {
+        let start = match (&task.start, motion) {
             (Start::Known(known), _) => JobStart::Known(known),
             (Start::Given(given), _) => JobStart::Given(given),
             (_, None) => JobStart::Home,
@@ -361,34 +337,34 @@ impl Plan {
             (Start::Motion, Some(_)) => JobStart::Moving,
         };
         let from = motion.map_or(0.0, |motion| motion.start);
-        let (drives, drives_name) = match &request.drives {
-            None => (Feed::Given(&NO_DRIVES), "none"),
-            Some((Efforts::Inverse, name)) => (Feed::Inverse, name.as_str()),
-            Some((Efforts::Given(drives), name)) => (Feed::Given(drives), name.as_str()),
-        };
-        let control = request.controller.as_ref().and_then(Option::as_ref);
-        let mechanism = &request.model.mechanism;
+        let mechanism = &task.model.mechanism;
         let index = |of: &(JointId, usize)| mechanism.actuators().position(|known| known == *of);
         let mut job = Job {
-            model: &request.model,
             motion,
-            motion_name: request.motion.as_ref().map_or("none", |(_, name)| name).to_owned(),
-            load: &request.load.0,
-            load_name: request.load.1.clone(),
-            drives,
-            drives_name: drives_name.to_owned(),
-            control: control.map(|(control, _)| control),
-            control_name: control.map_or("none", |(_, name)| name).to_owned(),
-            prescribed: request.prescribed.iter().filter_map(index).collect(),
-            locked: request.locked.iter().filter_map(index).collect(),
+            prescribed: task.prescribed.iter().filter_map(index).collect(),
+            locked: task.locked.iter().filter_map(index).collect(),
             start,
             from,
             until: from + USUAL_DURATION,
             step: request.step.or(motion.and_then(|motion| motion.step)).unwrap_or(USUAL_STEP),
-            settings: request.settings,
-            friction: request.friction,
+            settings: task.settings,
+            friction: task.friction,
+            ..Job::new(&task.model, (&request.load.1, &request.load.0))
         };
-        let recorded = match &request.drives {
+        if let Some((_, name)) = &request.motion {
+            job.motion_name.clone_from(name);
+        }
+        if let Some((efforts, name)) = &task.drives {
+            job.drives_name.clone_from(name);
+            job.drives = match efforts {
+                Efforts::Inverse => Feed::Inverse,
+                Efforts::Given(drives) => Feed::Given(drives),
+            };
+        }
+        if let Some(Some((control, name))) = &task.controller {
+            (job.control, job.control_name) = (Some(control), name.clone());
+        }
+        let recorded = match &task.drives {
             Some((Efforts::Given(drives), _)) => {
                 drives.samples.as_ref().and_then(|samples| samples.ends()).map(|(_, last)| last)
             }
@@ -399,34 +375,34 @@ impl Plan {
             (_, Some(last)) => job.until = last,
             _ => {}
         }
-        job.until = request.until.unwrap_or(job.until);
+        job.until = task.until.unwrap_or(job.until);
         job
     }
 
-    fn checked_job(&self) -> Result<Job<'_>, Error> {
-        let request = &self.request;
-        let job = self.job();
-        inputs::check(request, &job)?;
-        Ok(job)
+    /// Simulates and hands all samples to a receiver, with a function that creates a checkpoint: tables,
+    /// plots and summaries of `stiction_run` take them by way of its recorder. Polls `is_stopped` while
+    /// samples are computed; with a checkpoint, continues after its last sample.
+    ///
+    /// # Errors
+    /// The robot cannot start, or the error of the receiver. Later failures are in the outcome.
+    pub fn record(
+        &self,
+        receive: impl FnMut(&Record<'_>, &dyn Fn() -> Mark) -> Result<(), SinkError>,
+        is_stopped: &dyn Fn() -> bool,
+        checkpoint: Option<&Mark>,
+    ) -> Result<Outcome, Error> {
+        Ok(self.job().run(receive, is_stopped, checkpoint)?)
     }
 
-    fn compute(
+    fn simulate(
         &self,
-        mut receive: impl FnMut(Sample) -> Result<(), String>,
+        mut receive: impl FnMut(Sample) -> Result<(), SinkError>,
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Outcome, Error> {
-        let job = self.job();
-        let names = &self.request.names;
-        job.run(
-            |sample| receive(Sample::new(Arc::clone(names), sample)),
-            |_done, _of, _checkpoint| Ok(()),
-            is_stopped,
-            None,
-        )
-        .map_err(explain::forward)
+        let names = &self.request.task.names;
+        let receive = |record: &Record<'_>, _: &dyn Fn() -> Mark| {
+            receive(Sample::new(Arc::clone(names), record))
+        };
+        self.record(receive, is_stopped, None)
     }
 }
-
-/// No efforts at all.
-static NO_DRIVES: Drives =
-    Drives { title: String::new(), efforts: Vec::new(), samples: None, interpolation: None };

@@ -1,83 +1,56 @@
 //! Inverse dynamics along a motion, by name.
 
 use crate::error::Error;
-use crate::explain;
 use crate::names::Names;
+use crate::request::{Loaded, Request, Sampled};
 use crate::robot::Robot;
-use crate::stream::{Sender, Stream};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::mechanism::Motor;
 use stiction_core::spatial::{Pose, Vec3};
-use stiction_format::{LoadCase, Motion};
-use stiction_run::inverse::{Job, Verdict};
+use stiction_run::inverse::{Phase, Sample as Record, Verdict};
+use stiction_run::{Job, Sink, SinkError};
 
-/// Inverse dynamics of a robot along a motion: options, then [`samples`](Self::samples),
-/// [`each`](Self::each) or [`collect`](Self::collect).
+/// Inverse dynamics of a robot along a motion: options, then [`samples`](Request::samples),
+/// [`each`](Request::each) or [`collect`](Request::collect).
 ///
 /// Without options: the model's default motion, load and friction, on one thread.
+pub type Inverse = Request<InverseDynamics>;
+
+/// Options of inverse dynamics.
 #[derive(Clone, Debug)]
-pub struct Inverse {
-    robot: Robot,
-    motion: Option<(Motion, String)>,
-    load: (LoadCase, String),
+pub struct InverseDynamics {
     friction: FrictionMode,
-    step: Option<f64>,
     friction_margin: bool,
     threads: NonZeroUsize,
 }
 
+impl Loaded for InverseDynamics {}
+
 impl Inverse {
-    pub(crate) fn new(robot: Robot) -> Self {
-        let motion = robot.default_motion();
-        let load = robot.default_load();
+    pub(crate) fn of(robot: &Robot) -> Self {
         let friction = robot.model().default_friction.unwrap_or_default();
         let threads = NonZeroUsize::MIN;
-        Self { robot, motion, load, friction, step: None, friction_margin: false, threads }
-    }
-
-    /// Sets the motion: its name in the model, the name of a file (CSV or TOML), or assignments such as
-    /// `"platform.x = 5 mm*sin(2*pi*t); duration = 2 s"`.
-    ///
-    /// # Errors
-    /// There is no such motion, or the file or the assignments are defective.
-    pub fn motion(mut self, motion: &str) -> Result<Self, Error> {
-        self.motion = Some(self.robot.parse_motion(motion)?);
-        Ok(self)
-    }
-
-    /// Sets the load: its name in the model, or assignments such as `"platform.fz = -100 N"`.
-    ///
-    /// # Errors
-    /// There is no such load, or the assignments are defective.
-    pub fn load(mut self, load: &str) -> Result<Self, Error> {
-        self.load = self.robot.parse_load(load)?;
-        Ok(self)
+        Self::new(robot, InverseDynamics { friction, friction_margin: false, threads })
     }
 
     /// Sets how friction is coupled with the reactions that cause it: converged, one pass, or off.
     pub fn friction(mut self, friction: FrictionMode) -> Self {
-        self.friction = friction;
-        self
-    }
-
-    /// Sets the time between samples, s. Default: that of the motion, else 0.01 s.
-    pub fn step(mut self, step: f64) -> Self {
-        self.step = Some(step);
+        self.task.friction = friction;
         self
     }
 
     /// Sets the number of threads that compute. Results do not depend on it, to the last bit.
     pub fn threads(mut self, threads: NonZeroUsize) -> Self {
-        self.threads = threads;
+        self.task.threads = threads;
         self
     }
 
     /// Asks for the friction margin to jamming: the factor by which all friction coefficients can grow
     /// before friction locks the mechanism.
     pub fn friction_margin(mut self, ask: bool) -> Self {
-        self.friction_margin = ask;
+        self.task.friction_margin = ask;
         self
     }
 
@@ -86,108 +59,45 @@ impl Inverse {
     /// # Errors
     /// The model has no default motion, and none was given.
     pub fn job(&self) -> Result<Job<'_>, Error> {
-        let (motion, name) = self.motion.as_ref().ok_or_else(|| self.robot.motion_missing())?;
-        Ok(Job {
-            model: self.robot.model(),
-            motion,
-            motion_name: name.clone(),
-            load: &self.load.0,
-            load_name: self.load.1.clone(),
-            friction: self.friction,
-            step: self.step,
-            friction_margin: self.friction_margin,
-        })
+        Ok(Job { friction_margin: self.task.friction_margin, ..self.along(self.task.friction)? })
     }
 
-    /// Starts the computation and returns its samples one by one, in the order of time.
-    ///
-    /// The computation runs on a thread of its own, at most 64 samples ahead, so that memory is
-    /// bounded for any duration. It stops when the iterator is dropped.
+    /// Computes all samples and hands them to a sink: tables, plots and summaries of `stiction_run`. Reports
+    /// progress: the phase, the samples done, and all samples; stops when `progress` returns `false`.
     ///
     /// # Errors
-    /// The model has no default motion, and none was given.
-    pub fn samples(&self) -> Result<Samples, Error> {
-        self.job()?;
-        let request = self.clone();
-        let stream = Stream::start(move |sender: &Sender<Sample>| {
-            request.compute(|sample| sender.send(sample), &|| sender.is_stopped())
-        })?;
-        Ok(Samples { stream })
-    }
-
-    /// Computes all samples on the calling thread and passes each to `receive`, in the order of
-    /// time. Stops at the first error that `receive` returns.
-    ///
-    /// # Errors
-    /// The motion cannot be followed, or there are no finite efforts; or the error of `receive`.
-    pub fn each(
+    /// The motion cannot be followed, or there are no finite efforts; or the error of the sink.
+    pub fn record(
         &self,
-        mut receive: impl FnMut(Sample) -> Result<(), Error>,
+        mut sink: impl Sink<Record>,
+        progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
-        let mut failed = None;
-        let outcome = self.compute(
-            |sample| {
-                receive(sample).map_err(|error| {
-                    let message = error.message();
-                    failed = Some(error);
-                    message
-                })
-            },
-            &|| false,
-        );
-        match failed {
-            Some(error) => Err(error),
-            None => outcome,
-        }
+        let job = self.job()?;
+        Ok(job.run_on(self.task.threads.get(), |record| sink.add(record), progress)?)
     }
+}
 
-    /// Computes all samples and keeps them in memory.
-    ///
-    /// # Errors
-    /// As [`Inverse::each`].
-    pub fn collect(&self) -> Result<Vec<Sample>, Error> {
-        let mut all = Vec::new();
-        self.each(|sample| {
-            all.push(sample);
-            Ok(())
-        })?;
-        Ok(all)
+impl Sampled for InverseDynamics {
+    type Sample = Sample;
+    type Outcome = Verdict;
+
+    fn complete(request: &Inverse) -> Result<Inverse, Error> {
+        request.job()?;
+        Ok(request.clone())
     }
 
     fn compute(
-        &self,
-        mut receive: impl FnMut(Sample) -> Result<(), String>,
+        request: &Inverse,
+        receive: &mut dyn FnMut(Sample) -> Result<(), SinkError>,
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Verdict, Error> {
-        let job = self.job()?;
-        let names = self.robot.names();
-        job.run_on(
-            self.threads.get(),
-            |sample| receive(Sample::new(Arc::clone(names), sample)),
+        let names = request.robot.names();
+        let verdict = request.job()?.run_on(
+            request.task.threads.get(),
+            |record| receive(Sample::new(Arc::clone(names), record)),
             |_phase, _done, _of| !is_stopped(),
-        )
-        .map_err(explain::inverse)
-    }
-}
-
-/// Iterator over the samples of inverse dynamics; see [`Inverse::samples`].
-pub struct Samples {
-    stream: Stream<Sample, Verdict>,
-}
-
-impl Samples {
-    /// Results for the whole motion (mobility, uniqueness, passages of singular positions), once
-    /// the iterator has returned all samples.
-    pub fn verdict(&self) -> Option<&Verdict> {
-        self.stream.result()
-    }
-}
-
-impl Iterator for Samples {
-    type Item = Result<Sample, Error>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.stream.next()
+        );
+        Ok(verdict?)
     }
 }
 
@@ -261,10 +171,10 @@ impl BodyPose {
 }
 
 impl Sample {
-    fn new(names: Arc<Names>, sample: &stiction_run::inverse::Sample<'_>) -> Self {
-        let forces = sample.forces;
-        let reactions = forces.reactions.iter().zip(sample.determined_reactions);
-        let frictions = forces.interfaces.iter().zip(sample.determined_loads);
+    fn new(names: Arc<Names>, sample: &Record) -> Self {
+        let forces = &sample.forces;
+        let reactions = forces.reactions.iter().zip(&sample.determined_reactions);
+        let frictions = forces.interfaces.iter().zip(&sample.determined_loads);
         let poses = sample.bodies.pose.iter().map(|pose| BodyPose::new(*pose, sample.origin));
         Self {
             names,
@@ -272,7 +182,7 @@ impl Sample {
             efforts: forces.efforts.clone(),
             efforts_frictionless: forces.efforts_frictionless.clone(),
             effort_bounds: forces.effort_bounds.clone(),
-            motors: sample.motors.to_vec(),
+            motors: sample.motors.clone(),
             reactions: reactions
                 .map(|((force, moment), determined)| Reaction {
                     force: force.to_array(),

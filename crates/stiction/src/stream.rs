@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
+use stiction_run::SinkError;
 
 /// Maximum number of samples that wait for the caller; the computation then pauses.
 const WAITING: usize = 64;
@@ -29,8 +30,8 @@ pub(crate) struct Sender<T> {
 
 impl<T> Sender<T> {
     /// Sends a sample; fails if the caller has dropped the stream.
-    pub(crate) fn send(&self, sample: T) -> Result<(), String> {
-        self.sender.send(sample).map_err(|_| "the caller takes no more samples".to_owned())
+    pub(crate) fn send(&self, sample: T) -> Result<(), SinkError> {
+        self.sender.send(sample).map_err(|_| "the caller takes no more samples".into())
     }
 
     /// Tests if the caller has dropped the stream.

@@ -11,12 +11,12 @@ use crate::robot::Robot;
 impl Robot {
     /// Inverse dynamics along a motion: actuator efforts, joint reactions and joint friction.
     pub fn inverse(&self) -> Inverse {
-        Inverse::new(self.clone())
+        Inverse::of(self)
     }
 
     /// Forward dynamics: the motion under given efforts, controllers, loads and locks.
     pub fn forward(&self) -> Forward {
-        Forward::new(self.clone())
+        Forward::of(self)
     }
 
     /// Mobility, redundancy and singularities along the model's default motion.
@@ -29,13 +29,13 @@ impl Robot {
 
     /// Mobility, redundancy and singularities along a motion of choice.
     pub fn check_along(&self) -> Check {
-        Check::new(self.clone())
+        Check::of(self)
     }
 
     /// Static friction of the robot at rest at a position of its motion: the interval of each actuator's
     /// effort, and the efforts at which motion begins.
     pub fn breakaway(&self) -> Breakaway {
-        Breakaway::new(self.clone())
+        Breakaway::of(self)
     }
 
     /// Inverse dynamics for a control loop: a model compiled at the first instant of the default motion, with

@@ -3,10 +3,10 @@
 use super::texts::{files, model_of};
 use serde_json::Value;
 use std::cell::Cell;
-use stiction_core::forward::Settings;
 use stiction_format::{Drives, LoadCase, ModelFile, Source};
+use stiction_run::Sink;
 use stiction_run::forward::{
-    Feed, Job, Layout, Mark, Rows, Scribe, Start, Summary, Tables, write_events, write_summary,
+    Feed, Job, Mark, Recorder, Start, Summary, Tables, write_events, write_summary,
 };
 
 /// A block on a slope: it sticks and slides, and its motion is that of one number.
@@ -30,23 +30,12 @@ A = "0.1*t"
 
 fn job<'a>(model: &'a ModelFile, drives: &'a Drives, load: &'a LoadCase) -> Job<'a> {
     Job {
-        model,
         motion: model.motion("m"),
-        motion_name: "m".to_owned(),
-        load,
-        load_name: "none".to_owned(),
         drives: Feed::Given(drives),
-        drives_name: "given".to_owned(),
-        control: None,
-        control_name: "none".to_owned(),
-        prescribed: Vec::new(),
-        locked: Vec::new(),
         start: Start::Moving,
-        from: 0.0,
         until: 0.2,
         step: 0.05,
-        settings: Settings::default(),
-        friction: true,
+        ..Job::new(model, ("none", load))
     }
 }
 
@@ -57,33 +46,24 @@ fn go_on(mark: Option<&Mark>) -> Option<Value> {
     let drives = model.parse_drives(&given, &files).expect("the drives are fine");
     let load = LoadCase::default();
     let job = job(&model, &drives, &load);
-    let layout = Layout::new(&model.mechanism, job.followers());
-    let mut summary = Summary::new(&layout);
-    let mut scribe = Scribe::new(&model.mechanism);
-    let mut rows = Rows::default();
-    let mut tables = Tables::new(&layout, [(); 6].map(|()| Vec::<u8>::new())).expect("memory");
-    let mut left = None;
+    let tables = Tables::new(&job, [(); 6].map(|()| Vec::<u8>::new())).expect("memory");
+    let mut recorder = Recorder::new(&job, (Summary::new(&job), tables));
+    let mut marks = Vec::new();
     let asked = Cell::new(0);
     let outcome = job.run(
-        |sample| {
-            scribe.write(&layout, sample, &mut rows);
-            summary.add(&rows);
-            tables.add(&layout, &rows).map_err(|error| error.to_string())
-        },
-        |done, of, mark| {
-            if done + 1 == of {
-                left = Some(mark().json());
-            }
-            Ok(())
+        |sample, mark| {
+            marks.push(mark().json());
+            recorder.add(sample)
         },
         &|| asked.replace(asked.get() + 1) > 20_000,
         mark,
     );
     let outcome = outcome.ok()?;
-    if rows.forward.is_empty() {
+    if recorder.last().forward.is_empty() {
         // The program has the rows of the samples before, and reads them first.
         return None;
     }
+    let (summary, tables) = recorder.sink;
     for (name, file) in Tables::<Vec<u8>>::FILES.into_iter().zip(tables.finish().expect("memory")) {
         super::finite::table(name, &file);
     }
@@ -92,7 +72,7 @@ fn go_on(mark: Option<&Mark>) -> Option<Value> {
     let mut text = String::new();
     write_summary(&mut text, &job, &summary, &outcome).expect("a string takes it");
     let _ = summary.json(&job, &outcome);
-    left
+    marks.len().checked_sub(2).map(|last_but_one| marks.swap_remove(last_but_one))
 }
 
 /// A mark as it is written: a seed.

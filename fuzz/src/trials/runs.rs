@@ -4,10 +4,9 @@ use super::finite;
 use super::texts::model_of;
 use std::time::{Duration, Instant};
 use stiction_core::dynamics::FrictionMode;
-use stiction_core::forward::Settings;
-use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion, Source};
+use stiction_format::{Control, LoadCase, ModelFile, Motion, Source};
 use stiction_run::exchange::{Home, json_text, mjcf};
-use stiction_run::{breakaway, check, forward, inverse};
+use stiction_run::{Job, Sink, breakaway, check, forward, inverse};
 
 /// Samples of a run.
 const SAMPLES: f64 = 3.0;
@@ -34,22 +33,17 @@ pub fn mechanism(text: &str) {
     let Some(model) = model_of(text) else { return };
     let Some((motion, load)) = asked(&model) else { return };
     let step = if motion.duration > 0.0 { motion.duration / SAMPLES } else { 1.0 };
-    let job = |friction| inverse::Job {
-        model: &model,
-        motion: &motion,
-        motion_name: "motion".to_owned(),
-        load: &load,
-        load_name: "load".to_owned(),
+    let job = |friction| Job {
         friction,
         step: Some(step),
-        friction_margin: false,
+        ..Job::new(&model, ("motion", &motion), ("load", &load))
     };
     checked(&job(FrictionMode::Off));
     converted(&job(FrictionMode::Off));
     for friction in [FrictionMode::Off, FrictionMode::OnePass] {
         inverse(&job(friction));
     }
-    inverse(&inverse::Job { friction_margin: true, ..job(FrictionMode::Converged) });
+    inverse(&Job { friction_margin: true, ..job(FrictionMode::Converged) });
     stopped(&job(FrictionMode::Converged));
     simulated(&model, &motion, &load);
 }
@@ -59,7 +53,7 @@ fn patient() -> impl FnMut(inverse::Phase, usize, usize) -> bool {
     move |_, _, _| begun.elapsed() < PATIENCE
 }
 
-fn checked(job: &inverse::Job<'_>) {
+fn checked(job: &Job<'_>) {
     let findings = match check::examine(job, patient()) {
         Ok(findings) => findings,
         Err(error) => return finite::text("a reason", &error.to_string()),
@@ -84,7 +78,7 @@ fn checked(job: &inverse::Job<'_>) {
     }
 }
 
-fn converted(job: &inverse::Job<'_>) {
+fn converted(job: &Job<'_>) {
     let Ok(home) = Home::of(job) else { return };
     let json = serde_json::from_str(&json_text(&home)).expect("it is JSON");
     const EMPTY: &[&str] = &["friction", "compliance", "coordinate"];
@@ -95,20 +89,12 @@ fn converted(job: &inverse::Job<'_>) {
     }
 }
 
-fn inverse(job: &inverse::Job<'_>) {
+fn inverse(job: &Job<'_>) {
     let names = inverse::Tables::<Vec<u8>>::files(job);
     let mut tables = inverse::Tables::new(job, vec![vec![]; names.len()]).expect("memory");
     let mut summary = inverse::Summary::new(job);
     let mut curves = inverse::Curves::new(job, 4);
-    let outcome = job.run(
-        |sample| {
-            tables.add(sample).map_err(|error| error.to_string())?;
-            summary.add(sample);
-            curves.add(sample);
-            Ok(())
-        },
-        patient(),
-    );
+    let outcome = job.run(|sample| (&mut tables, &mut summary, &mut curves).add(sample), patient());
     let verdict = match outcome {
         Ok(verdict) => verdict,
         Err(error) => return finite::text("a reason", &error.to_string()),
@@ -145,7 +131,7 @@ const SUMMARY_EMPTY: &[&str] = &[
     "interval_certified_within",
 ];
 
-fn stopped(job: &inverse::Job<'_>) {
+fn stopped(job: &Job<'_>) {
     let Ok(findings) = breakaway::look(job, None) else { return };
     let mut text = String::new();
     breakaway::write_report(&mut text, job, &findings).expect("a string takes it");
@@ -177,50 +163,29 @@ fn simulate(
     friction: bool,
 ) {
     let model = forward::arrange(model, friction, &[]);
-    let drives = Drives::default();
     let span = if motion.duration > 0.0 { motion.duration.min(SPAN) } else { SPAN };
     let job = forward::Job {
-        model: &model,
         motion: Some(motion),
-        motion_name: "motion".to_owned(),
-        load,
-        load_name: "load".to_owned(),
-        drives: forward::Feed::Given(&drives),
-        drives_name: "none".to_owned(),
         control,
-        control_name: "controller".to_owned(),
         prescribed,
-        locked: Vec::new(),
         start: forward::Start::Moving,
         from: motion.start,
         until: motion.start + span,
         step: span / SAMPLES,
-        settings: Settings::default(),
         friction,
+        ..forward::Job::new(&model, ("load", load))
     };
-    let layout = forward::Layout::new(&model.mechanism, job.followers());
-    let mut summary = forward::Summary::new(&layout);
-    let mut scribe = forward::Scribe::new(&model.mechanism);
-    let mut rows = forward::Rows::default();
-    let mut curves = forward::Curves::new(&job, &layout, 4);
-    let mut tables =
-        forward::Tables::new(&layout, [(); 6].map(|()| Vec::<u8>::new())).expect("memory");
+    let summary = forward::Summary::new(&job);
+    let curves = forward::Curves::new(&job, 4);
+    let tables = forward::Tables::new(&job, [(); 6].map(|()| Vec::<u8>::new())).expect("memory");
+    let mut recorder = forward::Recorder::new(&job, (summary, curves, tables));
     let begun = Instant::now();
-    let outcome = job.run(
-        |sample| {
-            scribe.write(&layout, sample, &mut rows);
-            summary.add(&rows);
-            curves.add(&rows);
-            tables.add(&layout, &rows).map_err(|error| error.to_string())
-        },
-        |_, _, _| Ok(()),
-        &|| begun.elapsed() > PATIENCE,
-        None,
-    );
+    let outcome = job.run(|sample, _| recorder.add(sample), &|| begun.elapsed() > PATIENCE, None);
     let outcome = match outcome {
         Ok(outcome) => outcome,
         Err(error) => return finite::text("a reason", &error.to_string()),
     };
+    let (summary, curves, tables) = recorder.sink;
     let files = tables.finish().expect("memory");
     for (name, file) in forward::Tables::<Vec<u8>>::FILES.into_iter().zip(&files) {
         finite::table(name, file);

@@ -9,7 +9,8 @@ use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Vec3;
 use stiction_draw::figure::Figure;
 use stiction_format::{ModelFile, Source, gallery, read};
-use stiction_run::inverse::{self, Curves, Job, Phase, Summary, Verdict};
+use stiction_run::inverse::{self, Curves, Phase, Summary, Verdict};
+use stiction_run::{Error as RunError, Job, Sink};
 
 /// Loads a model of the gallery.
 pub(super) fn model(name: &str) -> Result<ModelFile, Error> {
@@ -26,16 +27,9 @@ pub(super) fn job<'a>(
     friction: FrictionMode,
 ) -> Result<Job<'a>, Error> {
     let missing = || Error::Gallery(model.name.clone());
-    Ok(Job {
-        model,
-        motion: model.motion(motion).ok_or_else(missing)?,
-        motion_name: motion.to_owned(),
-        load: model.load(load).ok_or_else(missing)?,
-        load_name: load.to_owned(),
-        friction,
-        step: None,
-        friction_margin: false,
-    })
+    let motion = (motion, model.motion(motion).ok_or_else(missing)?);
+    let load = (load, model.load(load).ok_or_else(missing)?);
+    Ok(Job { friction, ..Job::new(model, motion, load) })
 }
 
 /// Engine results at one instant.
@@ -65,27 +59,19 @@ impl Run {
         job: &Job<'_>,
         mut progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Self, Error> {
-        let count = job.instants().map_err(inverse::Error::from)?.count();
+        let count = job.instants().map_err(RunError::from)?.count();
         let mut summary = Summary::new(job);
         let mut curves = Curves::new(job, count);
         let mut samples = Vec::with_capacity(count);
         let mechanism = &job.model.mechanism;
-        let mut failed = None;
         let verdict = job.run(
             |sample| {
-                summary.add(sample);
-                curves.add(sample);
-                match of_sample(sample, mechanism) {
-                    Ok(sample) => samples.push(sample),
-                    Err(error) => failed = Some(error),
-                }
+                (&mut summary, &mut curves).add(sample)?;
+                samples.push(of_sample(sample, mechanism)?);
                 Ok(())
             },
             &mut progress,
         )?;
-        if let Some(error) = failed {
-            return Err(error);
-        }
         let summary = summary.json(job, &verdict);
         Ok(Self { samples, verdict, summary, figures: curves.figures() })
     }
@@ -108,8 +94,8 @@ fn three<T: Copy>(values: &[T], mechanism: &Mechanism) -> Result<[T; 3], Error> 
     }
 }
 
-fn of_sample(sample: &inverse::Sample<'_>, mechanism: &Mechanism) -> Result<Sample, Error> {
-    let forces = sample.forces;
+fn of_sample(sample: &inverse::Sample, mechanism: &Mechanism) -> Result<Sample, Error> {
+    let forces = &sample.forces;
     let mut unknowns = [[0.0; OF_LEG]; 3];
     for n in 0..3 {
         let ids = joints(mechanism, n)?;
@@ -143,13 +129,12 @@ fn of_sample(sample: &inverse::Sample<'_>, mechanism: &Mechanism) -> Result<Samp
 
 /// Leg lengths and the rates of the P, R and S joints of each leg along a job's motion.
 pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>, Error> {
-    let instants = job.instants().map_err(inverse::Error::from)?;
-    let mut solver = job.assemble(instants.at(0))?;
-    let mut before = instants.at(0);
+    let instants = job.instants().map_err(RunError::from)?;
+    let mut follower = job.assemble(instants.at(0))?;
     let mut all = Vec::with_capacity(instants.count());
     for time in instants.iter() {
-        job.follow(&mut solver, before, time)?;
-        before = time;
+        follower.go_to(time)?;
+        let solver = &follower.solver;
         let (topology, bodies) = (solver.topology(), solver.bodies());
         let (mut lengths, mut rates) = ([0.0; 3], [[0.0; 3]; 3]);
         for n in 0..3 {
@@ -186,11 +171,11 @@ impl Interval {
 
 /// Actuator force intervals at one instant.
 pub(super) fn interval(job: &Job<'_>, time: f64, rest_speed: f64) -> Result<Interval, Error> {
-    let mut solver = job.assemble(time)?;
+    let mut solver = job.assemble(time)?.solver;
     *solver.settings_mut() = Settings { friction: job.friction, rest_speed, ..Settings::default() };
     let mut loads = Vec::new();
     job.loads_at(time, &mut loads)?;
-    solver.solve(&loads).map_err(|error| inverse::Error::Forces { time, error })?;
+    solver.solve(&loads).map_err(|error| RunError::Forces { time, error })?;
     let forces = solver.forces();
     Ok(Interval {
         attained: three(&forces.effort_bounds, solver.mechanism())?,

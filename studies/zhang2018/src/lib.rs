@@ -24,7 +24,7 @@ use engine::{Run, job, model, positions};
 use report::{Report, Section};
 use stiction_core::dynamics::FrictionMode;
 use stiction_run::check::examine;
-use stiction_run::inverse::{self, Job};
+use stiction_run::{Error as RunError, Job};
 use thiserror::Error as ThisError;
 
 /// Errors of the study.
@@ -39,7 +39,7 @@ pub enum Error {
     ),
     /// A run failed.
     #[error(transparent)]
-    Run(#[from] inverse::Error),
+    Run(#[from] RunError),
     /// A formula has no solution where one is expected.
     #[error(
         "the study's formulas have no solution where they should; this is a defect of the program"
@@ -70,7 +70,7 @@ impl<F: FnMut(&str, usize, usize) -> bool> Steps<F> {
     }
 
     fn ask(&mut self) -> Result<(), Error> {
-        if self.goes_on() { Ok(()) } else { Err(inverse::Error::Interrupted.into()) }
+        if self.goes_on() { Ok(()) } else { Err(RunError::Interrupted.into()) }
     }
 
     fn goes_on(&mut self) -> bool {
@@ -112,7 +112,7 @@ pub fn study(progress: impl FnMut(&str, usize, usize) -> bool) -> Result<Report,
     // The printed case has no solution, which is the result.
     let hopeless = job(&printed, "printed", "printed", FrictionMode::Off)?;
     let refused = match hopeless.run(|_| Ok(()), |_, _, _| steps.goes_on()) {
-        Err(inverse::Error::Interrupted) => return Err(inverse::Error::Interrupted.into()),
+        Err(RunError::Interrupted) => return Err(RunError::Interrupted.into()),
         Err(error) => error,
         Ok(_) => return Err(Error::NoSolution),
     };

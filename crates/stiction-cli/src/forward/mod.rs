@@ -15,10 +15,10 @@ use std::cell::{Cell, RefCell};
 use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use stiction::{Error, Method, Robot, explain};
+use stiction::{Error, Method, Robot};
+use stiction_run::Sink;
 use stiction_run::forward::{
-    Curves, Ending, Error as SimulationError, Layout, Outcome, Rows, Scribe, Summary, Tables,
-    read_rows, write_events, write_summary,
+    Curves, Ending, Outcome, Recorder, Rows, Summary, Tables, write_events, write_summary,
 };
 
 pub(crate) fn run(options: &Forward) -> Result<(), Failure> {
@@ -82,9 +82,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     if !options.json && job.friction {
         note_frictionless(&robot);
     }
-    let count =
-        job.instants().map_err(|error| explain::forward(SimulationError::Instants(error)))?.count();
-    let layout = Layout::new(&job.model.mechanism, job.followers());
+    let count = job.instants().map_err(Error::from)?.count();
     let interrupted = listen_for_interrupt();
     let mut outputs =
         options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
@@ -100,61 +98,37 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         ))
         .help("give a later --until, or start again without --resume"));
     }
-    let mut summary = Summary::new(&layout);
-    let mut curves = outputs.is_some().then(|| Curves::new(&job, &layout, count));
-    let mut scribe = Scribe::new(&job.model.mechanism);
-    let mut tables = match &mut outputs {
-        None => None,
-        Some(outputs) => {
-            let files = begin(outputs, kept.as_ref())?;
-            Some(match &kept {
-                None => Tables::new(&layout, files)
-                    .map_err(|error| outputs.trouble_with_tables(error))?,
-                Some(kept) => {
-                    let mut tables = Tables::onward(files);
-                    tables.flush().map_err(|error| outputs.trouble_with_tables(error))?;
-                    let receive = |rows: &Rows| {
-                        summary.add(rows);
-                        scribe.follow(rows);
-                        if let Some(curves) = &mut curves {
-                            curves.add(rows);
-                        }
-                    };
-                    read_again(outputs, &layout, kept, receive)?;
-                    // The files of the interrupted run remain until this run has its own
-                    // checkpoint.
-                    journal.write(outputs, &kept.mark, &partials(outputs)?)?;
-                    for (at, _) in kept.files.iter().filter(|(at, _)| at.ends_with(".partial")) {
-                        outputs.remove(at);
-                    }
-                    tables
+    let curves = outputs.is_some().then(|| Curves::new(&job, count));
+    let mut recorder = Recorder::new(&job, (Summary::new(&job), curves, None));
+    if let Some(outputs) = &mut outputs {
+        let files = begin(outputs, kept.as_ref())?;
+        recorder.sink.2 = Some(match &kept {
+            None => Tables::new(&job, files).map_err(|error| outputs.trouble_with_tables(error))?,
+            Some(kept) => {
+                let mut tables = Tables::onward(&job, files);
+                tables.flush().map_err(|error| outputs.trouble_with_tables(error))?;
+                read_again(outputs, kept, &mut recorder)?;
+                // The files of the interrupted run remain until this run has its own
+                // checkpoint.
+                journal.write(outputs, &kept.mark, &partials(outputs)?)?;
+                for (at, _) in kept.files.iter().filter(|(at, _)| at.ends_with(".partial")) {
+                    outputs.remove(at);
                 }
-            })
-        }
-    };
-    let mut rows = Rows::default();
+                tables
+            }
+        });
+    }
 
     let progress = RefCell::new(Progress::new());
     let done = Cell::new(kept.as_ref().map_or(0, |kept| kept.mark.samples));
-    let tables_cell = RefCell::new(&mut tables);
-    let outcome = job.run(
-        |sample| {
-            scribe.write(&layout, sample, &mut rows);
-            summary.add(&rows);
-            if let Some(curves) = &mut curves {
-                curves.add(&rows);
-            }
-            match &mut *tables_cell.borrow_mut() {
-                Some(tables) => tables.add(&layout, &rows).map_err(|error| error.to_string()),
-                None => Ok(()),
-            }
-        },
-        |now, _, mark| {
-            done.set(now);
-            if let (Some(outputs), Some(tables)) = (&outputs, &mut *tables_cell.borrow_mut())
+    let outcome = plan.record(
+        |sample, mark| {
+            recorder.add(sample)?;
+            done.set(done.get() + 1);
+            if let (Some(outputs), Some(tables)) = (&outputs, &mut recorder.sink.2)
                 && journal.is_due()
             {
-                tables.flush().map_err(|error| error.to_string())?;
+                tables.flush()?;
                 let written =
                     partials(outputs).and_then(|files| journal.write(outputs, &mark(), &files));
                 written.map_err(|failure| failure.to_string())?;
@@ -169,10 +143,8 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         kept.as_ref().map(|kept| &kept.mark),
     );
     progress.borrow_mut().clear();
-    let outcome = outcome.map_err(|error| match (error, &outputs) {
-        (SimulationError::Receiver(error), Some(outputs)) => outputs.trouble_with_tables(error),
-        (error, _) => failure_of(error),
-    })?;
+    let outcome = outcome.map_err(|error| Outputs::explain(outputs.as_ref(), error))?;
+    let (summary, curves, tables) = recorder.sink;
 
     let json = summary.json(&job, &outcome);
     let failed = matches!(outcome.ending, Ending::Failed(_));
@@ -200,15 +172,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
             .map_err(|error| outputs.trouble("events.csv", error))?;
         outputs.write("events.csv", &events)?;
         outputs.write("summary.json", format!("{json:#}\n").as_bytes())?;
-        for (name, figure) in curves.figures(&summary, &outcome.events) {
-            outputs.write(&format!("{name}.svg"), figure.svg().as_bytes())?;
-            #[cfg(feature = "png")]
-            {
-                let file = format!("{name}.png");
-                let png = figure.png().map_err(|error| outputs.trouble(&file, error))?;
-                outputs.write(&file, &png)?;
-            }
-        }
+        outputs.write_figures(curves.figures(&summary, &outcome.events))?;
         if let Some(mark) = &outcome.mark {
             let mut tables = partials(&outputs)?;
             // The tables are about to receive their final names.
@@ -244,9 +208,8 @@ fn execute(options: &Forward) -> Result<(), Failure> {
 /// Passes the rows that an interrupted run has written to `receive`.
 fn read_again(
     outputs: &Outputs,
-    layout: &Layout,
     kept: &Kept,
-    receive: impl FnMut(&Rows),
+    recorder: &mut Recorder<impl Sink<Rows>>,
 ) -> Result<(), Failure> {
     let mut texts = Vec::new();
     for (name, (at, bytes)) in FILES.iter().zip(&kept.files) {
@@ -258,7 +221,7 @@ fn read_again(
     let Ok([a, b, c, d, e, f]) = <[_; 6]>::try_from(texts) else { return Ok(()) };
     let (mut a, mut b, mut c, mut d, mut e, mut f) = (a, b, c, d, e, f);
     let files: [&mut dyn std::io::Read; 6] = [&mut a, &mut b, &mut c, &mut d, &mut e, &mut f];
-    read_rows(layout, files, kept.mark.samples, receive).map_err(|error| {
+    recorder.read(files, kept.mark.samples).map_err(|error| {
         Failure::input(format!("the rows of the interrupted run cannot be read: {error}"))
     })
 }
@@ -290,20 +253,11 @@ fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
         }
         (Ending::Interrupted, None) => Err(Failure::interrupted()),
         (Ending::Failed(error), results) => {
-            let error = explain::forward(*error);
+            let error = Error::from(*error);
             Err(match results {
                 Some(results) => error.with_note(results).into(),
                 None => error.into(),
             })
         }
-    }
-}
-
-/// Converts a simulation error to a failure.
-fn failure_of(error: SimulationError) -> Failure {
-    match error {
-        SimulationError::Mark => Failure::input(format!("{CHECKPOINT} is damaged: {error}"))
-            .help("start again without --resume"),
-        error => explain::forward(error).into(),
     }
 }

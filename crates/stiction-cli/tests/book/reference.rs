@@ -38,12 +38,14 @@ const SECTIONS: &[(&str, &str)] = &[
     ("Actuator", "/properties/actuators/additionalProperties"),
     ("Mesh", "/properties/actuators/additionalProperties/properties/mesh"),
     ("Motor friction", "/properties/actuators/additionalProperties/properties/motor_friction"),
-    ("Limits", "/properties/actuators/additionalProperties/properties/limits"),
+    ("Motor limits", "/properties/actuators/additionalProperties/properties/limits"),
     ("Legs", "/properties/legs/anyOf/0"),
     ("Place of a leg", "/properties/legs/anyOf/0/properties/place/items"),
     ("Joint of a leg", "/properties/legs/anyOf/0/properties/joints/additionalProperties"),
     ("Actuator of a leg", "/properties/legs/anyOf/0/properties/actuators/additionalProperties"),
     ("Motion", "/properties/motions/additionalProperties"),
+    ("Waypoint", "/properties/motions/additionalProperties/properties/waypoints/items"),
+    ("Limits", "/$defs/limits"),
     ("Load", "/properties/loads/additionalProperties"),
     ("Load on a body", "/$defs/load"),
     ("Payload", "/properties/loads/additionalProperties/properties/payload/items"),
@@ -76,6 +78,7 @@ fn kind(schema: &Value, value: &Value) -> String {
         return match name.trim_start_matches("#/$defs/") {
             "pose" => link("Pose"),
             "load" => link("Load on a body"),
+            "limits" => link("Limits"),
             other => other.to_owned(),
         };
     }
@@ -130,13 +133,14 @@ fn table(page: &mut String, schema: &Value, heading: &str, path: &str) {
                  name of a {}.",
                 table["$comment"].as_str().unwrap().trim_start_matches("behind the name of a ")
             ),
+            Some("#/$defs/waypoint") => writeln!(
+                page,
+                "\nAny other key is a coordinate as in a motion, but constant, or the `rotation` of a body."
+            ),
             _ if heading == "Load" => {
                 writeln!(page, "\nAny other key is the name of a body: {}.", link("Load on a body"))
             }
-            _ => writeln!(
-                page,
-                "\nNames of bodies with dots nest: any other key is a part of a name."
-            ),
+            _ => writeln!(page, "\nNames with dots nest: any other key is a part of a name."),
         };
     }
     page.push('\n');

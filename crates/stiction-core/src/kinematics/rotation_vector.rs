@@ -2,8 +2,25 @@
 //!
 //! Equation (K6) of the book's theory.
 
+use super::coordinate::Target;
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Vec3};
+
+impl Target<f64> {
+    /// The components of the rotation vector of a rotation with their time derivatives, from its
+    /// angular velocity (rad/s) and acceleration (rad/s^2) in the axes of the fixed frame.
+    pub fn of_rotation(rotation: Mat3<f64>, omega: Vec3<f64>, alpha: Vec3<f64>) -> [Self; 3] {
+        let vector = RotationVector::of(rotation);
+        let matrix = vector.rate_matrix();
+        let (value, rate) = (vector.value.to_array(), (matrix * omega).to_array());
+        let acceleration = (matrix * alpha + vector.rate_matrix_change(omega) * omega).to_array();
+        std::array::from_fn(|k| Self {
+            value: value[k],
+            rate: rate[k],
+            acceleration: acceleration[k],
+        })
+    }
+}
 
 /// A rotation vector `r` of length `a`, and the coefficient `c` of its rate for the angular
 /// velocity `omega`: `r' = omega - r x omega / 2 + c r x (r x omega)`, `c = 1/a^2 - (1 + cos a) /

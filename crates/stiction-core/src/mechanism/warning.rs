@@ -1,6 +1,7 @@
 //! Warnings on consistent, but suspicious mechanisms.
 
 use super::Mechanism;
+use crate::spatial::Vec3;
 use thiserror::Error;
 
 /// A suspicious property of a mechanism. Warnings never change results.
@@ -20,6 +21,47 @@ pub enum Warning {
         /// The sum of the other two, kg m^2.
         sum: f64,
     },
+    /// Inertia that does not fit the mass and the distances of the joints.
+    #[error(
+        "the inertia of body `{body}` is that of a ring of radius {radius:.3e} m, and the body's joints and \
+         centre of mass lie {extent:.3e} m apart: are its units right?"
+    )]
+    UnlikelyInertia {
+        /// The body.
+        body: String,
+        /// Largest radius of gyration, m.
+        radius: f64,
+        /// Greatest distance of joints and centre of mass, m; of a body with one point, the
+        /// characteristic length.
+        extent: f64,
+    },
+    /// Mass that no material of the body's size has.
+    #[error(
+        "body `{body}` has {mass} kg, more than a cube of gold with edges of {extent:.3e} m: is its mass \
+         in g?"
+    )]
+    UnlikelyMass {
+        /// The body.
+        body: String,
+        /// Its mass, kg.
+        mass: f64,
+        /// The greater of its extent and the characteristic length, m.
+        extent: f64,
+    },
+    /// A friction coefficient that no dry pair of materials has.
+    #[error("the friction coefficient {mu} of joint `{joint}` is unusual: is it in percent?")]
+    UnlikelyFriction {
+        /// The joint.
+        joint: String,
+        /// The coefficient.
+        mu: f64,
+    },
+    /// Gravity far from that of the Earth.
+    #[error("gravity is {size} m/s^2, and 9.81 m/s^2 on the Earth: are its units right?")]
+    UnlikelyGravity {
+        /// Its magnitude, m/s^2.
+        size: f64,
+    },
     /// Inertia without mass.
     #[error("body `{body}` has inertia but no mass")]
     InertiaWithoutMass {
@@ -34,21 +76,67 @@ pub enum Warning {
     NoActuator,
 }
 
+/// Density of gold, kg/m^3.
+const DENSEST: f64 = 19_300.0;
+/// Smallest usual ratio of a radius of gyration to the extent of a body; a slender rod has 0.29. Units
+/// that are confused (kg mm^2 or g for kg) give a factor of at least 30.
+const THINNEST: f64 = 0.02;
+/// Greatest usual friction coefficient: rubber on concrete has about 1.
+const ROUGHEST: f64 = 2.0;
+
 impl Mechanism {
+    /// Joint origins and centres of mass of all bodies, each in the frame of its body.
+    fn points(&self) -> Vec<Vec<Vec3<f64>>> {
+        let mut points: Vec<Vec<_>> = self.bodies.iter().map(|body| vec![body.com]).collect();
+        for joint in &self.joints {
+            points[joint.predecessor.0].push(joint.frame_j.position);
+            points[joint.successor.0].push(joint.frame_k.position);
+        }
+        points
+    }
+
     /// All warnings on the mechanism.
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let moving = &self.bodies()[1..];
-        for body in moving {
+        for (body, points) in moving.iter().zip(&self.points()[1..]) {
             let [smallest, middle, largest] = body.principal_moments();
             let sum = smallest + middle;
             // Planar models commonly define a single moment.
             if middle > 0.0 && largest > sum * (1.0 + 1e-6) {
                 warnings.push(Warning::ImpossibleInertia { body: body.name.clone(), largest, sum });
             }
+            let pairs = points.iter().flat_map(|a| points.iter().map(|b| (*a - *b).norm()));
+            let own = pairs.fold(0.0, f64::max);
+            let length = self.characteristic_length;
+            let size = own.max(length);
+            if body.mass > DENSEST * size.powi(3) {
+                let (body, mass) = (body.name.clone(), body.mass);
+                warnings.push(Warning::UnlikelyMass { body, mass, extent: size });
+            } else if body.mass > 0.0 && largest > 0.0 {
+                let radius = (largest / body.mass).sqrt();
+                let extent = if own > 0.0 { own } else { length };
+                if radius < extent * THINNEST || radius > size / THINNEST {
+                    let body = body.name.clone();
+                    warnings.push(Warning::UnlikelyInertia { body, radius, extent });
+                }
+            }
             if body.mass == 0.0 && largest > 0.0 {
                 warnings.push(Warning::InertiaWithoutMass { body: body.name.clone() });
             }
+        }
+        for joint in &self.joints {
+            let greatest =
+                joint.friction.iter().map(|friction| friction.law.mu).fold(0.0, f64::max);
+            if greatest > ROUGHEST {
+                let joint = joint.name.clone();
+                warnings.push(Warning::UnlikelyFriction { joint, mu: greatest });
+            }
+        }
+        let size = self.gravity.norm();
+        // From the moons of planets to a centrifuge of a few g.
+        if size > 0.0 && !(0.1..=100.0).contains(&size) {
+            warnings.push(Warning::UnlikelyGravity { size });
         }
         if moving.iter().all(|body| body.mass == 0.0) {
             warnings.push(Warning::NoMass);

@@ -33,11 +33,13 @@ pub(crate) enum Measure {
     AngularDamping,
     /// Travel per revolution of a screw or pulley.
     Lead,
-    /// Angle per time, with its unit of angle.
-    AngularSpeed,
     TorquePerCurrent,
     /// Cycles per time.
     Frequency,
+    Jerk,
+    AngularSpeed,
+    AngularAcceleration,
+    AngularJerk,
     Number,
     /// Any quantity, for parameters.
     Any,
@@ -76,9 +78,12 @@ impl Measure {
             Self::AngularStiffness => Dimension::of(2, 1, -2).with_angle(-1),
             Self::AngularDamping => Dimension::of(2, 1, -1).with_angle(-1),
             Self::Lead => Dimension::LENGTH,
-            Self::AngularSpeed => Dimension::of(0, 0, -1).with_angle(1),
             Self::TorquePerCurrent => Dimension::of(2, 1, -2).with_current(-1),
             Self::Frequency => Dimension::of(0, 0, -1),
+            Self::Jerk => Dimension::of(1, 0, -3),
+            Self::AngularSpeed => Dimension::of(0, 0, -1).with_angle(1),
+            Self::AngularAcceleration => Dimension::of(0, 0, -2).with_angle(1),
+            Self::AngularJerk => Dimension::of(0, 0, -3).with_angle(1),
             Self::Number | Self::Any => Dimension::NONE,
         }
     }
@@ -106,9 +111,12 @@ impl Measure {
             Self::AngularStiffness => ("an angular stiffness", "500 N m/rad", "N m/rad"),
             Self::AngularDamping => ("an angular damping", "5 N m s/rad", "N m s/rad"),
             Self::Lead => ("a lead", "10 mm/rev", "m/rev"),
-            Self::AngularSpeed => ("an angular speed", "3000 rpm", "rad/s"),
             Self::TorquePerCurrent => ("a torque constant", "0.06 N m/A", "N m/A"),
             Self::Frequency => ("a frequency", "10 Hz", "Hz"),
+            Self::Jerk => ("a jerk", "200 m/s^3", "m/s^3"),
+            Self::AngularSpeed => ("an angular speed", "90 deg/s", "rad/s"),
+            Self::AngularAcceleration => ("an angular acceleration", "20 rad/s^2", "rad/s^2"),
+            Self::AngularJerk => ("an angular jerk", "400 rad/s^3", "rad/s^3"),
             Self::Number => ("a plain number", "0.12", ""),
             Self::Any => ("a quantity", "200 mm", ""),
         };

@@ -65,6 +65,10 @@ pub(crate) enum Shape {
     Parameters,
     /// Motions by name: tables with these keys and coordinates.
     Motions(&'static [Field]),
+    /// A list of tables with these keys and coordinates.
+    Waypoints(&'static [Field]),
+    /// Limits of motion by the names of coordinates and bodies, which nest.
+    Limits,
     /// Loads by name: tables with these keys and bodies.
     Loads(&'static [Field]),
 }

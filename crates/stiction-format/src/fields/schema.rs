@@ -1,6 +1,6 @@
 //! JSON schema of the model file, for editors and other programs.
 
-use super::tables::{AXES, BODY_LOAD, BODY_MOTION, MODEL, ORDERS, POSE, TENSOR};
+use super::tables::{AXES, BODY_LOAD, BODY_MOTION, LIMITS, MODEL, ORDERS, POSE, TENSOR};
 use super::{Field, Shape};
 use crate::expression::Measure;
 use serde_json::{Map, Value, json};
@@ -47,6 +47,16 @@ fn definitions() -> Value {
                 { "type": "object", "additionalProperties": reference("coordinates") },
             ],
         },
+        "waypoint": {
+            "description": "Coordinates by the name of a body or joint; names with dots nest; behind the \
+                            name of a body also its `rotation`.",
+            "anyOf": [
+                reference("quantity"),
+                reference("rotation"),
+                { "type": "object", "additionalProperties": reference("waypoint") },
+            ],
+        },
+        "limits": limits(),
         "load": load(),
     })
 }
@@ -91,6 +101,15 @@ fn load() -> Value {
     let mut schema = table(BODY_LOAD);
     if let Some(schema) = schema.as_object_mut() {
         schema.insert("additionalProperties".into(), reference("load"));
+    }
+    schema
+}
+
+/// Schema of limits by coordinate or body.
+fn limits() -> Value {
+    let mut schema = table(LIMITS);
+    if let Some(schema) = schema.as_object_mut() {
+        schema.insert("additionalProperties".into(), reference("limits"));
     }
     schema
 }
@@ -169,6 +188,10 @@ fn shape(shape: &Shape) -> Value {
         Shape::Parameters => {
             json!({ "type": "object", "additionalProperties": reference("quantity") })
         }
+        Shape::Waypoints(fields) => {
+            json!({ "type": "array", "items": open(fields, "waypoint"), "minItems": 2 })
+        }
+        Shape::Limits => reference("limits"),
         Shape::Motions(fields) => named_open(fields, "coordinates"),
         Shape::Loads(fields) => named_open(fields, "load"),
     }
@@ -176,6 +199,11 @@ fn shape(shape: &Shape) -> Value {
 
 /// Schema of a group of named tables with these keys, which may also contain arbitrary names.
 fn named_open(fields: &[Field], others: &str) -> Value {
+    json!({ "type": "object", "additionalProperties": open(fields, others) })
+}
+
+/// Schema of a table with these keys and arbitrary names.
+fn open(fields: &[Field], others: &str) -> Value {
     let mut each = table(fields);
     if let Some(each) = each.as_object_mut() {
         each.insert("additionalProperties".into(), reference(others));
@@ -187,5 +215,5 @@ fn named_open(fields: &[Field], others: &str) -> Value {
             );
         }
     }
-    json!({ "type": "object", "additionalProperties": each })
+    each
 }

@@ -4,7 +4,7 @@ use super::check_values::check_values;
 use super::context::{Context, Record};
 use crate::diagnostic::Diagnostic;
 use crate::document::Table;
-use crate::fields::tables::{ACTUATOR, LEG_ACTUATOR, LIMITS, MESH, MOTOR_FRICTION};
+use crate::fields::tables::{ACTUATOR, LEG_ACTUATOR, MESH, MOTOR_FRICTION, MOTOR_LIMITS};
 use crate::source::Span;
 use std::f64::consts::TAU;
 use stiction_core::mechanism::{DriveTrainSpec, GearLoss, Mesh, MotorFriction, MotorLimits};
@@ -90,7 +90,7 @@ fn spec(record: &Record<'_>, name: &str, joint: &str, what: &str) -> Option<Driv
         let friction = MotorFriction { constant: number("constant"), viscous: number("viscous") };
         spec = spec.motor_friction(friction);
     }
-    if let Some(limits) = inner("limits", LIMITS) {
+    if let Some(limits) = inner("limits", MOTOR_LIMITS) {
         let number = |key: &str| limits.quantity(key);
         let (peak, rated, speed) = (number("peak"), number("rated"), number("speed"));
         spec = spec.limits(MotorLimits { peak, rated, speed });

@@ -164,11 +164,35 @@ impl<'a> Context<'a> {
                 self.finite(value, number, measure).map(Signal::constant)
             }
             Ok(TimeFormula::Changing(formula)) => {
+                self.doubt_degrees(value, text);
                 Some(Signal::formula(formula, &self.source, value.span.clone(), text.start))
             }
             Err(fault) => {
                 self.fault(&value.span, text, fault);
                 None
+            }
+        }
+    }
+
+    /// Warns about the sine of a whole number of quarter turns, in degrees, times the time.
+    fn doubt_degrees(&self, value: &Value, text: &Text) {
+        let content = text.content.replace(' ', "");
+        for function in ["sin(", "cos("] {
+            for (at, _) in content.match_indices(function) {
+                let rest = content.get(at + function.len()..).unwrap_or_default();
+                let digits = rest.split(|c: char| !c.is_ascii_digit()).next().unwrap_or_default();
+                let number: u32 = digits.parse().unwrap_or(0);
+                let then = rest.get(digits.len()..).unwrap_or_default();
+                let is_time =
+                    then.starts_with("*t)") || then.starts_with("*t+") || then.starts_with("*t-");
+                if is_time && number > 0 && number.is_multiple_of(90) {
+                    let turns = f64::from(number) / std::f64::consts::TAU;
+                    self.push(
+                        Diagnostic::warning("angle", format!("{function}{number}*t) takes {number} rad/s, {turns:.1} turns a second"))
+                            .at(self.place(&value.span), "bare angles are in rad")
+                            .help(format!("write {function}{number} deg*t) for degrees per second, or {function}{number} rad*t)")),
+                    );
+                }
             }
         }
     }

@@ -273,6 +273,16 @@ impl Origin<'_> {
                 Warning::InertiaWithoutMass { body: name } => {
                     (body(name).map(|b| b.inertia_span.clone()), "without a `mass`")
                 }
+                Warning::UnlikelyInertia { body: name, .. } => {
+                    (body(name).map(|b| b.inertia_span.clone()), "unlikely")
+                }
+                Warning::UnlikelyMass { body: name, .. } => {
+                    (body(name).map(|b| b.name_span.clone()), "unlikely mass")
+                }
+                Warning::UnlikelyFriction { joint: name, .. } => {
+                    let joint = self.joints.iter().find(|joint| joint.name == *name);
+                    (joint.map(|joint| joint.spans.name.clone()), "unlikely friction")
+                }
                 _ => (None, ""),
             };
             let span = span.unwrap_or(WHOLE);

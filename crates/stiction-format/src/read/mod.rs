@@ -22,6 +22,7 @@ pub(crate) mod parameters;
 mod path;
 mod recording;
 mod spring;
+mod waypoints;
 
 use crate::parameters::Parameters;
 

@@ -4,6 +4,7 @@ use super::context::{Context, Record, of_the_top};
 use super::names::Names;
 use super::path::{Leaf, Meaning, Orders, Unresolved, coordinate, leaves, resolve};
 use super::recording::{self, Input};
+use super::waypoints;
 use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, number};
 use crate::document::{Table, Value};
@@ -47,9 +48,10 @@ pub(crate) fn read(
         step > 0.0
     });
     let mut reader = Reader { context, names, orders: Orders::new() };
-    let coordinates = reader.coordinates(table, record.value("file"));
+    let instead = ["file", "waypoints"].into_iter().find_map(|key| Some((key, record.value(key)?)));
+    let coordinates = reader.coordinates(table, instead);
     if let Some(file) = record.value("file") {
-        for key in ["start", "duration"] {
+        for key in ["start", "duration", "waypoints", "law", "limits"] {
             if let Some(value) = record.value(key) {
                 context.push(
                     Diagnostic::error(
@@ -64,8 +66,35 @@ pub(crate) fn read(
         return reader.recorded(title, step, file, files);
     }
     let start = record.quantity("start").unwrap_or(0.0);
-    let duration =
-        if record.value("duration").is_some() { record.quantity("duration")? } else { 1.0 };
+    let through = match record.value("waypoints") {
+        Some(value) => Some(waypoints::read(&reader, &record, value, start)?),
+        None => None,
+    };
+    for key in ["law", "limits"].into_iter().filter(|_| through.is_none()) {
+        if let Some(value) = record.value(key) {
+            context.push(
+                Diagnostic::error("motion", format!("`{key}` needs `waypoints`"))
+                    .at(context.place(&value.span), "of no move"),
+            );
+        }
+    }
+    let duration = match (&through, record.value("duration")) {
+        (Some(through), None) => through.duration,
+        (Some(_), Some(value)) => {
+            context.push(
+                Diagnostic::error("motion", "a motion through waypoints cannot have `duration`")
+                    .at(context.place(&value.span), "the waypoints determine the time")
+                    .help("delete it, or write the duration of a move at its waypoint"),
+            );
+            return None;
+        }
+        (None, Some(_)) => record.quantity("duration")?,
+        (None, None) => 1.0,
+    };
+    let (coordinates, interpolation) = match through {
+        Some(through) => (through.coordinates, Some(through.description)),
+        None => (coordinates, None),
+    };
     if duration < 0.0 {
         refuse("duration", duration, "not be negative; 0 means a single pose");
         return None;
@@ -77,7 +106,7 @@ pub(crate) fn read(
         step,
         samples: None,
         coordinates,
-        interpolation: None,
+        interpolation,
         notes: Vec::new(),
         warnings: Diagnostics::new(),
     };
@@ -132,15 +161,19 @@ fn is_finite(signal: &Signal, t: f64) -> bool {
     target.value.is_finite() && target.rate.is_finite() && target.acceleration.is_finite()
 }
 
-struct Reader<'a> {
-    context: &'a Context<'a>,
-    names: &'a Names,
-    orders: Orders,
+pub(super) struct Reader<'a> {
+    pub(super) context: &'a Context<'a>,
+    pub(super) names: &'a Names,
+    pub(super) orders: Orders,
 }
 
 impl Reader<'_> {
-    /// Coordinates in the table; next to a file only orders of angles are allowed.
-    fn coordinates(&mut self, table: &Table, file: Option<&Value>) -> Vec<(Coordinate, Signal)> {
+    /// Coordinates in the table; next to a file or waypoints only orders of angles are allowed.
+    fn coordinates(
+        &mut self,
+        table: &Table,
+        instead: Option<(&str, &Value)>,
+    ) -> Vec<(Coordinate, Signal)> {
         let context = self.context;
         let mut meanings = Vec::new();
         let found = leaves(table, MOTION);
@@ -170,11 +203,16 @@ impl Reader<'_> {
         let mut coordinates: Vec<(Coordinate, Signal)> = Vec::new();
         let mut places: Vec<(Coordinate, Span)> = Vec::new();
         for (leaf, value) in meanings {
-            if let Some(file) = file {
+            if let Some((key, other)) = instead {
+                let (what, label) = match key {
+                    "file" => ("a file", "a file"),
+                    _ => ("waypoints", "waypoints"),
+                };
+                let message = format!("a motion cannot have both {what} and expressions");
                 context.push(
-                    Diagnostic::error("motion", "a motion cannot have both a file and expressions")
+                    Diagnostic::error("motion", message)
                         .at(context.place(&leaf.key), "an expression")
-                        .also(context.place(&file.span), "a file"),
+                        .also(context.place(&other.span), label),
                 );
                 break;
             }
@@ -210,7 +248,7 @@ impl Reader<'_> {
         }
     }
 
-    fn unresolved(&self, leaf: &Leaf<'_>, unresolved: Unresolved) {
+    pub(super) fn unresolved(&self, leaf: &Leaf<'_>, unresolved: Unresolved) {
         // In a text with syntax errors, an unknown name may be defined in a broken line.
         if !self.context.broken.is_empty() {
             return;

@@ -45,6 +45,10 @@ pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
             Node::Table(table) if table.entries.is_empty() => {
                 all.push(Leaf { path, key, owner, value: None });
             }
+            // An orientation is one value.
+            Node::Table(_) if path.ends_with(".rotation") => {
+                all.push(Leaf { path, key, owner, value: Some(value) });
+            }
             Node::Table(table) => {
                 pending.extend(table.entries.iter().rev().map(|(inner, value)| Pending {
                     path: format!("{path}.{}", inner.name),

@@ -3,11 +3,13 @@
 mod banded;
 mod curve;
 mod hermite;
+pub(crate) mod law;
 mod monotone;
 pub(crate) mod quality;
 mod quintic;
 pub(crate) mod recorded;
 pub(crate) mod samples;
+pub(crate) mod waypoints;
 mod windows;
 
 pub(crate) use curve::{Curve, Interpolation};
@@ -17,6 +19,7 @@ pub(crate) use windows::{Window, agrees, is_long};
 use crate::diagnostic::Diagnostic;
 use crate::expression::Formula;
 use crate::signal::recorded::Recorded;
+use crate::signal::waypoints::{Course, Turning};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
@@ -37,6 +40,10 @@ enum Shape {
     Curve(Arc<Curve>),
     /// One of the curves of a recording that is read in pieces.
     Recorded(Arc<Recorded>, usize),
+    /// A coordinate that goes through waypoints.
+    Course(Arc<Course>),
+    /// A component of the rotation vector of a body that turns through waypoints.
+    Turning(Arc<Turning>, usize),
 }
 
 /// A formula and its location.
@@ -74,6 +81,16 @@ impl Signal {
         Self { shape: Shape::Recorded(Arc::clone(recording), curve) }
     }
 
+    pub(crate) fn course(course: Course) -> Self {
+        Self { shape: Shape::Course(Arc::new(course)) }
+    }
+
+    /// The components of the rotation vector.
+    pub(crate) fn turning(turning: Turning) -> [Self; 3] {
+        let turning = Arc::new(turning);
+        [0, 1, 2].map(|axis| Self { shape: Shape::Turning(Arc::clone(&turning), axis) })
+    }
+
     /// Tests for a signal written as a constant.
     pub fn is_constant(&self) -> bool {
         matches!(self.shape, Shape::Constant(_))
@@ -93,6 +110,8 @@ impl Signal {
             }
             Shape::Curve(curve) => curve.at(t),
             Shape::Recorded(recording, curve) => recording.at(*curve, t),
+            Shape::Course(course) => course.at(t),
+            Shape::Turning(turning, axis) => turning.at(t)[*axis],
         }
     }
 
@@ -104,6 +123,8 @@ impl Signal {
             Shape::Formula(written) => written.formula.resolved_until(t),
             Shape::Curve(curve) => curve.after(t).unwrap_or(f64::INFINITY),
             Shape::Recorded(recording, _) => recording.after(t).unwrap_or(f64::INFINITY),
+            Shape::Course(course) => course.moves.after(t).unwrap_or(f64::INFINITY),
+            Shape::Turning(turning, _) => turning.moves.after(t).unwrap_or(f64::INFINITY),
         }
     }
 
@@ -118,7 +139,9 @@ impl Signal {
     /// Diagnostic if the value or a derivative at time `t` (s) is not finite.
     pub fn fault_at(&self, t: f64) -> Option<Diagnostic> {
         let written = match &self.shape {
-            Shape::Constant(_) | Shape::Curve(_) => return None,
+            Shape::Constant(_) | Shape::Curve(_) | Shape::Course(_) | Shape::Turning(..) => {
+                return None;
+            }
             Shape::Recorded(recording, _) => return recording.fault_at(t),
             Shape::Formula(written) => written,
         };

@@ -9,3 +9,4 @@ mod recordings;
 mod robust;
 mod schema;
 mod stored;
+mod waypoints;

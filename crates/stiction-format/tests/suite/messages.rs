@@ -126,3 +126,27 @@ fn coloured_messages_differ_only_in_colour() {
     plain.push_str(rest);
     assert_eq!(plain, diagnostics.render(false));
 }
+
+/// Slips of units that are plausible as text: each is named, and nothing else is.
+#[test]
+fn slips_of_units_are_named() {
+    let five_bar = stiction_format::gallery::get("five-bar").unwrap();
+    for (wrong, right, says) in [
+        ("mu = 12", "mu = 0.08", "the friction coefficient 12 of joint `left_elbow`"),
+        ("mass = \"800 kg\"", "mass = \"0.5 kg\"", "is its mass in g?"),
+        (
+            "[100, 100, 100]",
+            "[\"1e-4 kg m^2\", \"1e-4 kg m^2\", \"1e-4 kg m^2\"]",
+            "are its units right?",
+        ),
+        ("[0, -9810, 0]", "[0, \"-9.81 m/s^2\", 0]", "gravity is 9810 m/s^2"),
+        ("60 mm*sin(180*t)", "60 mm*sin(4*pi*t)", "180 rad/s"),
+    ] {
+        assert!(five_bar.contains(right), "{right}");
+        let text = five_bar.replacen(right, wrong, 1);
+        let model = read(&Source::new("five-bar.toml", text), &|_| Err(String::new()));
+        let warnings = model.unwrap().warnings;
+        assert_eq!(warnings.len(), 1, "{wrong}: {warnings}");
+        assert!(warnings.to_string().contains(says), "{wrong}: {warnings}");
+    }
+}

@@ -1,7 +1,7 @@
 //! Breakaway results as JSON.
 
 use super::Findings;
-use crate::inverse::Job;
+use crate::Job;
 use crate::names::Names;
 use serde_json::{Map, Value, json};
 use stiction_core::dynamics::{Bounds, Breakaway, Holding, Verdict};

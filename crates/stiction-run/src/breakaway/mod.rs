@@ -3,11 +3,10 @@
 mod json;
 mod terminal;
 
-use crate::inverse::{Error, Job};
 use crate::power_off::{self, PowerOff, actuators_of};
-use stiction_core::dynamics::{Forces, FrictionMode, InverseDynamics, Rest, Settings};
+use crate::{Error, Follower, Job, SinkError};
+use stiction_core::dynamics::{Forces, FrictionMode, InverseError, Rest, Settings};
 use stiction_core::mechanism::Motor;
-use thiserror::Error;
 
 pub use terminal::write_report;
 
@@ -28,55 +27,57 @@ pub struct Findings {
     motors: Vec<(Motor, PowerOff)>,
 }
 
-/// Error of a breakaway computation.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum BreakawayError {
-    /// The instant is outside the motion.
-    #[error("the motion lasts from {start} s to {end} s: there is no position at t = {time:?} s")]
-    NoSuchTime {
-        /// Requested instant, s.
-        time: f64,
-        /// First instant of the motion, s.
-        start: f64,
-        /// Last instant of the motion, s.
-        end: f64,
-    },
-    /// Error while following the motion or computing the forces.
-    #[error(transparent)]
-    Job(#[from] Error),
-}
-
-/// Computes the results of a mechanism at rest at an instant of its motion, s, by default the
-/// first. Friction always acts, independent of the job's friction mode.
+/// Computes the results of a mechanism at rest at each sample of its motion and passes them to
+/// `receive`. Friction always acts, independent of the job's friction mode.
 ///
 /// # Errors
-/// See [`BreakawayError`].
-pub fn look(job: &Job<'_>, time: Option<f64>) -> Result<Findings, BreakawayError> {
+/// See [`enum@Error`].
+pub fn run(
+    job: &Job<'_>,
+    mut receive: impl FnMut(&Findings) -> Result<(), SinkError>,
+) -> Result<(), Error> {
+    let instants = job.instants()?;
+    let mut follower = job.assemble(instants.at(0))?;
+    for time in instants.iter() {
+        follower.go_to(time)?;
+        receive(&rest_at(job, &mut follower)?).map_err(Error::Receiver)?;
+    }
+    Ok(())
+}
+
+/// Computes the results of a mechanism at rest at one instant of its motion, s, by default the
+/// first.
+///
+/// # Errors
+/// See [`enum@Error`].
+pub fn look(job: &Job<'_>, time: Option<f64>) -> Result<Findings, Error> {
     let motion = job.motion;
     let (start, end) = (motion.start, motion.start + motion.duration);
     let time = time.unwrap_or(start);
     // The last instant may differ by rounding.
     let slack = 1e-9 * motion.duration;
     if !(start - slack..=end + slack).contains(&time) {
-        return Err(BreakawayError::NoSuchTime { time, start, end });
+        return Err(Error::NoSuchTime { time, start, end });
     }
     let time = time.clamp(start, end);
-    let instants = job.instants().map_err(Error::Instants)?;
-    let mut solver = job.assemble(instants.at(0))?;
-    let mut before = instants.at(0);
+    let instants = job.instants()?;
+    let mut follower = job.assemble(instants.at(0))?;
     for next in instants.iter().skip(1).take_while(|t| *t < time).chain([time]) {
-        job.follow(&mut solver, before, next)?;
-        before = next;
+        follower.go_to(next)?;
     }
+    rest_at(job, &mut follower)
+}
+
+/// Results of a mechanism at rest where it is.
+fn rest_at(job: &Job<'_>, follower: &mut Follower<'_>) -> Result<Findings, Error> {
+    let (time, solver) = (follower.time(), &mut follower.solver);
     *solver.settings_mut() = Settings { friction: FrictionMode::Converged, ..Settings::default() };
     let mut loads = Vec::new();
     job.loads_at_rest(time, &mut loads)?;
-    let rest = solver.rest(&loads).map_err(|error| Error::Forces { time, error })?;
-    Ok(findings(&solver, time, rest))
-}
-
-fn findings(solver: &InverseDynamics, time: f64, rest: Rest) -> Findings {
+    let rest = solver.rest(&loads).map_err(|error| match error {
+        InverseError::Unsettled => Error::NoStaticFriction { time },
+        error => Error::Forces { time, error },
+    })?;
     let statics = solver.statics();
     let loads = solver.determined_loads(&statics);
     let (forces, trains) = (solver.forces(), solver.mechanism().drive_trains());
@@ -85,12 +86,12 @@ fn findings(solver: &InverseDynamics, time: f64, rest: Rest) -> Findings {
     let motors = trains.iter().zip(&actuators).map(|(train, &actuator)| {
         train.motor(forces.efforts[actuator], forces.effort_bounds[actuator], None, 0.0)
     });
-    Findings {
+    Ok(Findings {
         motors: motors.zip(power_off).collect(),
         time,
         forces: solver.forces().clone(),
         rest,
         undetermined_loads: (0..loads.len()).filter(|&interface| !loads[interface]).collect(),
         redundant_actuators: statics.determined_drives().contains(&false),
-    }
+    })
 }

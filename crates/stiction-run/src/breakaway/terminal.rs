@@ -1,9 +1,8 @@
 //! Breakaway results for the terminal.
 
 use super::Findings;
-use crate::inverse::Job;
 use crate::names::{Names, width};
-use crate::power_off;
+use crate::{Job, power_off};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::{Bounds, Holding, Verdict};
 use stiction_core::mechanism::DriveTrain;

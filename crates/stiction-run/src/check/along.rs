@@ -1,6 +1,8 @@
 //! Closest approaches of a motion to singular poses, located between samples.
 
-use crate::inverse::{Error, Job, SINGULAR};
+use crate::Error;
+use crate::follower::Follower;
+use crate::inverse::SINGULAR;
 use std::fmt::Write as _;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mobility::{Mobility, blocked_motions};
@@ -74,16 +76,14 @@ const CROSSED: f64 = 1e-7;
 const STEPS: usize = 60;
 
 /// State of the motion at a sample.
-struct Sample {
-    time: f64,
-    solver: InverseDynamics,
+struct Sample<'a> {
+    follower: Follower<'a>,
     distances: [Option<f64>; 3],
 }
 
 /// Location of a least index.
-struct Found {
-    time: f64,
-    solver: InverseDynamics,
+struct Found<'a> {
+    follower: Follower<'a>,
     distance: f64,
     /// Time at which the index vanishes, s.
     passage: f64,
@@ -91,12 +91,11 @@ struct Found {
 
 /// Tracks the singularity indices along a motion.
 pub(super) struct Watch<'a> {
-    job: &'a Job<'a>,
     /// Finite mobility intended by the design, local rotations included.
     mobility: usize,
     spins: usize,
-    last: Option<Sample>,
-    before_last: Option<Sample>,
+    last: Option<Sample<'a>>,
+    before_last: Option<Sample<'a>>,
     found: [Option<Nearness>; 3],
     /// Mechanism at the closest approach of each kind.
     nearest: [Option<InverseDynamics>; 3],
@@ -104,9 +103,8 @@ pub(super) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    pub(super) fn new(job: &'a Job<'a>, mobility: usize, spins: usize) -> Self {
+    pub(super) fn new(mobility: usize, spins: usize) -> Self {
         Self {
-            job,
             mobility,
             spins,
             last: None,
@@ -119,19 +117,19 @@ impl<'a> Watch<'a> {
 
     /// Adds a sample; `passed` is true if the determinant of the actuation changed sign since the
     /// last sample. Returns true if rounding does not explain the change.
-    pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64, passed: bool) -> bool {
-        let statics = solver.statics();
+    pub(super) fn look(&mut self, follower: &Follower<'a>, passed: bool) -> bool {
+        let statics = follower.solver.statics();
         let distances = Kind::ALL.map(|kind| self.distance(&statics, kind));
-        let now = Sample { time, solver: solver.clone(), distances };
+        let now = Sample { follower: follower.clone(), distances };
         for (k, kind) in Kind::ALL.into_iter().enumerate() {
             let Some(distance) = distances[k] else { continue };
-            self.add(kind, time, distance, solver);
+            self.add(kind, follower.time(), distance, &follower.solver);
             if let Some(found) = &mut self.found[k] {
                 found.singular_samples += usize::from(distance < SINGULAR);
             }
             self.look_back(kind, &now);
         }
-        let is_regular = |sample: &Sample| sample.distances[0].is_some_and(|d| d >= SINGULAR);
+        let is_regular = |sample: &Sample<'_>| sample.distances[0].is_some_and(|d| d >= SINGULAR);
         // At singular poses only rounding determines the sign of the determinant.
         let passed = passed && is_regular(&now) && self.last.as_ref().is_some_and(is_regular);
         if passed {
@@ -155,7 +153,7 @@ impl<'a> Watch<'a> {
     }
 
     /// Examines a possible minimum between the last samples.
-    fn look_back(&mut self, kind: Kind, now: &Sample) {
+    fn look_back(&mut self, kind: Kind, now: &Sample<'a>) {
         let k = kind as usize;
         let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
         let distances = [before, last, now].map(|sample| sample.distances[k]);
@@ -167,7 +165,8 @@ impl<'a> Watch<'a> {
             // A single singular sample is a passage; in a sequence of them the motion stays
             // singular.
             if before_it >= SINGULAR {
-                let (time, weakness) = (last.time, self.weakness(&last.solver, kind));
+                let (time, weakness) =
+                    (last.follower.time(), self.weakness(&last.follower.solver, kind));
                 self.cross(kind, time, 0.0, weakness);
             }
             return;
@@ -183,41 +182,42 @@ impl<'a> Watch<'a> {
             return;
         }
         self.refined[k] += 1;
-        let apart = 1e-3 * (now.time - before.time);
-        let Some(found) = self.search(kind, before, now.time) else { return };
-        let Found { time, solver, distance, passage } = found;
-        self.add(kind, time, distance, &solver);
+        let (from, to) = (&before.follower, now.follower.time());
+        let apart = 1e-3 * (to - from.time());
+        let Some(found) = self.search(kind, from, to) else { return };
+        let Found { follower, distance, passage } = found;
+        self.add(kind, follower.time(), distance, &follower.solver);
         // If all poses are nearly singular, a minimum is not a passage.
         if distance < CROSSED && distance < 1e-3 * before_it.max(after_it) {
-            let weakness = self.weakness(&solver, kind);
+            let weakness = self.weakness(&follower.solver, kind);
             self.cross(kind, passage, apart, weakness);
         }
     }
 
     /// Locates a passage between the last two samples by bisection of the sign of the determinant,
     /// which is reliable even if the index cannot be followed to zero.
-    fn pass(&mut self, now: &Sample) {
-        let Some(last) = &self.last else { return };
+    fn pass(&mut self, now: &Sample<'a>) {
+        let Some(Sample { follower: last, .. }) = &self.last else { return };
         let mut at_last = last.solver.clone();
         let Some(side) = at_last.side() else { return };
-        let (mut low, mut high) = (last.time, now.time);
-        let mut nearest = now.solver.clone();
+        let (mut low, mut high) = (last.time(), now.follower.time());
+        let mut nearest = now.follower.solver.clone();
         for _ in 0..STEPS {
             let middle = 0.5 * (low + high);
-            let mut solver = last.solver.clone();
+            let mut follower = last.clone();
             if middle <= low || middle >= high {
                 break;
             }
             // At the singular pose the motion may be undetermined.
-            let Ok(()) = self.job.follow(&mut solver, last.time, middle) else { break };
-            match solver.side() {
+            let Ok(()) = follower.go_to(middle) else { break };
+            match follower.solver.side() {
                 Some(here) if here == side => low = middle,
                 Some(_) => high = middle,
                 None => break,
             }
-            nearest = solver;
+            nearest = follower.solver;
         }
-        let apart = 1e-3 * (now.time - last.time);
+        let apart = 1e-3 * (now.follower.time() - last.time());
         let time = 0.5 * (low + high);
         let weakness = self.weakness(&nearest, Kind::Actuation);
         if let Some(distance) = self.distance(&nearest.statics(), Kind::Actuation) {
@@ -253,15 +253,15 @@ impl<'a> Watch<'a> {
     }
 
     /// Time of the least index between a sample and `to`, s, by golden section search.
-    fn search(&self, kind: Kind, from: &Sample, to: f64) -> Option<Found> {
-        let at = |time: f64| -> Option<(f64, InverseDynamics, f64)> {
-            let mut solver = from.solver.clone();
-            self.job.follow(&mut solver, from.time, time).ok()?;
-            let distance = self.distance(&solver.statics(), kind)?;
-            Some((time, solver, distance))
+    fn search(&self, kind: Kind, from: &Follower<'a>, to: f64) -> Option<Found<'a>> {
+        let at = |time: f64| -> Option<(f64, Follower<'a>, f64)> {
+            let mut follower = from.clone();
+            follower.go_to(time).ok()?;
+            let distance = self.distance(&follower.solver.statics(), kind)?;
+            Some((time, follower, distance))
         };
         let golden = (5f64.sqrt() - 1.0) / 2.0;
-        let (mut low, mut high) = (from.time, to);
+        let (mut low, mut high) = (from.time(), to);
         let mut left = at(high - golden * (high - low))?;
         let mut right = at(low + golden * (high - low))?;
         for _ in 0..STEPS {
@@ -290,8 +290,8 @@ impl<'a> Watch<'a> {
         let both = left.2 + right.2;
         let passage =
             if both > 0.0 { (left.0 * right.2 + right.0 * left.2) / both } else { left.0 };
-        let (time, solver, distance) = if left.2 < right.2 { left } else { right };
-        Some(Found { time, solver, distance, passage })
+        let (_, follower, distance) = if left.2 < right.2 { left } else { right };
+        Some(Found { follower, distance, passage })
     }
 
     fn distance(&self, statics: &Statics, kind: Kind) -> Option<f64> {
@@ -351,20 +351,16 @@ impl<'a> Watch<'a> {
 }
 
 /// Remaining motions of the body with most joints while a leg is singular.
-pub(super) fn left_at(
-    job: &Job<'_>,
-    start: &InverseDynamics,
-    from: f64,
-    time: f64,
-) -> Result<Option<String>, Error> {
-    let mut solver = start.clone();
-    job.follow(&mut solver, from, time)?;
+pub(super) fn left_at(start: &Follower<'_>, time: f64) -> Result<Option<String>, Error> {
+    let mut follower = start.clone();
+    follower.go_to(time)?;
+    let solver = &follower.solver;
     let mechanism = solver.mechanism();
     let joints = |name: &str| {
         let of = |id: usize| mechanism.bodies()[id].name == name;
         mechanism.joints().iter().filter(|j| of(j.predecessor.0) || of(j.successor.0)).count()
     };
-    let bodies = Mobility::of(&solver).bodies;
+    let bodies = Mobility::of(solver).bodies;
     let hub = bodies.into_iter().max_by_key(|body| joints(&body.body));
     Ok(hub.map(|hub| {
         let motions = hub.motions.iter().chain(&hub.first_order_only).cloned();

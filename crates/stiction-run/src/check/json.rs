@@ -1,7 +1,7 @@
 //! Results of a check as JSON.
 
 use super::{Findings, Kind, Nearness, Range, Weakness};
-use crate::inverse::Job;
+use crate::Job;
 use serde_json::{Value, json};
 use stiction_core::mobility::GenericRank;
 

@@ -13,11 +13,13 @@ pub use page::{Page, draw_page};
 pub use report::write_report;
 pub use sizes::{BodyMass, Range, Sizes};
 
+use crate::error::check_finite;
+use crate::inverse::Phase;
 use crate::inverse::sides::Sides;
 use crate::inverse::verdict::idle_spins;
-use crate::inverse::{Error, Job, Phase};
 use crate::statistics::Least;
 use crate::undetermined::open_components;
+use crate::{Error, Job};
 use along::Watch;
 use sizes::Measuring;
 use stiction_core::mobility::{Architecture, Mobility, Play, governance};
@@ -140,29 +142,30 @@ fn examine_motion(
 ) -> Result<Findings, Error> {
     let instants = job.instants()?;
     let (count, start) = (instants.count(), instants.at(0));
-    let first = job.assemble(start)?;
+    let at_start = job.assemble(start)?;
+    let first = &at_start.solver;
     let mechanism = &job.model.mechanism;
-    let mobility = Mobility::of(&first);
-    let architecture = Architecture::of(&first);
-    let spins = idle_spins(&first);
+    let mobility = Mobility::of(first);
+    let architecture = Architecture::of(first);
+    let spins = idle_spins(first);
     let name = |joint: usize| mechanism.joints()[joint].name.clone();
     let self_stresses = Constraints::new(&first.statics()).self_stresses();
     let partly_blocked = mobility.finite.traced < mobility.instantaneous;
 
-    let mut solver = first.clone();
     let mut determined = vec![[true; 6]; mechanism.joints().len()];
-    let mut watch = Watch::new(job, meant(&mobility, &architecture), spins.len());
-    let mut measuring = Measuring::new(&first);
+    let mut watch = Watch::new(meant(&mobility, &architecture), spins.len());
+    let mut measuring = Measuring::new(first);
     let mut governed: Option<(Least, f64)> = None;
     let mut drives_unique = true;
     let mut passed = Vec::new();
-    let (mut before, mut sides) = (start, Sides::default());
+    let (mut follower, mut sides) = (at_start.clone(), Sides::default());
     for (k, time) in instants.iter().enumerate() {
-        job.follow(&mut solver, before, time)?;
-        let passage = sides.look(&mut solver, time);
-        if watch.look(&solver, time, passage.is_some()) {
+        follower.go_to(time)?;
+        let passage = sides.look(&mut follower.solver, time);
+        if watch.look(&follower, passage.is_some()) {
             passed.extend(passage);
         }
+        let solver = &follower.solver;
         let statics = solver.statics();
         for (all, now) in determined.iter_mut().zip(statics.determined_reactions()) {
             all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
@@ -171,19 +174,18 @@ fn examine_motion(
         // At a branch point the finite motions differ from those that second-order conditions
         // allow.
         let governable = partly_blocked && !mobility.branches_meet;
-        if let Some(value) = governable.then(|| governance(&solver)).flatten() {
+        if let Some(value) = governable.then(|| governance(solver)).flatten() {
             let (least, greatest) = governed.get_or_insert((Least::default(), value));
             least.add(time, value);
             *greatest = greatest.max(value);
         }
-        measuring.look(&solver);
-        before = time;
+        measuring.look(solver);
         if !progress(Phase::Motion, k + 1, count) {
             return Err(Error::Interrupted);
         }
     }
     // The search between samples may fail to read a recording.
-    job.check_motion(before)?;
+    check_finite(job.motion.signals(), follower.time())?;
     let undetermined = determined
         .iter()
         .enumerate()
@@ -193,7 +195,7 @@ fn examine_motion(
     let [actuation, constraint, mut leg] = watch.finish();
     if let Some(leg) = &mut leg {
         for (time, weakness) in &mut leg.crossings {
-            weakness.left = along::left_at(job, &first, start, *time)?;
+            weakness.left = along::left_at(&at_start, *time)?;
         }
     }
     // A motion has at least one sample.

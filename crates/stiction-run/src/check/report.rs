@@ -1,7 +1,7 @@
 //! Results of a check for the terminal.
 
 use super::{Findings, Kind, Nearness, Range, words};
-use crate::inverse::Job;
+use crate::Job;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
 use stiction_core::spatial::Vec3;

@@ -1,7 +1,7 @@
 //! Warnings of a check.
 
 use super::{Findings, Kind};
-use crate::inverse::Job;
+use crate::Job;
 use stiction_draw::numbers::number;
 
 /// Singularity index below which forces reach a hundred times the load and more.

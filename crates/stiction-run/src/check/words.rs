@@ -2,7 +2,7 @@
 
 use super::json::CLEARANCE;
 use super::{Findings, Kind, Weakness};
-use crate::inverse::Job;
+use crate::Job;
 use stiction_core::mobility::{Architecture, GenericRank};
 use stiction_draw::numbers::number;
 

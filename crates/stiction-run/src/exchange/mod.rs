@@ -8,7 +8,7 @@ pub use json::{json, json_text};
 pub use mjcf::{Mjcf, Unfit, mjcf};
 pub use model_file::{Instant, Unwritable, model_file};
 
-use crate::inverse::{Error, Job};
+use crate::{Error, Job};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{JointId, Mechanism};
@@ -39,7 +39,7 @@ impl<'a> Home<'a> {
     /// # Errors
     /// The loops cannot be closed there, or the motion has no value.
     pub fn of(job: &Job<'a>) -> Result<Self, Error> {
-        let solver = job.assemble(job.motion.start)?;
+        let solver = job.assemble(job.motion.start)?.solver;
         let origin = solver.parameters().origin;
         let bodies = solver.bodies();
         let in_world = |pose: &Pose<f64>| Pose { position: pose.position + origin, ..*pose };

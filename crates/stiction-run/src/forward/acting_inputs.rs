@@ -1,11 +1,11 @@
 //! Inputs of a simulation: loads, actuator efforts, controllers and prescribed motions.
 
 use super::controller::{Controller, Told};
-use super::error::Error;
 use super::guide::Guide;
 use super::job::{Feed, Job};
 use super::motors::Motors;
 use super::reference::{Wanted, own_course};
+use crate::error::Error;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Forward, Inputs, View};
 use stiction_core::kinematics::{Bodies, State, Target};
@@ -271,8 +271,7 @@ impl Inputs for Acting<'_> {
 
     fn steady_until(&self, time: f64) -> f64 {
         let constant = |signal: &Signal| signal.is_constant();
-        let wrenches = &self.job.load.wrenches;
-        let loads = wrenches.iter().all(|w| w.force.iter().chain(&w.moment).all(constant));
+        let loads = self.job.load.signals().all(constant);
         let efforts = match (self.job.drives, self.period) {
             // Efforts are held between samples, and each interval ends at a sample.
             (_, Some(_)) => true,
@@ -285,8 +284,6 @@ impl Inputs for Acting<'_> {
     }
 
     fn seen_until(&self, time: f64) -> f64 {
-        let wrenches = &self.job.load.wrenches;
-        let loads = wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
         let efforts: &[(usize, Signal)] = match (self.job.drives, self.period) {
             (Feed::Given(drives), None) => &drives.efforts,
             // Efforts are held between samples.
@@ -297,10 +294,11 @@ impl Inputs for Acting<'_> {
             Way::Guide(_) | Way::Stays(_) => None,
         });
         let motion = self.leader.as_ref().and(self.job.motion);
-        let whole = motion.iter().flat_map(|motion| &motion.coordinates);
+        let whole = motion.iter().flat_map(|motion| motion.signals());
+        let loads = self.job.load.signals();
         loads
             .chain(efforts.iter().map(|(_, signal)| signal))
-            .chain(whole.map(|(_, signal)| signal))
+            .chain(whole)
             .chain(own)
             .map(|signal| signal.resolved_until(time))
             .fold(f64::INFINITY, f64::min)

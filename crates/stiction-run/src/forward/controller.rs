@@ -1,8 +1,8 @@
 //! Sampled controllers.
 
-use super::error::Error;
 use super::job::Job;
 use super::motors::Motors;
+use crate::error::Error;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};

@@ -4,6 +4,7 @@ use super::job::Job;
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
 use crate::by_leg::ByLeg;
+use crate::{Sink, SinkError};
 use stiction_core::forward::{Event, EventKind};
 use stiction_draw::figure::{Figure, Panel, Trace};
 
@@ -29,7 +30,8 @@ const PANELS: usize = 9;
 
 impl Curves {
     /// Empty curves for `count` samples.
-    pub fn new(job: &Job<'_>, layout: &Layout, count: usize) -> Self {
+    pub fn new(job: &Job<'_>, count: usize) -> Self {
+        let layout = Layout::new(job);
         let trace = Trace::new(count);
         let driven = layout.dof_of_actuator.clone();
         let drawn = if driven.is_empty() { (0..layout.dofs.len()).collect() } else { driven };
@@ -45,38 +47,8 @@ impl Curves {
             lost: trace,
             drawn,
             first: None,
-            layout: layout.clone(),
+            layout,
         }
-    }
-
-    /// Adds a sample.
-    pub fn add(&mut self, rows: &Rows) {
-        let time = rows.time;
-        for (trace, &dof) in self.positions.iter_mut().zip(&self.drawn) {
-            trace.push(time, self.layout.motion_in(&rows.forward, dof)[0]);
-        }
-        for actuator in 0..self.drives.len() {
-            let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
-            self.drives[actuator].push(time, drive);
-            if let Some(wanted) = wanted {
-                let dof = self.layout.dof_of_actuator[actuator];
-                let position = self.layout.motion_in(&rows.forward, dof)[0];
-                self.wanted[actuator].push(time, wanted);
-                self.errors[actuator].push(time, 1e3 * (position - wanted));
-            }
-        }
-        self.friction.add(time, rows.friction.chunks_exact(6).map(|row| row[2]));
-        let energy = &rows.energy;
-        let drives = self.drives.len();
-        let first = *self.first.get_or_insert((energy[0], energy[1]));
-        let work: f64 = energy[2..2 + drives].iter().sum();
-        let dissipated: f64 = energy[3 + drives..energy.len() - 2].iter().sum();
-        let parts =
-            [energy[0] - first.0, energy[1] - first.1, work, energy[2 + drives], dissipated];
-        for (trace, value) in self.energy.iter_mut().zip(parts) {
-            trace.push(time, value);
-        }
-        self.lost.push(time, energy[energy.len() - 2]);
     }
 
     /// Figures with the names of their files.
@@ -145,6 +117,38 @@ impl Curves {
         let title = format!("Energy balance: {}", self.title);
         figures.push(("energy", Figure { title, x_label, panels }));
         figures
+    }
+}
+
+impl Sink<Rows> for Curves {
+    fn add(&mut self, rows: &Rows) -> Result<(), SinkError> {
+        let time = rows.time;
+        for (trace, &dof) in self.positions.iter_mut().zip(&self.drawn) {
+            trace.push(time, self.layout.motion_in(&rows.forward, dof)[0]);
+        }
+        for actuator in 0..self.drives.len() {
+            let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
+            self.drives[actuator].push(time, drive);
+            if let Some(wanted) = wanted {
+                let dof = self.layout.dof_of_actuator[actuator];
+                let position = self.layout.motion_in(&rows.forward, dof)[0];
+                self.wanted[actuator].push(time, wanted);
+                self.errors[actuator].push(time, 1e3 * (position - wanted));
+            }
+        }
+        self.friction.add(time, rows.friction.chunks_exact(6).map(|row| row[2]));
+        let energy = &rows.energy;
+        let drives = self.drives.len();
+        let first = *self.first.get_or_insert((energy[0], energy[1]));
+        let work: f64 = energy[2..2 + drives].iter().sum();
+        let dissipated: f64 = energy[3 + drives..energy.len() - 2].iter().sum();
+        let parts =
+            [energy[0] - first.0, energy[1] - first.1, work, energy[2 + drives], dissipated];
+        for (trace, value) in self.energy.iter_mut().zip(parts) {
+            trace.push(time, value);
+        }
+        self.lost.push(time, energy[energy.len() - 2]);
+        Ok(())
     }
 }
 

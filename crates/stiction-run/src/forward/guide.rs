@@ -1,20 +1,18 @@
 //! Reference motion of the actuators, and the efforts that it requires.
 
-use super::error::Error;
 use super::job::Job;
-use crate::inverse;
-use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
+use crate::Follower;
+use crate::error::Error;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::Target;
 use stiction_format::Side;
 
-/// Inverse-dynamics solver that follows the motion of a job.
+/// Inverse dynamics along the motion of a simulation.
 #[derive(Clone, Debug)]
 pub(super) struct Guide<'a> {
-    job: inverse::Job<'a>,
-    solver: InverseDynamics,
-    /// Current time, s.
-    time: f64,
+    job: crate::Job<'a>,
+    follower: Follower<'a>,
     loads: Vec<AppliedLoad<f64>>,
 }
 
@@ -23,51 +21,33 @@ impl<'a> Guide<'a> {
     pub(super) fn new(job: &Job<'a>) -> Result<Option<Self>, Error> {
         let Some(motion) = job.motion else { return Ok(None) };
         let friction = if job.friction { FrictionMode::Converged } else { FrictionMode::Off };
-        let job = inverse::Job {
-            model: job.model,
-            motion,
-            motion_name: job.motion_name.clone(),
-            load: job.load,
-            load_name: job.load_name.clone(),
-            friction,
-            step: None,
-            friction_margin: false,
-        };
-        let time = motion.start;
-        let mut solver = job.assemble(time).map_err(Error::Motion)?;
-        solver.settings_mut().friction = friction;
-        Ok(Some(Self { job, solver, time, loads: Vec::new() }))
+        let (load, motion_name) = ((job.load_name.as_str(), job.load), &job.motion_name);
+        let along = crate::Job::new(job.model, (motion_name, motion), load);
+        let job = crate::Job { friction, ..along };
+        let mut follower = job.assemble(motion.start)?;
+        follower.solver.settings_mut().friction = friction;
+        Ok(Some(Self { job, follower, loads: Vec::new() }))
     }
 
     /// Moves the solver to another instant, s.
     pub(super) fn go_to(&mut self, time: f64) -> Result<(), Error> {
-        if time != self.time {
-            self.job.follow(&mut self.solver, self.time, time).map_err(Error::Motion)?;
-            self.time = time;
-        }
-        Ok(())
+        if time == self.follower.time() { Ok(()) } else { self.follower.go_to(time) }
     }
 
     /// Appends the time and the position of the solver.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
-        let position = self.solver.save();
-        numbers.extend([self.time, position.len() as f64]);
-        numbers.extend(position);
+        self.follower.save(numbers);
     }
 
     /// Restores the state written by [`Self::save`] from the start of `numbers` and returns the
     /// rest; `None` if the numbers belong to another motion.
     pub(super) fn restore<'n>(&mut self, numbers: &'n [f64]) -> Option<&'n [f64]> {
-        let (&[time, length], rest) = numbers.split_first_chunk()?;
-        let (position, rest) = rest.split_at_checked(length as usize)?;
-        self.solver.restore(position)?;
-        self.time = time;
-        Some(rest)
+        self.follower.restore(numbers)
     }
 
     /// Writes the motions of the actuators to `out`.
     pub(super) fn actuators(&self, forward: &Forward, out: &mut [Target<f64>]) {
-        let (state, bodies) = (self.solver.state(), self.solver.bodies());
+        let (state, bodies) = (self.follower.solver.state(), self.follower.solver.bodies());
         for (target, (joint, dof)) in out.iter_mut().zip(forward.mechanism().actuators()) {
             *target = forward.joint_motion(state, bodies, joint, dof);
         }
@@ -75,12 +55,11 @@ impl<'a> Guide<'a> {
 
     /// Efforts of the motion with and without friction, N or N m.
     pub(super) fn drives(&mut self) -> Result<(&[f64], &[f64]), Error> {
-        let at = (self.time, Side::After);
-        self.job.loads_of(&self.solver, at, &mut self.loads).map_err(Error::Motion)?;
-        let time = self.time;
-        match self.solver.solve(&self.loads) {
+        let (time, solver) = (self.follower.time(), &mut self.follower.solver);
+        self.job.loads_of(solver, (time, Side::After), &mut self.loads)?;
+        match solver.solve(&self.loads) {
             Ok(forces) => Ok((&forces.efforts, &forces.efforts_frictionless)),
-            Err(error) => Err(Error::Motion(inverse::Error::Forces { time, error })),
+            Err(error) => Err(Error::Forces { time, error }),
         }
     }
 }

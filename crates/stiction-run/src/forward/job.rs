@@ -1,6 +1,6 @@
 //! Description of a simulation.
 
-use super::error::Error;
+use crate::error::Error;
 use stiction_core::forward::{Known, Settings};
 use stiction_core::mechanism::JointId;
 use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion};
@@ -68,6 +68,37 @@ pub enum Start<'a> {
     Known(&'a [Known]),
     /// Home pose of the model, at rest.
     Home,
+}
+
+/// No efforts at all.
+static NO_DRIVES: Drives =
+    Drives { title: String::new(), efforts: Vec::new(), samples: None, interpolation: None };
+
+impl<'a> Job<'a> {
+    /// Describes a simulation from the home pose, at rest, in which only this load and friction act:
+    /// ten seconds, with a sample every 10 ms.
+    pub fn new(model: &'a ModelFile, (load_name, load): (&str, &'a LoadCase)) -> Self {
+        let none = || "none".to_owned();
+        Self {
+            model,
+            motion: None,
+            motion_name: none(),
+            load,
+            load_name: load_name.to_owned(),
+            drives: Feed::Given(&NO_DRIVES),
+            drives_name: none(),
+            control: None,
+            control_name: none(),
+            prescribed: Vec::new(),
+            locked: Vec::new(),
+            start: Start::Home,
+            from: 0.0,
+            until: 10.0,
+            step: 0.01,
+            settings: Settings::default(),
+            friction: true,
+        }
+    }
 }
 
 impl Job<'_> {

@@ -3,7 +3,6 @@
 mod acting_inputs;
 mod checkpoint;
 mod controller;
-mod error;
 mod events;
 mod figures;
 mod guide;
@@ -21,13 +20,12 @@ mod tables;
 mod terminal;
 
 pub use checkpoint::{Figures, Mark, checksum};
-pub use error::Error;
 pub use figures::Curves;
 pub use job::{Feed, Job, Start, arrange};
 pub use outcome::{Ending, Outcome};
 pub use poles::pole;
-pub use rows::{Layout, Rows, Scribe};
+pub use rows::{Recorder, Rows};
 pub use sample::Sample;
 pub use summary::Summary;
-pub use tables::{Tables, read_rows, write_events};
+pub use tables::{Tables, write_events};
 pub use terminal::write_summary;

@@ -1,7 +1,7 @@
 //! Result of a whole simulation.
 
 use super::checkpoint::Mark;
-use super::error::Error;
+use crate::error::Error;
 use stiction_core::forward::Event;
 
 /// End of a simulation.

@@ -1,9 +1,9 @@
 //! Reference motions of actuators, given by signals of their own or by the motion of the whole
 //! mechanism.
 
-use super::error::Error;
 use super::guide::Guide;
 use super::job::{Feed, Job};
+use crate::error::{Error, check_finite};
 use std::f64::consts::TAU;
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Coordinate, Target};
@@ -12,13 +12,13 @@ use stiction_format::{FrictionFeed, Signal};
 /// Reference motions of the actuators that follow the motion.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted<'a> {
-    followers: Vec<Follower<'a>>,
+    followers: Vec<Reference<'a>>,
     guide: Option<Guide<'a>>,
     now: Vec<Target<f64>>,
 }
 
 #[derive(Clone, Debug)]
-struct Follower<'a> {
+struct Reference<'a> {
     actuator: usize,
     turns: bool,
     /// Signal of the actuator itself.
@@ -49,7 +49,7 @@ impl<'a> Wanted<'a> {
             if job.followers()[actuator] {
                 let own = &mechanism.joints()[joint.0].joint_type.dofs()[dof];
                 let start = Target { value: starts[actuator], rate: 0.0, acceleration: 0.0 };
-                followers.push(Follower {
+                followers.push(Reference {
                     actuator,
                     turns: !own.translates(),
                     signal: own_course(job, forward, actuator),
@@ -112,13 +112,11 @@ impl<'a> Wanted<'a> {
     }
 }
 
-impl Follower<'_> {
+impl Reference<'_> {
     fn own(&self, time: f64) -> Result<Option<Target<f64>>, Error> {
         let Some(signal) = self.signal else { return Ok(None) };
-        match signal.fault_at(time) {
-            Some(fault) => Err(Error::Motion(crate::inverse::Error::NotFinite(Box::new(fault)))),
-            None => Ok(Some(signal.at(time))),
-        }
+        check_finite([signal], time)?;
+        Ok(Some(signal.at(time)))
     }
 
     /// Returns, among angles that differ by full turns, the one closest to the last angle

@@ -1,17 +1,19 @@
 //! Rows of the tables of a simulation.
 
+use super::job::Job;
 use super::motors::Motors;
 use super::sample::Sample;
 use crate::bodies::BodyRow;
 use crate::dofs::{Dof, actuated, dofs_of};
 use crate::names::Names;
 use crate::table::{REACTION, columns, header};
+use crate::{Sink, SinkError};
+use std::io;
 use stiction_core::forward::{InterfaceMode, InterfaceSample};
-use stiction_core::mechanism::Mechanism;
 
 /// Columns of the tables of a simulation.
 #[derive(Clone, Debug)]
-pub struct Layout {
+pub(super) struct Layout {
     pub(crate) names: Names,
     pub(crate) dofs: Vec<Dof>,
     /// True for each actuator that follows a motion.
@@ -47,8 +49,9 @@ const INTERFACE: [&str; 6] =
     ["speed [m/s]", "load [N]", "friction [N]", "limit [N]", "power [W]", "sticks"];
 
 impl Layout {
-    /// Columns of a mechanism; `wanted` is true for each actuator that follows a motion.
-    pub fn new(mechanism: &Mechanism, wanted: Vec<bool>) -> Self {
+    /// Columns of a simulation.
+    pub(super) fn new(job: &Job<'_>) -> Self {
+        let mechanism = &job.model.mechanism;
         let dofs = dofs_of(mechanism);
         let dof_of_actuator = actuated(&dofs);
         let signed = mechanism.joints().iter().flat_map(|joint| {
@@ -69,7 +72,7 @@ impl Layout {
         names.interfaces.extend(shafts);
         Self {
             names,
-            wanted,
+            wanted: job.followers(),
             signed,
             motors: Motors::new(mechanism),
             dof_of_actuator,
@@ -145,25 +148,65 @@ fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     }
 }
 
-/// Writer of the rows; samples must arrive in the order of time.
+/// Sink of samples, in the order of time, that hands their rows to other sinks.
 #[derive(Clone, Debug)]
-pub struct Scribe {
+pub struct Recorder<S> {
+    layout: Layout,
     bodies: BodyRow,
+    rows: Rows,
+    /// Receiver of the rows: tables, a summary, curves.
+    pub sink: S,
 }
 
-impl Scribe {
-    /// Creates a writer before the first sample.
-    pub fn new(mechanism: &Mechanism) -> Self {
-        Self { bodies: BodyRow::new(mechanism) }
+impl<S: Sink<Rows>> Recorder<S> {
+    /// Creates a recorder before the first sample.
+    pub fn new(job: &Job<'_>, sink: S) -> Self {
+        let bodies = BodyRow::new(&job.model.mechanism);
+        Self { layout: Layout::new(job), bodies, rows: Rows::default(), sink }
     }
 
-    /// Continues after these rows of an interrupted run.
-    pub fn follow(&mut self, rows: &Rows) {
-        self.bodies.follow(&rows.bodies);
+    /// Rows of the last sample.
+    pub fn last(&self) -> &Rows {
+        &self.rows
     }
 
-    /// Writes the rows of a sample.
-    pub fn write(&mut self, layout: &Layout, sample: &Sample<'_>, rows: &mut Rows) {
+    /// Reads the rows of the tables of an interrupted simulation, in the order of
+    /// [`Tables::FILES`](super::Tables::FILES), and hands them on before those of further samples.
+    ///
+    /// # Errors
+    /// The tables do not have `count` rows of this simulation; or the error of the sink.
+    pub fn read(&mut self, files: [&mut dyn io::Read; 6], count: usize) -> Result<(), SinkError> {
+        let mut readers = Vec::new();
+        for (file, header) in files.into_iter().zip(self.layout.headers()) {
+            let mut reader = csv::Reader::from_reader(file);
+            if reader.headers()?.iter().ne(header.iter().map(String::as_str)) {
+                return Err("their columns are others".into());
+            }
+            readers.push(reader.into_records());
+        }
+        for _ in 0..count {
+            let Rows { time, forward, reactions, friction, bodies, energy } = &mut self.rows;
+            // The table of the motion repeats other tables.
+            let mut motion = Vec::new();
+            let rows = [forward, reactions, friction, bodies, energy, &mut motion];
+            for (reader, row) in readers.iter_mut().zip(rows) {
+                let record = reader.next().ok_or("rows are missing")??;
+                *row = record.iter().map(str::parse).collect::<Result<Vec<f64>, _>>()?;
+                if row.is_empty() {
+                    return Err("a row is empty".into());
+                }
+                *time = row.remove(0);
+            }
+            self.bodies.follow(&self.rows.bodies);
+            self.sink.add(&self.rows)?;
+        }
+        Ok(())
+    }
+}
+
+impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
+    fn add(&mut self, sample: &Sample<'_>) -> Result<(), SinkError> {
+        let Self { layout, rows, .. } = self;
         let now = sample.instant;
         rows.time = now.time;
 
@@ -214,5 +257,6 @@ impl Scribe {
         row.extend([energies.loads, energies.dampers]);
         row.extend_from_slice(&energies.interfaces);
         row.extend([sample.energy_error, energies.turnover]);
+        self.sink.add(rows)
     }
 }

@@ -3,12 +3,12 @@
 use super::acting_inputs::{Acting, prescribed};
 use super::checkpoint::{Figures, Mark};
 use super::controller::by_actuators;
-use super::error::Error;
 use super::job::{Feed, Job};
 use super::outcome::{Ending, Outcome};
 use super::sample::Sample;
 use super::start;
 use crate::dofs::dofs_of;
+use crate::error::{Error, SinkError, check_finite};
 use crate::{Instants, InstantsError};
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Checkpoint, Event, Forward};
@@ -26,27 +26,24 @@ impl Job<'_> {
         Instants::up_to(self.from, self.until, self.step)
     }
 
-    /// Runs the simulation. Passes each sample to `receive`, and to `progress` the number of
-    /// completed samples, their total and a function that creates a checkpoint. Polls `stopped` for
-    /// the user's request to stop. With `mark` the simulation resumes after the last sample of that
-    /// checkpoint.
+    /// Runs the simulation. Passes each sample to `receive`, with a function that creates a
+    /// checkpoint after it. Polls `stopped` for the user's request to stop. With `mark` the
+    /// simulation resumes after the last sample of that checkpoint.
     ///
     /// # Errors
     /// The simulation fails before its first sample. Later failures are in [`Outcome::ending`].
     pub fn run(
         &self,
-        mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
-        mut progress: impl FnMut(usize, usize, &dyn Fn() -> Mark) -> Result<(), String>,
+        mut receive: impl FnMut(&Sample<'_>, &dyn Fn() -> Mark) -> Result<(), SinkError>,
         stopped: &dyn Fn() -> bool,
         mark: Option<&Mark>,
     ) -> Result<Outcome, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
             let job = Job { model: &model, load: &load, ..self.clone() };
-            return job.run(receive, progress, stopped, mark);
+            return job.run(receive, stopped, mark);
         }
         let instants = self.instants()?;
-        let count = instants.count();
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
         let state = start::state(self, &forward)?;
         let mut acting = Acting::new(self, &forward, &state, stopped)?;
@@ -136,7 +133,6 @@ impl Job<'_> {
             };
             figures.redundant = figures.redundant.max(now.redundant);
             figures.open_drives = figures.open_drives.max(now.open_drives);
-            receive(&sample).map_err(Error::Receiver)?;
             done += 1;
             last = time;
             let bare = || Mark {
@@ -150,7 +146,7 @@ impl Job<'_> {
                 let events = before.iter().chain(simulation.events()).cloned().collect();
                 Mark { events, ..bare() }
             };
-            progress(done, count, &make).map_err(Error::Receiver)?;
+            receive(&sample, &make).map_err(Error::Receiver)?;
             kept = Some((bare(), before.len() + simulation.events().len()));
         }
         let mut events: Vec<Event> = before.iter().chain(simulation.events()).cloned().collect();
@@ -180,23 +176,15 @@ impl Job<'_> {
             Feed::Given(drives) => &drives.efforts,
             Feed::Inverse => &[],
         };
-        let loads = self.load.wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
-        for signal in drives.iter().map(|(_, signal)| signal).chain(loads) {
-            if let Some(fault) = signal.fault_at(time) {
-                return Err(Error::NotFinite(Box::new(fault)));
-            }
-        }
-        Ok(())
+        let drives = drives.iter().map(|(_, signal)| signal);
+        check_finite(drives.chain(self.load.signals()), time)
     }
 
     /// Finds the cause of an error: an unreadable recording or a signal without a value; else
     /// returns the error.
     fn explain(&self, error: Error, time: f64) -> Error {
-        let mut signals = self.motion.iter().flat_map(|motion| &motion.coordinates);
-        let fault = signals.find_map(|(_, signal)| signal.fault_at(time));
-        match fault {
-            Some(fault) => Error::NotFinite(Box::new(fault)),
-            None => self.check(time).err().unwrap_or(error),
-        }
+        let motion = self.motion.iter().flat_map(|motion| motion.signals());
+        let fault = check_finite(motion, time).and_then(|()| self.check(time));
+        fault.err().unwrap_or(error)
     }
 }

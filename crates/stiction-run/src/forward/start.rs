@@ -1,12 +1,11 @@
 //! Initial states of simulations.
 
-use super::error::Error;
 use super::job::{Job, Start};
+use crate::error::{Error, check_finite};
 use stiction_core::forward::{Forward, ForwardError, Known};
 use stiction_core::kinematics::{AssemblyError, Coordinate, State, Target};
 use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
-use stiction_format::Motion;
 
 /// Initial coordinates and rates of the spanning tree.
 pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Error> {
@@ -23,7 +22,7 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
     }
     let (mut coordinates, mut targets) = (Vec::new(), Vec::new());
     if let Some(motion) = motion {
-        check(motion)?;
+        check_finite(motion.signals(), motion.start)?;
         for ((coordinate, _), target) in motion.coordinates.iter().zip(motion.at(motion.start)) {
             let rate = if moves { target.rate } else { 0.0 };
             coordinates.push(*coordinate);
@@ -82,14 +81,4 @@ fn angular(mut known: Vec<Known>) -> Vec<Known> {
         }
     }
     known
-}
-
-/// Checks that all signals have finite values; others cannot define a start.
-fn check(motion: &Motion) -> Result<(), Error> {
-    for (_, signal) in &motion.coordinates {
-        if let Some(fault) = signal.fault_at(motion.start) {
-            return Err(Error::Motion(crate::inverse::Error::NotFinite(Box::new(fault))));
-        }
-    }
-    Ok(())
 }

@@ -5,6 +5,7 @@ use super::job::Job;
 use super::outcome::{Ending, Outcome};
 use super::rows::{Layout, Rows};
 use crate::statistics::Size;
+use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
 use stiction_core::forward::{Event, EventKind, Settings};
 
@@ -44,11 +45,12 @@ pub(super) struct Sticking {
 
 impl Summary {
     /// Empty summary.
-    pub fn new(layout: &Layout) -> Self {
+    pub fn new(job: &Job<'_>) -> Self {
+        let layout = Layout::new(job);
         let (drives, joints, interfaces) =
             (layout.names.drives.len(), layout.names.joints.len(), layout.names.interfaces.len());
         Self {
-            layout: layout.clone(),
+            layout,
             first: None,
             last: Rows::default(),
             samples: 0,
@@ -60,35 +62,6 @@ impl Summary {
             energy_error: Size::default(),
             energies: Size::default(),
         }
-    }
-
-    /// Adds a sample.
-    pub fn add(&mut self, rows: &Rows) {
-        let time = rows.time;
-        self.first.get_or_insert_with(|| rows.clone());
-        self.last.clone_from(rows);
-        self.samples += 1;
-        for actuator in 0..self.drives.len() {
-            let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
-            self.drives[actuator].add(time, drive);
-            if let Some(wanted) = wanted {
-                let dof = self.layout.dof_of_actuator[actuator];
-                let position = self.layout.motion_in(&rows.forward, dof)[0];
-                self.errors[actuator].add(time, position - wanted);
-            }
-        }
-        let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        for ((force, moment), row) in self.reactions.iter_mut().zip(rows.reactions.chunks_exact(7))
-        {
-            force.add(time, length(&row[..3]));
-            moment.add(time, length(&row[3..6]));
-        }
-        for (load, row) in self.loads.iter_mut().zip(rows.friction.chunks_exact(6)) {
-            load.add(time, row[1]);
-        }
-        self.closure.add(time, rows.forward.last().copied().unwrap_or(0.0));
-        self.energy_error.add(time, rows.energy[rows.energy.len() - 2]);
-        self.energies.add(time, rows.energy[0] + rows.energy[1].abs());
     }
 
     /// Sticking of each friction interface up to the last sample.
@@ -313,6 +286,37 @@ impl Summary {
         ];
         let count = |kind: &str| told.iter().filter(|event| event.what == kind).count();
         Value::Object(kinds.map(|kind| (kind.to_owned(), json!(count(kind)))).into_iter().collect())
+    }
+}
+
+impl Sink<Rows> for Summary {
+    fn add(&mut self, rows: &Rows) -> Result<(), SinkError> {
+        let time = rows.time;
+        self.first.get_or_insert_with(|| rows.clone());
+        self.last.clone_from(rows);
+        self.samples += 1;
+        for actuator in 0..self.drives.len() {
+            let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
+            self.drives[actuator].add(time, drive);
+            if let Some(wanted) = wanted {
+                let dof = self.layout.dof_of_actuator[actuator];
+                let position = self.layout.motion_in(&rows.forward, dof)[0];
+                self.errors[actuator].add(time, position - wanted);
+            }
+        }
+        let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        for ((force, moment), row) in self.reactions.iter_mut().zip(rows.reactions.chunks_exact(7))
+        {
+            force.add(time, length(&row[..3]));
+            moment.add(time, length(&row[3..6]));
+        }
+        for (load, row) in self.loads.iter_mut().zip(rows.friction.chunks_exact(6)) {
+            load.add(time, row[1]);
+        }
+        self.closure.add(time, rows.forward.last().copied().unwrap_or(0.0));
+        self.energy_error.add(time, rows.energy[rows.energy.len() - 2]);
+        self.energies.add(time, rows.energy[0] + rows.energy[1].abs());
+        Ok(())
     }
 }
 

@@ -6,15 +6,15 @@
 //! that they are bitwise independent of the number of threads. If the scout fails or arrives at
 //! another pose, the rest of the motion is followed sample by sample.
 
-use super::error::Error;
-use super::job::Job;
 use crate::Instants;
+use crate::error::{Error, check_finite};
+use crate::follower::Follower;
+use crate::job::Job;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use stiction_core::dynamics::InverseDynamics;
-use stiction_core::kinematics::Target;
 use stiction_core::spatial::Pose;
 
 /// Least and greatest number of samples in a chunk.
@@ -45,12 +45,12 @@ pub(super) trait Work: Sync {
 }
 
 /// A completed chunk.
-struct Done<P> {
+struct Done<'a, P> {
     piece: P,
     /// Poses at the start of the chunk.
     begin: Vec<Pose<f64>>,
-    /// Poses at the first sample of the next chunk; `None` at the end of the motion.
-    end: Option<InverseDynamics>,
+    /// Mechanism at the first sample of the next chunk; `None` at the end of the motion.
+    end: Option<Follower<'a>>,
     /// Error that stopped the chunk.
     error: Option<Error>,
 }
@@ -58,13 +58,13 @@ struct Done<P> {
 /// Evaluates all chunks on this number of threads and passes their results to `receive` in order.
 pub(super) fn carry_out<W: Work>(
     job: &Job<'_>,
-    start: &InverseDynamics,
+    start: &Follower<'_>,
     work: &W,
     threads: usize,
     mut receive: impl FnMut(Range<usize>, W::Piece) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let instants = job.instants()?;
-    let mechanism = start.mechanism();
+    let mechanism = start.solver.mechanism();
     let size = mechanism.bodies().len() + mechanism.joints().len();
     let chunk = (WEIGHT / size.max(1)).clamp(CHUNK.0, CHUNK.1);
     let walk = Walk { job, instants: &instants, work, chunk };
@@ -72,7 +72,7 @@ pub(super) fn carry_out<W: Work>(
     let threads = threads.min(instants.count().div_ceil(chunk));
     let mut collector = Collector { walk, last: None, receive: &mut receive };
     if threads <= 1 {
-        let mut seeds = Seeds::new(job, &instants, start, chunk);
+        let mut seeds = Seeds::new(&instants, start, chunk);
         while let Some((chunk, seed)) = seeds.next() {
             let done = walk.carry(chunk, seed);
             if !collector.take(chunk, done)? {
@@ -81,7 +81,7 @@ pub(super) fn carry_out<W: Work>(
         }
     } else {
         let board = Board::new(threads);
-        let seeds = Mutex::new(Seeds::new(job, &instants, start, chunk));
+        let seeds = Mutex::new(Seeds::new(&instants, start, chunk));
         std::thread::scope(|scope| {
             for _ in 0..threads {
                 scope.spawn(|| {
@@ -126,45 +126,43 @@ impl<W> Clone for Walk<'_, W> {
 
 impl<W> Copy for Walk<'_, W> {}
 
-impl<W: Work> Walk<'_, W> {
+impl<'a, W: Work> Walk<'a, W> {
     fn range(&self, chunk: usize) -> Range<usize> {
         let count = self.instants.count();
         (chunk * self.chunk).min(count)..((chunk + 1) * self.chunk).min(count)
     }
 
     /// Evaluates a chunk from the pose of its first sample.
-    fn carry(&self, chunk: usize, mut solver: InverseDynamics) -> Done<W::Piece> {
+    fn carry(&self, chunk: usize, mut follower: Follower<'a>) -> Done<'a, W::Piece> {
         let range = self.range(chunk);
-        let begin = solver.bodies().pose.clone();
+        let begin = follower.solver.bodies().pose.clone();
         let mut piece = self.work.begin();
-        let walked = self.walk(range, &mut solver, &mut piece);
+        let walked = self.walk(range, &mut follower, &mut piece);
         let (end, error) = match walked {
-            Ok(true) => (Some(solver), None),
+            Ok(true) => (Some(follower), None),
             Ok(false) => (None, None),
             Err(error) => (None, Some(error)),
         };
         Done { piece, begin, end, error }
     }
 
-    /// Evaluates all samples of a range, with the solver at the first, then moves to the first
+    /// Evaluates all samples of a range, with the mechanism at the first, then moves to the first
     /// sample after the range; false if that sample does not exist.
     fn walk(
         &self,
         range: Range<usize>,
-        solver: &mut InverseDynamics,
+        follower: &mut Follower<'a>,
         piece: &mut W::Piece,
     ) -> Result<bool, Error> {
         let count = self.instants.count();
-        let mut time = self.instants.at(range.start);
-        self.job.check_motion(time)?;
+        check_finite(self.job.motion.signals(), self.instants.at(range.start))?;
         for sample in range {
-            self.work.look(piece, solver, sample, time)?;
+            let time = self.instants.at(sample);
+            self.work.look(piece, &mut follower.solver, sample, time)?;
             if sample + 1 == count {
                 return Ok(false);
             }
-            let next = self.instants.at(sample + 1);
-            self.job.follow(solver, time, next)?;
-            time = next;
+            follower.go_to(self.instants.at(sample + 1))?;
         }
         Ok(true)
     }
@@ -173,19 +171,19 @@ impl<W: Work> Walk<'_, W> {
 /// Combines the results of chunks in the order of time.
 struct Collector<'a, 'b, W: Work, R> {
     walk: Walk<'a, W>,
-    /// Index of the first sample after the last chunk, with the solver there.
-    last: Option<(usize, InverseDynamics)>,
+    /// Index of the first sample after the last chunk, with the mechanism there.
+    last: Option<(usize, Follower<'a>)>,
     receive: &'b mut R,
 }
 
-impl<W: Work, R> Collector<'_, '_, W, R>
+impl<'a, W: Work, R> Collector<'a, '_, W, R>
 where
     R: FnMut(Range<usize>, W::Piece) -> Result<(), Error>,
 {
     /// Takes the next chunk; false if it does not start at the end of the previous one.
-    fn take(&mut self, chunk: usize, done: Done<W::Piece>) -> Result<bool, Error> {
+    fn take(&mut self, chunk: usize, done: Done<'a, W::Piece>) -> Result<bool, Error> {
         if let Some((_, arrived)) = &self.last
-            && !is_same(&arrived.bodies().pose, &done.begin)
+            && !is_same(&arrived.solver.bodies().pose, &done.begin)
         {
             return Ok(false);
         }
@@ -200,13 +198,13 @@ where
 
     /// Evaluates the remaining samples one by one.
     fn finish(mut self) -> Result<(), Error> {
-        while let Some((first, mut solver)) = self.last.take() {
+        while let Some((first, mut follower)) = self.last.take() {
             let range = first..(first + self.walk.chunk).min(self.walk.instants.count());
             let mut piece = self.walk.work.begin();
-            let walked = self.walk.walk(range.clone(), &mut solver, &mut piece);
+            let walked = self.walk.walk(range.clone(), &mut follower, &mut piece);
             (self.receive)(range.clone(), piece)?;
             if walked? {
-                self.last = Some((range.end, solver));
+                self.last = Some((range.end, follower));
             }
         }
         Ok(())
@@ -224,10 +222,9 @@ fn is_same(a: &[Pose<f64>], b: &[Pose<f64>]) -> bool {
 
 /// Computes the start poses of chunks in large steps.
 struct Seeds<'a> {
-    job: &'a Job<'a>,
     instants: &'a Instants,
-    /// Current sample and solver; `None` after a failure.
-    solver: Option<InverseDynamics>,
+    /// Mechanism at the current sample; `None` after a failure.
+    scout: Option<Follower<'a>>,
     at: usize,
     /// Index of the next chunk, and number of samples of each.
     next: usize,
@@ -236,45 +233,36 @@ struct Seeds<'a> {
 }
 
 impl<'a> Seeds<'a> {
-    fn new(
-        job: &'a Job<'a>,
-        instants: &'a Instants,
-        start: &InverseDynamics,
-        chunk: usize,
-    ) -> Self {
-        let solver = Some(start.clone());
-        Self { job, instants, solver, at: 0, next: 0, chunk, leap: LEAP }
+    fn new(instants: &'a Instants, start: &Follower<'a>, chunk: usize) -> Self {
+        Self { instants, scout: Some(start.clone()), at: 0, next: 0, chunk, leap: LEAP }
     }
 
-    /// Next chunk and the solver at its first sample.
-    fn next(&mut self) -> Option<(usize, InverseDynamics)> {
+    /// Next chunk and the mechanism at its first sample.
+    fn next(&mut self) -> Option<(usize, Follower<'a>)> {
         let first = self.next * self.chunk;
         if first >= self.instants.count() {
             return None;
         }
-        let mut solver = self.solver.take()?;
+        let mut scout = self.scout.take()?;
         while self.at < first {
-            self.advance(&mut solver, first)?;
+            self.advance(&mut scout, first)?;
         }
         let next = self.next;
         self.next += 1;
-        self.solver = Some(solver.clone());
-        Some((next, solver))
+        self.scout = Some(scout.clone());
+        Some((next, scout))
     }
 
     /// Advances the scout by one step, or halves a step that was too long; `None` if the motion
     /// cannot be followed.
-    fn advance(&mut self, solver: &mut InverseDynamics, first: usize) -> Option<()> {
+    fn advance(&mut self, scout: &mut Follower<'a>, first: usize) -> Option<()> {
         let samples = self.leap.min(first - self.at);
-        let [from, to] = [self.at, self.at + samples].map(|sample| self.instants.at(sample));
+        let to = self.instants.at(self.at + samples);
         if samples == 1 {
-            self.job.follow(solver, from, to).ok()?;
-        } else {
-            let targets: Vec<Target<f64>> = self.job.motion.at(to).collect();
-            if !solver.leap(to - from, &targets) {
-                self.leap = samples / 2;
-                return Some(());
-            }
+            scout.go_to(to).ok()?;
+        } else if !scout.leap_to(to) {
+            self.leap = samples / 2;
+            return Some(());
         }
         self.at += samples;
         self.leap = (2 * self.leap).min(LEAP);
@@ -283,15 +271,15 @@ impl<'a> Seeds<'a> {
 }
 
 /// Exchange of completed chunks between the worker threads and the combining thread.
-struct Board<P> {
-    state: Mutex<State<P>>,
+struct Board<'a, P> {
+    state: Mutex<State<'a, P>>,
     changed: Condvar,
     is_closed: AtomicBool,
     most: usize,
 }
 
-struct State<P> {
-    done: BTreeMap<usize, Done<P>>,
+struct State<'a, P> {
+    done: BTreeMap<usize, Done<'a, P>>,
     /// Number of chunks in progress or waiting.
     under_way: usize,
     workers: usize,
@@ -302,7 +290,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl<P> Board<P> {
+impl<'a, P> Board<'a, P> {
     fn new(workers: usize) -> Self {
         Self {
             state: Mutex::new(State { done: BTreeMap::new(), under_way: 0, workers }),
@@ -323,13 +311,13 @@ impl<P> Board<P> {
         !self.is_closed.load(Ordering::Relaxed)
     }
 
-    fn put(&self, chunk: usize, done: Done<P>) {
+    fn put(&self, chunk: usize, done: Done<'a, P>) {
         lock(&self.state).done.insert(chunk, done);
         self.changed.notify_all();
     }
 
     /// Waits for a chunk; `None` if it cannot arrive any more.
-    fn take(&self, chunk: usize) -> Option<Done<P>> {
+    fn take(&self, chunk: usize) -> Option<Done<'a, P>> {
         let mut state = lock(&self.state);
         loop {
             if let Some(done) = state.done.remove(&chunk) {
@@ -346,9 +334,9 @@ impl<P> Board<P> {
 }
 
 /// Guard that reports the end of a thread.
-struct Leaving<'a, P>(&'a Board<P>);
+struct Leaving<'b, 'a, P>(&'b Board<'a, P>);
 
-impl<P> Drop for Leaving<'_, P> {
+impl<P> Drop for Leaving<'_, '_, P> {
     fn drop(&mut self) {
         lock(&self.0.state).workers -= 1;
         self.0.changed.notify_all();
@@ -356,9 +344,9 @@ impl<P> Drop for Leaving<'_, P> {
 }
 
 /// Guard that stops all threads.
-struct Closing<'a, P>(&'a Board<P>);
+struct Closing<'b, 'a, P>(&'b Board<'a, P>);
 
-impl<P> Drop for Closing<'_, P> {
+impl<P> Drop for Closing<'_, '_, P> {
     fn drop(&mut self) {
         // The lock ensures that no thread starts to wait in between.
         let _state = lock(&self.0.state);

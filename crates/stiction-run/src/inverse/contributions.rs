@@ -1,6 +1,6 @@
 //! Friction contributions to the actuator efforts: ranking and plot.
 
-use super::job::Job;
+use crate::job::Job;
 use crate::names::Names;
 use crate::statistics::Size;
 use serde_json::{Value, json};

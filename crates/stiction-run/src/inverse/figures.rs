@@ -1,12 +1,12 @@
 //! Plots of a run.
 
 use super::contributions::ShareCurves;
-use super::job::Job;
 use super::motor_curves::MotorCurves;
 use super::sample::Sample;
 use crate::by_leg::ByLeg;
+use crate::job::Job;
 use crate::names::Names;
-use crate::sink::Sink;
+use crate::{Sink, SinkError};
 use stiction_core::dynamics::FrictionMode;
 use stiction_draw::figure::{Figure, Panel, Trace};
 
@@ -43,38 +43,6 @@ impl Curves {
             motors: MotorCurves::new(job, count),
             names,
         }
-    }
-
-    /// Adds a sample.
-    pub fn add(&mut self, sample: &Sample<'_>) {
-        let (time, forces) = (sample.time, sample.forces);
-        for (k, [with, without]) in self.drives.iter_mut().enumerate() {
-            with.push(time, forces.efforts[k]);
-            without.push(time, forces.efforts_frictionless[k]);
-        }
-        for (([least, greatest], has_width), &(low, high)) in
-            self.intervals.iter_mut().zip(&forces.effort_bounds)
-        {
-            if low.is_finite() && high.is_finite() {
-                least.push(time, low);
-                greatest.push(time, high);
-                *has_width |= high > low;
-            }
-        }
-        self.friction.add(time, forces.interfaces.iter().map(|interface| interface.friction));
-        self.shares.add(time, sample.shares);
-        self.motors.add(sample.motors);
-        let power = &forces.power;
-        for (trace, value) in self.power.iter_mut().zip([
-            power.actuators,
-            power.loads,
-            power.energy,
-            power.dissipated,
-        ]) {
-            trace.push(time, value);
-        }
-        let relative = if power.turnover > 0.0 { power.residual() / power.turnover } else { 0.0 };
-        self.residual.push(time, relative);
     }
 
     /// Figures with the names of their files.
@@ -131,9 +99,36 @@ impl Curves {
     }
 }
 
-impl Sink<Sample<'_>> for Curves {
-    fn add(&mut self, sample: &Sample<'_>) -> Result<(), String> {
-        self.add(sample);
+impl Sink<Sample> for Curves {
+    fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
+        let (time, forces) = (sample.time, &sample.forces);
+        for (k, [with, without]) in self.drives.iter_mut().enumerate() {
+            with.push(time, forces.efforts[k]);
+            without.push(time, forces.efforts_frictionless[k]);
+        }
+        for (([least, greatest], has_width), &(low, high)) in
+            self.intervals.iter_mut().zip(&forces.effort_bounds)
+        {
+            if low.is_finite() && high.is_finite() {
+                least.push(time, low);
+                greatest.push(time, high);
+                *has_width |= high > low;
+            }
+        }
+        self.friction.add(time, forces.interfaces.iter().map(|interface| interface.friction));
+        self.shares.add(time, &sample.shares);
+        self.motors.add(&sample.motors);
+        let power = &forces.power;
+        for (trace, value) in self.power.iter_mut().zip([
+            power.actuators,
+            power.loads,
+            power.energy,
+            power.dissipated,
+        ]) {
+            trace.push(time, value);
+        }
+        let relative = if power.turnover > 0.0 { power.residual() / power.turnover } else { 0.0 };
+        self.residual.push(time, relative);
         Ok(())
     }
 }

@@ -1,22 +1,20 @@
 //! Combination of the samples in the order of time.
 
 use super::certainty::Certainty;
-use super::error::{Error, Missing};
-use super::job::Job;
 use super::joints::Turns;
 use super::motors::Motors;
 use super::sample::Sample;
 use super::sides::Sides;
 use super::solving::Look;
 use super::verdict::Verdict;
+use crate::error::{Error, Missing, SinkError};
+use crate::job::Job;
 use stiction_core::dynamics::InverseError;
 use stiction_core::mechanism::Mechanism;
-use stiction_core::spatial::Vec3;
 
 /// Results along the motion so far.
 pub(super) struct Gathered<'a> {
     verdict: Verdict,
-    origin: Vec3<f64>,
     sides: Sides,
     turns: Turns<'a>,
     motors: Motors,
@@ -28,12 +26,10 @@ pub(super) struct Gathered<'a> {
 }
 
 impl<'a> Gathered<'a> {
-    /// Creates an empty result; `verdict` holds the results of the motion scan, `origin` is the
-    /// reference point in the world, m.
-    pub(super) fn new(job: &Job<'a>, verdict: Verdict, motors: Motors, origin: Vec3<f64>) -> Self {
+    /// Creates an empty result; `verdict` holds the results of the motion scan.
+    pub(super) fn new(job: &Job<'a>, verdict: Verdict, motors: Motors) -> Self {
         Self {
             verdict,
-            origin,
             sides: Sides::default(),
             turns: Turns::new(job),
             motors,
@@ -49,7 +45,7 @@ impl<'a> Gathered<'a> {
         &mut self,
         mechanism: &Mechanism,
         look: Look,
-        receive: &mut impl FnMut(&Sample<'_>) -> Result<(), String>,
+        receive: &mut impl FnMut(&Sample) -> Result<(), SinkError>,
     ) -> Result<(), Error> {
         let Look { time, found } = look;
         let verdict = &mut self.verdict;
@@ -71,13 +67,14 @@ impl<'a> Gathered<'a> {
                 return Ok(());
             }
         };
-        self.turns.add(time, &mut found.joints);
+        let actuation = found.sample.distances.actuation;
+        self.turns.add(time, &mut found.sample.joints);
         let passage = self.sides.see(found.side, time);
         // At singular poses only rounding determines the sign of the determinant.
-        if self.last_distance != 0.0 && found.distances.actuation > 0.0 {
+        if self.last_distance != 0.0 && actuation > 0.0 {
             verdict.passed_singularities.extend(passage);
         }
-        self.last_distance = found.distances.actuation;
+        self.last_distance = actuation;
         if found.is_singular {
             match &mut verdict.singular {
                 Some(known) => known.samples += 1,
@@ -87,8 +84,9 @@ impl<'a> Gathered<'a> {
         self.certainty.add(mechanism, time, &found.asked);
         verdict.coupling = verdict.coupling.zip(found.asked.coupling).map(|(a, b)| a.max(b));
         verdict.redundancy = verdict.redundancy.max(found.redundancy);
-        let motors = self.motors.evaluate(&found.forces, &found.joints);
-        receive(&found.sample(time, self.origin, motors)).map_err(Error::Receiver)
+        let sample = &mut found.sample;
+        self.motors.evaluate(&sample.forces, &sample.joints, &mut sample.motors);
+        receive(sample).map_err(Error::Receiver)
     }
 
     /// Verdict along the whole motion.

@@ -1,7 +1,7 @@
 //! Motion of the joints along a run.
 
-use super::job::Job;
 use crate::dofs::{Dof, dofs_of};
+use crate::job::Job;
 use core::f64::consts::TAU;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::kinematics::{Coordinate, Target};

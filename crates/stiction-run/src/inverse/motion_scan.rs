@@ -1,8 +1,8 @@
 //! Scan of the motion without forces: feasibility, sliding speeds and mobility.
 
 use super::chunks::Work;
-use super::error::Error;
 use super::uniqueness::is_determined;
+use crate::error::Error;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::parameters::InterfaceParameters;
 use stiction_core::statics::{Constraints, SingularityDistances};

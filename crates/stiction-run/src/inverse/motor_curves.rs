@@ -1,6 +1,6 @@
 //! Torque of each motor over its speed, with the limits of the motor.
 
-use super::job::Job;
+use crate::job::Job;
 use stiction_core::mechanism::{DriveTrain, Motor};
 use stiction_draw::figure::{Figure, Line, Panel};
 

@@ -1,6 +1,6 @@
 //! Summary of the motors along a motion: torque, speed, power, losses, limits.
 
-use super::job::Job;
+use crate::job::Job;
 use crate::names::{Names, width};
 use crate::power_off::{self, PowerOff, actuators_of};
 use crate::statistics::{Integral, Size};

@@ -1,7 +1,7 @@
 //! Motors of the drive trains at each sample.
 
-use super::job::Job;
 use crate::dofs::{actuated, dofs_of};
+use crate::job::Job;
 use crate::power_off::actuators_of;
 use stiction_core::dynamics::{Forces, FrictionMode};
 use stiction_core::kinematics::Target;
@@ -10,7 +10,6 @@ use stiction_core::mechanism::{DriveTrain, Motor};
 /// Evaluation of all drive trains, sample by sample.
 pub(super) struct Motors {
     trains: Vec<Train>,
-    now: Vec<Motor>,
 }
 
 struct Train {
@@ -37,19 +36,23 @@ impl Motors {
             dof: dofs[actuator],
             rest_rate: rest_rates.get(actuator).copied().unwrap_or_default(),
         };
-        Self { trains: trains.map(train).collect(), now: Vec::new() }
+        Self { trains: trains.map(train).collect() }
     }
 
     /// Motors for these forces and this motion of the joints.
-    pub(super) fn evaluate(&mut self, forces: &Forces, joints: &[Target<f64>]) -> &[Motor] {
-        self.now.clear();
-        self.now.extend(self.trains.iter().map(|each| {
+    pub(super) fn evaluate(
+        &self,
+        forces: &Forces,
+        joints: &[Target<f64>],
+        motors: &mut Vec<Motor>,
+    ) {
+        motors.clear();
+        motors.extend(self.trains.iter().map(|each| {
             let motion = &joints[each.dof];
             let rate = Some(motion.rate).filter(|rate| rate.abs() > each.rest_rate);
             let (effort, bounds) =
                 (forces.efforts[each.actuator], forces.effort_bounds[each.actuator]);
             each.train.motor(effort, bounds, rate, motion.acceleration)
         }));
-        &self.now
     }
 }

@@ -1,9 +1,7 @@
 //! Run along a motion: a scan of the motion, then all forces.
 
 use super::chunks;
-use super::error::Error;
 use super::gathered::Gathered;
-use super::job::Job;
 use super::motion_scan::{Following, Pace};
 use super::motors::Motors;
 use super::sample::Sample;
@@ -11,6 +9,8 @@ use super::solving::{Looks, Solving};
 use super::uniqueness::Uniqueness;
 use super::verdict::{Verdict, idle_spins};
 use crate::dofs::dofs_of;
+use crate::error::{Error, SinkError};
+use crate::job::Job;
 use stiction_core::dynamics::Settings;
 
 /// Phase of a run.
@@ -37,7 +37,7 @@ impl Job<'_> {
     /// See [`enum@Error`].
     pub fn run(
         &self,
-        receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
+        receive: impl FnMut(&Sample) -> Result<(), SinkError>,
         progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
         self.run_on(1, receive, progress)
@@ -51,17 +51,17 @@ impl Job<'_> {
     pub fn run_on(
         &self,
         threads: usize,
-        mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
+        mut receive: impl FnMut(&Sample) -> Result<(), SinkError>,
         mut progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
         let instants = self.instants()?;
         let count = instants.count();
-        let mut start = self.assemble(instants.at(0))?;
+        let mut follower = self.assemble(instants.at(0))?;
 
         // The first pass scans the motion.
         let mut pace = Pace::none();
         let following = Following { mobility_at: [0, count / 3, 2 * count / 3] };
-        chunks::carry_out(self, &start, &following, threads, |range, piece: Pace| {
+        chunks::carry_out(self, &follower, &following, threads, |range, piece: Pace| {
             pace.add(piece);
             range.into_iter().try_for_each(|k| go_on(progress(Phase::Motion, k + 1, count)))
         })?;
@@ -69,8 +69,9 @@ impl Job<'_> {
         let rest_speed = (REST * pace.fastest).max(STANDSTILL);
         let rest_of = |fastest: &f64| (REST * fastest).max(STANDSTILL);
         let rest_rates = pace.actuators.iter().map(rest_of).collect();
-        *start.settings_mut() =
+        *follower.solver.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
+        let start = &follower.solver;
         let spins = start.constraints().spins().len();
         let actuators = start.mechanism().actuators().count();
         // Mobility intended by the design: at most the actuated degrees of freedom and the local
@@ -80,7 +81,7 @@ impl Job<'_> {
             samples: count,
             assembly_notes: start.assembly_report().notes(),
             mobility: pace.mobility,
-            idle_spins: idle_spins(&start),
+            idle_spins: idle_spins(start),
             redundancy: 0,
             weighting: start.weighting(),
             rest_speed,
@@ -91,10 +92,9 @@ impl Job<'_> {
             singular: None,
         };
         let dofs = dofs_of(&self.model.mechanism);
-        let solving = Solving { job: self, uniqueness: Uniqueness::new(&start, meant), dofs };
-        let motors = Motors::new(self, rest_rates);
-        let mut gathered = Gathered::new(self, verdict, motors, start.parameters().origin);
-        chunks::carry_out(self, &start, &solving, threads, |range, piece: Looks| {
+        let solving = Solving { job: self, uniqueness: Uniqueness::new(start, meant), dofs };
+        let mut gathered = Gathered::new(self, verdict, Motors::new(self, rest_rates));
+        chunks::carry_out(self, &follower, &solving, threads, |range, piece: Looks| {
             for look in piece.looks {
                 gathered.take(start.mechanism(), look, &mut receive)?;
             }

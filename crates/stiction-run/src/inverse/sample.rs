@@ -7,43 +7,43 @@ use stiction_core::mechanism::Motor;
 use stiction_core::spatial::Vec3;
 use stiction_core::statics::Distances;
 
-/// Record of one sample, borrowed from the run.
-#[derive(Clone, Copy, Debug)]
-pub struct Sample<'a> {
+/// Record of one sample.
+#[derive(Clone, Debug)]
+pub struct Sample {
     /// Time, s.
     pub time: f64,
     /// Efforts, reactions, frictions and powers.
-    pub forces: &'a Forces,
+    pub forces: Forces,
     /// Poses, twists and accelerations of all bodies, in world axes about the reference point.
-    pub bodies: &'a Bodies<f64>,
+    pub bodies: Bodies<f64>,
     /// Reference point in the world, m.
     pub origin: Vec3<f64>,
     /// Coordinates, rates and accelerations of all scalar degrees of freedom of joints, in the order of the
     /// joints, m and rad; angles count full turns.
-    pub joints: &'a [Target<f64>],
+    pub joints: Vec<Target<f64>>,
     /// External loads.
-    pub loads: &'a [AppliedLoad<f64>],
+    pub loads: Vec<AppliedLoad<f64>>,
     /// Largest loop-closure error, m (angles times the characteristic length).
     pub closure: f64,
     /// Singularity indices.
     pub distances: Distances,
     /// True for each component of each joint's reaction (force, then moment) that statics
     /// determines.
-    pub determined_reactions: &'a [[bool; 6]],
+    pub determined_reactions: Vec<[bool; 6]>,
     /// True for each friction interface whose normal load is determined.
-    pub determined_loads: &'a [bool],
+    pub determined_loads: Vec<bool>,
     /// True for each actuator whose effort is determined.
-    pub determined_drives: &'a [bool],
+    pub determined_drives: Vec<bool>,
     /// Coupling of friction and reactions; the solution is unique below one. `None` if unknown.
     pub coupling: Option<f64>,
     /// Factor on all friction coefficients at which the mechanism jams, infinite if it does not;
     /// `None` unless requested.
     pub friction_margin: Option<f64>,
     /// Contribution of each friction interface to each actuator's effort.
-    pub shares: &'a Shares<f64>,
+    pub shares: Shares<f64>,
     /// Power with which the load back-drives each actuator; empty without friction.
-    pub backward: &'a [Backward],
+    pub backward: Vec<Backward>,
     /// Motor and gear of each drive train, in the order of
     /// [`Mechanism::drive_trains`](stiction_core::mechanism::Mechanism::drive_trains).
-    pub motors: &'a [Motor],
+    pub motors: Vec<Motor>,
 }

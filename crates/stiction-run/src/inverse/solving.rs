@@ -2,20 +2,14 @@
 
 use super::certainty::Asked;
 use super::chunks::Work;
-use super::efficiency::{Backward, look_back};
-use super::error::Error;
-use super::job::Job;
+use super::efficiency::look_back;
 use super::joints::joint_motions;
 use super::sample::Sample;
 use super::uniqueness::{Singular, Uniqueness};
 use crate::dofs::Dof;
-use stiction_core::dynamics::{
-    AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Mirror, Shares,
-};
-use stiction_core::kinematics::{Bodies, Target};
-use stiction_core::mechanism::Motor;
-use stiction_core::spatial::Vec3;
-use stiction_core::statics::Distances;
+use crate::error::Error;
+use crate::job::Job;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, InverseError, Mirror};
 use stiction_format::Side;
 
 /// Computes forces and verdicts at each sample.
@@ -43,51 +37,12 @@ pub(super) struct Look {
 
 /// Complete result of a sample with forces.
 pub(super) struct Found {
-    pub(super) forces: Forces,
-    bodies: Bodies<f64>,
-    pub(super) joints: Vec<Target<f64>>,
-    loads: Vec<AppliedLoad<f64>>,
-    closure: f64,
-    pub(super) distances: Distances,
+    pub(super) sample: Sample,
     pub(super) redundancy: usize,
-    determined_reactions: Vec<[bool; 6]>,
-    determined_loads: Vec<bool>,
-    determined_drives: Vec<bool>,
     pub(super) is_singular: bool,
     pub(super) singular: Option<Singular>,
     pub(super) asked: Asked,
-    shares: Shares<f64>,
-    backward: Vec<Backward>,
     pub(super) side: Option<f64>,
-}
-
-impl Found {
-    /// Record passed to the receivers.
-    pub(super) fn sample<'a>(
-        &'a self,
-        time: f64,
-        origin: Vec3<f64>,
-        motors: &'a [Motor],
-    ) -> Sample<'a> {
-        Sample {
-            time,
-            forces: &self.forces,
-            bodies: &self.bodies,
-            origin,
-            joints: &self.joints,
-            loads: &self.loads,
-            closure: self.closure,
-            distances: self.distances,
-            determined_reactions: &self.determined_reactions,
-            determined_loads: &self.determined_loads,
-            determined_drives: &self.determined_drives,
-            coupling: self.asked.coupling,
-            friction_margin: self.asked.locks_at(),
-            shares: &self.shares,
-            backward: &self.backward,
-            motors,
-        }
-    }
 }
 
 impl Work for Solving<'_> {
@@ -150,22 +105,30 @@ impl Solving<'_> {
         let uniqueness = &mut piece.uniqueness;
         uniqueness.look(solver, time);
         let asked = Asked::of(solver, &loads, self.job.friction_margin);
-        Found {
+        let sample = Sample {
+            time,
             forces: solver.forces().clone(),
             bodies: solver.bodies().clone(),
+            origin: solver.parameters().origin,
             joints: joint_motions(solver, &self.dofs),
             loads,
             closure: solver.closure_error(),
             distances: uniqueness.distances,
-            redundancy: uniqueness.redundancy,
             determined_reactions: uniqueness.reactions.clone(),
             determined_loads: uniqueness.loads.clone(),
             determined_drives: uniqueness.drives.clone(),
+            coupling: asked.coupling,
+            friction_margin: asked.locks_at(),
+            shares,
+            backward,
+            motors: Vec::new(),
+        };
+        Found {
+            sample,
+            redundancy: uniqueness.redundancy,
             is_singular: uniqueness.is_singular,
             singular: uniqueness.singular.take(),
             asked,
-            shares,
-            backward,
             side,
         }
     }

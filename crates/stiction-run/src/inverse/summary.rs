@@ -3,16 +3,16 @@
 use super::certainty::MOST_MARGIN;
 use super::contributions::Ranking;
 use super::efficiency::Efficiency;
-use super::job::Job;
 use super::motor_summary::MotorSummary;
 use super::sample::Sample;
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::dofs::{actuated, dofs_of};
+use crate::job::Job;
 use crate::names::Names;
-use crate::sink::Sink;
 use crate::statistics::{Comparison, Integral, Least, Range, Size};
 use crate::undetermined::open_components;
+use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
 use stiction_core::dynamics::{Bounds, FrictionMode, Weighting};
 
@@ -108,71 +108,6 @@ impl Summary {
             determined_reactions: vec![[true; 6]; joints],
             determined_loads: vec![true; interfaces],
             determined_drives: vec![true; drives],
-        }
-    }
-
-    /// Adds a sample.
-    pub fn add(&mut self, sample: &Sample<'_>) {
-        let (time, forces) = (sample.time, sample.forces);
-        for (k, comparison) in self.drives.iter_mut().enumerate() {
-            comparison.add(time, forces.efforts[k], forces.efforts_frictionless[k]);
-            let (low, high) = forces.effort_bounds[k];
-            let outer = forces.effort_outer_bounds[k];
-            self.widest[k].add(time, high - low);
-            if self.widest[k].peak_time == time {
-                self.widest_bounds[k] = (low, high);
-                self.widest_outer[k] = outer;
-            }
-            let motion = &sample.joints[self.actuated[k]];
-            let (position, speed, power) = &mut self.motions[k];
-            position.add(motion.value);
-            speed.add(time, motion.rate);
-            power.add(time, forces.efforts[k] * motion.rate);
-            if forces.bounds == Bounds::Certified {
-                let beyond = (low - outer.0).max(outer.1 - high);
-                self.certified_within[k] = self.certified_within[k].max(beyond);
-            }
-        }
-        if forces.interfaces.iter().any(|c| !c.slides && c.limit > 0.0) {
-            let certainty = &mut self.certainty;
-            match forces.bounds {
-                Bounds::Exact => certainty.exact += 1,
-                Bounds::Certified => certainty.certified += 1,
-                Bounds::Attained => certainty.attained += 1,
-                Bounds::Unknown => {}
-            }
-        }
-        self.unbounded_samples += usize::from(forces.bounds == Bounds::Unknown);
-        self.resting_samples +=
-            usize::from(forces.interfaces.iter().any(|c| !c.slides && c.limit > 0.0));
-        for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {
-            force.add(time, f.norm());
-            moment.add(time, m.norm());
-        }
-        for (k, interface) in forces.interfaces.iter().enumerate() {
-            self.dissipated[k].add(time, interface.power);
-            self.interface_loads[k].add(time, interface.load);
-        }
-        self.shares.add(time, sample.shares);
-        self.efficiency.add(time, forces, sample.backward);
-        let power = &forces.power;
-        self.work.drives.add(time, power.actuators);
-        self.work.loads.add(time, power.loads);
-        self.work.dissipated.add(time, power.dissipated);
-        self.power_residual.add(time, power.residual());
-        self.power_residual_relative.add(time, forces.imbalance(self.length));
-        self.motors.add(time, sample.motors, forces);
-        self.closure.add(time, sample.closure);
-        self.actuation.add(time, sample.distances.actuation);
-        self.constraint.add(time, sample.distances.constraint);
-        for (all, now) in self.determined_reactions.iter_mut().zip(sample.determined_reactions) {
-            all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
-        }
-        for (all, now) in self.determined_loads.iter_mut().zip(sample.determined_loads) {
-            *all &= now;
-        }
-        for (all, now) in self.determined_drives.iter_mut().zip(sample.determined_drives) {
-            *all &= now;
         }
     }
 
@@ -351,6 +286,73 @@ impl Summary {
     }
 }
 
+impl Sink<Sample> for Summary {
+    fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
+        let (time, forces) = (sample.time, &sample.forces);
+        for (k, comparison) in self.drives.iter_mut().enumerate() {
+            comparison.add(time, forces.efforts[k], forces.efforts_frictionless[k]);
+            let (low, high) = forces.effort_bounds[k];
+            let outer = forces.effort_outer_bounds[k];
+            self.widest[k].add(time, high - low);
+            if self.widest[k].peak_time == time {
+                self.widest_bounds[k] = (low, high);
+                self.widest_outer[k] = outer;
+            }
+            let motion = &sample.joints[self.actuated[k]];
+            let (position, speed, power) = &mut self.motions[k];
+            position.add(motion.value);
+            speed.add(time, motion.rate);
+            power.add(time, forces.efforts[k] * motion.rate);
+            if forces.bounds == Bounds::Certified {
+                let beyond = (low - outer.0).max(outer.1 - high);
+                self.certified_within[k] = self.certified_within[k].max(beyond);
+            }
+        }
+        if forces.interfaces.iter().any(|c| !c.slides && c.limit > 0.0) {
+            let certainty = &mut self.certainty;
+            match forces.bounds {
+                Bounds::Exact => certainty.exact += 1,
+                Bounds::Certified => certainty.certified += 1,
+                Bounds::Attained => certainty.attained += 1,
+                Bounds::Unknown => {}
+            }
+        }
+        self.unbounded_samples += usize::from(forces.bounds == Bounds::Unknown);
+        self.resting_samples +=
+            usize::from(forces.interfaces.iter().any(|c| !c.slides && c.limit > 0.0));
+        for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {
+            force.add(time, f.norm());
+            moment.add(time, m.norm());
+        }
+        for (k, interface) in forces.interfaces.iter().enumerate() {
+            self.dissipated[k].add(time, interface.power);
+            self.interface_loads[k].add(time, interface.load);
+        }
+        self.shares.add(time, &sample.shares);
+        self.efficiency.add(time, forces, &sample.backward);
+        let power = &forces.power;
+        self.work.drives.add(time, power.actuators);
+        self.work.loads.add(time, power.loads);
+        self.work.dissipated.add(time, power.dissipated);
+        self.power_residual.add(time, power.residual());
+        self.power_residual_relative.add(time, forces.imbalance(self.length));
+        self.motors.add(time, &sample.motors, forces);
+        self.closure.add(time, sample.closure);
+        self.actuation.add(time, sample.distances.actuation);
+        self.constraint.add(time, sample.distances.constraint);
+        for (all, now) in self.determined_reactions.iter_mut().zip(&sample.determined_reactions) {
+            all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
+        }
+        for (all, now) in self.determined_loads.iter_mut().zip(&sample.determined_loads) {
+            *all &= now;
+        }
+        for (all, now) in self.determined_drives.iter_mut().zip(&sample.determined_drives) {
+            *all &= now;
+        }
+        Ok(())
+    }
+}
+
 impl Summary {
     fn singular_json(&self, singular: &Singular) -> Value {
         let directions = singular.null_directions.iter().map(|direction| {
@@ -374,13 +376,6 @@ impl Summary {
             "load": singular.load,
             "null_directions": directions.collect::<Vec<_>>(),
         })
-    }
-}
-
-impl Sink<Sample<'_>> for Summary {
-    fn add(&mut self, sample: &Sample<'_>) -> Result<(), String> {
-        self.add(sample);
-        Ok(())
     }
 }
 

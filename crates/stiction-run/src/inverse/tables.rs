@@ -1,13 +1,13 @@
 //! Tables of a run of inverse dynamics: columns and rows.
 
-use super::job::Job;
 use super::motor_summary::residual;
 use super::sample::Sample;
 use crate::bodies::BodyRow;
 use crate::dofs::{Dof, actuated, dofs_of};
+use crate::job::Job;
 use crate::names::Names;
-use crate::sink::Sink;
 use crate::table::{self, REACTION, columns, header};
+use crate::{Sink, SinkError};
 use std::io;
 
 /// Names of the tables of every run, in the order of their files.
@@ -119,16 +119,6 @@ impl<W: io::Write> Tables<W> {
         })
     }
 
-    /// Adds a row to each table.
-    ///
-    /// # Errors
-    /// A file cannot be written.
-    pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
-        self.fill(sample);
-        let rows = self.rows.iter().zip(self.has).filter(|(_, has)| *has);
-        self.tables.add(sample.time, rows.map(|(row, _)| row.as_slice()))
-    }
-
     /// Flushes all buffers and returns the files in their order.
     ///
     /// # Errors
@@ -137,8 +127,8 @@ impl<W: io::Write> Tables<W> {
         self.tables.finish()
     }
 
-    fn fill(&mut self, sample: &Sample<'_>) {
-        let forces = sample.forces;
+    fn fill(&mut self, sample: &Sample) {
+        let forces = &sample.forces;
         self.rows.iter_mut().for_each(Vec::clear);
         let [inverse, reactions, friction, bodies, joints, motors, contributions] = &mut self.rows;
         for (k, &(low, high)) in forces.effort_bounds.iter().enumerate() {
@@ -159,8 +149,8 @@ impl<W: io::Write> Tables<W> {
             motors.extend([motor.effort, motor.power, motor.output, motor.rotor_power]);
             motors.extend([motor.friction_power, motor.gear_loss].map(|power| power + 0.0));
         }
-        motors.push(residual(sample.motors, forces));
-        for motion in sample.joints {
+        motors.push(residual(&sample.motors, forces));
+        for motion in &sample.joints {
             joints.extend([motion.value, motion.rate, motion.acceleration]);
         }
         let (first, last) = (&sample.bodies.frame_j, &sample.bodies.frame_k);
@@ -168,12 +158,12 @@ impl<W: io::Write> Tables<W> {
             |&(from, to): &(usize, usize)| (last[to].position - first[from].position).norm();
         joints.extend(self.legs.iter().map(length));
         for ((force, moment), determined) in
-            forces.reactions.iter().zip(sample.determined_reactions)
+            forces.reactions.iter().zip(&sample.determined_reactions)
         {
             reactions.extend(force.to_array().into_iter().chain(moment.to_array()));
             reactions.push(flag(determined.iter().all(|component| *component)));
         }
-        for (interface, &determined) in forces.interfaces.iter().zip(sample.determined_loads) {
+        for (interface, &determined) in forces.interfaces.iter().zip(&sample.determined_loads) {
             friction.extend([interface.velocity, interface.load, interface.friction]);
             friction.extend([interface.power, flag(determined)]);
         }
@@ -181,16 +171,18 @@ impl<W: io::Write> Tables<W> {
             // Infinity stands for an unknown coupling.
             friction.push(sample.coupling.unwrap_or(f64::INFINITY));
         }
-        bodies.extend_from_slice(self.bodies.of(sample.bodies, sample.origin, sample.loads));
+        bodies.extend_from_slice(self.bodies.of(&sample.bodies, sample.origin, &sample.loads));
         for drive in 0..forces.efforts.len() {
             contributions.extend(sample.shares.of_actuator(drive));
         }
     }
 }
 
-impl<W: io::Write> Sink<Sample<'_>> for Tables<W> {
-    fn add(&mut self, sample: &Sample<'_>) -> Result<(), String> {
-        self.add(sample).map_err(|error| error.to_string())
+impl<W: io::Write> Sink<Sample> for Tables<W> {
+    fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
+        self.fill(sample);
+        let rows = self.rows.iter().zip(self.has).filter(|(_, has)| *has);
+        Ok(self.tables.add(sample.time, rows.map(|(row, _)| row.as_slice()))?)
     }
 }
 

@@ -1,10 +1,10 @@
 //! Summary of a run for the terminal.
 
 use super::certainty::{MOST_MARGIN, Margin};
-use super::job::Job;
 use super::summary::{Summary, friction_word, weighting_words};
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
+use crate::job::Job;
 use crate::names::width;
 use crate::statistics::Integral;
 use crate::undetermined::by_components;

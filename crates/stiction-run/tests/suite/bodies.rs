@@ -6,13 +6,12 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 use stiction_format::gallery;
-use stiction_run::inverse::Job;
+use stiction_run::{Job, Sink};
 
 /// `bodies.csv` and `reactions.csv` of a run.
 fn bodies_and_reactions(job: &Job<'_>) -> (Csv, Csv) {
     let mut tables = tables(job);
-    job.run(|sample| tables.add(sample).map_err(|error| error.to_string()), |_, _, _| true)
-        .unwrap();
+    job.run(|sample| tables.add(sample), |_, _, _| true).unwrap();
     let files = files(job, tables);
     (Csv::parse(&files["bodies.csv"]), Csv::parse(&files["reactions.csv"]))
 }

@@ -9,7 +9,8 @@ use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{ModelFile, Source, gallery, read};
 use stiction_run::breakaway;
 use stiction_run::exchange::{Instant, model_file};
-use stiction_run::inverse::{Curves, Job, Summary};
+use stiction_run::inverse::{Curves, Sample, Summary};
+use stiction_run::{Job, Sink};
 
 /// A pendulum of 2 kg at 0.3 m with 0.05 kg m^2 about its centre of mass; it hangs down at zero.
 const PENDULUM: &str = "
@@ -54,9 +55,9 @@ fn job_of(model: &ModelFile) -> Job<'_> {
 fn run(job: &Job<'_>) -> (Csv, Csv, serde_json::Value) {
     let mut tables = tables(job);
     let mut summary = Summary::new(job);
-    let add = |sample: &stiction_run::inverse::Sample<'_>| {
-        summary.add(sample);
-        tables.add(sample).map_err(|error| error.to_string())
+    let add = |sample: &Sample| {
+        summary.add(sample)?;
+        tables.add(sample)
     };
     let verdict = job.run(add, |_, _, _| true).unwrap();
     let mut files = files(job, tables);
@@ -250,7 +251,7 @@ fn rotors_are_inertias_of_their_links() {
         let (found, ..) = run(&job(&geared, &motion, &load, friction));
         let mut expected = tables(&job(&heavier, &motion, &load, friction));
         let job = job(&heavier, &motion, &load, friction);
-        job.run(|sample| expected.add(sample).map_err(|e| e.to_string()), |_, _, _| true).unwrap();
+        job.run(|sample| expected.add(sample), |_, _, _| true).unwrap();
         let expected = Csv::parse(&files(&job, expected)["inverse.csv"]);
         for (k, (joint, _)) in actuators.iter().enumerate() {
             let name = &plain.mechanism.joints()[joint.0].name;
@@ -356,14 +357,7 @@ hub = \"1 rad*sin(2*pi*t/1 s)\"
 
     let count = job.instants().unwrap().count();
     let mut curves = Curves::new(&job, count);
-    job.run(
-        |sample| {
-            curves.add(sample);
-            Ok(())
-        },
-        |_, _, _| true,
-    )
-    .unwrap();
+    job.run(|sample| curves.add(sample), |_, _, _| true).unwrap();
     let (_, figure) = curves.figures().into_iter().find(|(name, _)| *name == "motors").unwrap();
     let labels: Vec<_> = figure.panels[0].lines.iter().map(|line| line.label.as_str()).collect();
     assert_eq!(labels, ["motion", "rms", "", "rated", "", "peak", "", "speed", ""]);
@@ -447,7 +441,7 @@ fn motors_of_legs() {
     let (inverse, motors, summary) = run(&job(&geared, &motion, &load, FrictionMode::Converged));
     let job = job(&plain, &motion, &load, FrictionMode::Converged);
     let mut expected = tables(&job);
-    job.run(|sample| expected.add(sample).map_err(|e| e.to_string()), |_, _, _| true).unwrap();
+    job.run(|sample| expected.add(sample), |_, _, _| true).unwrap();
     let expected = Csv::parse(&files(&job, expected)["inverse.csv"]);
     // The joints feel what they did.
     for (name, column) in expected.columns() {
@@ -570,8 +564,9 @@ fn simulated_hexapod() {
         let time = geared.motion(&motion).unwrap().duration * 0.31;
         let row = inverse.column("time [s]").iter().position(|t| *t >= time).unwrap();
         let time = inverse.column("time [s]")[row];
-        let mut solver = job.assemble(job.motion.start).unwrap();
-        job.follow(&mut solver, job.motion.start, time).unwrap();
+        let mut follower = job.assemble(job.motion.start).unwrap();
+        follower.go_to(time).unwrap();
+        let solver = &follower.solver;
         let actuators: Vec<_> = geared.mechanism.actuators().collect();
         let targets: Vec<Target<f64>> =
             actuators.iter().map(|(joint, dof)| solver.joint_motion(*joint, *dof)).collect();

@@ -1,30 +1,20 @@
 //! Controllers in simulations, against recurrences solved by hand.
 
-use stiction_core::forward::Settings;
-use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion, Source, read};
-use stiction_run::forward::{Ending, Feed, Job, Layout, Rows, Scribe, Start};
+use crate::common::slide;
+use stiction_format::{Control, LoadCase, ModelFile, Motion, Source};
+use stiction_run::forward::{Ending, Job, Recorder, Rows, Start};
+use stiction_run::{Sink, SinkError};
 
 const MASS: f64 = 2.0;
 
-/// A mass on a level guide.
-fn slide(friction: &str) -> ModelFile {
-    let text = format!(
-        r#"
-        gravity = [0, 0, "-10 m/s^2"]
-        [bodies.mass]
-        mass = "2 kg"
-        com = [0, 0, 0]
-        inertia = [1, 1, 1]
-        [joints.slide]
-        type = "P"
-        from = "ground"
-        to = "mass"
-        axis = "x"
-        actuated = true
-        {friction}
-        "#
-    );
-    read(&Source::new("slide.toml", text), &|_| Err("no files".into())).unwrap()
+/// Position, rate and effort of each sample.
+struct All(Vec<[f64; 3]>);
+
+impl Sink<Rows> for All {
+    fn add(&mut self, rows: &Rows) -> Result<(), SinkError> {
+        self.0.push([rows.forward[0], rows.forward[1], rows.forward[3]]);
+        Ok(())
+    }
 }
 
 struct Given {
@@ -36,7 +26,7 @@ struct Given {
 impl Given {
     fn new(friction: &str, motion: &str, control: &str) -> Self {
         let none = |_: &str| Err("no files".to_owned());
-        let model = slide(friction);
+        let model = slide(friction, "");
         let motion = model.parse_motion(&Source::new("--motion", motion), &none).unwrap();
         let control = model.parse_control(&Source::new("--controller", control), &none).unwrap();
         Self { model, motion, control }
@@ -44,42 +34,19 @@ impl Given {
 
     /// Position, rate and effort at each sample.
     fn run(&self, start: Start<'_>, step: f64) -> Vec<[f64; 3]> {
-        let (load, drives) = (LoadCase::default(), Drives::default());
+        let load = LoadCase::default();
         let job = Job {
-            model: &self.model,
             motion: Some(&self.motion),
-            motion_name: String::new(),
-            load: &load,
-            load_name: String::new(),
-            drives: Feed::Given(&drives),
-            drives_name: String::new(),
             control: Some(&self.control),
-            control_name: String::new(),
-            prescribed: Vec::new(),
-            locked: Vec::new(),
             start,
-            from: 0.0,
             until: self.motion.duration,
             step,
-            settings: Settings::default(),
-            friction: true,
+            ..Job::new(&self.model, ("none", &load))
         };
-        let layout = Layout::new(&self.model.mechanism, vec![true]);
-        let mut scribe = Scribe::new(&self.model.mechanism);
-        let mut rows = Rows::default();
-        let mut all = Vec::new();
-        let outcome = job.run(
-            |sample| {
-                scribe.write(&layout, sample, &mut rows);
-                all.push([rows.forward[0], rows.forward[1], rows.forward[3]]);
-                Ok(())
-            },
-            |_, _, _| Ok(()),
-            &|| false,
-            None,
-        );
+        let mut recorder = Recorder::new(&job, All(Vec::new()));
+        let outcome = job.run(|sample, _| recorder.add(sample), &|| false, None);
         assert!(matches!(outcome.unwrap().ending, Ending::Reached));
-        all
+        recorder.sink.0
     }
 }
 

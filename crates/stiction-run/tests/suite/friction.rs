@@ -3,7 +3,8 @@
 use crate::common::collar::push_beside;
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseError};
-use stiction_run::inverse::{Error, Job, Sample};
+use stiction_run::inverse::Sample;
+use stiction_run::{Error, Job};
 
 /// A collar of 10 kg on a vertical guide with pads 0.1 m apart, pushed 0.2 m off its axis through a
 /// rod between two balls. For the upward motion the driver needs `W/(1 - 4 mu)` with `W = 98.1 N`,
@@ -143,7 +144,7 @@ fn how_far_friction_of_the_twin_can_grow() {
     let base = job(&model, "regular", "L0", FrictionMode::Converged);
     let asked = Job { friction_margin: true, step: Some(0.1), ..base };
     let (mut unique, mut lost) = (Vec::new(), Vec::new());
-    let look = |sample: &Sample<'_>| {
+    let look = |sample: &Sample| {
         unique.push(0.12 / sample.coupling.unwrap());
         lost.push(0.12 * sample.friction_margin.unwrap());
         Ok(())

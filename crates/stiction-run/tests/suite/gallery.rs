@@ -5,7 +5,7 @@ use stiction_core::dynamics::{FrictionMode, InverseDynamics, LoadAxes, Settings}
 use stiction_core::mechanism::Body;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use stiction_run::check::examine;
-use stiction_run::inverse::{Error, Job};
+use stiction_run::{Error, Job};
 
 #[test]
 fn powers_balance_and_loops_close() {

@@ -2,12 +2,12 @@
 
 use crate::common::{Csv, Run, default_job, files, job, model, model_of, regular, tables};
 use stiction_core::dynamics::FrictionMode;
-use stiction_run::inverse::{Job, Summary, write_summary};
+use stiction_run::inverse::{Summary, write_summary};
+use stiction_run::{Job, Sink};
 
 fn joints(job: &Job<'_>) -> Csv {
     let mut tables = tables(job);
-    job.run(|sample| tables.add(sample).map_err(|error| error.to_string()), |_, _, _| true)
-        .unwrap();
+    job.run(|sample| tables.add(sample), |_, _, _| true).unwrap();
     Csv::parse(&files(job, tables)["joints.csv"])
 }
 
@@ -112,8 +112,8 @@ fn the_summary_has_the_interval_at_rest() {
     let model = model_of("block", text);
     let job = job(&model, "stand", "none", FrictionMode::Converged);
     let mut summary = Summary::new(&job);
-    let add = |sample: &stiction_run::inverse::Sample<'_>| {
-        summary.add(sample);
+    let add = |sample: &stiction_run::inverse::Sample| {
+        summary.add(sample)?;
         Ok(())
     };
     let verdict = job.run(add, |_, _, _| true).unwrap();

@@ -7,8 +7,8 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 use stiction_format::{LoadCase, ModelFile, Source, gallery};
+use stiction_run::Job;
 use stiction_run::exchange::{Home, Mjcf, Unfit, mjcf};
-use stiction_run::inverse::Job;
 
 const ZOO: &str = include_str!("common/zoo.toml");
 
@@ -29,16 +29,8 @@ fn home(model: &ModelFile) -> Home<'_> {
 fn without_load(model: &ModelFile) -> Job<'_> {
     static NONE: LoadCase =
         LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
-    Job {
-        model,
-        motion: &model.motions[0].1,
-        motion_name: model.motions[0].0.clone(),
-        load: &NONE,
-        load_name: "none".into(),
-        friction: FrictionMode::Off,
-        step: None,
-        friction_margin: false,
-    }
+    let (name, motion) = &model.motions[0];
+    Job { friction: FrictionMode::Off, ..Job::new(model, (name, motion), ("none", &NONE)) }
 }
 
 fn numbers(node: &Node<'_, '_>, name: &str) -> Vec<f64> {

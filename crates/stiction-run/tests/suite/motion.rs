@@ -3,7 +3,7 @@
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, gallery};
-use stiction_run::inverse::Job;
+use stiction_run::Job;
 
 /// A body on three slides and three revolute joints: every pose is reachable.
 fn six_axes(coordinates: &str) -> String {
@@ -166,16 +166,9 @@ A="1 rad + {speed} rad/s*t"
 "#
         );
         let model = model_of("parallelogram", &text);
-        let job = Job {
-            model: &model,
-            motion: &model.motions[0].1,
-            motion_name: "m".into(),
-            load: &LoadCase::default(),
-            load_name: "none".into(),
-            friction: FrictionMode::Off,
-            step: Some(0.1 / speed),
-            friction_margin: false,
-        };
+        let (motion, load) = (("m", &model.motions[0].1), LoadCase::default());
+        let (friction, step) = (FrictionMode::Off, Some(0.1 / speed));
+        let job = Job { friction, step, ..Job::new(&model, motion, ("none", &load)) };
         let run = Run::of(&job).unwrap();
         assert!(run.power_residual < 1e-10, "{speed}: {:e}", run.power_residual);
     }
@@ -197,7 +190,7 @@ fn kinks_are_followed() {
             let model = model_of("kink", &text);
             let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
             let mut speeds = Vec::new();
-            let look = |sample: &stiction_run::inverse::Sample<'_>| {
+            let look = |sample: &stiction_run::inverse::Sample| {
                 let hand = sample.bodies.twist.last().expect("bodies");
                 speeds.push((sample.time, hand.linear.component(0)));
                 Ok(())

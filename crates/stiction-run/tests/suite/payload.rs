@@ -1,11 +1,11 @@
 //! Payloads: parts that a body carries, with weight and inertia.
 
-use crate::common::{MODES, Run, job, model_of};
-use stiction_core::forward::Settings;
+use crate::common::{MODES, Run, job, model_of, slide};
 use stiction_core::mechanism::Body;
 use stiction_core::spatial::{Mat3, Vec3};
-use stiction_format::{Drives, LoadCase, ModelFile, Source, gallery, read};
-use stiction_run::forward::{Ending, Error, Feed, Job, Start};
+use stiction_format::{Drives, LoadCase, ModelFile, Source, gallery};
+use stiction_run::Error;
+use stiction_run::forward::{Ending, Feed, Job};
 
 /// A model of the gallery with a load `part`.
 fn with_part(name: &str, part: &str) -> ModelFile {
@@ -97,18 +97,7 @@ fn forces_jump_where_a_part_is_picked_up() {
 /// A part of 3 kg on a slide of 2 kg that is pushed by 10 N: 2 m/s^2.
 #[test]
 fn a_simulated_slide_carries_a_part() {
-    let text = r#"
-        gravity = [0, 0, "-10 m/s^2"]
-        [bodies.mass]
-        mass = "2 kg"
-        com = [0, 0, 0]
-        inertia = [1, 1, 1]
-        [joints.slide]
-        type = "P"
-        from = "ground"
-        to = "mass"
-        axis = "x"
-        actuated = true
+    let loads = r#"
         [[loads.always.payload]]
         body = "mass"
         mass = "3 kg"
@@ -117,37 +106,19 @@ fn a_simulated_slide_carries_a_part() {
         mass = "3 kg"
         until = "0.5 s"
     "#;
-    let model = read(&Source::new("slide.toml", text), &|_| Err("no files".into())).unwrap();
+    let model = slide("", loads);
     let none = |_: &str| Err("no files".to_owned());
     let drives: Drives =
         model.parse_drives(&Source::new("--drives", "slide = 10 N"), &none).unwrap();
     let run = |load: &LoadCase| {
-        let job = Job {
-            model: &model,
-            motion: None,
-            motion_name: String::new(),
-            load,
-            load_name: String::new(),
-            drives: Feed::Given(&drives),
-            drives_name: String::new(),
-            control: None,
-            control_name: String::new(),
-            prescribed: Vec::new(),
-            locked: Vec::new(),
-            start: Start::Home,
-            from: 0.0,
-            until: 1.0,
-            step: 0.5,
-            settings: Settings::default(),
-            friction: false,
-        };
+        let drives = Feed::Given(&drives);
+        let job = Job { drives, until: 1.0, step: 0.5, ..Job::new(&model, ("load", load)) };
         let mut positions = Vec::new();
         let outcome = job.run(
-            |sample| {
+            |sample, _| {
                 positions.push(sample.instant.state.coordinates[0]);
                 Ok(())
             },
-            |_, _, _| Ok(()),
             &|| false,
             None,
         );

@@ -2,36 +2,21 @@
 //! zeros.
 
 use crate::common::tables;
-use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, ModelFile, Source, gallery, read};
-use stiction_run::inverse::{Curves, Job, Summary, Verdict, write_summary};
+use stiction_run::inverse::{Curves, Summary, Verdict, write_summary};
+use stiction_run::{Job, Sink};
 
 /// The verdict, the summary as text and as JSON, the tables and the plots.
 fn run(model: &ModelFile, motion: &str) -> (Verdict, String, serde_json::Value, Vec<String>) {
     let motion = Source::new("--motion", motion);
     let motion = model.parse_motion(&motion, &|_| Err(String::new())).unwrap();
-    let job = Job {
-        model,
-        motion: &motion,
-        motion_name: "pose".into(),
-        load: &LoadCase::default(),
-        load_name: "none".into(),
-        friction: FrictionMode::Converged,
-        step: None,
-        friction_margin: false,
-    };
+    let load = LoadCase::default();
+    let job = Job::new(model, ("pose", &motion), ("none", &load));
     let mut summary = Summary::new(&job);
     let mut curves = Curves::new(&job, 1);
     let mut tables = tables(&job);
     let verdict = job
-        .run(
-            |sample| {
-                summary.add(sample);
-                curves.add(sample);
-                tables.add(sample).map_err(|error| error.to_string())
-            },
-            |_, _, _| true,
-        )
+        .run(|sample| (&mut summary, &mut curves, &mut tables).add(sample), |_, _, _| true)
         .unwrap();
     let mut text = String::new();
     write_summary(&mut text, &job, &summary, &verdict).unwrap();

@@ -6,7 +6,8 @@ use crate::common::*;
 use serde_json::Value;
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, ModelFile};
-use stiction_run::inverse::{Backward, Job, Summary, write_summary};
+use stiction_run::inverse::{Backward, Summary, write_summary};
+use stiction_run::{Job, Sink};
 
 /// Table of contributions of a run, its summary as JSON and as text.
 struct Told {
@@ -23,10 +24,9 @@ fn tell(job: &Job<'_>) -> Told {
     let mut table = tables(job);
     let mut summary = Summary::new(job);
     let mut backward = Vec::new();
-    let receive = |sample: &stiction_run::inverse::Sample<'_>| {
-        summary.add(sample);
+    let receive = |sample: &stiction_run::inverse::Sample| {
         backward.push(sample.backward.to_vec());
-        table.add(sample).map_err(|error| error.to_string())
+        (&mut summary, &mut table).add(sample)
     };
     let verdict = job.run(receive, |_, _, _| true).unwrap();
     let mut text = String::new();
@@ -217,16 +217,7 @@ static NO_LOAD: LoadCase =
 
 /// Job of a motion under gravity alone.
 fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {
-    Job {
-        model,
-        motion: model.motion(motion).unwrap(),
-        motion_name: motion.into(),
-        load: &NO_LOAD,
-        load_name: "none".into(),
-        friction: FrictionMode::Converged,
-        step: None,
-        friction_margin: false,
-    }
+    Job::new(model, (motion, model.motion(motion).unwrap()), ("none", &NO_LOAD))
 }
 
 /// With the guide at the angle a and the friction angle r, the force along the guide is

@@ -3,8 +3,8 @@
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
+use stiction_run::Job;
 use stiction_run::check::{Findings, Kind, examine};
-use stiction_run::inverse::Job;
 
 fn found(job: &Job<'_>) -> Findings {
     examine(job, |_, _, _| true).unwrap()

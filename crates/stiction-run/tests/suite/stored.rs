@@ -5,10 +5,9 @@ use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use stiction_core::dynamics::FrictionMode;
-use stiction_core::forward::Settings;
 use stiction_format::{Contents, Drives, LoadCase, ModelFile, Motion, Source, Store};
 use stiction_run::forward::{self, Ending, Feed, Start};
-use stiction_run::inverse::{Error, Job};
+use stiction_run::{Error, Job};
 
 /// A file that is overwritten after a given number of bytes was read.
 #[derive(Debug)]
@@ -121,31 +120,21 @@ fn simulate(
 ) -> (usize, Ending) {
     let load = LoadCase::default();
     let job = forward::Job {
-        model,
         motion: Some(motion),
-        motion_name: String::new(),
-        load: &load,
-        load_name: String::new(),
         drives: Feed::Given(drives),
-        drives_name: String::new(),
-        control: None,
-        control_name: String::new(),
         prescribed: if prescribed { vec![0] } else { Vec::new() },
-        locked: Vec::new(),
         start: Start::Moving,
-        from: 0.0,
         until: 6.0,
         step: 0.5,
-        settings: Settings::default(),
-        friction: true,
+        ..forward::Job::new(model, ("none", &load))
     };
     let mut samples = 0;
-    let receive = |sample: &forward::Sample<'_>| {
+    let receive = |sample: &forward::Sample<'_>, _: &dyn Fn() -> forward::Mark| {
         assert!(sample.joints.iter().all(|joint| joint.value.is_finite()));
         samples += 1;
         Ok(())
     };
-    let outcome = job.run(receive, |_, _, _| Ok(()), &|| false, None).unwrap();
+    let outcome = job.run(receive, &|| false, None).unwrap();
     (samples, outcome.ending)
 }
 
@@ -170,7 +159,7 @@ fn overwritten_files_are_reported() {
     {
         let (samples, ending) = simulate(&model, motion, given, prescribed);
         let Ending::Failed(error) = ending else { panic!("{ending:?}") };
-        let forward::Error::NotFinite(fault) = *error else { panic!("{error:?}") };
+        let Error::NotFinite(fault) = *error else { panic!("{error:?}") };
         assert!(fault.message.contains("it has changed"), "{}", fault.message);
         assert!((1..13).contains(&samples), "{samples}");
     }

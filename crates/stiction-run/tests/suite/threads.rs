@@ -3,18 +3,15 @@
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_format::{ModelFile, gallery};
-use stiction_run::inverse::{Error, Job, Sample, Summary, Verdict};
+use stiction_run::inverse::{Sample, Summary, Verdict};
+use stiction_run::{Error, Job, Sink};
 
 /// All tables, the summary and the verdict of a run, as written.
 fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> {
     let mut tables = tables(job);
     let mut summary = Summary::new(job);
     let mut last = None;
-    let receive = |sample: &Sample<'_>| {
-        tables.add(sample).unwrap();
-        summary.add(sample);
-        Ok(())
-    };
+    let receive = |sample: &Sample| (&mut tables, &mut summary).add(sample);
     let progress = |phase, done, of| {
         assert!(done <= of);
         last = Some((phase, done, of));
@@ -89,7 +86,7 @@ fn pieces_are_on_the_way() {
         let job = Job { step: Some(job.motion.duration / 2000.0), ..job };
         let (name, motion) = (&job.model.name, job.motion);
         let mut found = Vec::new();
-        let receive = |sample: &Sample<'_>| {
+        let receive = |sample: &Sample| {
             found.push((sample.time, sample.forces.efforts.clone()));
             Ok(())
         };

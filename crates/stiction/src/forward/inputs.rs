@@ -140,7 +140,7 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
 
 /// Refuses rates of rotation vectors without their values: the angular velocity depends on both.
 fn check_start(request: &Forward) -> Result<(), Error> {
-    let Start::Known(known) = &request.start else { return Ok(()) };
+    let Start::Known(known) = &request.task.start else { return Ok(()) };
     let is_incomplete = known.iter().any(|one| match one.coordinate {
         Coordinate::RotationVector { body, .. } => {
             let parts = known.iter().filter(|other| {
@@ -162,7 +162,7 @@ fn check_start(request: &Forward) -> Result<(), Error> {
 }
 
 fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
-    let Some(until) = request.until else { return Ok(()) };
+    let Some(until) = request.task.until else { return Ok(()) };
     if until.is_nan() || until.is_infinite() {
         return Err(Error::input(format!("the end is {until} s, which is no time"))
             .with_help("give the time of the last sample, a finite number of seconds")

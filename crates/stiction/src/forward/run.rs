@@ -1,10 +1,8 @@
 //! Results of a simulation, by name.
 
 use crate::error::Error;
-use crate::explain;
 use crate::inverse::{BodyPose, Reaction};
 use crate::names::Names;
-use crate::stream::Stream;
 use std::sync::Arc;
 use stiction_core::forward::{EventKind, InterfaceMode};
 use stiction_run::forward::{Ending, Outcome};
@@ -229,7 +227,7 @@ impl Run {
     pub(super) fn new(samples: Vec<Sample>, outcome: Outcome, names: &Names) -> Self {
         let events = named(names, &outcome.events);
         let ended = match outcome.ending {
-            Ending::Failed(error) => Err(explain::forward(*error)),
+            Ending::Failed(error) => Err((*error).into()),
             _ => Ok(()),
         };
         Self { samples, events, ended }
@@ -259,25 +257,5 @@ impl Run {
     /// The end of the simulation: `Ok` if it reached its end time, else the reason.
     pub fn ended(&self) -> Result<(), &Error> {
         self.ended.as_ref().copied()
-    }
-}
-
-/// Iterator over the samples of a simulation; see [`crate::Forward::samples`].
-pub struct Samples {
-    pub(super) stream: Stream<Sample, Vec<Event>>,
-}
-
-impl Samples {
-    /// All events, once the iterator has returned all samples.
-    pub fn events(&self) -> Option<&[Event]> {
-        self.stream.result().map(Vec::as_slice)
-    }
-}
-
-impl Iterator for Samples {
-    type Item = Result<Sample, Error>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.stream.next()
     }
 }

@@ -101,5 +101,5 @@ fn threads_and_streams_give_the_same_bits() {
     }
     assert_eq!(count, collected.len());
     assert!(streamed.next().is_none());
-    assert_eq!(streamed.verdict().unwrap().samples, collected.len());
+    assert_eq!(streamed.outcome().unwrap().samples, collected.len());
 }

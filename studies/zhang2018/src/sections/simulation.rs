@@ -76,7 +76,7 @@ fn folds(robot: &Robot) -> [[Cell; 4]; 3] {
     })
 }
 
-pub(crate) fn write(by_engine: &stiction_run::inverse::Error) -> Section {
+pub(crate) fn write(by_engine: &stiction_run::Error) -> Section {
     let robot = Robot::printed();
     let (smallest, dependence) = singular();
     let determinants = greatest(
@@ -92,7 +92,7 @@ pub(crate) fn write(by_engine: &stiction_run::inverse::Error) -> Section {
         (0..=200).map(at).collect()
     };
     let engine = match by_engine {
-        stiction_run::inverse::Error::CannotCarry(missing) => {
+        stiction_run::Error::CannotCarry(missing) => {
             let (least, most) = missing.range;
             format!(
                 "{least:.2} to {most:.2} {}, at {} of {} samples",

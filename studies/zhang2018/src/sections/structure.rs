@@ -10,9 +10,9 @@ use crate::screws::{
 use crate::{Error, even};
 use nalgebra::DMatrix;
 use stiction_draw::drawing::Surface;
+use stiction_run::Job;
 use stiction_run::Portrait;
 use stiction_run::check::Findings;
-use stiction_run::inverse::Job;
 
 /// Poses of the rank tests, spread evenly over a box around the workspace.
 pub(crate) fn poses(count: usize) -> impl Iterator<Item = Pose<f64>> {

@@ -8,7 +8,7 @@ use crate::report::{Block, Cell, Section};
 use crate::robot::Robot;
 use serde_json::Value;
 use stiction_draw::figure::Figure;
-use stiction_run::inverse::Job;
+use stiction_run::Job;
 
 /// Reversal of a joint of the twin.
 #[derive(Clone, Debug)]

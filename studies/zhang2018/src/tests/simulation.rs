@@ -7,7 +7,7 @@ use crate::sections::headline::leg_one;
 use crate::sections::simulation::{missing, near_singular, singular};
 use crate::simulation::*;
 use stiction_core::dynamics::FrictionMode;
-use stiction_run::inverse::Error;
+use stiction_run::Error;
 
 /// The unbalanced moment is 53.9 to 55.6 N m under the printed load, 53.5 to 56.1 with its sign
 /// reversed, and up to 0.95 without load; the engine agrees.

@@ -49,7 +49,11 @@ pub(crate) const LEG_ACTUATOR: &[Field] = &[
         Quantity(TorquePerCurrent),
         "Torque per current, greater than 0; required for the current.",
     ),
-    field("limits", Table(LIMITS), "Limits of the motor; results name those that are exceeded."),
+    field(
+        "limits",
+        Table(MOTOR_LIMITS),
+        "Limits of the motor; results name those that are exceeded.",
+    ),
     field(
         "share",
         Quantity(Number),
@@ -81,7 +85,7 @@ pub(crate) const MOTOR_FRICTION: &[Field] = &[
 ];
 
 /// Limits of a motor.
-pub(crate) const LIMITS: &[Field] = &[
+pub(crate) const MOTOR_LIMITS: &[Field] = &[
     field("peak", Quantity(Moment), "Greatest torque, greater than 0; by default none."),
     field(
         "rated",

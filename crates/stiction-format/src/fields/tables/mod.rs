@@ -8,13 +8,13 @@ mod legs;
 mod load;
 mod motion;
 
-pub(crate) use actuator::{ACTUATOR, LEG_ACTUATOR, LIMITS, MESH, MOTOR_FRICTION};
+pub(crate) use actuator::{ACTUATOR, LEG_ACTUATOR, MESH, MOTOR_FRICTION, MOTOR_LIMITS};
 pub(crate) use drives::{CHANNEL, CONTROL, DRIVES};
 pub(crate) use friction::{BACKWARD_LAW, INTERFACE, JOINT_FRICTION};
 pub(crate) use joint::{JOINT, JOINT_COMPLIANCE, JOINT_TYPES, LEG_JOINT};
 pub(crate) use legs::{LEGS, PLACE};
 pub(crate) use load::{BODY_LOAD, LOAD, PAYLOAD};
-pub(crate) use motion::{BODY_MOTION, MOTION, ORDERS};
+pub(crate) use motion::{ANGULAR_LIMITS, BODY_MOTION, LIMITS, MOTION, ORDERS, WAYPOINT};
 
 use super::Shape::{
     Choice, Inertia, Loads, Motions, Name, Named, OneOrMore, Parameters, Quantity, Rotation, Table,

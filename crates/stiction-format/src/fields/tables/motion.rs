@@ -1,8 +1,11 @@
 //! Motions.
 
-use crate::expression::Measure::{Angle, Length, Time};
-use crate::fields::Shape::{Choice, Quantity, Text};
+use crate::expression::Measure::{
+    Acceleration, Angle, AngularAcceleration, AngularJerk, AngularSpeed, Jerk, Length, Speed, Time,
+};
+use crate::fields::Shape::{Choice, Limits, Quantity, Rotation, Text, Waypoints};
 use crate::fields::{Field, field};
+use crate::signal::law::Law;
 
 /// Keys of a motion, besides its coordinates.
 pub(crate) const MOTION: &[Field] = &[
@@ -19,6 +22,47 @@ pub(crate) const MOTION: &[Field] = &[
         Text,
         "CSV file with samples, instead of expressions; its path is relative to the model file.",
     ),
+    field(
+        "waypoints",
+        Waypoints(WAYPOINT),
+        "Positions at rest through which the mechanism moves, instead of expressions: a list of tables, \
+         each with the coordinates that change.",
+    ),
+    field("law", Choice(Law::NAMES), "Motion law between waypoints; by default quintic."),
+    field(
+        "limits",
+        Limits,
+        "Limits from which the durations between waypoints follow, by the name of a coordinate or of a \
+         body: then they concern the path of its origin. Behind `BODY.rotation` they concern its rotation.",
+    ),
+];
+
+/// Keys of a waypoint, besides its coordinates.
+pub(crate) const WAYPOINT: &[Field] = &[
+    field("at", Quantity(Time), "Time of arrival."),
+    field("duration", Quantity(Time), "Duration of the move to this waypoint."),
+    field("dwell", Quantity(Time), "Time at rest after the arrival; by default 0."),
+    field("law", Choice(Law::NAMES), "Motion law of the move to this waypoint."),
+    field(
+        "blend",
+        Quantity(Time),
+        "Time before the arrival at which the next move begins, so that the corner is rounded and the \
+         waypoint is not reached; by default 0, a stop.",
+    ),
+];
+
+/// Limits of a translation.
+pub(crate) const LIMITS: &[Field] = &[
+    field("speed", Quantity(Speed), "Greatest speed."),
+    field("acceleration", Quantity(Acceleration), "Greatest acceleration."),
+    field("jerk", Quantity(Jerk), "Greatest jerk."),
+];
+
+/// Limits of a rotation.
+pub(crate) const ANGULAR_LIMITS: &[Field] = &[
+    field("speed", Quantity(AngularSpeed), "Greatest angular speed."),
+    field("acceleration", Quantity(AngularAcceleration), "Greatest angular acceleration."),
+    field("jerk", Quantity(AngularJerk), "Greatest angular jerk."),
 ];
 
 /// Coordinates of a body in a motion.
@@ -35,6 +79,11 @@ pub(crate) const BODY_MOTION: &[Field] = &[
     field("rvx", Quantity(Angle), "x of the rotation vector."),
     field("rvy", Quantity(Angle), "y of the rotation vector."),
     field("rvz", Quantity(Angle), "z of the rotation vector."),
+    field(
+        "rotation",
+        Rotation,
+        "In waypoints: the orientation. Between two of them the body turns about a fixed axis, the shorter way.",
+    ),
     field("order", Choice(ORDERS), "Order of the intrinsic angles; by default xyz."),
 ];
 

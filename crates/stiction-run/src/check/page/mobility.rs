@@ -2,8 +2,8 @@
 //! body.
 
 use super::html::{Column, note, paragraph, section, table};
+use crate::Job;
 use crate::check::{Findings, words};
-use crate::inverse::Job;
 
 pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     let mobility = &findings.mobility;

@@ -9,8 +9,8 @@ mod singular;
 mod sizes;
 
 use super::{Findings, words};
-use crate::inverse::{Error, Job};
 use crate::portrait::Portrait;
+use crate::{Error, Job};
 use html::{card, note, paragraph, section};
 use stiction_draw::drawing::Surface;
 use stiction_draw::numbers::number;

@@ -1,8 +1,8 @@
 //! Closest approaches to singular poses.
 
 use super::html::{Column, note, paragraph, section, table};
+use crate::Job;
 use crate::check::{Findings, Kind, Nearness, words};
-use crate::inverse::Job;
 use stiction_draw::numbers::number;
 
 /// Largest number of passages listed.

@@ -7,10 +7,33 @@ pub(crate) mod collar;
 use std::collections::BTreeMap;
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{ModelFile, Source, gallery, read};
-use stiction_run::inverse::{Error, Job, Tables, Verdict};
+use stiction_run::inverse::{Tables, Verdict};
+use stiction_run::{Error, Job, Sink};
 
 pub(crate) const MODES: [FrictionMode; 3] =
     [FrictionMode::Off, FrictionMode::OnePass, FrictionMode::Converged];
+
+/// A mass of 2 kg on a level guide, with what else its joint and its file have.
+pub(crate) fn slide(joint: &str, more: &str) -> ModelFile {
+    let text = format!(
+        r#"
+        gravity = [0, 0, "-10 m/s^2"]
+        [bodies.mass]
+        mass = "2 kg"
+        com = [0, 0, 0]
+        inertia = [1, 1, 1]
+        [joints.slide]
+        type = "P"
+        from = "ground"
+        to = "mass"
+        axis = "x"
+        actuated = true
+        {joint}
+        {more}
+        "#
+    );
+    model_of("slide", &text)
+}
 
 /// A model of the gallery.
 pub(crate) fn model(name: &str) -> ModelFile {
@@ -30,16 +53,8 @@ pub(crate) fn job<'a>(
     load: &str,
     friction: FrictionMode,
 ) -> Job<'a> {
-    Job {
-        model,
-        motion: model.motion(motion).unwrap(),
-        motion_name: motion.into(),
-        load: model.load(load).unwrap(),
-        load_name: load.into(),
-        friction,
-        step: None,
-        friction_margin: false,
-    }
+    let motion = (motion, model.motion(motion).unwrap());
+    Job { friction, ..Job::new(model, motion, (load, model.load(load).unwrap())) }
 }
 
 /// The default motion and load.
@@ -110,7 +125,7 @@ impl Run {
                 let power = sample.forces.power;
                 power_residual = power_residual.max((power.residual() / power.turnover).abs());
                 closure = closure.max(sample.closure);
-                tables.add(sample).map_err(|error| error.to_string())
+                tables.add(sample)
             },
             |_, _, _| true,
         )?;

@@ -3,7 +3,7 @@
 use crate::common::collar::push_beside;
 use crate::laws::{G, body, model, run};
 use stiction_core::dynamics::InverseError;
-use stiction_run::inverse::Error;
+use stiction_run::Error;
 
 /// A collar of 10 kg on a vertical rod with pads 0.1 m apart and an eccentric driving force.
 fn collar(mu: f64, offset: f64, friction: &str, motion: &str) -> String {

@@ -7,7 +7,7 @@ mod surfaces;
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
-use stiction_run::inverse::Error;
+use stiction_run::Error;
 
 const G: f64 = 9.81;
 

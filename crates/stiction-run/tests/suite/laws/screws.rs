@@ -2,7 +2,7 @@
 
 use crate::laws::{G, body, model, run};
 use stiction_core::dynamics::InverseError;
-use stiction_run::inverse::Error;
+use stiction_run::Error;
 
 /// A screw jack under 50 kg: lead angle, half flank angle in the section normal to the thread, and
 /// friction angle.

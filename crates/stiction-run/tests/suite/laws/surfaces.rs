@@ -2,7 +2,7 @@
 
 use crate::laws::{G, body, model, run};
 use stiction_core::dynamics::InverseError;
-use stiction_run::inverse::Error;
+use stiction_run::Error;
 
 /// A block in a groove: each face carries `W / (2 sin a)`, with half of the groove's angle `a`.
 #[test]

@@ -1,13 +1,14 @@
 //! Description of a run along a motion.
 
-use super::error::Error;
+use crate::error::{Error, check_finite};
+use crate::follower::Follower;
 use crate::{Instants, InstantsError};
-use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction_core::kinematics::{AssemblyError, Coordinate, Target, locks};
 use stiction_core::mechanism::BodyId;
 use stiction_format::{LoadCase, ModelFile, Motion, Side, Signal};
 
-/// Description of a run of inverse dynamics along a motion.
+/// Description of a run along a motion: inverse dynamics, static friction, a check, a conversion.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
     /// Model of the mechanism.
@@ -28,7 +29,25 @@ pub struct Job<'a> {
     pub friction_margin: bool,
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    /// Describes a run along a motion of the model under a load, with converged friction.
+    pub fn new(
+        model: &'a ModelFile,
+        (motion_name, motion): (&str, &'a Motion),
+        (load_name, load): (&str, &'a LoadCase),
+    ) -> Self {
+        Self {
+            model,
+            motion,
+            motion_name: motion_name.to_owned(),
+            load,
+            load_name: load_name.to_owned(),
+            friction: FrictionMode::Converged,
+            step: None,
+            friction_margin: false,
+        }
+    }
+
     /// Sample times.
     ///
     /// # Errors
@@ -40,17 +59,9 @@ impl Job<'_> {
     /// Assembles the mechanism at the pose that the motion prescribes at an instant, s.
     ///
     /// # Errors
-    /// [`Error::Assembly`] if the loops do not close there, [`Error::NotFinite`] if the motion has no value.
-    pub fn assemble(&self, time: f64) -> Result<InverseDynamics, Error> {
-        let coordinates: Vec<Coordinate> =
-            self.motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
-        let mut targets =
-            vec![Target { value: 0.0, rate: 0.0, acceleration: 0.0 }; coordinates.len()];
-        self.check_motion(time)?;
-        self.targets_at(time, &mut targets);
-        let (mechanism, initial_poses) = (self.model.mechanism.clone(), &self.model.initial_poses);
-        InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, Settings::default())
-            .map_err(|error| Error::Assembly { time, error })
+    /// See [`Follower::new`].
+    pub fn assemble(&self, time: f64) -> Result<Follower<'a>, Error> {
+        Follower::new(self.model, self.motion, time)
     }
 
     /// Names of the coordinates that must be locked to determine the configuration at the first
@@ -92,41 +103,11 @@ impl Job<'_> {
         Ok(Some((motion, names)))
     }
 
-    /// Moves an assembled mechanism along the motion from one instant to another, s.
-    ///
-    /// # Errors
-    /// See [`Job::assemble`].
-    pub fn follow(&self, solver: &mut InverseDynamics, from: f64, to: f64) -> Result<(), Error> {
-        self.check_motion(to)?;
-        let followed = solver.follow(from, to, |t, targets| self.targets_at(t, targets));
-        followed.or_else(|error| {
-            // Reading a recording may fail during the step.
-            self.check_motion(to)?;
-            Err(Error::Assembly { time: to, error })
-        })
-    }
-
-    fn targets_at(&self, time: f64, targets: &mut [Target<f64>]) {
-        for (target, (_, signal)) in targets.iter_mut().zip(&self.motion.coordinates) {
-            *target = signal.at(time);
-        }
-    }
-
-    /// Checks that the motion has a finite value at an instant, s.
-    pub(crate) fn check_motion(&self, time: f64) -> Result<(), Error> {
-        for (_, signal) in &self.motion.coordinates {
-            if let Some(fault) = signal.fault_at(time) {
-                return Err(Error::NotFinite(Box::new(fault)));
-            }
-        }
-        Ok(())
-    }
-
     /// Replaces `loads` by the external wrenches at the solver's instant, s, and by the weights and
     /// inertia forces of the payloads carried on one side of it.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] if a load has no value; [`Error::Payload`] for a payload on a body that
+    /// [`Error::NotFinite`] if a load has no value; [`Error::SpinningPayload`] for a payload on a body that
     /// can spin freely, because its acceleration is unknown before the forces are computed.
     pub fn loads_of(
         &self,
@@ -141,7 +122,7 @@ impl Job<'_> {
             let body = payload.body;
             if solver.idle_axes().iter().any(|(spinning, _)| *spinning == body.0) {
                 let body = self.model.mechanism.bodies()[body.0].name.clone();
-                return Err(Error::Payload { body });
+                return Err(Error::SpinningPayload { body });
             }
             loads.push(AppliedLoad::of_payload(body, &payload.part, gravity, solver.bodies()));
         }
@@ -166,15 +147,9 @@ impl Job<'_> {
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value.
     pub fn loads_at(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
+        check_finite(self.load.signals(), time)?;
         loads.clear();
-        for wrench in &self.load.wrenches {
-            for signal in wrench.force.iter().chain(&wrench.moment) {
-                if let Some(fault) = signal.fault_at(time) {
-                    return Err(Error::NotFinite(Box::new(fault)));
-                }
-            }
-            loads.push(wrench.at(time));
-        }
+        loads.extend(self.load.at(time));
         Ok(())
     }
 }

@@ -1,0 +1,336 @@
+//! Motion laws: the course of a move from rest to rest.
+
+/// Motion law of a move from rest to rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Law {
+    /// Polynomial of degree five; acceleration zero at both ends.
+    Quintic,
+    /// Cycloid: the acceleration is one period of a sine.
+    Cycloid,
+    /// Modified sine: sines of two frequencies, with smaller peaks than the cycloid.
+    ModifiedSine,
+    /// Constant acceleration, constant speed, constant deceleration.
+    Trapezoid,
+    /// As the trapezoid, with limited jerk: seven phases of constant jerk.
+    SCurve,
+}
+
+/// Greatest speed, acceleration and jerk; infinite where there is no limit.
+pub(crate) type Limits = [f64; 3];
+
+/// No limit at all.
+pub(crate) const UNLIMITED: Limits = [f64::INFINITY; 3];
+
+impl Law {
+    /// Names of the laws in the model file.
+    pub(crate) const NAMES: &[&str] =
+        &["quintic", "cycloid", "modified-sine", "trapezoid", "s-curve"];
+
+    /// The law of this name.
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
+        let laws =
+            [Self::Quintic, Self::Cycloid, Self::ModifiedSine, Self::Trapezoid, Self::SCurve];
+        let names = Self::NAMES.iter().zip(laws);
+        names.into_iter().find(|(known, _)| **known == name).map(|(_, law)| law)
+    }
+
+    /// The limits without which no shortest duration exists, in words.
+    pub(crate) fn needs(self) -> &'static str {
+        match self {
+            Self::Quintic | Self::Cycloid | Self::ModifiedSine => "a limit",
+            Self::Trapezoid => "a limit of the acceleration",
+            Self::SCurve => "a limit of the jerk",
+        }
+    }
+
+    /// Peaks of the derivatives of a smooth law over unit distance and unit duration.
+    fn unit_peaks(self) -> Option<Limits> {
+        use std::f64::consts::{PI, TAU};
+        match self {
+            Self::Quintic => Some([1.875, 10.0 / 3f64.sqrt(), 60.0]),
+            Self::Cycloid => Some([2.0, TAU, TAU * TAU]),
+            Self::ModifiedSine => {
+                let scale = 1.0 / (4.0 + PI);
+                Some([4.0 * PI * scale, 4.0 * PI * PI * scale, 16.0 * PI.powi(3) * scale])
+            }
+            Self::Trapezoid | Self::SCurve => None,
+        }
+    }
+}
+
+/// A move over unit distance from rest to rest.
+#[derive(Clone, Debug)]
+pub(crate) struct Profile {
+    pub(crate) duration: f64,
+    shape: Shape,
+}
+
+#[derive(Clone, Debug)]
+enum Shape {
+    Smooth(Law),
+    /// Pieces of constant jerk over unit duration, in order.
+    Pieces(Vec<Piece>),
+}
+
+/// A piece of constant jerk and the state at its begin.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    begin: f64,
+    state: [f64; 3],
+    jerk: f64,
+}
+
+impl Profile {
+    /// The fastest move over unit distance within limits; `None` if the law has no shortest duration
+    /// under these limits.
+    pub(crate) fn fastest(law: Law, limits: Limits) -> Option<Self> {
+        let [speed, acceleration, jerk] = limits;
+        if let Some([v, a, j]) = law.unit_peaks() {
+            let duration = (v / speed).max((a / acceleration).sqrt()).max((j / jerk).cbrt());
+            return (duration > 0.0).then_some(Self { duration, shape: Shape::Smooth(law) });
+        }
+        if law == Law::Trapezoid {
+            if acceleration.is_infinite() {
+                return None;
+            }
+            // Without a cruise the peak speed is sqrt(acceleration).
+            let peak = speed.min(acceleration.sqrt());
+            let ramp = peak / acceleration;
+            return Some(Self::trapezoid(ramp, 1.0 / peak - ramp));
+        }
+        if jerk.is_infinite() {
+            return None;
+        }
+        // The acceleration that is reached if neither speed nor distance ends its growth.
+        let reached = acceleration.min((jerk * jerk / 2.0).cbrt());
+        let step = (reached / jerk).min((speed / jerk).sqrt());
+        let peak = jerk * step;
+        // Time of constant acceleration: until the speed is reached, or half the distance is gone.
+        let by_speed = speed / peak - step;
+        let by_distance = -1.5 * step + (0.25 * step * step + 1.0 / peak).sqrt();
+        let hold = by_speed.min(by_distance).max(0.0);
+        let cruise_speed = peak * (step + hold);
+        let cruise = (1.0 / cruise_speed - (2.0 * step + hold)).max(0.0);
+        Some(Self::s_curve(step, hold, cruise))
+    }
+
+    /// The same course in another duration.
+    pub(crate) fn stretched(self, duration: f64) -> Self {
+        Self { duration, ..self }
+    }
+
+    /// A move of given duration, without limits.
+    pub(crate) fn lasting(law: Law, duration: f64) -> Self {
+        let profile = match law {
+            Law::Trapezoid => Self::trapezoid(1.0, 1.0),
+            Law::SCurve => Self::s_curve(1.0, 1.0, 3.0),
+            law => Self { duration, shape: Shape::Smooth(law) },
+        };
+        Self { duration, ..profile }
+    }
+
+    /// From the times of a ramp and of the cruise.
+    fn trapezoid(ramp: f64, cruise: f64) -> Self {
+        let acceleration = 1.0 / (ramp * (ramp + cruise));
+        Self::of_accelerations(&[
+            (ramp, acceleration, 0.0),
+            (cruise, 0.0, 0.0),
+            (ramp, -acceleration, 0.0),
+        ])
+    }
+
+    /// From the times of a jerk phase, of constant acceleration, and of the cruise.
+    fn s_curve(step: f64, hold: f64, cruise: f64) -> Self {
+        let ramp = 2.0 * step + hold;
+        let jerk = 1.0 / (step * (step + hold) * (ramp + cruise));
+        let peak = jerk * step;
+        Self::of_accelerations(&[
+            (step, 0.0, jerk),
+            (hold, peak, 0.0),
+            (step, peak, -jerk),
+            (cruise, 0.0, 0.0),
+            (step, 0.0, -jerk),
+            (hold, -peak, 0.0),
+            (step, -peak, jerk),
+        ])
+    }
+
+    /// From phases with their durations, accelerations at the begin, and jerks.
+    fn of_accelerations(phases: &[(f64, f64, f64)]) -> Self {
+        let duration: f64 = phases.iter().map(|(time, ..)| time).sum();
+        let (mut pieces, mut begin, mut position, mut speed) = (Vec::new(), 0.0, 0.0, 0.0);
+        for &(time, acceleration, jerk) in phases {
+            // Over unit duration the derivatives are as many times greater.
+            let (acceleration, jerk) = (acceleration * duration.powi(2), jerk * duration.powi(3));
+            let piece = Piece { begin, state: [position, speed, acceleration], jerk };
+            begin += time / duration;
+            let end = piece.at(begin);
+            (position, speed) = (end[0], end[1]);
+            pieces.push(piece);
+        }
+        Self { duration, shape: Shape::Pieces(pieces) }
+    }
+
+    /// Position between 0 and 1 and its first and second derivatives at a time, s, after the begin.
+    pub(crate) fn at(&self, time: f64) -> [f64; 3] {
+        if time <= 0.0 {
+            return [0.0; 3];
+        }
+        if time >= self.duration {
+            return [1.0, 0.0, 0.0];
+        }
+        let [s, v, a] = self.unit(time / self.duration);
+        [s, v / self.duration, a / (self.duration * self.duration)]
+    }
+
+    /// The profile over unit duration.
+    fn unit(&self, x: f64) -> [f64; 3] {
+        use std::f64::consts::{PI, TAU};
+        match &self.shape {
+            Shape::Smooth(Law::Cycloid) => {
+                let (sine, cosine) = (TAU * x).sin_cos();
+                [x - sine / TAU, 1.0 - cosine, TAU * sine]
+            }
+            Shape::Smooth(Law::ModifiedSine) => {
+                let scale = 1.0 / (4.0 + PI);
+                // Outer eighths with the period 1/2, the middle with 3/2.
+                let (offset, size, rate, phase) = match x {
+                    x if x < 0.125 => (0.0, 0.25, 4.0 * PI, 0.0),
+                    x if x <= 0.875 => (2.0, 2.25, 4.0 * PI / 3.0, PI / 3.0),
+                    _ => (4.0, 0.25, 4.0 * PI, 0.0),
+                };
+                let (sine, cosine) = (rate * x + phase).sin_cos();
+                [
+                    (offset + PI * x - size * sine) * scale,
+                    (PI - size * rate * cosine) * scale,
+                    size * rate * rate * sine * scale,
+                ]
+            }
+            Shape::Smooth(_) => {
+                let y = 1.0 - x;
+                let s = x * x * x * (10.0 - 15.0 * x + 6.0 * x * x);
+                [s, 30.0 * x * x * y * y, 60.0 * x * y * (y - x)]
+            }
+            Shape::Pieces(pieces) => {
+                let next = pieces.partition_point(|piece| piece.begin <= x);
+                pieces.get(next.saturating_sub(1)).map_or([0.0; 3], |piece| piece.at(x))
+            }
+        }
+    }
+
+    /// Times within the move, s, between which a few samples resolve it.
+    pub(crate) fn knots(&self) -> Vec<f64> {
+        match &self.shape {
+            Shape::Smooth(_) => (1..4).map(|k| self.duration * f64::from(k) / 4.0).collect(),
+            Shape::Pieces(pieces) => {
+                pieces.iter().skip(1).map(|piece| piece.begin * self.duration).collect()
+            }
+        }
+    }
+}
+
+impl Piece {
+    fn at(&self, x: f64) -> [f64; 3] {
+        let h = x - self.begin;
+        let [s, v, a] = self.state;
+        [
+            s + h * (v + h * (a / 2.0 + h * self.jerk / 6.0)),
+            v + h * (a + h * self.jerk / 2.0),
+            a + h * self.jerk,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl Profile {
+        /// Greatest speed, acceleration and jerk of the move over unit distance.
+        fn peaks(&self) -> Limits {
+            let unit = match &self.shape {
+                Shape::Smooth(law) => law.unit_peaks().unwrap_or_default(),
+                Shape::Pieces(pieces) => {
+                    let jumps = pieces.iter().all(|piece| piece.jerk == 0.0);
+                    let most = |value: &dyn Fn(&Piece) -> f64| {
+                        pieces.iter().map(|piece| value(piece).abs()).fold(0.0, f64::max)
+                    };
+                    let jerk = if jumps { f64::INFINITY } else { most(&|piece| piece.jerk) };
+                    [most(&|piece| piece.state[1]), most(&|piece| piece.state[2]), jerk]
+                }
+            };
+            let [v, a, j] = unit;
+            [v / self.duration, a / self.duration.powi(2), j / self.duration.powi(3)]
+        }
+    }
+
+    const LAWS: [Law; 5] =
+        [Law::Quintic, Law::Cycloid, Law::ModifiedSine, Law::Trapezoid, Law::SCurve];
+
+    /// Derivatives are those of the position, and every move begins and ends at rest.
+    #[test]
+    fn laws_go_from_rest_to_rest_with_exact_derivatives() {
+        for law in LAWS {
+            let profile = Profile::lasting(law, 0.7);
+            assert!(profile.unit(0.0)[0].abs() < 1e-15 && profile.unit(0.0)[1].abs() < 1e-15);
+            let end = profile.unit(1.0);
+            assert!((end[0] - 1.0).abs() < 1e-14 && end[1].abs() < 1e-13, "{law:?}: {end:?}");
+            for k in 1..100 {
+                // Off the corners of the accelerations.
+                let (t, h) = (0.7 * (f64::from(k) + 0.37) / 101.0, 1e-6);
+                let [low, middle, high] = [t - h, t, t + h].map(|t| profile.at(t));
+                for d in 0..2 {
+                    let slope = (high[d] - low[d]) / (2.0 * h);
+                    assert!((slope - middle[d + 1]).abs() < 1e-6, "{law:?} at {t}");
+                }
+            }
+        }
+    }
+
+    /// The fastest move reaches a limit exactly and exceeds none.
+    #[test]
+    fn limits_are_reached_and_not_exceeded() {
+        let limits = [[0.5, 3.0, 40.0], [5.0, 3.0, 40.0], [5.0, 30.0, 40.0], [0.5, 30.0, 4.0]];
+        for (law, limits) in LAWS.iter().flat_map(|law| limits.map(|l| (*law, l))) {
+            let profile = Profile::fastest(law, limits).unwrap();
+            let peaks = profile.peaks();
+            let ratios: Vec<f64> =
+                (0..3).filter(|&k| peaks[k].is_finite()).map(|k| peaks[k] / limits[k]).collect();
+            let most = ratios.iter().copied().fold(0.0, f64::max);
+            assert!((most - 1.0).abs() < 1e-12, "{law:?} {limits:?}: {ratios:?}");
+            // Peaks that are told are those of the course.
+            let mut seen = [0f64; 2];
+            for k in 0..=100_000 {
+                let at = profile.at(profile.duration * f64::from(k) / 1e5);
+                seen = [seen[0].max(at[1].abs()), seen[1].max(at[2].abs())];
+            }
+            for k in 0..2 {
+                assert!(seen[k] <= peaks[k] * (1.0 + 1e-12), "{law:?} {limits:?}");
+                assert!(seen[k] >= peaks[k] * (1.0 - 1e-3), "{law:?} {limits:?}");
+            }
+        }
+    }
+
+    /// Textbook durations: trapezoid T = 1/v + v/a; triangle 2/sqrt(a); full S-curve 1/v + v/a + a/j;
+    /// S-curve of four jerk phases 4 (1/(2 j))^(1/3).
+    #[test]
+    fn durations_are_the_shortest() {
+        let time = |law, limits| Profile::fastest(law, limits).unwrap().duration;
+        let none = f64::INFINITY;
+        for (law, limits, expected) in [
+            (Law::Trapezoid, [1.0, 5.0, none], 1.2),
+            (Law::Trapezoid, [9.0, 4.0, none], 1.0),
+            (Law::SCurve, [1.0, 5.0, 50.0], 1.3),
+            (Law::SCurve, [none, none, 32.0], 1.0),
+            (Law::SCurve, [none, 1e9, 32.0], 1.0),
+            // Speed without constant acceleration: two jerk phases of sqrt(v/j) each way.
+            (Law::SCurve, [1.0, 5.0, 16.0], 1.5),
+        ] {
+            let found = time(law, limits);
+            assert!((found - expected).abs() < 1e-12, "{law:?} {limits:?}: {found}");
+        }
+        assert!(Profile::fastest(Law::Trapezoid, [1.0, none, none]).is_none());
+        assert!(Profile::fastest(Law::SCurve, [1.0, 1.0, none]).is_none());
+        assert!(Profile::fastest(Law::Quintic, UNLIMITED).is_none());
+    }
+}

@@ -1,0 +1,118 @@
+//! Courses through waypoints: moves from rest to rest, one after the other.
+
+use super::law::Profile;
+use std::sync::Arc;
+use stiction_core::kinematics::Target;
+use stiction_core::spatial::{Mat3, Vec3};
+
+/// A move between two waypoints.
+#[derive(Clone, Debug)]
+pub(crate) struct Move {
+    /// Time of its begin, s.
+    pub(crate) begin: f64,
+    pub(crate) profile: Profile,
+}
+
+impl Move {
+    pub(crate) fn end(&self) -> f64 {
+        self.begin + self.profile.duration
+    }
+}
+
+/// Moves in the order of their begins and ends; neighbours may overlap.
+#[derive(Clone, Debug)]
+pub(crate) struct Moves(pub(crate) Vec<Move>);
+
+impl Moves {
+    /// Moves that are under way at `t`, by number, with their profiles at `t`; before them the
+    /// number of moves that have ended.
+    fn under_way(&self, t: f64) -> (usize, impl Iterator<Item = (usize, [f64; 3])> + '_) {
+        let ended = self.0.partition_point(|each| each.end() <= t);
+        let begun = self.0.iter().enumerate().skip(ended).take_while(move |(_, m)| m.begin < t);
+        (ended, begun.map(move |(k, each)| (k, each.profile.at(t - each.begin))))
+    }
+
+    /// First instant after `t`, s, at which a move begins, ends or changes its phase.
+    pub(crate) fn after(&self, t: f64) -> Option<f64> {
+        let near = self.0.iter().skip(self.0.partition_point(|each| each.end() <= t)).take(2);
+        near.flat_map(|each| {
+            let knots = each.profile.knots().into_iter().map(|knot| each.begin + knot);
+            [each.begin, each.end()].into_iter().chain(knots)
+        })
+        .filter(|&knot| knot > t)
+        .min_by(f64::total_cmp)
+    }
+}
+
+/// A coordinate that goes through values, one more than there are moves.
+#[derive(Clone, Debug)]
+pub(crate) struct Course {
+    pub(crate) moves: Arc<Moves>,
+    pub(crate) values: Vec<f64>,
+}
+
+impl Course {
+    pub(crate) fn at(&self, t: f64) -> Target<f64> {
+        let value = |k: usize| self.values.get(k).copied().unwrap_or(f64::NAN);
+        let (ended, under_way) = self.moves.under_way(t);
+        let mut sum = [value(ended), 0.0, 0.0];
+        for (k, profile) in under_way {
+            let step = value(k + 1) - value(k);
+            for (sum, part) in sum.iter_mut().zip(profile) {
+                *sum += step * part;
+            }
+        }
+        let [value, rate, acceleration] = sum;
+        Target { value, rate, acceleration }
+    }
+}
+
+/// A body that turns through orientations, in each move about a fixed axis at the rate of the law. The
+/// moves do not overlap.
+#[derive(Clone, Debug)]
+pub(crate) struct Turning {
+    pub(crate) moves: Arc<Moves>,
+    /// Orientations, one more than there are moves.
+    pub(crate) orientations: Vec<Mat3<f64>>,
+    /// Rotation vector of each move, in the axes of its first orientation.
+    pub(crate) turns: Vec<Vec3<f64>>,
+}
+
+impl Turning {
+    pub(crate) fn new(moves: &Arc<Moves>, orientations: Vec<Mat3<f64>>) -> Self {
+        let turns = orientations
+            .windows(2)
+            .map(|pair| (pair[0].transpose() * pair[1]).rotation_vector())
+            .collect();
+        Self { moves: Arc::clone(moves), orientations, turns }
+    }
+
+    /// An instant at which the rotation vector passes half a turn, where its components jump.
+    pub(crate) fn half_turn(&self) -> Option<f64> {
+        let vector = |t: f64| {
+            let [x, y, z] = self.at(t).map(|target| target.value);
+            Vec3::new(x, y, z)
+        };
+        self.moves.0.iter().find_map(|each| {
+            let time = |k: u32| each.begin + each.profile.duration * f64::from(k) / 100.0;
+            // A hundredth of a move turns by less than a radian.
+            (1..=100).find(|&k| (vector(time(k)) - vector(time(k - 1))).norm() > 1.0).map(time)
+        })
+    }
+
+    /// The rotation vector of the orientation.
+    pub(crate) fn at(&self, t: f64) -> [Target<f64>; 3] {
+        let (ended, mut under_way) = self.moves.under_way(t);
+        let rotation = self.orientations.get(ended).copied().unwrap_or(Mat3::identity());
+        match under_way.next() {
+            None => Target::of_rotation(rotation, Vec3::zero(), Vec3::zero()),
+            Some((k, [part, rate, acceleration])) => {
+                let turn = self.turns.get(k).copied().unwrap_or(Vec3::zero());
+                let axis = rotation * turn;
+                let about = turn.direction().unwrap_or(Vec3::unit(0));
+                let turned = rotation * Mat3::rotation(about, turn.norm() * part);
+                Target::of_rotation(turned, axis * rate, axis * acceleration)
+            }
+        }
+    }
+}

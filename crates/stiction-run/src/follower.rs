@@ -1,0 +1,85 @@
+//! Mechanism that follows a prescribed motion.
+
+use crate::error::{Error, check_finite};
+use stiction_core::dynamics::{InverseDynamics, Settings};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_format::{ModelFile, Motion};
+
+/// Mechanism at an instant of its motion, from which it moves on to other instants.
+#[derive(Clone, Debug)]
+pub struct Follower<'a> {
+    motion: &'a Motion,
+    /// The mechanism at [`Self::time`].
+    pub solver: InverseDynamics,
+    time: f64,
+}
+
+impl<'a> Follower<'a> {
+    /// Assembles the mechanism at the position that the motion prescribes at an instant, s.
+    ///
+    /// # Errors
+    /// [`Error::Assembly`] if the loops do not close there, [`Error::NotFinite`] if the motion has no value.
+    pub fn new(model: &ModelFile, motion: &'a Motion, time: f64) -> Result<Self, Error> {
+        check_finite(motion.signals(), time)?;
+        let coordinates: Vec<Coordinate> =
+            motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
+        let targets: Vec<Target<f64>> = motion.at(time).collect();
+        let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
+        let settings = Settings::default();
+        let solver =
+            InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, settings)
+                .map_err(|error| Error::Assembly { time, error })?;
+        Ok(Self { motion, solver, time })
+    }
+
+    /// Present instant, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Follows the motion to another instant, s.
+    ///
+    /// # Errors
+    /// As [`Follower::new`].
+    pub fn go_to(&mut self, time: f64) -> Result<(), Error> {
+        check_finite(self.motion.signals(), time)?;
+        let targets_at = |t: f64, targets: &mut [Target<f64>]| {
+            targets.iter_mut().zip(self.motion.at(t)).for_each(|(target, at)| *target = at);
+        };
+        let followed = self.solver.follow(self.time, time, targets_at);
+        followed.or_else(|error| {
+            // Reading a recording may fail during the step.
+            check_finite(self.motion.signals(), time)?;
+            Err(Error::Assembly { time, error })
+        })?;
+        self.time = time;
+        Ok(())
+    }
+
+    /// Moves to another instant, s, in a single step; false if the step is too long.
+    pub(crate) fn leap_to(&mut self, time: f64) -> bool {
+        let targets: Vec<Target<f64>> = self.motion.at(time).collect();
+        let arrived = self.solver.leap(time - self.time, &targets);
+        if arrived {
+            self.time = time;
+        }
+        arrived
+    }
+
+    /// Appends the time and the position of the mechanism.
+    pub(crate) fn save(&self, numbers: &mut Vec<f64>) {
+        let position = self.solver.save();
+        numbers.extend([self.time, position.len() as f64]);
+        numbers.extend(position);
+    }
+
+    /// Restores the state written by [`Self::save`] from the start of `numbers` and returns the
+    /// rest; `None` if the numbers belong to another motion.
+    pub(crate) fn restore<'n>(&mut self, numbers: &'n [f64]) -> Option<&'n [f64]> {
+        let (&[time, length], rest) = numbers.split_first_chunk()?;
+        let (position, rest) = rest.split_at_checked(length as usize)?;
+        self.solver.restore(position)?;
+        self.time = time;
+        Some(rest)
+    }
+}
