@@ -119,6 +119,7 @@ fn cannot_carry(missing: &Missing) -> Error {
 /// Adds suggestions to the plain message of a simulation's error.
 fn simulation(error: &ForwardError, plain: Error) -> Error {
     match error {
+        ForwardError::GearLoss { .. } => plain,
         ForwardError::Blocked { .. } => plain
             .with_help("give other rates at the start, or lock other joints")
             .with_option("from"),

@@ -10,12 +10,16 @@ pub(crate) struct Names {
     /// For each actuator its short name (`leg1.P`) and its full name, which ends in the degree of
     /// freedom if the joint has several.
     pub(crate) actuators: Vec<(String, String)>,
+    /// Drive trains.
+    pub(crate) motors: Vec<String>,
     pub(crate) joints: Vec<String>,
     pub(crate) bodies: Vec<String>,
     /// Scalar joint coordinates: name, joint, index of the degree of freedom.
     pub(crate) coordinates: Vec<(String, JointId, usize)>,
     /// Friction interfaces: the joint's name, followed by that of the interface where the joint has several.
     pub(crate) interfaces: Vec<String>,
+    /// Friction interfaces of simulations: those of the joints, then the shafts of motors.
+    pub(crate) with_shafts: Vec<String>,
 }
 
 impl Names {
@@ -34,12 +38,17 @@ impl Names {
             }
             interfaces.extend(joint.interface_names());
         }
+        let shafts = mechanism.shafts_with_friction();
+        let shafts = shafts.into_iter().map(|(name, _)| format!("{name}.motor"));
+        let with_shafts = interfaces.iter().cloned().chain(shafts).collect();
         Self {
             actuators,
+            motors: mechanism.drive_trains().iter().map(|train| train.name.clone()).collect(),
             joints: joints.iter().map(|joint| joint.name.clone()).collect(),
             bodies: mechanism.bodies().iter().map(|body| body.name.clone()).collect(),
             coordinates,
             interfaces,
+            with_shafts,
         }
     }
 
@@ -49,6 +58,15 @@ impl Names {
             Some(index) => Ok(index),
             None => find("actuator", name, self.actuators.iter().map(|(short, _)| short)),
         }
+    }
+
+    /// Index of a drive train.
+    pub(crate) fn motor(&self, name: &str) -> Result<usize, Error> {
+        if self.motors.is_empty() {
+            return Err(Error::input("the model has no drive trains")
+                .with_help("add a table such as [actuators.motor]"));
+        }
+        find("drive train", name, &self.motors)
     }
 
     /// Index of a joint.
@@ -66,14 +84,23 @@ impl Names {
         find("joint coordinate", name, self.coordinates.iter().map(|(name, ..)| name))
     }
 
-    /// Index of a friction interface.
+    /// Index of a friction interface of the joints.
     pub(crate) fn interface(&self, name: &str) -> Result<usize, Error> {
-        if self.interfaces.is_empty() {
-            return Err(Error::input("the model declares no friction in any joint")
-                .with_help("add `friction = { mu = 0.1, radius = \"8 mm\" }` to a joint"));
-        }
-        find("friction interface", name, &self.interfaces)
+        find_interface(name, &self.interfaces)
     }
+
+    /// Index of a friction interface in a simulation.
+    pub(crate) fn interface_or_shaft(&self, name: &str) -> Result<usize, Error> {
+        find_interface(name, &self.with_shafts)
+    }
+}
+
+fn find_interface(name: &str, interfaces: &[String]) -> Result<usize, Error> {
+    if interfaces.is_empty() {
+        return Err(Error::input("the model declares no friction in any joint")
+            .with_help("add `friction = { mu = 0.1, radius = \"8 mm\" }` to a joint"));
+    }
+    find("friction interface", name, interfaces)
 }
 
 /// Index of a name in a list, or an error that suggests the nearest ones.

@@ -24,6 +24,7 @@ mod integrator;
 mod joints;
 mod mass_matrix;
 mod project;
+mod rotors;
 mod simulation;
 mod solve;
 mod stick;
@@ -52,6 +53,7 @@ use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
+use rotors::{Rotor, motor_friction};
 use std::sync::Arc;
 
 /// Model of a mechanism for forward dynamics. Immutable.
@@ -106,6 +108,8 @@ pub struct Forward {
     parameters: Parameters<f64>,
     /// Indices of the actuators whose motion is prescribed.
     prescribed: Vec<usize>,
+    /// Rotors of drive trains.
+    rotors: Vec<Rotor>,
     /// Scale of each DOF of the tree: the characteristic length for translations, else one.
     columns: Vec<f64>,
 }
@@ -120,11 +124,13 @@ impl Forward {
     /// Builds the model with a spanning tree chosen by `rule`.
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let topology = Arc::new(Topology::with_tree(&mechanism, rule));
-        let parameters = Parameters::new(&mechanism);
+        let mut parameters = Parameters::new(&mechanism);
+        parameters.interfaces.extend(motor_friction(&mechanism));
+        let rotors = Rotor::all(&mechanism);
         let columns = column_scales(&topology, parameters.length);
         let known = 0..topology.actuators.len();
         let prescribed = prescribed.iter().copied().filter(|a| known.contains(a)).collect();
-        Self { mechanism, topology, parameters, prescribed, columns }
+        Self { mechanism, topology, parameters, prescribed, rotors, columns }
     }
 
     /// The mechanism.

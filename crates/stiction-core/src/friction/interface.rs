@@ -65,6 +65,12 @@ pub enum InterfaceShape {
     Sleeve,
     /// A ball: degrees of freedom 0, 1, 2 are the angular velocity in K.
     Ball,
+    /// The shaft of a motor, whose friction does not depend on the joint's reaction. No joint type has it;
+    /// drive trains add it.
+    Shaft {
+        /// Index of the driven degree of freedom.
+        dof: usize,
+    },
     /// A plate with its midpoint at the origin of K on a plane normal to the z axis of J: degrees
     /// of freedom 0 and 1 are the velocity of the midpoint, 2 is the rotation.
     Plate,
@@ -75,7 +81,7 @@ impl InterfaceShape {
     #[inline]
     pub const fn dofs(self) -> core::ops::Range<usize> {
         match self {
-            Self::Pin { dof, .. } | Self::Guide { dof } => dof..dof + 1,
+            Self::Pin { dof, .. } | Self::Guide { dof } | Self::Shaft { dof } => dof..dof + 1,
             Self::Thread => 0..1,
             Self::Sleeve => 0..2,
             Self::Ball | Self::Plate => 0..3,
@@ -84,7 +90,7 @@ impl InterfaceShape {
 
     /// Returns `true` if the surface rotates, so that the interface has a radius.
     pub const fn turns(self) -> bool {
-        !matches!(self, Self::Guide { .. })
+        !matches!(self, Self::Guide { .. } | Self::Shaft { .. })
     }
 
     /// Returns `true` if the surfaces slide along one line, forward or backward.

@@ -146,7 +146,11 @@ impl<'a> Context<'a> {
                         None => {
                             let bare = quantity.dimension == Dimension::NONE;
                             self.doubt(value, measure, quantity.value, bare);
-                            let number = self.finite(value, quantity.value, measure);
+                            // A lead without an angle is per revolution.
+                            let per_angle =
+                                measure == Measure::Lead && quantity.dimension.has_angle();
+                            let turn = if per_angle { std::f64::consts::TAU } else { 1.0 };
+                            let number = self.finite(value, quantity.value * turn, measure);
                             Ok(number.map(|number| (number, measure)))
                         }
                         Some(fault) => Err(fault(0..text.content.len())),

@@ -3,6 +3,7 @@
 use super::certainty::MOST_MARGIN;
 use super::contributions::Ranking;
 use super::efficiency::Efficiency;
+use super::motor_summary::MotorSummary;
 use super::sample::Sample;
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
@@ -45,6 +46,7 @@ pub struct Summary {
     pub(super) efficiency: Efficiency,
     pub(super) power_residual: Size,
     pub(super) power_residual_relative: Size,
+    pub(super) motors: MotorSummary,
     /// Characteristic length, m.
     length: f64,
     pub(super) closure: Size,
@@ -98,6 +100,7 @@ impl Summary {
             efficiency: Efficiency::new(drives),
             power_residual: Size::default(),
             power_residual_relative: Size::default(),
+            motors: MotorSummary::new(job),
             length: job.model.mechanism.characteristic_length(),
             closure: Size::default(),
             actuation: Least::default(),
@@ -134,7 +137,7 @@ impl Summary {
 
     /// Content of `summary.json`.
     pub fn json(&self, job: &Job<'_>, verdict: &Verdict) -> Value {
-        json!({
+        let mut value = json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
             "model": { "name": job.model.name, "title": job.model.title },
             "options": {
@@ -146,7 +149,7 @@ impl Summary {
                 "samples": verdict.samples,
                 "interpolation": job.motion.interpolation,
             },
-            "cautions": job.motion.warnings.iter().map(|doubt| &doubt.message).collect::<Vec<_>>(),
+            "cautions": self.cautions(job),
             "units": "SI: s, m, rad, kg, N, N m, J, W",
             "drives": self.drives_json(job),
             "joints": self.reactions.json(&self.names.joints),
@@ -158,7 +161,19 @@ impl Summary {
             },
             "efficiency": self.has_friction(job).then(|| self.efficiency.json(&self.names)),
             "verdicts": self.verdicts_json(job, verdict),
-        })
+        });
+        // Only models with drive trains have these entries.
+        if !self.motors.is_empty() {
+            value["actuators"] = self.motors.json(&self.names);
+            value["verdicts"]["power_residual_with_motors"] = json!(self.motors.residual());
+        }
+        value
+    }
+
+    /// Doubts about the motion, and limits of motors that it exceeds.
+    pub(super) fn cautions(&self, job: &Job<'_>) -> Vec<String> {
+        let doubts = job.motion.warnings.iter().map(|doubt| doubt.message.clone());
+        doubts.chain(self.motors.cautions()).collect()
     }
 
     /// True if friction acts in some joint.
@@ -309,6 +324,7 @@ impl Sink<Sample> for Summary {
         self.work.dissipated.add(time, power.dissipated);
         self.power_residual.add(time, power.residual());
         self.power_residual_relative.add(time, forces.imbalance(self.length));
+        self.motors.add(time, &sample.motors, forces);
         self.closure.add(time, sample.closure);
         self.actuation.add(time, sample.distances.actuation);
         self.constraint.add(time, sample.distances.constraint);
@@ -371,7 +387,8 @@ pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String
         length * 1e3
     );
     let drives = format!(
-        "the least sum of squared efforts, those of rotary actuators divided by L = {:.4} mm",
+        "the least sum of squared efforts{}, those of rotary actuators divided by L = {:.4} mm",
+        if mechanism.drive_trains().is_empty() { "" } else { " at the joints (not of the motors)" },
         length * 1e3
     );
     let energy = "the least elastic energy of the joints by their declared compliances".to_owned();

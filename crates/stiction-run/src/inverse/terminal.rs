@@ -52,12 +52,12 @@ pub fn write_summary(
     writeln!(out)?;
     write_drives(out, job, summary)?;
     write_rest(out, summary)?;
+    summary.motors.write(out)?;
     write_reactions(out, summary, job.model.mechanism.characteristic_length())?;
     write_friction(out, job, summary, verdict)?;
     write_verdicts(out, job, summary, verdict)?;
     write_certainty(out, summary, verdict)?;
-    let doubts = job.motion.warnings.iter();
-    doubts.into_iter().try_for_each(|doubt| writeln!(out, "CAUTION: {}", doubt.message))
+    summary.cautions(job).iter().try_for_each(|caution| writeln!(out, "CAUTION: {caution}"))
 }
 
 fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {

@@ -148,7 +148,7 @@ pub(crate) fn read(
 
 /// Tests if an interface of this shape has the part. The builder reports the radius of a guide.
 fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
-    use InterfaceShape::{Ball, Guide, Pin, Plate, Sleeve, Thread};
+    use InterfaceShape::{Ball, Guide, Pin, Plate, Shaft, Sleeve, Thread};
     match key {
         "bending_span" | "combine" => shape != Ball,
         "collar_radius" => matches!(shape, Pin { .. }),
@@ -156,7 +156,7 @@ fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
         "supports" | "gland" | "piston" => match shape {
             Guide { .. } | Thread | Sleeve => true,
             Pin { .. } => joint_type == JointType::Cylindrical,
-            Ball | Plate => false,
+            Ball | Plate | Shaft { .. } => false,
         },
         "flank_angle" => shape == Thread,
         "smoothing" => shape != Thread,
