@@ -27,6 +27,7 @@ mod breakaway;
 mod check;
 mod convert;
 mod failure;
+mod fold;
 mod forward;
 mod inverse;
 mod manners;

@@ -29,8 +29,8 @@ const CORRECTIONS: usize = 400;
 /// 0` and `x y = 0` long steps lead straight to the origin, although y is free; short ones lead to
 /// the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
-/// Error below which the ratio no longer matters: blocked motions are then within about 1e-3, much
-/// less than free ones.
+/// Error below which the ratio is not checked. Blocked motions have then decreased to about 1e-3,
+/// far below free ones.
 const NEAR: f64 = 1e-6;
 /// Threshold of the displacement that remains of a unit step after closing the loops. A remaining
 /// displacement above it is motion; below it are the curvature of a motion (about 0.04) and the

@@ -185,7 +185,7 @@ fn drives(
 /// Decoupled (one-pass) friction is exact to first order in the coefficients: halving the
 /// coefficients divides its error by four.
 #[test]
-fn without_friction_and_with_little() {
+fn the_one_pass_error_is_quadratic_in_the_coefficients() {
     use FrictionMode::{Converged, Off, OnePass};
     let mut compared = 0;
     for_each_case(0.15, 12, |case, solver| {
@@ -219,7 +219,7 @@ fn without_friction_and_with_little() {
 /// Time reversal changes the direction of friction and nothing else, if the laws for the two
 /// directions are exchanged.
 #[test]
-fn time_reversal_turns_friction_round() {
+fn time_reversal_reverses_friction() {
     let mut compared = 0;
     for_each_case(0.05, 12, |case, solver| {
         let run = |rates, change: fn(&mut InterfaceParameters<f64>)| {
@@ -245,7 +245,7 @@ fn time_reversal_turns_friction_round() {
 /// Pins, balls and threads with radius zero have no friction moment: only the friction of guides
 /// remains. A plate keeps the friction of its translation.
 #[test]
-fn without_radius_nothing_that_turns_rubs() {
+fn a_zero_radius_gives_no_friction_moment() {
     let mut compared = 0;
     for_each_case(0.15, 8, |case, solver| {
         let run = |change: fn(&mut InterfaceParameters<f64>)| {

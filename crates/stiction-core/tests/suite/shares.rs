@@ -55,7 +55,7 @@ fn solved(mut each: impl FnMut(&Case, &mut InverseDynamics, f64)) {
 }
 
 #[test]
-fn shares_add_up_and_agree_with_the_dense_system() {
+fn contributions_add_up_and_agree_with_the_dense_system() {
     let (mut summed, mut compared) = (0, 0);
     solved(|case, solver, smallest| {
         let kernel = shares(solver);

@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slips_of_the_keyboard_are_understood() {
+    fn typing_errors_get_suggestions() {
         let keys = ["mass", "com", "inertia", "home"];
         for (typed, meant) in [
             ("masss", Some("mass")),

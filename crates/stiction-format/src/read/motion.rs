@@ -132,7 +132,7 @@ pub(crate) fn read(
     }
     // Times of samples are sums of `start` and a part of `duration`.
     if duration > 0.0 && start.abs() * f64::EPSILON > 1e-3 * step.unwrap_or(STEP) {
-        let message = "the start is so late that samples one step apart round to the same time";
+        let message = "the start time is so large that consecutive samples round to the same time";
         context.push(
             Diagnostic::error("range", message)
                 .at(context.place(&record.span("start")), "too far from 0")

@@ -386,8 +386,8 @@ fn ambiguous_files_are_refused() {
     for (text, reason, remedy) in [
         ("time [s],A [m]\n0,1,5\n0,5,2,5\n", "4 columns", "semicolons"),
         ("time [s];A [m]\n0;1.5\n0,5;2.5\n", "another decimal mark", "one decimal mark"),
-        ("time [s];A [m]\n0;1.234,5\n1;2\n", "separators of thousands", "without separators"),
-        ("time [s],A [m]\n0,\"1,234\"\n1,2\n", "separators of thousands", "without separators"),
+        ("time [s];A [m]\n0;1.234,5\n1;2\n", "thousands separators", "without thousands"),
+        ("time [s],A [m]\n0,\"1,234\"\n1,2\n", "thousands separators", "without thousands"),
         ("time [s] A [m]\n0 1\n1 2\n", "separated by blanks", "commas, semicolons or tabs"),
         ("time [s],A [m]\n0,\"1\n1,2\n", "is not a number", "close the quote"),
     ] {

@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn drives_that_only_take_have_no_efficiency() {
+    fn absorbing_actuators_have_no_efficiency() {
         let mut efficiency = Efficiency::new(0);
         let at = |time: f64| Powers { time, drives: -1.0, dissipated: 0.1, turnover: 1.0 };
         efficiency.integrate(&at(0.0), &at(1.0));

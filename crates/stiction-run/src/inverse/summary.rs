@@ -220,7 +220,7 @@ impl Summary {
             });
             // Only laws with a state have this entry.
             if self.names.steady.contains(name) {
-                value["law"] = json!("steady state of a law with a state");
+                value["law"] = json!("steady sliding of a law with an internal state");
             }
             interfaces.insert(name.clone(), value);
         }

@@ -148,8 +148,9 @@ fn write_rest(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     if summary.unbounded_samples > 0 {
         writeln!(
             out,
-            "at {} of these samples the interval is not known, and drive_low and drive_high are just \
-             the drive: the position is singular, or constraints and actuators are both redundant",
+            "at {} of these samples the interval is not known, and drive_low and drive_high \
+             equal drive: the position is singular, or constraints and actuators are both \
+             redundant",
             summary.unbounded_samples,
         )?;
     }
@@ -223,7 +224,7 @@ fn write_friction(
     if !steady.is_empty() {
         writeln!(
             out,
-            "friction at {} is that of steady sliding: the state of its law is taken as settled",
+            "friction at {} is that of steady sliding, because its law has an internal state",
             listed(steady, LISTED),
         )?;
     }
@@ -256,8 +257,8 @@ fn write_verdicts(
     for (from, to) in verdict.passed_singularities.iter().take(LISTED) {
         writeln!(
             out,
-            "CAUTION: between t = {} s and t = {} s the mechanism passes a singular position, where \
-             without friction no finite driving force exists",
+            "CAUTION: between t = {} s and t = {} s the mechanism passes a singular position, \
+             where without friction no finite effort exists",
             number(*from),
             number(*to),
         )?;
@@ -273,8 +274,8 @@ fn write_verdicts(
     } else if summary.actuation.value < NEAR_SINGULAR {
         writeln!(
             out,
-            "CAUTION: near a singular position driving forces without friction, and errors of the model, grow like \
-             one over the distance",
+            "CAUTION: near a singular position, frictionless efforts and the effects of model \
+             errors are inversely proportional to the singularity index",
         )?;
     }
     if !verdict.idle_spins.is_empty() {
@@ -288,7 +289,7 @@ fn write_verdicts(
     }
     let undetermined = summary.undetermined();
     if undetermined.is_empty() {
-        return write_unique(out, "all reactions and driving forces", verdict);
+        return write_unique(out, "all reactions and actuator efforts", verdict);
     }
     let unique = summary.drives_are_unique(job.friction);
     writeln!(
@@ -299,20 +300,21 @@ fn write_verdicts(
         by_components(&undetermined),
     )?;
     if let Some(words) = weighting_words(job, verdict) {
-        writeln!(out, "these are chosen by {words}")?;
+        writeln!(out, "the reported ones follow from {words}")?;
     }
     if unique {
-        return write_unique(out, "driving forces", verdict);
+        return write_unique(out, "actuator efforts", verdict);
     }
     let open: Vec<&str> = summary.frictions_that_are_not_unique().collect();
     if verdict.singular.is_some() {
-        writeln!(out, "driving forces are not unique where the position is singular")
+        writeln!(out, "actuator efforts are not unique where the position is singular")
     } else if open.is_empty() {
-        writeln!(out, "driving forces are not unique: actuators are redundant")
+        writeln!(out, "actuator efforts are not unique: actuators are redundant")
     } else {
         writeln!(
             out,
-            "driving forces are not unique: friction at {} depends on reactions that are not",
+            "actuator efforts are not unique: friction at {} depends on reactions that are not \
+             unique",
             open.join(", ")
         )
     }
@@ -328,9 +330,9 @@ fn write_singular(
     let Singular { samples, time, body, motion, load, null_directions } = singular;
     writeln!(
         out,
-        "CAUTION: the position is singular at {samples} of {} samples, first at t = {} s: while the \
-         actuators stand {body} can move ({motion}), and {load} could not be carried. This load is \
-         carried by chance: forces are finite, but not unique",
+        "CAUTION: the position is singular at {samples} of {} samples, first at t = {} s: with \
+         all actuators locked, {body} can move ({motion}), and {load} could not be balanced. The \
+         present load happens to be balanced: forces are finite, but not unique",
         verdict.samples,
         number(*time),
     )?;
@@ -347,9 +349,9 @@ fn write_singular(
             .collect();
         writeln!(
             out,
-            "  null direction {}, in any amount: {}; reactions of {}",
+            "  null direction {} (any multiple of it): {}; reactions of {}",
             k + 1,
-            if drives.is_empty() { "no drive".to_owned() } else { drives.join(", ") },
+            if drives.is_empty() { "no effort".to_owned() } else { drives.join(", ") },
             joints.join(", "),
         )?;
     }
@@ -363,7 +365,7 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
             // Rounded down, as a guaranteed bound; round-off alone takes no digit away.
             true => writeln!(
                 out,
-                "{what} are unique, also with up to {} times this friction",
+                "{what} are unique, even with up to {} times this friction",
                 number((100.0 / coupling * (1.0 + 1e-12)).floor() / 100.0)
             ),
             false => writeln!(out, "{what} are unique"),
@@ -373,8 +375,8 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
     match verdict.coupling {
         Some(coupling) => writeln!(
             out,
-            "with friction there may be other solutions (coupling {}, unique below 1): reported is the one \
-             continued from zero friction",
+            "with friction there may be other solutions (coupling {}, unique below 1); the \
+             reported solution is continued from zero friction",
             number(coupling),
         ),
         None => writeln!(
@@ -390,8 +392,8 @@ fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -
         let count = others.drives.len();
         writeln!(
             out,
-            "CAUTION: friction has other solutions at {} of {} samples, found by Newton's method from \
-             many starts; reported is the one continued from zero friction. At t = {} s {}:",
+            "CAUTION: friction has other solutions at {} of {} samples, found by Newton's method \
+             from many starts; the reported one is continued from zero friction. At t = {} s {}:",
             others.samples,
             verdict.samples,
             number(others.time),
@@ -407,14 +409,15 @@ fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -
         None => Ok(()),
         Some(Margin { factor: Some(factor), time, joint }) => writeln!(
             out,
-            "all coefficients of friction can grow {} times; then friction locks {} at t = {} s",
+            "all friction coefficients can grow by a factor of {}; then friction locks {} at t = \
+             {} s",
             number(*factor),
             joint.as_deref().unwrap_or("the mechanism"),
             number(*time),
         ),
         Some(Margin { factor: None, .. }) => writeln!(
             out,
-            "all coefficients of friction can grow {MOST_MARGIN} times, and nothing locks"
+            "all friction coefficients can grow by a factor of {MOST_MARGIN}, and nothing locks"
         ),
     }
 }

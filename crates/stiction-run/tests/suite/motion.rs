@@ -45,7 +45,7 @@ fn drives(text: &str) -> Vec<Vec<f64>> {
 
 /// Rotation vectors beyond half a turn and beyond whole turns, against the same motion in angles.
 #[test]
-fn rotation_vectors_go_round_and_round() {
+fn rotation_vectors_exceed_whole_turns() {
     let pairs = [
         ("rvx = 0\nrvy = 0\nrvz = \"20 rad/s*t\"", "rx = 0\nry = 0\nrz = \"20 rad/s*t\""),
         ("rvx = \"-9 rad/s*t\"\nrvy = 0\nrvz = 0", "rx = \"-9 rad/s*t\"\nry = 0\nrz = 0"),
@@ -137,7 +137,7 @@ fn passed_singular_positions_are_reported() {
 /// A parallelogram that turns steadily in the horizontal plane has forces but no powers; it is
 /// computed at any speed.
 #[test]
-fn steady_turning_is_not_taken_for_noise() {
+fn steady_rotation_is_not_noise() {
     for speed in [1.0, 50.0, 1e3, 1e4] {
         let text = format!(
             r#"

@@ -181,7 +181,7 @@ fn check_start(request: &Forward) -> Result<(), Error> {
 fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let Some(until) = request.task.until else { return Ok(()) };
     if until.is_nan() || until.is_infinite() {
-        return Err(Error::input(format!("the end is {until} s, which is no time"))
+        return Err(Error::input(format!("the end is {until} s, but must be a finite time"))
             .with_help("give the time of the last sample, a finite number of seconds")
             .with_option("until"));
     }

@@ -86,7 +86,7 @@ fn inverse_dynamics_of_a_simulation_returns_its_efforts() {
 /// Rods between two balls have little inertia about their own axes, which causes too many events
 /// for the event-driven method; the simulation continues by time stepping.
 #[test]
-fn a_delta_robot_is_passed_in_steps_and_says_so() {
+fn a_delta_robot_continues_by_time_stepping() {
     let folder = Folder::new("forward-delta");
     let run = ["forward", "delta", "--until", "0.02", "--tolerance", "1e-9", "-o", "."];
     let out = folder.stiction(&run).succeeds().to_owned();

@@ -84,7 +84,7 @@ pub struct InverseDynamics {
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     copy: Option<InverseDynamics>,
-    /// Compilation counts of the original and of the copy at their last agreement.
+    /// Numbers of compilations of the original and of the copy when they were last equal.
     plans: [(u64, u64); 2],
 }
 

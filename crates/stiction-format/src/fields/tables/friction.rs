@@ -41,7 +41,7 @@ const LAW: Field = field(
     "law",
     Choice(FRICTION_LAWS),
     "Friction law; by default coulomb or stribeck, depending on the other keys. Inverse dynamics \
-     evaluates laws with a state (dahl, lugre) in steady sliding.",
+     evaluates laws with an internal state (dahl, lugre) in steady sliding.",
 );
 const SIGMA0: Field = field(
     "sigma0",

@@ -15,7 +15,7 @@ pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> 
     let table = table_in_force(layers, notes);
     if table.is_none() && mu.is_none() && (viscous.is_none() || has_state) {
         if has_state {
-            layers.missing(given("law"), "mu", " for a law with a state", notes);
+            layers.missing(given("law"), "mu", " for a law with an internal state", notes);
         } else if let Some(record) = layers.records.first() {
             record.missing_both(["mu", "viscous"]);
         }
@@ -197,7 +197,7 @@ fn bristles(
             let (why, help) = match word {
                 "dahl" => ("Dahl's law has only `sigma0`", "write `law = \"lugre\"`, or `viscous`"),
                 _ => (
-                    "it is a parameter of a law with a state",
+                    "it is a parameter of a law with an internal state",
                     "write `law = \"lugre\"`, or delete it",
                 ),
             };
@@ -245,7 +245,10 @@ fn regularisation(layers: &Layers<'_>, law: &Law, notes: &mut Notes) -> Option<f
         }
         (Some(regularised), Some(_)) => {
             let why = match law.curve {
-                _ if law.bristles.is_some() => "a law with a state needs no regularisation",
+                _ if law.bristles.is_some() => {
+                    "a law with an internal state cannot be \
+                                                regularised"
+                }
                 Curve::Static { .. } => "regularised friction has no static coefficient",
                 _ => {
                     layers.word("regularised");
