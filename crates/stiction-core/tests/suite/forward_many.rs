@@ -114,6 +114,7 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
             InterfaceShape::Sleeve => [in_j.z, moves.z, 0.0],
             InterfaceShape::Ball => in_k.to_array(),
             InterfaceShape::Plate => [moves.x, moves.y, in_j.z],
+            InterfaceShape::Shaft { .. } => unreachable!("no random mechanism has drive trains"),
         };
         let begins = [0, 1, 2].map(|k| arms[k] * begins[k]);
         let [size, has] =

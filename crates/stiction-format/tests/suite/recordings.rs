@@ -264,7 +264,7 @@ const SPOILS: [(&str, Spoil); 15] = [
         let at = 20 + random.below(samples.len() - 40);
         samples[at..].iter_mut().for_each(|s| s[1] *= 1000.0);
     }),
-    ("rates and positions swapped", |samples, ..| samples.iter_mut().for_each(|s| s.swap(1, 2))),
+    ("rates and positions swapped", |samples, _, _| samples.iter_mut().for_each(|s| s.swap(1, 2))),
     ("times that contradict the rates", |samples, random, _| {
         let factor = 1.0 + random.log_between(0.03, 1000.0);
         samples.iter_mut().for_each(|s| s[0] *= factor);

@@ -33,7 +33,7 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fm
     }
     write_drives(out, &names, found)?;
     write_certainty(out, &names, found)?;
-    let trains = model.mechanism.drive_trains();
+    let trains = job.model.mechanism.drive_trains();
     if !trains.is_empty() {
         write!(out, "with the drive trains uncoupled: ")?;
     }
