@@ -105,6 +105,9 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         let names = outputs.complete(&[
             "friction.svg",
             "friction.png",
+            "motors.csv",
+            "motors.svg",
+            "motors.png",
             "shares.csv",
             "shares.svg",
             "shares.png",

@@ -36,6 +36,8 @@ pub enum RecordError {
         /// Number of prescribed coordinates.
         coordinates: usize,
     },
+    /// Forward dynamics: rotors and motor friction of drive trains are not included.
+    DriveTrains,
     /// Forward dynamics: an actuated coordinate has no inertia.
     NoInertia,
     /// The program does not reproduce the solver's results at states other than those of the
@@ -77,6 +79,12 @@ impl fmt::Display for RecordError {
                 "programs of forward dynamics need as many actuators as prescribed coordinates, and at least one: \
                  there are {actuators} and {coordinates}"
             ),
+            Self::DriveTrains => {
+                write!(
+                    f,
+                    "programs of forward dynamics do not include drive trains; use the solver"
+                )
+            }
             Self::NoInertia => write!(f, "an actuated coordinate has no inertia"),
             Self::NotConfirmed => {
                 write!(

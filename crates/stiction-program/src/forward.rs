@@ -166,6 +166,9 @@ impl ForwardProgram {
         if has_idle_spins {
             return Err(RecordError::IdleSpins);
         }
+        if !solver.mechanism().drive_trains().is_empty() {
+            return Err(RecordError::DriveTrains);
+        }
         let source = RecordingSource { model: &model, solver, loads };
         let counts = source.counts(0);
         if counts.drives != counts.targets || counts.drives == 0 {

@@ -68,33 +68,17 @@ fn node_of(op: Op) -> Recorded {
     GRAPH.with_borrow_mut(|graph| Recorded(graph.add(op)))
 }
 
-impl Add for Recorded {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        node_of(Op::Add(self.0, other.0))
-    }
+macro_rules! records {
+    ($($operator:ident :: $method:ident),*) => {$(
+        impl $operator for Recorded {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                node_of(Op::$operator(self.0, other.0))
+            }
+        }
+    )*};
 }
-
-impl Sub for Recorded {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        node_of(Op::Sub(self.0, other.0))
-    }
-}
-
-impl Mul for Recorded {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        node_of(Op::Mul(self.0, other.0))
-    }
-}
-
-impl Div for Recorded {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        node_of(Op::Div(self.0, other.0))
-    }
-}
+records!(Add::add, Sub::sub, Mul::mul, Div::div);
 
 impl Neg for Recorded {
     type Output = Self;
@@ -103,23 +87,16 @@ impl Neg for Recorded {
     }
 }
 
-impl AddAssign for Recorded {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
+macro_rules! by_operator {
+    ($($operator:ident :: $method:ident by $symbol:tt),*) => {$(
+        impl $operator for Recorded {
+            fn $method(&mut self, other: Self) {
+                *self = *self $symbol other;
+            }
+        }
+    )*};
 }
-
-impl SubAssign for Recorded {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
-impl MulAssign for Recorded {
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
+by_operator!(AddAssign::add_assign by +, SubAssign::sub_assign by -, MulAssign::mul_assign by *);
 
 impl Scalar for Recorded {
     fn has_slope() -> bool {

@@ -136,9 +136,11 @@ impl Error {
             Self::Assembly { error, .. } | Self::Forward(ForwardError::Assembly(error)) => {
                 matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
             }
-            Self::Forward(ForwardError::Contradiction { .. } | ForwardError::Blocked { .. }) => {
-                true
-            }
+            Self::Forward(
+                ForwardError::Contradiction { .. }
+                | ForwardError::Blocked { .. }
+                | ForwardError::GearLoss { .. },
+            ) => true,
             _ => false,
         }
     }

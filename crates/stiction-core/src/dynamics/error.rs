@@ -95,6 +95,14 @@ pub enum InverseError {
          friction requires forces that neither joints nor actuators can exert"
     )]
     Unsettled,
+    /// There is no compiled model at a position where some motion is resisted by no actuator and no
+    /// constraint.
+    #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
+    Singular,
+    /// There is no compiled model where constraints and actuators are both redundant, which
+    /// requires two weightings in sequence.
+    #[error("constraints and actuators are both redundant: no single weighting decides")]
+    TwoWeightings,
 }
 
 fn percent_of(part: f64) -> String {

@@ -54,6 +54,15 @@ pub enum ForwardError {
         /// The joint.
         joint: String,
     },
+    /// A gear has a loss that depends on its load.
+    #[error(
+        "the gear of actuator `{actuator}` has a loss that depends on its load, which simulations do not \
+         include; set its `efficiency` to 1, or add the loss to `motor_friction.constant`"
+    )]
+    GearLoss {
+        /// Name of the drive train.
+        actuator: String,
+    },
     /// A body can move without inertia.
     #[error(
         "at t = {time} s body `{body}` can move without any inertia, so its acceleration is not \

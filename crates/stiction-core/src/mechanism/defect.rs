@@ -61,10 +61,10 @@ pub enum Defect {
     /// No body besides the ground.
     #[error("the mechanism has no moving body")]
     NoBodies,
-    /// Two bodies, two joints, or two springs, of one name.
+    /// Two bodies, joints, springs or actuators of one name.
     #[error("there are two {what} named `{name}`")]
     DuplicateName {
-        /// `bodies`, `joints` or `springs`.
+        /// `bodies`, `joints`, `springs` or `actuators`.
         what: &'static str,
         /// The name.
         name: String,
@@ -243,6 +243,34 @@ pub enum Defect {
         parameter: &'static str,
         /// Value of the parameter.
         value: f64,
+    },
+    /// A drive train refers to a joint that does not exist.
+    #[error("actuator `{actuator}` drives joint `{joint}`, which does not exist")]
+    UnknownJointOfActuator {
+        /// The drive train.
+        actuator: String,
+        /// The missing joint.
+        joint: String,
+    },
+    /// A drive train that does not fit its joint, or contradicts itself or others.
+    #[error("actuator `{actuator}`: {problem}")]
+    Actuator {
+        /// The drive train.
+        actuator: String,
+        /// The problem in words.
+        problem: String,
+    },
+    /// A parameter of a drive train out of its range.
+    #[error("actuator `{actuator}`: `{parameter}` is {value}, but must be {range}")]
+    ActuatorParameter {
+        /// The drive train.
+        actuator: String,
+        /// Key of the parameter.
+        parameter: &'static str,
+        /// Value of the parameter.
+        value: f64,
+        /// The admissible range in words.
+        range: &'static str,
     },
     /// The characteristic length is not positive.
     #[error("the characteristic length is {0} m, but must be greater than 0")]

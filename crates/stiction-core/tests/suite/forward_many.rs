@@ -111,8 +111,10 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
             InterfaceShape::Pin { axis, .. } => [in_k.component(axis), 0.0, 0.0],
             InterfaceShape::Guide { .. } => [moves.z, 0.0, 0.0],
             InterfaceShape::Thread => [in_j.z, 0.0, 0.0],
+            InterfaceShape::Sleeve => [in_j.z, moves.z, 0.0],
             InterfaceShape::Ball => in_k.to_array(),
             InterfaceShape::Plate => [moves.x, moves.y, in_j.z],
+            InterfaceShape::Shaft { .. } => unreachable!("no random mechanism has drive trains"),
         };
         let begins = [0, 1, 2].map(|k| arms[k] * begins[k]);
         let [size, has] =

@@ -3,8 +3,7 @@
 use crate::common::random::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_core::friction::{
-    Bristles, Combine, Curve, Exponent, InterfaceShape, JointFriction, Law, NormalLoadMap,
-    Supports, interfaces_of,
+    Bristles, Combine, Curve, Exponent, InterfaceShape, JointFriction, Law, NormalLoadMap, Supports,
 };
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::Target;
@@ -75,14 +74,15 @@ fn rich_case(class: Class, seed: u64, mu: f64) -> Case {
     let (mut draft, case) = case(class, seed, 0.0);
     let mut random = Random(seed + 77);
     for joint in &mut draft.joints {
-        for (place, (_, shape)) in interfaces_of(joint.joint_type).iter().enumerate() {
+        for (place, shape) in surfaces_of(joint.joint_type, (joint.ends.0 + joint.ends.1) % 2 == 1)
+        {
             let backward = shape.has_one_dof() && random.below(2) == 0;
             joint.friction.push(JointFriction {
                 place,
                 radius: shape.turns().then(|| random.between(0.005, 0.03)),
                 law: law(&mut random, mu),
                 backward: backward.then(|| law(&mut random, mu)),
-                load: load(&mut random, *shape, joint.joint_type),
+                load: load(&mut random, shape, joint.joint_type),
             });
         }
     }

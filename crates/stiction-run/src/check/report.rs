@@ -2,6 +2,7 @@
 
 use super::{Findings, Kind, Nearness, Range, words};
 use crate::Job;
+use crate::names::heading;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
 use stiction_core::spatial::Vec3;
@@ -16,10 +17,7 @@ const LISTED: usize = 12;
 /// # Errors
 /// The receiver fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> fmt::Result {
-    match job.model.title.as_str() {
-        "" => writeln!(out, "{}", job.model.name)?,
-        title => writeln!(out, "{}: {title}", job.model.name)?,
-    }
+    writeln!(out, "{}", heading(job.model))?;
     writeln!(
         out,
         "motion {} ({} sample{}), counts at t = {} s\n",
@@ -55,6 +53,9 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
             "  decided by the gap of singular values: smallest nonzero {kept:.1e}, largest zero \
              {dropped} (relative to the largest)"
         )?;
+    }
+    if let Some(motion) = &mobility.finite_motion {
+        writeln!(out, "  {}", words::finite_motion(motion))?;
     }
     if !findings.idle_spins.is_empty() {
         writeln!(

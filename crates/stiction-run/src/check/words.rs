@@ -3,7 +3,7 @@
 use super::json::CLEARANCE;
 use super::{Findings, Kind, Weakness};
 use crate::Job;
-use stiction_core::mobility::{Architecture, GenericRank};
+use stiction_core::mobility::{Architecture, FiniteMotion, GenericRank};
 use stiction_draw::numbers::number;
 
 /// Describes the effect of a singular pose.
@@ -57,6 +57,17 @@ pub(super) fn undecided(findings: &Findings) -> &'static str {
         Some(_) => "",
         None => "; decided to second order only",
     }
+}
+
+/// A motion over a finite distance, in words.
+pub(super) fn finite_motion(motion: &FiniteMotion) -> String {
+    let FiniteMotion { body, moved, turned, closure } = motion;
+    format!(
+        "{body} moves by {} mm and {} deg within closure tolerance (loops open by {closure:.0e} of the \
+         characteristic length)",
+        number(moved * 1e3),
+        number(turned.to_degrees()),
+    )
 }
 
 /// Axes of the passive rotations, in words.

@@ -4,12 +4,14 @@ use super::events::{Told, methods, tell_all};
 use super::job::{Job, Start};
 use super::outcome::{Ending, Outcome};
 use super::summary::Summary;
-use crate::names::width;
+use crate::names::{heading, width};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::{number, order, percent};
 
 /// Largest number of friction interfaces and events listed.
 const LISTED: usize = 6;
+/// Relative error of a step above which it is told.
+const COARSE: f64 = 1e-8;
 
 /// Writes the summary as plain text.
 ///
@@ -21,11 +23,7 @@ pub fn write_summary(
     summary: &Summary,
     outcome: &Outcome,
 ) -> fmt::Result {
-    let model = job.model;
-    match model.title.as_str() {
-        "" => writeln!(out, "{}", model.name)?,
-        title => writeln!(out, "{}: {title}", model.name)?,
-    }
+    writeln!(out, "{}", heading(job.model))?;
     let names = &summary.layout.names;
     let friction = match (job.friction, names.interfaces.is_empty()) {
         (false, _) => "off",
@@ -55,6 +53,9 @@ pub fn write_summary(
             "CAUTION: the initial rates differ from the requested ones, which locked or \
              prescribed joints do not allow"
         )?;
+    }
+    for note in &outcome.assembly_notes {
+        writeln!(out, "note: {note}")?;
     }
     for doubt in job.motion.iter().flat_map(|motion| &motion.warnings) {
         writeln!(out, "CAUTION: {}", doubt.message)?;
@@ -292,6 +293,14 @@ fn write_verdicts(
              continues smoothly",
             times(singular),
             number(event.time)
+        )?;
+    }
+    if outcome.coarsest > COARSE {
+        writeln!(
+            out,
+            "CAUTION: near a singular position rounding allows steps of a relative error of {:.0e} only; the \
+             motion after it is that uncertain, or more",
+            outcome.coarsest
         )?;
     }
     let jumps = count("jump");

@@ -5,7 +5,7 @@ use super::summary::{Summary, friction_word, weighting_words};
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::job::Job;
-use crate::names::width;
+use crate::names::{heading, listed, width};
 use crate::statistics::Integral;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
@@ -30,11 +30,7 @@ pub fn write_summary(
     summary: &Summary,
     verdict: &Verdict,
 ) -> fmt::Result {
-    let model = job.model;
-    match model.title.as_str() {
-        "" => writeln!(out, "{}", model.name)?,
-        title => writeln!(out, "{}: {title}", model.name)?,
-    }
+    writeln!(out, "{}", heading(job.model))?;
     let count = verdict.samples;
     writeln!(
         out,
@@ -56,12 +52,12 @@ pub fn write_summary(
     writeln!(out)?;
     write_drives(out, job, summary)?;
     write_rest(out, summary)?;
-    write_reactions(out, summary, model.mechanism.characteristic_length())?;
+    summary.motors.write(out)?;
+    write_reactions(out, summary, job.model.mechanism.characteristic_length())?;
     write_friction(out, job, summary, verdict)?;
     write_verdicts(out, job, summary, verdict)?;
     write_certainty(out, summary, verdict)?;
-    let doubts = job.motion.warnings.iter();
-    doubts.into_iter().try_for_each(|doubt| writeln!(out, "CAUTION: {}", doubt.message))
+    summary.cautions(job).iter().try_for_each(|caution| writeln!(out, "CAUTION: {caution}"))
 }
 
 fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {
@@ -162,8 +158,9 @@ fn write_rest(out: &mut impl Write, summary: &Summary) -> fmt::Result {
 }
 
 fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt::Result {
-    let mut joints: Vec<usize> = (0..summary.reactions.len()).collect();
-    joints.sort_by(|&a, &b| summary.reactions[b].0.peak.total_cmp(&summary.reactions[a].0.peak));
+    let reactions = &summary.reactions.0;
+    let mut joints: Vec<usize> = (0..reactions.len()).collect();
+    joints.sort_by(|&a, &b| reactions[b].0.peak.total_cmp(&reactions[a].0.peak));
     let listed = &joints[..joints.len().min(LISTED)];
     let wide = width(listed.iter().map(|&k| summary.names.joints[k].as_str()), 13);
     writeln!(
@@ -172,7 +169,7 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
         "most loaded", "force", "at", "moment", "at"
     )?;
     for &k in listed {
-        let (force, moment) = &summary.reactions[k];
+        let (force, moment) = &reactions[k];
         // Values as small as rounding errors become zero.
         let noise = 1e-12 * force.peak * length;
         write!(
@@ -215,10 +212,8 @@ fn write_friction(
     write!(out, "friction dissipates {} {unit}", number(total))?;
     // A zero total has no fractions.
     if total != 0.0 {
-        let shares = interfaces.iter().take(LISTED);
-        let shares = shares.map(|(part, name)| format!("{name} {}", percent(Some(part / total))));
-        let more = if interfaces.len() > LISTED { ", ..." } else { "" };
-        write!(out, ": {}{more}", shares.collect::<Vec<_>>().join(", "))?;
+        let share = |(part, name): &(f64, &str)| format!("{name} {}", percent(Some(part / total)));
+        write!(out, ": {}", listed(interfaces.iter().map(share), LISTED))?;
     }
     writeln!(out)?;
     let changes = summary.drives.iter().map(|drive| (drive.difference.rms(), drive.with.rms()));
@@ -227,12 +222,10 @@ fn write_friction(
     summary.efficiency.write(out, &summary.names)?;
     let steady = &summary.names.steady;
     if !steady.is_empty() {
-        let listed = steady.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>();
         writeln!(
             out,
-            "friction at {}{} is that of steady sliding, because its law has an internal state",
-            listed.join(", "),
-            if steady.len() > LISTED { ", ..." } else { "" },
+            "friction at {} is that of steady sliding, because its law has an internal state",
+            listed(steady, LISTED),
         )?;
     }
     writeln!(out)

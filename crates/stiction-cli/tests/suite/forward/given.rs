@@ -22,6 +22,34 @@ fn the_start_may_be_partial() {
     assert_eq!(column(&table, "leg2.P.rate [m/s]")[0], 0.0);
 }
 
+/// Positions and rates apart, of one coordinate or of two; whole turns are kept and change nothing else.
+#[test]
+fn rates_may_be_given_apart() {
+    let folder = Folder::new("forward-rates");
+    let begin = |from: &str| {
+        let run = ["forward", "four-bar", "--from", from, "--until", "0.01", "-o", "."];
+        folder.stiction(&run).succeeds();
+        let table = folder.read("forward.csv");
+        ["A.position [rad]", "A.rate [rad/s]", "B.position [rad]", "B.rate [rad/s]"]
+            .map(|name| column(&table, name)[0])
+    };
+    let whole = begin("A = -60 deg + 2 rad/s*t");
+    let same = [
+        "A = -60 deg; d(A) = 2 rad/s".to_owned(),
+        format!("d(B) = {} rad/s; A = -60 deg + 5 rad/s*t; d(A) = 2 rad/s", whole[3]),
+    ];
+    for from in same {
+        for (one, other) in begin(&from).iter().zip(whole) {
+            assert!((one - other).abs() < 1e-9, "{from}: {one} {other}");
+        }
+    }
+    let turned = begin("A = 300 deg; d(A) = 2 rad/s");
+    assert!((turned[0] - 300_f64.to_radians()).abs() < 1e-12, "{turned:?}");
+    for (one, other) in turned[1..].iter().zip(&whole[1..]) {
+        assert!((one - other).abs() < 1e-9, "{turned:?} {whole:?}");
+    }
+}
+
 /// The efforts of one run are the input of the next.
 #[test]
 fn drives_can_come_from_a_file() {

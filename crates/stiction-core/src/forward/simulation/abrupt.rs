@@ -103,7 +103,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let (model, time) = (self.model, arrived.time);
-        let allowed = |part: f64| part.max(1e3 * self.attainable_tolerance(time - self.now.time));
+        let allowed = |part: f64| part.max(1e3 * self.attainable_tolerance());
         let (_, free, rest) = parts(&self.now, y);
         let size = |of: &dyn Fn(usize) -> f64| {
             let each = model.columns.iter().enumerate();

@@ -184,7 +184,7 @@ impl Simulation<'_> {
                 true => self.least_margin(arrived),
                 false => self.margin_within((time, step), part, &mut y, inputs)?,
             };
-            let fine = (4.0 * f64::EPSILON * (time + step).abs() / step).max(1e-12);
+            let fine = (4.0 * f64::EPSILON * (time + step).abs() / step).max(1e-14);
             let margin = |part| self.margin_within((time, step), part, &mut y, inputs);
             found = falls_below(low, (part, value), fine, margin)?;
             if found.is_some() {

@@ -1,5 +1,6 @@
 //! Start of a simulation.
 
+use super::between::LastStep;
 use super::scratch::Scratch;
 use super::stepping::{FIRST, QUIET, is_without_acceleration};
 use super::{Energies, Method, REST, Settings, Simulation};
@@ -60,6 +61,9 @@ impl<'a> Simulation<'a> {
         inputs: &mut dyn Inputs,
     ) -> Result<Self, ForwardError> {
         check(model, time, &state)?;
+        if let Some(train) = model.lossy_gear() {
+            return Err(ForwardError::GearLoss { actuator: train.name.clone() });
+        }
         let interfaces = &model.parameters.interfaces;
         let bristles = vec![[0.0; 3]; interfaces.len()];
         let frozen = vec![false; model.topology.dofs()];
@@ -184,6 +188,7 @@ impl<'a> Simulation<'a> {
             energies,
             fastest,
             fastest_rate: 0.0,
+            coarsest: 0.0,
             step: 0.0,
             events: Vec::new(),
             in_passage: false,
@@ -202,6 +207,8 @@ impl<'a> Simulation<'a> {
             wait: QUIET,
             workspace: Box::new(Scratch::new(model)),
             lists: Vec::new(),
+            last_step: LastStep::default(),
+            change_at: f64::INFINITY,
         };
         let rates = simulation.now.state.rates.iter().zip(&model.columns);
         simulation.fastest_rate = rates.map(|(v, c)| (v / c).abs()).fold(0.0, f64::max);

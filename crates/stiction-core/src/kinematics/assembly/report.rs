@@ -5,9 +5,9 @@ use core::fmt;
 
 /// Distance from the given configuration above which a note is reported, in the metric of
 /// [`AssemblyReport::distance`].
-const FAR: f64 = 0.5;
+pub(super) const FAR: f64 = 0.5;
 /// Distance ratio below which another assembly mode is reported.
-const NEARLY_AS_NEAR: f64 = 3.0;
+pub(super) const NEARLY_AS_NEAR: f64 = 3.0;
 
 /// A contradiction among `home`, `start` and prescribed coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +60,8 @@ impl fmt::Display for Conflict {
 ///
 /// Distances are root mean squares over all bodies with poses determined by `home`, `start` and
 /// prescribed coordinates. Each body contributes the displacement of its origin over the
-/// characteristic length, and its rotation angle, rad, as two orthogonal components.
+/// characteristic length, and its rotation angle, rad, as two orthogonal components; of a body with
+/// a passive spin, the displacement of its centre of mass and the tilt of the spin axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AssemblyReport {
     /// Distance of the assembled configuration from the given one; `None` without given data.

@@ -63,7 +63,7 @@ impl Program {
 
 /// Existing meaning of a reserved name, which cannot name a parameter; `None` if the name is free.
 pub(crate) fn reserved(name: &str) -> Option<&'static str> {
-    if unit::find(name).is_some() {
+    if unit::find(name).is_some() && !unit::yields_to_parameters(name) {
         Some("a unit")
     } else if Function::find(name).is_some() {
         Some("a function")

@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use super::{friction, inertia};
-use stiction_core::mechanism::Mechanism;
+use stiction_core::mechanism::{DriveTrain, Mechanism};
 
 /// Omitted or changed properties, one per line.
 pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
@@ -39,6 +39,20 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     }
     if mechanism.joints().iter().any(|joint| joint.compliance.is_some()) {
         notes.push("compliances of joints are omitted".to_owned());
+    }
+    let trains = mechanism.drive_trains();
+    let has_steps = |train: &&DriveTrain| tree.parts.iter().any(|p| p.joint == train.joint.0);
+    if trains.iter().filter(has_steps).any(|train| train.gear.efficiencies() != (1.0, 1.0)) {
+        notes
+            .push("losses of gears are left out: MJCF has none that grow with the load".to_owned());
+    }
+    let lost: Vec<_> =
+        trains.iter().filter(|train| !has_steps(train)).map(|t| t.name.as_str()).collect();
+    if !lost.is_empty() {
+        notes.push(format!(
+            "motors of joints that close a loop are left out, with their rotors: {}",
+            lost.join(", ")
+        ));
     }
     notes
 }

@@ -1,5 +1,6 @@
 //! Model file of a given mechanism: legs written out, expressions evaluated.
 
+mod actuator;
 mod friction;
 mod joint;
 
@@ -71,6 +72,10 @@ pub fn model_file(
         let springs = mechanism.springs().iter();
         let springs = springs.map(|spring| (spring.name.clone(), spring_table(mechanism, spring)));
         put("springs", named(springs));
+    }
+    if !mechanism.drive_trains().is_empty() {
+        let trains = mechanism.drive_trains().iter();
+        put("actuators", named(trains.map(|train| actuator::table(mechanism, train))));
     }
     let here = |table: Table| named([("here".to_owned(), table)]);
     let mut default = Table::new();
