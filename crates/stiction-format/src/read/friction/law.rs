@@ -37,7 +37,7 @@ pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> 
     law
 }
 
-/// Reads a viscous coefficient at the surface, N s/m. A data sheet's moment per angular rate, N m
+/// Reads a viscous coefficient at the surface, N s/m. Equation (L3): a data sheet's moment per angular rate, N m
 /// s/rad, is divided by the square of `arm`.
 fn viscous_of(
     key: &'static str,
