@@ -15,6 +15,7 @@ from pathlib import Path
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
+import drive_trains  # noqa: E402
 import forward  # noqa: E402
 import variants  # noqa: E402
 from closed_loop import ClosedLoop  # noqa: E402
@@ -104,6 +105,11 @@ def main() -> int:
             say(f"validation: {model}, {drawn}, {time.monotonic() - begun:.1f} s")
         counted = counts(program, folder) if "Exudyn" in options.engines else []
         say(f"validation: {len(counted)} counts of freedoms")
+        if {"MuJoCo", "Pinocchio"} <= set(options.engines):
+            geared = drive_trains.measure(program, folder)
+            complaints += [words for one in geared for words in one.complaints()]
+            worst = max(one.difference for one in geared)
+            say(f"validation: torques of {len(geared)} geared motors, differences up to {worst:.1e}")
         if options.self_test:
             for model in ("3rps", "five-bar"):
                 if model in originals:

@@ -55,6 +55,7 @@ pub mod inverse;
 mod job;
 mod names;
 mod portrait;
+mod power_off;
 mod sink;
 mod statistics;
 mod table;

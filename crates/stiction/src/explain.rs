@@ -99,9 +99,9 @@ fn cannot_carry(missing: &Missing) -> Error {
     };
     let what = if *unit == "N m" { "a moment" } else { "a force" };
     Error::no_answer(format!(
-        "no finite driving force carries this load {when}: the position is singular.\n  With all \
-         actuators locked, body `{body}` can still move: {motion}.\n  Nothing resists that motion: \
-         {what} of {amount} is missing there."
+        "no finite actuator effort balances this load {when}: the position is singular.\n  With \
+         all actuators locked, body `{body}` can still move: {motion}.\n  Nothing resists that \
+         motion: {what} of {amount} remains unbalanced."
     ))
     .with_help(
         "change the motion or the load, or add an actuator or a constraint that resists this motion",
@@ -119,14 +119,18 @@ fn cannot_carry(missing: &Missing) -> Error {
 /// Adds suggestions to the plain message of a simulation's error.
 fn simulation(error: &ForwardError, plain: Error) -> Error {
     match error {
+        ForwardError::GearLoss { .. } => plain,
         ForwardError::Blocked { .. } => plain
             .with_help("give other rates at the start, or lock other joints")
             .with_option("from"),
         ForwardError::Impact { time, percent, .. } => plain
-            .with_help("prescribe motions without kinks, and keep locks away from dead centres; a check finds singular positions")
+            .with_help("prescribe motions without kinks, and do not lock joints near dead \
+                        centres; `stiction check` finds singular positions")
             .with_details(json!({ "time": time, "percent": percent })),
         ForwardError::NoAcceleration { time, joint, percent } => plain
-            .with_help("reduce the friction, lengthen the `bending_span` of a guide, or smooth the law with `regularisation_velocity`; at a singular position change drives, locks or the start; see the chapter on forward dynamics")
+            .with_help("reduce the friction, lengthen the `bending_span` of a guide, or smooth \
+                        the law with `regularisation_velocity`; at a singular position change \
+                        actuation, locks or the start; see the chapter on forward dynamics")
             .with_details(json!({ "time": time, "joint": joint, "percent": percent })),
         ForwardError::NoChoice { time, joint } => plain
             .with_help("reduce the friction there, or smooth its law with `regularisation_velocity`")
@@ -136,7 +140,8 @@ fn simulation(error: &ForwardError, plain: Error) -> Error {
             .with_option("hold")
             .with_details(json!({ "time": time, "body": body })),
         ForwardError::Open { time, joint, gap } => plain
-            .with_help("keep the prescribed motion within reach and away from singular positions; a check finds these")
+            .with_help("keep the prescribed motion within reach and away from singular \
+                        positions, which `stiction check` finds")
             .with_details(json!({ "time": time, "joint": joint, "gap": gap })),
         ForwardError::Stiff { time, step, tolerance, .. } => plain
             .with_help("allow a larger tolerance, or use a smoother friction law")

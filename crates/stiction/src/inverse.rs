@@ -7,6 +7,7 @@ use crate::robot::Robot;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use stiction_core::dynamics::FrictionMode;
+use stiction_core::mechanism::Motor;
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_run::inverse::{Phase, Sample as Record, Verdict};
 use stiction_run::{Job, Sink, SinkError};
@@ -109,6 +110,7 @@ pub struct Sample {
     efforts: Vec<f64>,
     efforts_frictionless: Vec<f64>,
     effort_bounds: Vec<(f64, f64)>,
+    motors: Vec<Motor>,
     reactions: Vec<Reaction>,
     frictions: Vec<JointFriction>,
     poses: Vec<BodyPose>,
@@ -180,6 +182,7 @@ impl Sample {
             efforts: forces.efforts.clone(),
             efforts_frictionless: forces.efforts_frictionless.clone(),
             effort_bounds: forces.effort_bounds.clone(),
+            motors: sample.motors.clone(),
             reactions: reactions
                 .map(|((force, moment), determined)| Reaction {
                     force: force.to_array(),
@@ -227,6 +230,14 @@ impl Sample {
     /// There is no actuator of that name.
     pub fn effort_bounds(&self, actuator: &str) -> Result<(f64, f64), Error> {
         Ok(self.effort_bounds[self.names.actuator(actuator)?])
+    }
+
+    /// Torque, speed and power of the motor of a drive train, and what it loses.
+    ///
+    /// # Errors
+    /// There is no drive train of that name.
+    pub fn motor(&self, name: &str) -> Result<&Motor, Error> {
+        Ok(&self.motors[self.names.motor(name)?])
     }
 
     /// Efforts of all actuators, N or N m, in the order of [`Robot::actuators`].

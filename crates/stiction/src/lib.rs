@@ -68,7 +68,7 @@ pub use robot::{Robot, RobotBuilder};
 pub use stiction_core as core;
 pub use stiction_core::dynamics::{Data, FrictionMode, Model, Status};
 pub use stiction_core::forward::{EventKind, Method};
-pub use stiction_core::mechanism::{BodySpec, JointSpec, SpringSpec};
+pub use stiction_core::mechanism::{BodySpec, DriveTrainSpec, JointSpec, Motor, SpringSpec};
 pub use stiction_format as format;
 pub use stiction_format::{Diagnostic, Diagnostics, gallery};
 pub use stiction_run as run;

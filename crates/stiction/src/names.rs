@@ -1,8 +1,8 @@
 //! Names of actuators, joints, bodies and friction interfaces, and look-ups by them.
 
 use crate::error::Error;
-use stiction_core::friction::interfaces_of;
 use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_format::did_you_mean;
 
 /// All names of a mechanism, each list in the order of the corresponding results.
 #[derive(Debug)]
@@ -10,12 +10,16 @@ pub(crate) struct Names {
     /// For each actuator its short name (`leg1.P`) and its full name, which ends in the degree of
     /// freedom if the joint has several.
     pub(crate) actuators: Vec<(String, String)>,
+    /// Drive trains.
+    pub(crate) motors: Vec<String>,
     pub(crate) joints: Vec<String>,
     pub(crate) bodies: Vec<String>,
     /// Scalar joint coordinates: name, joint, index of the degree of freedom.
     pub(crate) coordinates: Vec<(String, JointId, usize)>,
     /// Friction interfaces: the joint's name, followed by that of the interface where the joint has several.
     pub(crate) interfaces: Vec<String>,
+    /// Friction interfaces of simulations: those of the joints, then the shafts of motors.
+    pub(crate) with_shafts: Vec<String>,
 }
 
 impl Names {
@@ -32,19 +36,19 @@ impl Names {
                 let dofs = 0..joint.joint_type.dofs().len();
                 coordinates.extend(dofs.map(|dof| (joint.dof_name(dof), JointId(index), dof)));
             }
-            for friction in &joint.friction {
-                interfaces.push(match interfaces_of(joint.joint_type)[friction.place].0 {
-                    "" => joint.name.clone(),
-                    place => format!("{}.{place}", joint.name),
-                });
-            }
+            interfaces.extend(joint.interface_names());
         }
+        let shafts = mechanism.shafts_with_friction();
+        let shafts = shafts.into_iter().map(|(name, _)| format!("{name}.motor"));
+        let with_shafts = interfaces.iter().cloned().chain(shafts).collect();
         Self {
             actuators,
+            motors: mechanism.drive_trains().iter().map(|train| train.name.clone()).collect(),
             joints: joints.iter().map(|joint| joint.name.clone()).collect(),
             bodies: mechanism.bodies().iter().map(|body| body.name.clone()).collect(),
             coordinates,
             interfaces,
+            with_shafts,
         }
     }
 
@@ -54,6 +58,15 @@ impl Names {
             Some(index) => Ok(index),
             None => find("actuator", name, self.actuators.iter().map(|(short, _)| short)),
         }
+    }
+
+    /// Index of a drive train.
+    pub(crate) fn motor(&self, name: &str) -> Result<usize, Error> {
+        if self.motors.is_empty() {
+            return Err(Error::input("the model has no drive trains")
+                .with_help("add a table such as [actuators.motor]"));
+        }
+        find("drive train", name, &self.motors)
     }
 
     /// Index of a joint.
@@ -71,42 +84,35 @@ impl Names {
         find("joint coordinate", name, self.coordinates.iter().map(|(name, ..)| name))
     }
 
-    /// Index of a friction interface.
+    /// Index of a friction interface of the joints.
     pub(crate) fn interface(&self, name: &str) -> Result<usize, Error> {
-        if self.interfaces.is_empty() {
-            return Err(Error::input("the model declares no friction in any joint")
-                .with_help("add `friction = { mu = 0.1, radius = \"8 mm\" }` to a joint"));
-        }
-        find("friction interface", name, &self.interfaces)
+        find_interface(name, &self.interfaces)
+    }
+
+    /// Index of a friction interface in a simulation.
+    pub(crate) fn interface_or_shaft(&self, name: &str) -> Result<usize, Error> {
+        find_interface(name, &self.with_shafts)
     }
 }
 
-/// Maximum number of names in a message.
-const LISTED: usize = 12;
+fn find_interface(name: &str, interfaces: &[String]) -> Result<usize, Error> {
+    if interfaces.is_empty() {
+        return Err(Error::input("the model declares no friction in any joint")
+            .with_help("add `friction = { mu = 0.1, radius = \"8 mm\" }` to a joint"));
+    }
+    find("friction interface", name, interfaces)
+}
 
-/// Index of a name in a list, or an error that names the nearest one.
+/// Index of a name in a list, or an error that suggests the nearest ones.
 pub(crate) fn find<'a>(
     what: &str,
     name: &str,
     known: impl IntoIterator<Item = &'a String>,
 ) -> Result<usize, Error> {
     let known: Vec<&str> = known.into_iter().map(String::as_str).collect();
-    if let Some(index) = known.iter().position(|other| *other == name) {
-        return Ok(index);
-    }
-    let error = Error::input(format!("there is no {what} `{name}`"));
-    let nearest = known
-        .iter()
-        .map(|other| (strsim::damerau_levenshtein(other, name), other))
-        .min()
-        .filter(|(distance, other)| *distance <= 1 + other.len() / 3);
-    Err(match nearest {
-        Some((_, other)) => error.with_help(format!("did you mean `{other}`?")),
-        None if known.is_empty() => error.with_help(format!("the model has no {what}")),
-        None => {
-            let listed = known.iter().take(LISTED).copied().collect::<Vec<_>>().join(", ");
-            let more = if known.len() > LISTED { ", ..." } else { "" };
-            error.with_help(format!("known here: {listed}{more}"))
-        }
+    known.iter().position(|other| *other == name).ok_or_else(|| {
+        let help = did_you_mean(name, "known here", known)
+            .unwrap_or_else(|| format!("the model has no {what}"));
+        Error::input(format!("there is no {what} `{name}`")).with_help(help)
     })
 }

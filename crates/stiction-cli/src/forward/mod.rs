@@ -4,6 +4,7 @@ mod journal;
 
 use crate::arguments::{Forward, Method as Asked, Switch};
 use crate::failure::Failure;
+use crate::fold::folded;
 use crate::inverse::listen_for_interrupt;
 use crate::outputs::{CHECKPOINT, Outputs};
 use crate::print;
@@ -158,7 +159,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         let mut text = String::new();
         // Writing to a string cannot fail.
         let _ = write_summary(&mut text, &job, &summary, &outcome);
-        print(&text)?;
+        print(&folded(&text))?;
     } else if !failed && !cut {
         print(&format!("{json:#}\n"))?;
     }

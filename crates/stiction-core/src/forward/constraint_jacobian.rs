@@ -146,7 +146,7 @@ pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usi
 
 /// Relative acceleration of the bodies of a joint for zero accelerations of the tree, less that
 /// which the joint's own rates cause.
-fn opening(
+pub(super) fn opening(
     topology: &Topology,
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,

@@ -90,7 +90,7 @@ impl Forward {
         for &actuator in &self.prescribed {
             efforts[actuator] = 0.0;
         }
-        masses.update(topology, parameters, bodies, loads);
+        masses.update(topology, (parameters, &self.rotors), bodies, loads);
         velocities.clear();
         let interfaces = parameters.interfaces.iter();
         velocities.extend(interfaces.map(|c| bodies.surface_velocity(topology, c, pitch[c.joint])));

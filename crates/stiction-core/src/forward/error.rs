@@ -29,7 +29,7 @@ pub enum ForwardError {
         "at t = {time} s no acceleration was found for the rigid model with this friction; searched: the \
          solution continued from zero friction. It ends {at}, where the normal loads grow without bound, \
          first in joint `{joint}` ({kind}",
-        at = if *percent < NO_PART { "with a small part of the given coefficients".to_owned() }
+        at = if *percent < NO_PART { "with a small fraction of the given coefficients".to_owned() }
             else { format!("at {percent:.1} % of the given coefficients") },
         kind = if *percent < NO_PART { "the position is nearly singular, or the coefficients are too large); \
             start at another position, lock loose joints, or check the coefficients" }
@@ -56,10 +56,19 @@ pub enum ForwardError {
         /// The joint.
         joint: String,
     },
+    /// A gear has a loss that depends on its load.
+    #[error(
+        "the gear of actuator `{actuator}` has a loss that depends on its load, which simulations do not \
+         include; set its `efficiency` to 1, or add the loss to `motor_friction.constant`"
+    )]
+    GearLoss {
+        /// Name of the drive train.
+        actuator: String,
+    },
     /// A body can move without inertia.
     #[error(
-        "at t = {time} s body `{body}` can move without any inertia, so its acceleration is not defined; \
-         give it mass and moments of inertia, or hold that motion"
+        "at t = {time} s body `{body}` can move without any inertia, so its acceleration is not \
+         defined; give it mass and moments of inertia, or lock that motion"
     )]
     Massless {
         /// Time, s.

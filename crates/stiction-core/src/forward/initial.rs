@@ -103,7 +103,7 @@ impl Forward {
         let mut bodies = Bodies::new(topology);
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        let masses = MassMatrix::new(topology, parameters, &mut bodies, &[]);
+        let masses = MassMatrix::new(topology, (parameters, &self.rotors), &mut bodies, &[]);
         let free = basis.len() / n.max(1);
         // Without inertia the kinetic energy has no unique minimum: the minimum-norm rates remain.
         if free > 0

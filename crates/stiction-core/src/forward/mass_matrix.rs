@@ -1,5 +1,6 @@
 //! Mass matrix of the tree, and its bias: inertia forces, gravity, loads and springs.
 
+use super::rotors::{Rotor, RotorTerm};
 use crate::dynamics::SpringForce;
 use crate::kinematics::Bodies;
 use crate::parameters::{Parameters, SpringParameters};
@@ -61,6 +62,9 @@ pub(super) struct MassMatrix {
     pub(super) bias_wrenches: Vec<Wrench<f64>>,
     /// Generalised forces of the bias wrenches on the DOFs of the tree.
     pub(super) bias: Vec<f64>,
+    /// Rotors of drive trains, and the rate of each per rate of each tree DOF.
+    pub(super) rotors: Vec<RotorTerm>,
+    pub(super) rotor_rows: Vec<f64>,
     /// Buffers: composite inertia of each subtree, and its bias wrench.
     composite: Vec<Inertia>,
     subtree_wrenches: Vec<Wrench<f64>>,
@@ -70,12 +74,12 @@ impl MassMatrix {
     /// Computes the mass matrix; bodies must be placed and moved.
     pub(super) fn new(
         topology: &Topology,
-        parameters: &Parameters<f64>,
+        (parameters, rotors): (&Parameters<f64>, &[Rotor]),
         bodies: &mut Bodies<f64>,
         loads: &[AppliedLoad<f64>],
     ) -> Self {
         let mut masses = Self::default();
-        masses.update(topology, parameters, bodies, loads);
+        masses.update(topology, (parameters, rotors), bodies, loads);
         masses
     }
 
@@ -83,13 +87,13 @@ impl MassMatrix {
     pub(super) fn update(
         &mut self,
         topology: &Topology,
-        parameters: &Parameters<f64>,
+        (parameters, rotors): (&Parameters<f64>, &[Rotor]),
         bodies: &mut Bodies<f64>,
         loads: &[AppliedLoad<f64>],
     ) {
         let count = bodies.pose.len();
         let n = topology.dofs();
-        let Self { inertia, matrix, bias_wrenches, bias, composite, subtree_wrenches } = self;
+        let Self { inertia, matrix, bias_wrenches, bias, composite, subtree_wrenches, .. } = self;
         inertia.clear();
         inertia.extend((0..count).map(|b| Inertia::of(parameters, bodies, b)));
         bodies.acceleration.clone_from(&bodies.bias);
@@ -135,12 +139,38 @@ impl MassMatrix {
                 subtree_wrenches[parent] += wrench;
             }
         }
+        self.add_rotors((topology, parameters), rotors, bodies);
     }
 
-    /// Kinetic energy, J.
+    /// Adds the reflected inertia of rotors.
+    fn add_rotors(
+        &mut self,
+        (topology, parameters): (&Topology, &Parameters<f64>),
+        rotors: &[Rotor],
+        bodies: &Bodies<f64>,
+    ) {
+        let n = topology.dofs();
+        let Self { matrix, bias, rotors: terms, rotor_rows, .. } = self;
+        terms.clear();
+        rotor_rows.clear();
+        rotor_rows.resize(rotors.len() * n, 0.0);
+        for (rotor, row) in rotors.iter().zip(rotor_rows.chunks_exact_mut(n.max(1))) {
+            let term = rotor.at((topology, parameters), bodies, row);
+            for (i, a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+                bias[i] += term.inertia * a * term.bias;
+                for (entry, b) in matrix[i * n..][..n].iter_mut().zip(&*row) {
+                    *entry += term.inertia * a * b;
+                }
+            }
+            terms.push(term);
+        }
+    }
+
+    /// Kinetic energy of bodies and rotors, J.
     pub(super) fn kinetic(&self, bodies: &Bodies<f64>) -> f64 {
         let each = self.inertia.iter().zip(&bodies.twist);
-        each.map(|(inertia, twist)| 0.5 * twist.power(inertia.times(*twist))).sum()
+        let of_bodies = each.map(|(inertia, twist)| 0.5 * twist.power(inertia.times(*twist)));
+        of_bodies.chain(self.rotors.iter().map(|rotor| rotor.kinetic(&bodies.twist))).sum()
     }
 }
 

@@ -24,6 +24,7 @@ mod integrator;
 mod joints;
 mod mass_matrix;
 mod project;
+mod rotors;
 mod simulation;
 mod solve;
 mod stick;
@@ -47,11 +48,12 @@ pub use simulation::Energies;
 #[doc(hidden)]
 pub use simulation::RateJump;
 
-use crate::kinematics::{Assembly, Coordinate, State, Target, column_scales};
+use crate::kinematics::{Assembly, AssemblyReport, Coordinate, State, Target, column_scales};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
+use rotors::{Rotor, motor_friction};
 use std::sync::Arc;
 
 /// Model of a mechanism for forward dynamics. Immutable.
@@ -106,6 +108,8 @@ pub struct Forward {
     parameters: Parameters<f64>,
     /// Indices of the actuators whose motion is prescribed.
     prescribed: Vec<usize>,
+    /// Rotors of drive trains.
+    rotors: Vec<Rotor>,
     /// Scale of each DOF of the tree: the characteristic length for translations, else one.
     columns: Vec<f64>,
 }
@@ -120,11 +124,13 @@ impl Forward {
     /// Builds the model with a spanning tree chosen by `rule`.
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let topology = Arc::new(Topology::with_tree(&mechanism, rule));
-        let parameters = Parameters::new(&mechanism);
+        let mut parameters = Parameters::new(&mechanism);
+        parameters.interfaces.extend(motor_friction(&mechanism));
+        let rotors = Rotor::all(&mechanism);
         let columns = column_scales(&topology, parameters.length);
         let known = 0..topology.actuators.len();
         let prescribed = prescribed.iter().copied().filter(|a| known.contains(a)).collect();
-        Self { mechanism, topology, parameters, prescribed, columns }
+        Self { mechanism, topology, parameters, prescribed, rotors, columns }
     }
 
     /// The mechanism.
@@ -153,6 +159,20 @@ impl Forward {
         coordinates: &[Coordinate],
         targets: &[Target<f64>],
     ) -> Result<State<f64>, ForwardError> {
+        self.assemble_with_report(initial_poses, coordinates, targets).map(|(state, _)| state)
+    }
+
+    /// As [`Self::assemble`], with the comparison of the configuration with the given one.
+    ///
+    /// # Errors
+    /// See [`crate::kinematics::AssemblyError`].
+    #[doc(hidden)]
+    pub fn assemble_with_report(
+        &self,
+        initial_poses: &[(BodyId, Pose<f64>)],
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+    ) -> Result<(State<f64>, AssemblyReport), ForwardError> {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let assembly = Assembly::new(
             &self.mechanism,
@@ -162,6 +182,6 @@ impl Forward {
             coordinates,
             targets,
         )?;
-        Ok(assembly.state().clone())
+        Ok((assembly.state().clone(), assembly.report().clone()))
     }
 }

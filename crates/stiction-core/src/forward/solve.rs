@@ -68,7 +68,8 @@ impl Forward {
             }
             for (place, dof) in interface.shape.dofs().enumerate() {
                 let joint = interface.joint;
-                if constrained.iter().any(|c| (c.joint, c.dof) == (joint, dof)) {
+                // Several interfaces of one DOF share its static friction.
+                if constrained.iter().any(|c| c.actuated && (c.joint, c.dof) == (joint, dof)) {
                     continue;
                 }
                 sticking.push(StickingDof { interface: index, place, row: constrained.len() });

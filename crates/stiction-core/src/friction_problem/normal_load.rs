@@ -7,7 +7,7 @@ use crate::joint::Carrier;
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
-use crate::spatial::{Pose, Wrench};
+use crate::spatial::{Pose, Twist, Wrench};
 
 /// Parameters and body poses at which normal loads are evaluated.
 #[derive(Clone, Copy)]
@@ -91,6 +91,7 @@ pub(crate) fn normal_load_between<T: Scalar>(
     let load = match interface.shape {
         InterfaceShape::Ball => map.at_point(wrench, j.position),
         InterfaceShape::Plate => map.on_plane(wrench, k.position, axis),
+        InterfaceShape::Shaft { .. } => Load { value: map.preload, gradient: Twist::zero() },
         _ => map.between(wrench, j.position, k.position, axis),
     };
     if interface.shape == InterfaceShape::Thread {

@@ -59,20 +59,20 @@ impl core::error::Error for Defects {}
 #[non_exhaustive]
 pub enum Defect {
     /// No body besides the ground.
-    #[error("the mechanism has no body that could move")]
+    #[error("the mechanism has no moving body")]
     NoBodies,
-    /// Two bodies, two joints, or two springs, of one name.
+    /// Two bodies, joints, springs or actuators of one name.
     #[error("there are two {what} named `{name}`")]
     DuplicateName {
-        /// `bodies`, `joints` or `springs`.
+        /// `bodies`, `joints`, `springs` or `actuators`.
         what: &'static str,
         /// The name.
         name: String,
     },
     /// A joint with the name of another joint's degree of freedom.
     #[error(
-        "joint `{joint}` has the name of a degree of freedom of joint `{other}`: rename it, columns of results would \
-         coincide"
+        "joint `{joint}` has the name of a degree of freedom of joint `{other}`: rename it, \
+         because their columns in results would coincide"
     )]
     NameOfFreedom {
         /// The joint.
@@ -87,7 +87,7 @@ pub enum Defect {
         name: String,
     },
     /// A body named like the ground.
-    #[error("a body cannot be named `{}`: that is the body that does not move", super::GROUND_NAME)]
+    #[error("a body cannot be named `{}`: this is the name of the fixed body", super::GROUND_NAME)]
     GroundTaken,
     /// A joint refers to a body that does not exist.
     #[error("joint `{joint}` connects body `{body}`, which does not exist")]
@@ -121,7 +121,7 @@ pub enum Defect {
         place: String,
     },
     /// A negative mass.
-    #[error("body `{body}` has the mass {mass} kg; a mass is at least 0")]
+    #[error("body `{body}` has a mass of {mass} kg, but a mass must be at least 0")]
     NegativeMass {
         /// The body.
         body: String,
@@ -244,6 +244,34 @@ pub enum Defect {
         /// Value of the parameter.
         value: f64,
     },
+    /// A drive train refers to a joint that does not exist.
+    #[error("actuator `{actuator}` drives joint `{joint}`, which does not exist")]
+    UnknownJointOfActuator {
+        /// The drive train.
+        actuator: String,
+        /// The missing joint.
+        joint: String,
+    },
+    /// A drive train that does not fit its joint, or contradicts itself or others.
+    #[error("actuator `{actuator}`: {problem}")]
+    Actuator {
+        /// The drive train.
+        actuator: String,
+        /// The problem in words.
+        problem: String,
+    },
+    /// A parameter of a drive train out of its range.
+    #[error("actuator `{actuator}`: `{parameter}` is {value}, but must be {range}")]
+    ActuatorParameter {
+        /// The drive train.
+        actuator: String,
+        /// Key of the parameter.
+        parameter: &'static str,
+        /// Value of the parameter.
+        value: f64,
+        /// The admissible range in words.
+        range: &'static str,
+    },
     /// The characteristic length is not positive.
     #[error("the characteristic length is {0} m, but must be greater than 0")]
     CharacteristicLength(
@@ -253,8 +281,8 @@ pub enum Defect {
     /// A characteristic length far from the mechanism's size, for which round-off would decide
     /// ranks.
     #[error(
-        "the characteristic length is {length:e} m, but where joints and centres of mass are some {own:.1e} m apart it \
-         must be between {least:.1e} and {most:.1e} m"
+        "the characteristic length is {length:e} m, but must be between {least:.1e} and \
+         {most:.1e} m, because joints and centres of mass are some {own:.1e} m apart"
     )]
     CharacteristicLengthFar {
         /// The declared value, m.

@@ -7,16 +7,20 @@
 mod builder;
 mod compliance;
 mod defect;
+mod drive_train;
 mod spring;
 mod warning;
 
 pub use builder::{BodySpec, JointSpec, MechanismBuilder};
 pub use compliance::Compliance;
 pub use defect::{Defect, Defects};
+pub use drive_train::{
+    DriveTrain, DriveTrainSpec, GearLoss, Mesh, Motor, MotorFriction, MotorLimits,
+};
 pub use spring::{Spring, SpringSpec};
 pub use warning::Warning;
 
-use crate::friction::JointFriction;
+use crate::friction::{JointFriction, interfaces_of};
 use crate::joint::JointType;
 use crate::spatial::{Mat3, Pose, Vec3};
 
@@ -121,6 +125,16 @@ impl Joint {
             _ => self.dof_name(dof),
         }
     }
+
+    /// Names of the friction interfaces: that of the joint, followed by that of the interface if the
+    /// joint type has several.
+    pub fn interface_names(&self) -> impl Iterator<Item = String> + '_ {
+        let places = interfaces_of(self.joint_type);
+        self.friction.iter().map(|friction| match places[friction.place].0 {
+            "" => self.name.clone(),
+            place => format!("{}.{place}", self.name),
+        })
+    }
 }
 
 /// A consistent mechanism.
@@ -130,6 +144,7 @@ pub struct Mechanism {
     bodies: Vec<Body>,
     joints: Vec<Joint>,
     springs: Vec<Spring>,
+    drive_trains: Vec<DriveTrain>,
     gravity: Vec3<f64>,
     base: Pose<f64>,
     characteristic_length: f64,
@@ -154,6 +169,24 @@ impl Mechanism {
     /// All springs.
     pub fn springs(&self) -> &[Spring] {
         &self.springs
+    }
+
+    /// All drive trains. An actuated degree of freedom without one has its effort as such.
+    pub fn drive_trains(&self) -> &[DriveTrain] {
+        &self.drive_trains
+    }
+
+    /// Actuated degrees of freedom whose motors have friction, in the order of the drive trains, each with the name
+    /// of its first motor. In simulations each is a friction interface after those of the joints.
+    #[doc(hidden)]
+    pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
+        let mut found: Vec<&DriveTrain> = Vec::new();
+        for train in self.drive_trains.iter().filter(|train| train.has_motor_friction()) {
+            if !found.iter().any(|known| (known.joint, known.dof) == (train.joint, train.dof)) {
+                found.push(train);
+            }
+        }
+        found.into_iter().map(|train| (train.name.as_str(), train.joint)).collect()
     }
 
     /// Acceleration of gravity in world axes, m/s^2.
@@ -184,10 +217,11 @@ impl Mechanism {
         self.joints.iter().position(|j| j.name == name).map(JointId)
     }
 
-    /// Returns the mechanism without friction in its joints.
+    /// Returns the mechanism without friction in its joints and drive trains.
     pub fn without_friction(&self) -> Self {
         let mut other = self.clone();
         other.joints.iter_mut().for_each(|joint| joint.friction.clear());
+        other.drive_trains = self.drive_trains.iter().map(DriveTrain::without_friction).collect();
         other
     }
 

@@ -32,7 +32,7 @@ pub struct Panel {
 /// Curve.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// Name in the legend.
+    /// Name in the legend; a line without one is not in it.
     pub label: String,
     /// Points, x and y.
     pub points: Vec<(f64, f64)>,
@@ -167,14 +167,14 @@ impl Line {
             let mark = ScatterPlot::new().with_data(points).with_color(colour).with_size(MARK);
             let mark = mark.with_marker(shape);
             return Plot::from(match form {
-                Form::Paper => mark.with_legend(clean(&self.label)),
-                Form::Page => mark,
+                Form::Paper if !self.label.is_empty() => mark.with_legend(clean(&self.label)),
+                _ => mark,
             });
         }
         let line = LinePlot::new().with_data(points).with_color(colour).with_stroke_width(1.6);
         let line = match form {
-            Form::Paper => line.with_legend(clean(&self.label)),
-            Form::Page => line,
+            Form::Paper if !self.label.is_empty() => line.with_legend(clean(&self.label)),
+            _ => line,
         };
         Plot::from(if self.dashed { line.with_dashed() } else { line })
     }

@@ -1,4 +1,4 @@
-//! Dimensions: powers of metre, kilogram and second.
+//! Dimensions: powers of metre, kilogram, second and ampere.
 
 use std::fmt::Write;
 
@@ -13,11 +13,12 @@ pub(crate) struct Dimension {
     metre: i16,
     kilogram: i16,
     second: i16,
+    ampere: i16,
     radian: i16,
 }
 
 impl Dimension {
-    pub(crate) const NONE: Self = Self { metre: 0, kilogram: 0, second: 0, radian: 0 };
+    pub(crate) const NONE: Self = Self { metre: 0, kilogram: 0, second: 0, ampere: 0, radian: 0 };
     pub(crate) const LENGTH: Self = Self::of(1, 0, 0);
     pub(crate) const MASS: Self = Self::of(0, 1, 0);
     pub(crate) const TIME: Self = Self::of(0, 0, 1);
@@ -25,7 +26,13 @@ impl Dimension {
 
     /// Dimension with these integer powers of m, kg, s.
     pub(crate) const fn of(metre: i16, kilogram: i16, second: i16) -> Self {
-        Self { metre: metre * ONE, kilogram: kilogram * ONE, second: second * ONE, radian: 0 }
+        let (metre, kilogram, second) = (metre * ONE, kilogram * ONE, second * ONE);
+        Self { metre, kilogram, second, ..Self::NONE }
+    }
+
+    /// Multiplies by an integer power of the ampere.
+    pub(crate) const fn with_current(self, power: i16) -> Self {
+        Self { ampere: power * ONE, ..self }
     }
 
     /// Adds an integer power of the angle unit.
@@ -50,7 +57,7 @@ impl Dimension {
 
     /// Tests if quantities of both dimensions can be added.
     pub(crate) fn same(self, other: Self) -> bool {
-        (self.metre, self.kilogram, self.second) == (other.metre, other.kilogram, other.second)
+        Self { radian: 0, ..self } == Self { radian: 0, ..other }
     }
 
     /// Tests for a nonzero power of time.
@@ -81,6 +88,7 @@ impl Dimension {
             metre: scale(self.metre)?,
             kilogram: scale(self.kilogram)?,
             second: scale(self.second)?,
+            ampere: scale(self.ampere)?,
             // The angle is informative and never causes an error.
             radian: scale(self.radian).unwrap_or(0),
         })
@@ -91,6 +99,7 @@ impl Dimension {
             metre: op(self.metre, other.metre)?,
             kilogram: op(self.kilogram, other.kilogram)?,
             second: op(self.second, other.second)?,
+            ampere: op(self.ampere, other.ampere)?,
             radian: op(self.radian, other.radian).unwrap_or(0),
         })
     }
@@ -108,7 +117,8 @@ impl Dimension {
 
     /// SI unit, for example `kg m^2/s^2`.
     pub(crate) fn units(self) -> String {
-        let powers = [("kg", self.kilogram), ("m", self.metre), ("s", self.second)];
+        let powers =
+            [("kg", self.kilogram), ("m", self.metre), ("s", self.second), ("A", self.ampere)];
         let write = |sign: i16| {
             let mut text = String::new();
             for (unit, power) in powers.iter().filter(|(_, power)| power.signum() == sign) {
@@ -154,6 +164,8 @@ const NAMES: &[(Dimension, &str)] = &[
     (Dimension::of(2, 1, -3), "a power"),
     (Dimension::of(-1, 1, -2), "a pressure"),
     (Dimension::of(-3, 1, 0), "a density"),
+    (Dimension::of(0, 0, 0).with_current(1), "a current"),
+    (Dimension::of(2, 1, -2).with_current(-1), "a torque per current"),
 ];
 
 #[cfg(test)]

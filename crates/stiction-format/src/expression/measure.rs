@@ -31,6 +31,9 @@ pub(crate) enum Measure {
     AngularStiffness,
     /// Moment per angular rate.
     AngularDamping,
+    /// Travel per revolution of a screw or pulley.
+    Lead,
+    TorquePerCurrent,
     /// Cycles per time.
     Frequency,
     Jerk,
@@ -74,6 +77,8 @@ impl Measure {
             Self::PerSpeed => Dimension::of(-1, 0, 1),
             Self::AngularStiffness => Dimension::of(2, 1, -2).with_angle(-1),
             Self::AngularDamping => Dimension::of(2, 1, -1).with_angle(-1),
+            Self::Lead => Dimension::LENGTH,
+            Self::TorquePerCurrent => Dimension::of(2, 1, -2).with_current(-1),
             Self::Frequency => Dimension::of(0, 0, -1),
             Self::Jerk => Dimension::of(1, 0, -3),
             Self::AngularSpeed => Dimension::of(0, 0, -1).with_angle(1),
@@ -105,6 +110,8 @@ impl Measure {
             Self::PerSpeed => ("a damping per load", "300 N s/m / 100 N", "s/m"),
             Self::AngularStiffness => ("an angular stiffness", "500 N m/rad", "N m/rad"),
             Self::AngularDamping => ("an angular damping", "5 N m s/rad", "N m s/rad"),
+            Self::Lead => ("a lead", "10 mm/rev", "m/rev"),
+            Self::TorquePerCurrent => ("a torque constant", "0.06 N m/A", "N m/A"),
             Self::Frequency => ("a frequency", "10 Hz", "Hz"),
             Self::Jerk => ("a jerk", "200 m/s^3", "m/s^3"),
             Self::AngularSpeed => ("an angular speed", "90 deg/s", "rad/s"),
@@ -145,9 +152,11 @@ impl Measure {
                     .to_owned(),
             );
         }
+        if self == Self::AngularSpeed && !found.has_angle() {
+            return Some("write the unit of the angle: \"50 rev/s\" or \"300 rad/s\"".to_owned());
+        }
         turning.then(|| {
-            "the coefficient refers to the sliding surface: divide it by the square of the radius"
-                .to_owned()
+            "this surface does not turn: give the force over the sliding speed, in N s/m".to_owned()
         })
     }
 
@@ -160,7 +169,8 @@ impl Measure {
         let fine = self == Self::Any || expected.same(found) || bare;
         // An angular frequency differs from the frequency by 2 pi.
         let turns = self == Self::Frequency && found.has_angle();
-        (!fine || number_from_angle || turns).then_some(move |span| {
+        let cycles = self == Self::AngularSpeed && !bare && !found.has_angle();
+        (!fine || number_from_angle || turns || cycles).then_some(move |span| {
             Fault::new(
                 span,
                 format!("expected {}, found {}", self.expected(), found.describe()),

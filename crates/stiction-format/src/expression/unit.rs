@@ -66,6 +66,7 @@ const FORCE: Dimension = Dimension::of(1, 1, -2);
 const ENERGY: Dimension = Dimension::of(2, 1, -2);
 const POWER: Dimension = Dimension::of(2, 1, -3);
 const PRESSURE: Dimension = Dimension::of(-1, 1, -2);
+const CURRENT: Dimension = Dimension::NONE.with_current(1);
 
 /// All units.
 pub(crate) const UNITS: &[Unit] = &[
@@ -106,11 +107,19 @@ pub(crate) const UNITS: &[Unit] = &[
     unit("GPa", 1.0, 9, PRESSURE),
     unit("bar", 1.0, 5, PRESSURE),
     unit("%", 1.0, -2, NONE),
+    unit("A", 1.0, 0, CURRENT),
+    unit("mA", 1.0, -3, CURRENT),
 ];
 
 /// Finds a unit by name.
 pub(crate) fn find(name: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|unit| unit.name == name)
+}
+
+/// Tests if a parameter may have the name of this unit, which then means the parameter: short names
+/// in use for amplitudes and areas.
+pub(crate) fn yields_to_parameters(name: &str) -> bool {
+    find(name).is_some_and(|unit| unit.dimension == CURRENT)
 }
 
 /// Advice for common spellings that are not units here.

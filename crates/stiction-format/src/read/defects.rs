@@ -1,5 +1,6 @@
 //! Places of the defects that the mechanism's builder reports.
 
+use super::actuator::ActuatorDraft;
 use super::body::BodyDraft;
 use super::context::Context;
 use super::joint::JointDraft;
@@ -20,6 +21,7 @@ pub(crate) struct Origin<'a> {
     pub(crate) bodies: &'a [BodyDraft],
     pub(crate) joints: &'a [JointDraft],
     pub(crate) springs: &'a [SpringDraft],
+    pub(crate) actuators: &'a [ActuatorDraft],
     pub(crate) names: &'a Names,
     /// Place of the characteristic length.
     pub(crate) length: Span,
@@ -39,6 +41,7 @@ impl Origin<'_> {
             // Connectivity is unknown if joints are missing.
             let consequence = match defect {
                 Defect::Disconnected { .. } => incomplete,
+                Defect::UnknownJointOfActuator { .. } => incomplete,
                 Defect::UnknownBody { body, .. } | Defect::UnknownBodyOfSpring { body, .. } => {
                     self.names.may_be_lost(body)
                 }
@@ -81,7 +84,7 @@ impl Origin<'_> {
                 format!("joint `{joint}` of type {} has no pitch", symbol(joint))
             }
             Defect::NotActuable { joint, .. } => {
-                format!("joint `{joint}` of type {} cannot be driven", symbol(joint))
+                format!("joint `{joint}` of type {} cannot be actuated", symbol(joint))
             }
             other => other.to_string(),
         }
@@ -94,6 +97,7 @@ impl Origin<'_> {
         let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
         let last_joint = |name: &str| self.joints.iter().rev().find(|joint| joint.name == name);
         let spring = |name: &str| self.springs.iter().find(|spring| spring.name == name);
+        let actuator = |name: &str| self.actuators.iter().rev().find(|known| known.name == name);
         let whole = || WHOLE;
         let mut help = None;
         let (span, label) = match defect {
@@ -107,6 +111,26 @@ impl Origin<'_> {
             Defect::DuplicateName { what: "springs", name } => {
                 let last = self.springs.iter().rev().find(|spring| spring.name == *name);
                 (last.map_or_else(whole, |s| s.spans.name.clone()), "already used")
+            }
+            Defect::DuplicateName { what: "actuators", name } => {
+                (actuator(name).map_or_else(whole, |a| a.spans.name.clone()), "already used")
+            }
+            Defect::UnknownJointOfActuator { actuator: name, joint } => {
+                help = did_you_mean(joint, "joints", self.joints.iter().map(|j| j.name.as_str()));
+                (actuator(name).map_or_else(whole, |a| a.spans.joint.clone()), "unknown joint")
+            }
+            Defect::Actuator { actuator: name, .. } => {
+                (actuator(name).map_or_else(whole, |a| a.spans.name.clone()), "this actuator")
+            }
+            Defect::ActuatorParameter { actuator: name, parameter, .. } => {
+                let draft = actuator(name);
+                let values = draft.into_iter().flat_map(|draft| &draft.spans.values);
+                let given = values.clone().find(|(key, _)| key == parameter);
+                // A value that follows from another has its place.
+                let table = parameter.split('.').next().unwrap_or_default();
+                let given = given.or_else(|| values.clone().find(|(key, _)| key == table));
+                let span = given.map(|(_, span)| span).or(draft.map(|a| &a.spans.name));
+                (span.cloned().unwrap_or(WHOLE), "out of range")
             }
             Defect::DuplicateName { name, .. } => {
                 (last_joint(name).map_or_else(whole, |j| j.spans.name.clone()), "already used")
@@ -147,8 +171,8 @@ impl Origin<'_> {
             }
             Defect::NotActuable { joint: name, .. } => {
                 help = Some(
-                    "actuators drive the freedoms of R, P, H, C, U and E joints; model a driven ball \
-                     as R and U"
+                    "actuators drive the degrees of freedom of R, P, H, C, U and E joints; model \
+                     an actuated ball as R and U"
                         .to_owned(),
                 );
                 (joint(name).map_or_else(whole, |j| j.spans.actuated.clone()), "cannot be driven")

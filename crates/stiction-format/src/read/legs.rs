@@ -1,5 +1,6 @@
 //! Expansion of equal legs around an axis into bodies and joints.
 
+use super::actuator::{self, ActuatorDraft};
 use super::body::{self, BodyDraft};
 use super::chain::{Chain, Link};
 use super::context::{Context, Record};
@@ -27,6 +28,7 @@ pub(crate) struct LegDraft {
 pub(crate) struct Expansion {
     pub(crate) bodies: Vec<BodyDraft>,
     pub(crate) joints: Vec<JointDraft>,
+    pub(crate) actuators: Vec<ActuatorDraft>,
     pub(crate) legs: Vec<LegDraft>,
     /// True if legs are invalid, so that missing parts may belong to them.
     pub(crate) lost: bool,
@@ -85,7 +87,7 @@ fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
         from: (from, record.span("from")),
         to,
     };
-    group.check_names(record.value("joints"), record.value("bodies"));
+    group.check_names(|key| record.value(key));
     for placement in placements {
         group.expand(&placement, all);
     }
@@ -163,7 +165,7 @@ struct Group<'a> {
 
 impl Group<'_> {
     /// Reports names of joints and bodies that are not in the chain.
-    fn check_names(&self, joints: Option<&Value>, bodies: Option<&Value>) {
+    fn check_names<'v>(&self, value: impl Fn(&str) -> Option<&'v Value>) {
         let of = |value: Option<&Value>, kind: &str, known: Vec<&str>| {
             let table = value.and_then(Value::as_table);
             for (key, _) in table.into_iter().flat_map(|table| &table.entries) {
@@ -178,8 +180,14 @@ impl Group<'_> {
                 }
             }
         };
-        of(joints, "joint", self.chain.joints.iter().map(|joint| joint.key.as_str()).collect());
-        of(bodies, "body", self.chain.bodies.iter().map(|body| body.key.as_str()).collect());
+        let joints: Vec<_> = self.chain.joints.iter().map(|joint| joint.key.as_str()).collect();
+        of(value("joints"), "joint", joints.clone());
+        of(value("actuators"), "joint", joints);
+        of(
+            value("bodies"),
+            "body",
+            self.chain.bodies.iter().map(|body| body.key.as_str()).collect(),
+        );
     }
 
     fn expand(&self, placement: &Placement<'_>, all: &mut Expansion) {
@@ -207,7 +215,7 @@ impl Group<'_> {
             None => format!("leg{}", all.legs.len() + 1),
         };
         if placement.table.is_some() {
-            self.check_names(own("joints"), own("bodies"));
+            self.check_names(own);
         }
         let turn = about(self.axis, placement.angle);
         let origin = |key: &str| match own(key).or_else(|| self.record.value(key)) {
@@ -248,6 +256,13 @@ impl Group<'_> {
             let table = self.merged("joints", &link.link(), placement);
             let what = format!("joint `{}` of the legs", link.key);
             let joint_name = format!("{name}.{}", link.key);
+            let drive = self.merged("actuators", &link.link(), placement);
+            if !drive.entries.is_empty() {
+                let what = format!("actuator of joint `{}` of the legs", link.key);
+                let name = (joint_name.clone(), span);
+                let draft = actuator::read(context, name, &drive, Some(&joint_name), &what);
+                all.actuators.push(draft);
+            }
             all.joints.push(joint::read(
                 context,
                 joint_name,

@@ -1,5 +1,6 @@
 //! Reader from the document tree to the model.
 
+mod actuator;
 mod actuators;
 mod assignments;
 mod body;
@@ -29,9 +30,10 @@ use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::{self, Document, Table, Value};
 use crate::fields::Field;
-use crate::fields::tables::{BODY, DEFAULT, JOINT, MODEL, SPRING};
+use crate::fields::tables::{ACTUATOR, BODY, DEFAULT, JOINT, MODEL, SPRING};
 use crate::model_file::{Leg, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source};
+use actuator::ActuatorDraft;
 use body::BodyDraft;
 use context::{Context, Record};
 use defects::Origin;
@@ -211,12 +213,13 @@ fn dotted<'a>(
     table.entries.iter().filter_map(meant).collect()
 }
 
-/// Bodies, joints and springs of the text, including those of legs.
+/// Bodies, joints, springs and drive trains of the text, including those of legs.
 struct Parts {
     name: String,
     bodies: Vec<BodyDraft>,
     joints: Vec<JointDraft>,
     springs: Vec<SpringDraft>,
+    actuators: Vec<ActuatorDraft>,
     legs: Vec<legs::LegDraft>,
     /// True if some legs are invalid.
     lost_legs: bool,
@@ -251,15 +254,23 @@ impl Parts {
             let what = format!("spring {}", quoted(&key.name));
             springs.push(spring::read(context, &key, table, &what));
         }
+        let mut actuators = Vec::new();
+        for (key, table) in tables("actuators", ACTUATOR) {
+            names::check(context, &key.name, &key.span, "actuator");
+            let what = format!("actuator {}", quoted(&key.name));
+            let name = (key.name.clone(), &key.span);
+            actuators.push(actuator::read(context, name, table, None, &what));
+        }
         let legs = record.value("legs").map(|value| legs::read(context, value));
-        let Expansion { bodies: more_bodies, joints: more_joints, legs, lost: lost_legs } =
-            legs.unwrap_or_default();
-        bodies.extend(more_bodies);
-        joints.extend(more_joints);
+        let expansion = legs.unwrap_or_default();
+        let Expansion { legs, lost: lost_legs, .. } = expansion;
+        bodies.extend(expansion.bodies);
+        joints.extend(expansion.joints);
+        actuators.extend(expansion.actuators);
         let file = context.source.name.rsplit(['/', '\\']).next().unwrap_or_default();
         let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
         let name = record.text("name").unwrap_or(stem).to_owned();
-        Self { name, bodies, joints, springs, legs, lost_legs }
+        Self { name, bodies, joints, springs, actuators, legs, lost_legs }
     }
 
     fn names(&self) -> Names {
@@ -294,6 +305,9 @@ impl Parts {
         for spec in self.springs.iter().filter_map(|spring| spring.spec.clone()) {
             builder = builder.spring(spec);
         }
+        for spec in self.actuators.iter().filter_map(|actuator| actuator.spec.clone()) {
+            builder = builder.drive_train(spec);
+        }
         match builder.build() {
             Ok(mechanism) => Some(mechanism),
             Err(defects) => {
@@ -309,6 +323,7 @@ impl Parts {
             bodies: &self.bodies,
             joints: &self.joints,
             springs: &self.springs,
+            actuators: &self.actuators,
             names,
             length: record.span("characteristic_length"),
         }

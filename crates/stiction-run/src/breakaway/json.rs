@@ -27,7 +27,7 @@ impl Findings {
             drives.insert(name.clone(), value);
         }
         let undetermined = self.undetermined_loads.iter().map(|&k| &names.interfaces[k].0);
-        json!({
+        let mut value = json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
             "model": { "name": job.model.name, "title": job.model.title },
             "options": {
@@ -41,7 +41,26 @@ impl Findings {
             "unpowered": self.holding_json(&names, &self.rest.unpowered),
             "undetermined_loads": undetermined.collect::<Vec<_>>(),
             "redundant_actuators": self.redundant_actuators,
-        })
+        });
+        // Only models with drive trains have these entries.
+        let trains = job.model.mechanism.drive_trains();
+        if !trains.is_empty() {
+            let motors = trains.iter().zip(&self.motors).map(|(train, (motor, power_off))| {
+                let (low, high) = motor.torque_bounds;
+                let value = json!({
+                    "unit": "N m",
+                    "motor_torque": motor.torque,
+                    "low": low,
+                    "high": high,
+                    "power_off": power_off.json(),
+                });
+                (train.name.clone(), value)
+            });
+            value["actuators"] = Value::Object(motors.collect());
+            value["unpowered"]["scope"] =
+                json!("friction of the joints, with drive trains uncoupled");
+        }
+        value
     }
 
     fn holding_json(&self, names: &Names, holding: &Holding) -> Value {

@@ -3,8 +3,10 @@
 mod json;
 mod terminal;
 
+use crate::power_off::{self, PowerOff, actuators_of};
 use crate::{Error, Follower, Job, SinkError};
 use stiction_core::dynamics::{Forces, FrictionMode, InverseError, Rest, Settings};
+use stiction_core::mechanism::Motor;
 
 pub use terminal::write_report;
 
@@ -21,6 +23,8 @@ pub struct Findings {
     pub undetermined_loads: Vec<usize>,
     /// True if the mechanism has more actuators than statics determines.
     pub redundant_actuators: bool,
+    /// Each drive train: its motor, and what keeps it at rest with power off.
+    motors: Vec<(Motor, PowerOff)>,
 }
 
 /// Computes the results of a mechanism at rest at each sample of its motion and passes them to
@@ -76,7 +80,14 @@ fn rest_at(job: &Job<'_>, follower: &mut Follower<'_>) -> Result<Findings, Error
     })?;
     let statics = solver.statics();
     let loads = solver.determined_loads(&statics);
+    let (forces, trains) = (solver.forces(), solver.mechanism().drive_trains());
+    let actuators = actuators_of(solver.mechanism());
+    let power_off = power_off::of(trains, &actuators, forces);
+    let motors = trains.iter().zip(&actuators).map(|(train, &actuator)| {
+        train.motor(forces.efforts[actuator], forces.effort_bounds[actuator], None, 0.0)
+    });
     Ok(Findings {
+        motors: motors.zip(power_off).collect(),
         time,
         forces: solver.forces().clone(),
         rest,

@@ -8,7 +8,7 @@ use stiction_core::friction::{
     Combine, Curve, InterfaceShape, JointFriction, Law, NormalLoadMap, Supports, interfaces_of,
 };
 use stiction_core::joint::Motion;
-use stiction_core::mechanism::{Body, BodyId, Compliance, Joint, Spring};
+use stiction_core::mechanism::{Body, BodyId, Compliance, DriveTrain, Joint, Mechanism, Spring};
 use stiction_core::spatial::{Mat3, Pose};
 
 /// Version of the format, increased when the meaning of a key changes.
@@ -46,7 +46,7 @@ pub fn json(home: &Home<'_>) -> Value {
             "damping": spring.damping,
         })
     };
-    json!({
+    let mut value = json!({
         "format": "stiction-mechanism",
         "version": VERSION,
         "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
@@ -59,6 +59,31 @@ pub fn json(home: &Home<'_>) -> Value {
         "bodies": bodies.map(|(body, home)| body_json(body, home)).collect::<Vec<_>>(),
         "joints": joints.collect::<Vec<_>>(),
         "springs": mechanism.springs().iter().map(spring).collect::<Vec<_>>(),
+    });
+    // Only mechanisms with drive trains have this entry.
+    if !mechanism.drive_trains().is_empty() {
+        let each = mechanism.drive_trains().iter().map(|train| drive_train_json(mechanism, train));
+        value["actuators"] = each.collect();
+    }
+    value
+}
+
+fn drive_train_json(mechanism: &Mechanism, train: &DriveTrain) -> Value {
+    let joint = &mechanism.joints()[train.joint.0];
+    let (efficiency, backward_efficiency) = train.gear.efficiencies();
+    let (friction, limits) = (train.motor_friction, train.limits);
+    json!({
+        "name": train.name,
+        "joint": joint.name,
+        "freedom": joint.joint_type.dofs()[train.dof].name,
+        "transmission": train.transmission(),
+        "share": train.share,
+        "rotor_inertia": train.rotor_inertia,
+        "efficiency": efficiency,
+        "backward_efficiency": backward_efficiency,
+        "motor_friction": { "constant": friction.constant, "viscous": friction.viscous },
+        "torque_constant": train.torque_constant,
+        "limits": { "peak": limits.peak, "rated": limits.rated, "speed": limits.speed },
     })
 }
 
@@ -146,8 +171,10 @@ fn interface_json(joint: &Joint, interface: &JointFriction) -> Value {
         InterfaceShape::Pin { .. } => "pin",
         InterfaceShape::Guide { .. } => "guide",
         InterfaceShape::Thread => "thread",
+        InterfaceShape::Sleeve => "sleeve",
         InterfaceShape::Ball => "ball",
         InterfaceShape::Plate => "plate",
+        InterfaceShape::Shaft { .. } => "shaft",
     };
     let dofs = joint.joint_type.dofs()[shape.dofs()].iter().map(|f| f.name);
     json!({

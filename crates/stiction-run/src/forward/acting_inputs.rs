@@ -3,6 +3,7 @@
 use super::controller::{Controller, Told};
 use super::guide::Guide;
 use super::job::{Feed, Job};
+use super::motors::Motors;
 use super::reference::{Wanted, own_course};
 use crate::Instants;
 use crate::error::Error;
@@ -41,6 +42,7 @@ pub(super) struct Acting<'a> {
     /// Reference motions of the actuators that follow the motion.
     wanted: Wanted<'a>,
     controller: Option<Controller<'a>>,
+    motors: Motors,
     /// Efforts held between two samples, N or N m.
     kept: Vec<f64>,
     /// Number of samples taken so far.
@@ -111,6 +113,7 @@ impl<'a> Acting<'a> {
             is_stopped: false,
             wanted,
             controller,
+            motors: Motors::new(forward.mechanism()),
             kept: vec![0.0; actuators.len()],
             samples: 0,
             instants: job.instants()?,
@@ -201,6 +204,9 @@ impl<'a> Acting<'a> {
             && let Some(guide) = self.wanted.guide()
         {
             let (with, without) = guide.drives()?;
+            let (mut with, mut without) = (with.to_vec(), without.to_vec());
+            self.motors.add(&mut with, &wanted, self.job.friction);
+            self.motors.add(&mut without, &wanted, false);
             for (index, (with, without)) in with.iter().zip(without).enumerate() {
                 friction[index] = with - without;
                 if matches!(self.job.drives, Feed::Inverse) {

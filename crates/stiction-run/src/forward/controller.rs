@@ -1,6 +1,7 @@
 //! Sampled controllers.
 
 use super::job::Job;
+use super::motors::Motors;
 use crate::error::Error;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::forward::Forward;
@@ -15,6 +16,7 @@ pub(super) struct Controller<'a> {
     gains: Vec<(f64, f64)>,
     /// Inverse dynamics with the actuators' coordinates prescribed, for computed torque.
     model: Option<InverseDynamics>,
+    motors: Motors,
     /// Positions measured at the previous sample.
     before: Option<Vec<f64>>,
 }
@@ -52,7 +54,13 @@ impl<'a> Controller<'a> {
         };
         let (omega, zeta) = (control.bandwidth, control.damping);
         let mut gains = vec![(omega * omega, 2.0 * zeta * omega); control.channels.len()];
-        let mut controller = Self { control, gains: Vec::new(), model, before: None };
+        let mut controller = Self {
+            control,
+            gains: Vec::new(),
+            model,
+            motors: Motors::new(&job.model.mechanism),
+            before: None,
+        };
         if pd {
             let masses = controller.masses()?;
             for ((gains, channel), mass) in gains.iter_mut().zip(&control.channels).zip(masses) {
@@ -122,6 +130,7 @@ impl<'a> Controller<'a> {
             masses.push(drives(&targets)?[k] - still[k]);
             targets[k].acceleration = 0.0;
         }
+        self.motors.add_inertia(&mut masses);
         Ok(masses)
     }
 
@@ -161,7 +170,10 @@ impl<'a> Controller<'a> {
                 model.move_to(&targets).map_err(|error| at(Error::Controller(error)))?;
                 let forces =
                     model.solve(loads).map_err(|error| at(Error::ControllerForces(error)))?;
-                forces.efforts.clone()
+                let mut efforts = forces.efforts.clone();
+                let friction = control.friction == FrictionFeed::Measured;
+                self.motors.add(&mut efforts, &targets, friction);
+                efforts
             }
             _ => corrections.collect(),
         };

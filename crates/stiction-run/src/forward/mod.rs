@@ -7,6 +7,7 @@ mod events;
 mod figures;
 mod guide;
 mod job;
+mod motors;
 mod outcome;
 mod poles;
 mod reference;

@@ -42,4 +42,6 @@ pub struct Outcome {
     pub invertible: bool,
     /// True if prescribed or locked actuators changed the rates at the start.
     pub rates_changed: bool,
+    /// Notes on the initial configuration.
+    pub assembly_notes: Vec<String>,
 }

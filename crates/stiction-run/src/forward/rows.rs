@@ -1,6 +1,7 @@
 //! Rows of the tables of a simulation.
 
 use super::job::Job;
+use super::motors::Motors;
 use super::sample::Sample;
 use crate::bodies::BodyRow;
 use crate::dofs::{Dof, actuated, dofs_of};
@@ -22,6 +23,7 @@ pub(super) struct Layout {
     pub(crate) signed: Vec<bool>,
     /// Index of each actuator's degree of freedom.
     pub(crate) dof_of_actuator: Vec<usize>,
+    motors: Motors,
     bodies: Vec<String>,
 }
 
@@ -63,10 +65,16 @@ impl Layout {
             let own: &Dof = &dofs[dof];
             name.clone_from(&own.name);
         }
+        // The friction of motors follows that of the joints.
+        let shafts = mechanism.shafts_with_friction();
+        let signed: Vec<bool> = signed.chain(shafts.iter().map(|_| true)).collect();
+        let shafts = shafts.into_iter().map(|(name, joint)| (format!("{name}.motor"), joint.0));
+        names.interfaces.extend(shafts);
         Self {
             names,
             wanted: job.followers(),
-            signed: signed.collect(),
+            signed,
+            motors: Motors::new(mechanism),
             dof_of_actuator,
             dofs,
             bodies: BodyRow::header(mechanism).collect(),
@@ -87,6 +95,7 @@ impl Layout {
             }
         }
         forward.push("closure [m]".to_owned());
+        forward.extend(self.motors.columns());
         let reactions = columns(self.names.joints.iter().map(String::as_str), &REACTION);
         let interfaces = || self.names.interfaces.iter().map(|(name, _)| name.as_str());
         let friction = columns(interfaces(), &INTERFACE);
@@ -211,6 +220,11 @@ impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
             }
         }
         row.push(sample.closure);
+        layout.motors.write(
+            &now.drives,
+            |actuator| sample.joints[layout.dof_of_actuator[actuator]].rate,
+            row,
+        );
 
         let row = &mut rows.reactions;
         row.clear();

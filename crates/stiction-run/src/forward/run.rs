@@ -45,7 +45,7 @@ impl Job<'_> {
         }
         let instants = self.instants()?;
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
-        let state = start::state(self, &forward)?;
+        let (state, assembly_notes) = start::state(self, &forward)?;
         let mut acting = Acting::new(self, &forward, &state, stopped)?;
         self.check(self.from)?;
         let started = match mark {
@@ -158,6 +158,7 @@ impl Job<'_> {
             Mark { events: events.clone(), ..mark }
         });
         Ok(Outcome {
+            assembly_notes,
             samples: done,
             events,
             last,

@@ -1,6 +1,7 @@
 //! Plots of a run.
 
 use super::contributions::ShareCurves;
+use super::motor_curves::MotorCurves;
 use super::sample::Sample;
 use crate::by_leg::ByLeg;
 use crate::job::Job;
@@ -22,6 +23,7 @@ pub struct Curves {
     power: [Trace; 4],
     residual: Trace,
     shares: ShareCurves,
+    motors: MotorCurves,
 }
 
 impl Curves {
@@ -38,6 +40,7 @@ impl Curves {
             power: std::array::from_fn(|_| trace.clone()),
             residual: trace,
             shares: ShareCurves::new(&names, count),
+            motors: MotorCurves::new(job, count),
             names,
         }
     }
@@ -68,6 +71,7 @@ impl Curves {
             figures.push(("drives", Figure { title, x_label: x_label.clone(), panels }));
         }
 
+        figures.extend(self.motors.figure(&self.title).map(|figure| ("motors", figure)));
         if self.has_friction {
             let panels = self.friction.panels(&self.names, "N");
             let title = format!("Friction forces at the friction interfaces: {}", self.title);
@@ -113,6 +117,7 @@ impl Sink<Sample> for Curves {
         }
         self.friction.add(time, forces.interfaces.iter().map(|interface| interface.friction));
         self.shares.add(time, &sample.shares);
+        self.motors.add(&sample.motors);
         let power = &forces.power;
         for (trace, value) in self.power.iter_mut().zip([
             power.actuators,

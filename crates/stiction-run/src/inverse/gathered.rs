@@ -2,6 +2,7 @@
 
 use super::certainty::Certainty;
 use super::joints::Turns;
+use super::motors::Motors;
 use super::sample::Sample;
 use super::sides::Sides;
 use super::solving::Look;
@@ -16,6 +17,7 @@ pub(super) struct Gathered<'a> {
     verdict: Verdict,
     sides: Sides,
     turns: Turns<'a>,
+    motors: Motors,
     /// Singularity index of actuation at the last sample.
     last_distance: f64,
     certainty: Certainty,
@@ -25,11 +27,12 @@ pub(super) struct Gathered<'a> {
 
 impl<'a> Gathered<'a> {
     /// Creates an empty result; `verdict` holds the results of the motion scan.
-    pub(super) fn new(job: &Job<'a>, verdict: Verdict) -> Self {
+    pub(super) fn new(job: &Job<'a>, verdict: Verdict, motors: Motors) -> Self {
         Self {
             verdict,
             sides: Sides::default(),
             turns: Turns::new(job),
+            motors,
             last_distance: 1.0,
             certainty: Certainty::default(),
             missing: None,
@@ -81,7 +84,9 @@ impl<'a> Gathered<'a> {
         self.certainty.add(mechanism, time, &found.asked);
         verdict.coupling = verdict.coupling.zip(found.asked.coupling).map(|(a, b)| a.max(b));
         verdict.redundancy = verdict.redundancy.max(found.redundancy);
-        receive(&found.sample).map_err(Error::Receiver)
+        let sample = &mut found.sample;
+        self.motors.evaluate(&sample.forces, &sample.joints, &mut sample.motors);
+        receive(sample).map_err(Error::Receiver)
     }
 
     /// Verdict along the whole motion.

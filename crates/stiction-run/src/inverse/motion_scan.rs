@@ -13,23 +13,29 @@ pub(super) struct Following {
     pub(super) mobility_at: [usize; 3],
 }
 
-/// Fastest sliding and least mobility along the motion.
+/// Fastest rates and least mobility along the motion.
 pub(super) struct Pace {
     /// Fastest sliding speed, m/s.
     pub(super) fastest: f64,
+    /// Greatest rate of each actuator, m/s or rad/s; empty before the first sample.
+    pub(super) actuators: Vec<f64>,
     pub(super) mobility: usize,
 }
 
 impl Pace {
     /// Result of an empty set of samples.
     pub(super) fn none() -> Self {
-        Self { fastest: 0.0, mobility: usize::MAX }
+        Self { fastest: 0.0, actuators: Vec::new(), mobility: usize::MAX }
     }
 
     /// Combines the results of two sets of samples.
     pub(super) fn add(&mut self, other: Self) {
         self.fastest = self.fastest.max(other.fastest);
         self.mobility = self.mobility.min(other.mobility);
+        self.actuators.resize(self.actuators.len().max(other.actuators.len()), 0.0);
+        for (own, other) in self.actuators.iter_mut().zip(other.actuators) {
+            *own = own.max(other);
+        }
     }
 }
 
@@ -51,7 +57,11 @@ impl Work for Following {
             true => mobility(solver),
             false => usize::MAX,
         };
-        pace.add(Pace { fastest: fastest_interface(solver), mobility });
+        let actuators = match solver.mechanism().drive_trains() {
+            [] => Vec::new(),
+            _ => solver.actuator_rates().map(f64::abs).collect(),
+        };
+        pace.add(Pace { fastest: fastest_interface(solver), actuators, mobility });
         Ok(())
     }
 }

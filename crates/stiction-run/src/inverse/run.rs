@@ -3,6 +3,7 @@
 use super::chunks;
 use super::gathered::Gathered;
 use super::motion_scan::{Following, Pace};
+use super::motors::Motors;
 use super::sample::Sample;
 use super::solving::{Looks, Solving};
 use super::uniqueness::Uniqueness;
@@ -66,6 +67,8 @@ impl Job<'_> {
         })?;
 
         let rest_speed = (REST * pace.fastest).max(STANDSTILL);
+        let rest_of = |fastest: &f64| (REST * fastest).max(STANDSTILL);
+        let rest_rates = pace.actuators.iter().map(rest_of).collect();
         *follower.solver.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
         let start = &follower.solver;
@@ -90,7 +93,7 @@ impl Job<'_> {
         };
         let dofs = dofs_of(&self.model.mechanism);
         let solving = Solving { job: self, uniqueness: Uniqueness::new(start, meant), dofs };
-        let mut gathered = Gathered::new(self, verdict);
+        let mut gathered = Gathered::new(self, verdict, Motors::new(self, rest_rates));
         chunks::carry_out(self, &follower, &solving, threads, |range, piece: Looks| {
             for look in piece.looks {
                 gathered.take(start.mechanism(), look, &mut receive)?;

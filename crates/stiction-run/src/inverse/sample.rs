@@ -3,6 +3,7 @@
 use super::efficiency::Backward;
 use stiction_core::dynamics::{AppliedLoad, Forces, Shares};
 use stiction_core::kinematics::{Bodies, Target};
+use stiction_core::mechanism::Motor;
 use stiction_core::spatial::Vec3;
 use stiction_core::statics::Distances;
 
@@ -42,4 +43,7 @@ pub struct Sample {
     pub shares: Shares<f64>,
     /// Power with which the load back-drives each actuator; empty without friction.
     pub backward: Vec<Backward>,
+    /// Motor and gear of each drive train, in the order of
+    /// [`Mechanism::drive_trains`](stiction_core::mechanism::Mechanism::drive_trains).
+    pub motors: Vec<Motor>,
 }

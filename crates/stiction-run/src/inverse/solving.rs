@@ -121,6 +121,7 @@ impl Solving<'_> {
             friction_margin: asked.locks_at(),
             shares,
             backward,
+            motors: Vec::new(),
         };
         Found {
             sample,

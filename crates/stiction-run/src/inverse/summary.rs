@@ -3,13 +3,14 @@
 use super::certainty::MOST_MARGIN;
 use super::contributions::Ranking;
 use super::efficiency::Efficiency;
+use super::motor_summary::MotorSummary;
 use super::sample::Sample;
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::dofs::{actuated, dofs_of};
 use crate::job::Job;
 use crate::names::Names;
-use crate::statistics::{Comparison, Integral, Least, Range, Size};
+use crate::statistics::{Comparison, Integral, Least, Range, Reactions, Size};
 use crate::undetermined::open_components;
 use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
@@ -37,7 +38,7 @@ pub struct Summary {
     pub(super) resting_samples: usize,
     /// Number of samples at rest whose intervals are unknown.
     pub(super) unbounded_samples: usize,
-    pub(super) reactions: Vec<(Size, Size)>,
+    pub(super) reactions: Reactions,
     pub(super) dissipated: Vec<Integral>,
     pub(super) interface_loads: Vec<Size>,
     pub(super) work: Work,
@@ -45,6 +46,7 @@ pub struct Summary {
     pub(super) efficiency: Efficiency,
     pub(super) power_residual: Size,
     pub(super) power_residual_relative: Size,
+    pub(super) motors: MotorSummary,
     /// Characteristic length, m.
     length: f64,
     pub(super) closure: Size,
@@ -90,7 +92,7 @@ impl Summary {
             certainty: Certainty::default(),
             resting_samples: 0,
             unbounded_samples: 0,
-            reactions: vec![Default::default(); joints],
+            reactions: Reactions::new(joints),
             dissipated: vec![Integral::default(); interfaces],
             interface_loads: vec![Size::default(); interfaces],
             work: Work::default(),
@@ -98,6 +100,7 @@ impl Summary {
             efficiency: Efficiency::new(drives),
             power_residual: Size::default(),
             power_residual_relative: Size::default(),
+            motors: MotorSummary::new(job),
             length: job.model.mechanism.characteristic_length(),
             closure: Size::default(),
             actuation: Least::default(),
@@ -134,7 +137,7 @@ impl Summary {
 
     /// Content of `summary.json`.
     pub fn json(&self, job: &Job<'_>, verdict: &Verdict) -> Value {
-        json!({
+        let mut value = json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
             "model": { "name": job.model.name, "title": job.model.title },
             "options": {
@@ -146,10 +149,10 @@ impl Summary {
                 "samples": verdict.samples,
                 "interpolation": job.motion.interpolation,
             },
-            "cautions": job.motion.warnings.iter().map(|doubt| &doubt.message).collect::<Vec<_>>(),
+            "cautions": self.cautions(job),
             "units": "SI: s, m, rad, kg, N, N m, J, W",
             "drives": self.drives_json(job),
-            "joints": self.joints_json(),
+            "joints": self.reactions.json(&self.names.joints),
             "friction": self.friction_json(),
             "work": {
                 "drives": self.work.drives.value,
@@ -158,7 +161,19 @@ impl Summary {
             },
             "efficiency": self.has_friction(job).then(|| self.efficiency.json(&self.names)),
             "verdicts": self.verdicts_json(job, verdict),
-        })
+        });
+        // Only models with drive trains have these entries.
+        if !self.motors.is_empty() {
+            value["actuators"] = self.motors.json(&self.names);
+            value["verdicts"]["power_residual_with_motors"] = json!(self.motors.residual());
+        }
+        value
+    }
+
+    /// Doubts about the motion, and limits of motors that it exceeds.
+    pub(super) fn cautions(&self, job: &Job<'_>) -> Vec<String> {
+        let doubts = job.motion.warnings.iter().map(|doubt| doubt.message.clone());
+        doubts.chain(self.motors.cautions()).collect()
     }
 
     /// True if friction acts in some joint.
@@ -193,15 +208,6 @@ impl Summary {
         Value::Object(drives)
     }
 
-    fn joints_json(&self) -> Value {
-        let mut joints = Map::new();
-        for (k, name) in self.names.joints.iter().enumerate() {
-            let (force, moment) = &self.reactions[k];
-            joints.insert(name.clone(), json!({ "force": force.json(), "moment": moment.json() }));
-        }
-        Value::Object(joints)
-    }
-
     fn friction_json(&self) -> Value {
         let mut interfaces = Map::new();
         let total: f64 = self.dissipated.iter().map(|integral| integral.value).sum();
@@ -214,7 +220,7 @@ impl Summary {
             });
             // Only laws with a state have this entry.
             if self.names.steady.contains(name) {
-                value["law"] = json!("steady state of a law with a state");
+                value["law"] = json!("steady sliding of a law with an internal state");
             }
             interfaces.insert(name.clone(), value);
         }
@@ -305,10 +311,7 @@ impl Sink<Sample> for Summary {
         self.unbounded_samples += usize::from(forces.bounds == Bounds::Unknown);
         self.resting_samples +=
             usize::from(forces.interfaces.iter().any(|c| !c.slides && c.limit > 0.0));
-        for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {
-            force.add(time, f.norm());
-            moment.add(time, m.norm());
-        }
+        self.reactions.add(time, forces.reactions.iter().map(|(f, m)| (f.norm(), m.norm())));
         for (k, interface) in forces.interfaces.iter().enumerate() {
             self.dissipated[k].add(time, interface.power);
             self.interface_loads[k].add(time, interface.load);
@@ -321,6 +324,7 @@ impl Sink<Sample> for Summary {
         self.work.dissipated.add(time, power.dissipated);
         self.power_residual.add(time, power.residual());
         self.power_residual_relative.add(time, forces.imbalance(self.length));
+        self.motors.add(time, &sample.motors, forces);
         self.closure.add(time, sample.closure);
         self.actuation.add(time, sample.distances.actuation);
         self.constraint.add(time, sample.distances.constraint);
@@ -383,7 +387,8 @@ pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String
         length * 1e3
     );
     let drives = format!(
-        "the least sum of squared efforts, those of rotary actuators divided by L = {:.4} mm",
+        "the least sum of squared efforts{}, those of rotary actuators divided by L = {:.4} mm",
+        if mechanism.drive_trains().is_empty() { "" } else { " at the joints (not of the motors)" },
         length * 1e3
     );
     let energy = "the least elastic energy of the joints by their declared compliances".to_owned();

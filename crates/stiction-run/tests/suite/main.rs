@@ -11,6 +11,7 @@ mod common;
 mod counting;
 mod determinant;
 mod drawing;
+mod drive_trains;
 mod exchange;
 mod forward;
 mod friction;

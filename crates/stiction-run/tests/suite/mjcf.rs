@@ -486,7 +486,7 @@ fn bodies_without_mass_are_reported() {
 
 /// Another motion starts at another position.
 #[test]
-fn the_motion_says_where() {
+fn the_motion_selects_the_position() {
     let model = model("four-bar");
     for angle in [60.0, 100.0_f64] {
         let text = format!("A = {angle} deg; duration = 0");

@@ -160,7 +160,7 @@ impl Sample {
     /// # Errors
     /// There is no friction interface of that name.
     pub fn friction(&self, interface: &str) -> Result<Interface, Error> {
-        Ok(self.interfaces[self.names.interface(interface)?])
+        Ok(self.interfaces[self.names.interface_or_shaft(interface)?])
     }
 
     /// Energy dissipated in a friction interface since the start, J.
@@ -168,7 +168,7 @@ impl Sample {
     /// # Errors
     /// There is no friction interface of that name.
     pub fn dissipated(&self, interface: &str) -> Result<f64, Error> {
-        Ok(self.dissipated[self.names.interface(interface)?])
+        Ok(self.dissipated[self.names.interface_or_shaft(interface)?])
     }
 
     /// Pose of a body in the world.
@@ -200,7 +200,7 @@ pub struct Event {
 pub(super) fn named(names: &Names, events: &[stiction_core::forward::Event]) -> Vec<Event> {
     let name = |event: &stiction_core::forward::Event| match &event.kind {
         EventKind::Sticks { interface, .. } | EventKind::Slides { interface, .. } => {
-            names.interfaces.get(*interface).cloned()
+            names.with_shafts.get(*interface).cloned()
         }
         EventKind::NotUnique { joint, .. } | EventKind::Jump { joint, .. } => {
             names.joints.get(joint.0).cloned()

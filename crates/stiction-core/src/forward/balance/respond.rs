@@ -102,7 +102,7 @@ impl Balance {
                 one.forces[tree_dof] += sign * data.bodies.screws[tree_dof].power(wrench);
             });
         }
-        self.accelerate(model, data, efforts, one);
+        self.accelerate(model, data, efforts, whole, one);
         response.accelerations.clone_from(&one.accelerations);
         response.multipliers.clone_from(&one.multipliers);
         response.wrenches.clone_from(&one.wrenches);
@@ -132,7 +132,7 @@ impl Balance {
                 four.forces[tree_dof].0[k] += sign * data.bodies.screws[tree_dof].power(effort);
             });
         }
-        self.accelerate(model, data, &lanes[..efforts.len().min(4)], four);
+        self.accelerate(model, data, &lanes[..efforts.len().min(4)], false, four);
         &four.wrenches
     }
 
@@ -144,6 +144,7 @@ impl Balance {
         model: &Forward,
         data: &Data,
         efforts: &[(usize, Wrench<T>)],
+        whole: bool,
         stages: &mut Stages<T>,
     ) {
         let n = model.topology.dofs();
@@ -173,7 +174,7 @@ impl Balance {
         for (multiplier, row) in multipliers.iter_mut().zip(&self.rows.rows) {
             *multiplier *= T::from_f64(row.scale);
         }
-        self.load_joints(model, data, efforts, stages);
+        self.load_joints(model, data, efforts, whole, stages);
     }
 
     /// Self-stress for given multipliers: the response without acceleration and loads.
@@ -188,7 +189,7 @@ impl Balance {
         fill(&mut one.accelerations, n, 0.0);
         fill(&mut one.demand, data.bodies.pose.len(), Wrench::zero());
         one.multipliers.clone_from(&multipliers);
-        self.load_joints(model, data, &[], one);
+        self.load_joints(model, data, &[], false, one);
         let wrenches = one.wrenches.clone();
         Response { accelerations: vec![0.0; n], multipliers, wrenches }
     }
@@ -200,6 +201,7 @@ impl Balance {
         model: &Forward,
         data: &Data,
         efforts: &[(usize, Wrench<T>)],
+        whole: bool,
         stages: &mut Stages<T>,
     ) {
         let (topology, bodies, masses) = (&model.topology, &data.bodies, &data.masses);
@@ -227,6 +229,20 @@ impl Balance {
             if in_cuts(joint) {
                 wrenches[joint] += wrench;
             }
+        }
+        // Rotors take a part of the efforts before these reach the joint; wrenches in the tree follow from
+        // the bodies.
+        let n = topology.dofs().max(1);
+        for (rotor, row) in masses.rotors.iter().zip(masses.rotor_rows.chunks_exact(n)) {
+            if !in_cuts(rotor.joint) {
+                continue;
+            }
+            let mut acceleration = T::from_f64(if whole { rotor.bias } else { 0.0 });
+            for (a, r) in accelerations.iter().zip(row) {
+                acceleration += *a * T::from_f64(*r);
+            }
+            let taken = acceleration * T::from_f64(rotor.inertia);
+            wrenches[rotor.joint] -= rotor.covector.lift() * taken;
         }
         for cut in &topology.cuts {
             let (predecessor, successor) = topology.ends[cut.joint];

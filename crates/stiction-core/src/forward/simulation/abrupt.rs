@@ -84,7 +84,7 @@ impl Forward {
                     }
                 }
             }
-            None => "a joint that friction holds".to_owned(),
+            None => "a joint held by friction".to_owned(),
         }
     }
 }
@@ -143,7 +143,7 @@ impl Simulation<'_> {
                 time,
                 step: time - self.now.time,
                 tolerance: self.settings.relative,
-                around: " (the account of energy does not close over it)".to_owned(),
+                around: " (the energy balance of the step does not close)".to_owned(),
             });
         }
         Ok(())

@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dip_between_two_looks_is_found() {
+    fn a_dip_between_two_samples_is_found() {
         // A parabola negative from 0.3 to 0.4, one barely negative about 0.7, and a kink.
         let roots = |a: f64, b: f64| move |x: f64| 0.5 * (x - a) * (x - b);
         assert!((first(roots(0.3, 0.4)).unwrap() - 0.3).abs() < 1e-12);

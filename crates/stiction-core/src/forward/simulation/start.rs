@@ -61,6 +61,9 @@ impl<'a> Simulation<'a> {
         inputs: &mut dyn Inputs,
     ) -> Result<Self, ForwardError> {
         check(model, time, &state)?;
+        if let Some(train) = model.lossy_gear() {
+            return Err(ForwardError::GearLoss { actuator: train.name.clone() });
+        }
         let interfaces = &model.parameters.interfaces;
         let bristles = vec![[0.0; 3]; interfaces.len()];
         let frozen = vec![false; model.topology.dofs()];

@@ -8,7 +8,10 @@ mod length;
 pub use body::BodySpec;
 pub use joint::JointSpec;
 
-use super::{Body, BodyId, Defect, Defects, GROUND_NAME, Joint, Mechanism, SpringSpec};
+use super::drive_train::check_shares;
+use super::{
+    Body, BodyId, Defect, Defects, DriveTrainSpec, GROUND_NAME, Joint, Mechanism, SpringSpec,
+};
 use crate::spatial::{Pose, Vec3};
 use length::own_length;
 use std::collections::{HashMap, HashSet};
@@ -56,6 +59,7 @@ pub struct MechanismBuilder {
     bodies: Vec<BodySpec>,
     joints: Vec<JointSpec>,
     springs: Vec<SpringSpec>,
+    drive_trains: Vec<DriveTrainSpec>,
     gravity: Vec3<f64>,
     base: Pose<f64>,
     characteristic_length: Option<f64>,
@@ -69,6 +73,7 @@ impl MechanismBuilder {
             bodies: Vec::new(),
             joints: Vec::new(),
             springs: Vec::new(),
+            drive_trains: Vec::new(),
             gravity: Vec3::zero(),
             base: Pose::identity(),
             characteristic_length: None,
@@ -108,6 +113,12 @@ impl MechanismBuilder {
     /// Adds a spring.
     pub fn spring(mut self, spring: SpringSpec) -> Self {
         self.springs.push(spring);
+        self
+    }
+
+    /// Adds a drive train and actuates its degree of freedom.
+    pub fn drive_train(mut self, drive_train: DriveTrainSpec) -> Self {
+        self.drive_trains.push(drive_train);
         self
     }
 
@@ -159,6 +170,19 @@ impl MechanismBuilder {
             springs.extend(spec.resolve(&ids, &mut defects));
         }
 
+        let mut names = HashSet::new();
+        let mut drive_trains = Vec::new();
+        for spec in self.drive_trains {
+            if !names.insert(spec.name().to_owned()) {
+                let name = spec.name().to_owned();
+                defects.push(Defect::DuplicateName { what: "actuators", name });
+            }
+            drive_trains.extend(spec.resolve(&mut joints, &mut defects));
+        }
+        if defects.is_empty() {
+            check_shares(&drive_trains, &joints, &mut defects);
+        }
+
         // Check connectivity once all joints have valid bodies.
         if defects.is_empty() {
             defects.extend(disconnected(&bodies, &joints));
@@ -184,6 +208,7 @@ impl MechanismBuilder {
             bodies,
             joints,
             springs,
+            drive_trains,
             gravity: self.gravity,
             base: self.base,
             characteristic_length,

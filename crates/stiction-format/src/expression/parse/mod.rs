@@ -63,7 +63,7 @@ impl Program {
 
 /// Existing meaning of a reserved name, which cannot name a parameter; `None` if the name is free.
 pub(crate) fn reserved(name: &str) -> Option<&'static str> {
-    if unit::find(name).is_some() {
+    if unit::find(name).is_some() && !unit::yields_to_parameters(name) {
         Some("a unit")
     } else if Function::find(name).is_some() {
         Some("a function")
@@ -136,7 +136,7 @@ impl<'a> Parser<'a> {
                 "the expression is nested too deeply",
                 format!("this is level {}", DEEPEST + 1),
             )
-            .help("name a part of it in [parameters]"));
+            .help("define a part of it as a parameter in [parameters]"));
         }
         self.depth += 1;
         let result = inner(self);

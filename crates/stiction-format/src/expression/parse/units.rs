@@ -45,7 +45,10 @@ impl Parser<'_> {
     /// Unit at the next word, unless the word is a function call (`min`).
     pub(super) fn unit_here(&self) -> Option<&'static unit::Unit> {
         let called = self.kind_at(1) == TokenKind::Symbol('(');
-        (self.kind() == TokenKind::Name && !called).then(|| unit::find(self.word_at(0))).flatten()
+        let word = self.word_at(0);
+        let shadowed = || unit::yields_to_parameters(word) && self.scope.find(word).is_some();
+        let is_unit = self.kind() == TokenKind::Name && !called && !shadowed();
+        is_unit.then(|| unit::find(word)).flatten()
     }
 
     /// Parses a product of units.

@@ -1,7 +1,7 @@
 //! Legs.
 
-use super::BODY;
 use super::joint::LEG_JOINT;
+use super::{BODY, LEG_ACTUATOR};
 use crate::expression::Measure::{Angle, Length};
 use crate::fields::Shape::{Axis, List, Name, Named, Names, Quantities, Quantity, Text, Vector};
 use crate::fields::{Field, field, required};
@@ -22,6 +22,12 @@ const LEG_JOINTS: Field = field(
     "Joints of the chain by letter, or by letter and number (R1, R2) if a letter occurs twice.",
 );
 const LEG_BODIES: Field = field("bodies", Named(BODY), "Bodies of the chain by name.");
+const LEG_ACTUATORS: Field = field(
+    "actuators",
+    Named(LEG_ACTUATOR),
+    "Drive trains by the joint of the chain that they drive. They have the name of the joint: leg1.P, leg2.P \
+     and so on.",
+);
 
 /// A group of equal legs.
 pub(crate) const LEGS: &[Field] = &[
@@ -50,6 +56,7 @@ pub(crate) const LEGS: &[Field] = &[
     ),
     LEG_JOINTS,
     LEG_BODIES,
+    LEG_ACTUATORS,
 ];
 
 /// One leg of a group.
@@ -60,4 +67,5 @@ pub(crate) const PLACE: &[Field] = &[
     TIP,
     LEG_JOINTS,
     LEG_BODIES,
+    LEG_ACTUATORS,
 ];

@@ -1,5 +1,6 @@
 //! The tables of the model file.
 
+mod actuator;
 mod drives;
 mod friction;
 mod joint;
@@ -7,6 +8,7 @@ mod legs;
 mod load;
 mod motion;
 
+pub(crate) use actuator::{ACTUATOR, LEG_ACTUATOR, MESH, MOTOR_FRICTION, MOTOR_LIMITS};
 pub(crate) use drives::{CHANNEL, CONTROL, DRIVES};
 pub(crate) use friction::{BACKWARD_LAW, INTERFACE, JOINT_FRICTION};
 pub(crate) use joint::{JOINT, JOINT_COMPLIANCE, JOINT_TYPES, LEG_JOINT};
@@ -45,6 +47,11 @@ pub(crate) const MODEL: &[Field] = &[
     ),
     field("bodies", Named(BODY), "Moving bodies. The body `ground` is predefined."),
     field("joints", Named(JOINT), "The joints, each between two bodies."),
+    field(
+        "actuators",
+        Named(ACTUATOR),
+        "Drive trains: motors with their gears or screws, each on a degree of freedom of a joint.",
+    ),
     field("springs", Named(SPRING), "Springs and dampers, each between points of two bodies."),
     field("legs", OneOrMore(LEGS), "Equal legs around an axis: a short form for symmetric robots."),
     field("motions", Motions(MOTION), "Prescribed motions."),

@@ -39,18 +39,28 @@ impl Writer<'_> {
         let names = crate::names::Names::new(mechanism).drives;
         let mut taken = Names::default();
         for ((joint, dof), (name, _)) in mechanism.actuators().zip(names) {
+            let trains = mechanism.drive_trains().iter();
+            let trains = trains.filter(|train| (train.joint, train.dof) == (joint, dof));
+            let mut motors: Vec<(&str, f64)> =
+                trains.map(|train| (train.name.as_str(), train.transmission())).collect();
+            if motors.is_empty() {
+                motors.push((&name, 1.0));
+            }
             let steps = self.tree.parts.iter().zip(&self.parts);
             let own =
                 steps.filter(|(part, _)| part.joint == joint.0).flat_map(|(_, own)| &own.steps);
             let named = own.into_iter().find(|named| named.step.dof == Some(dof));
-            drives.extend(named.map(|named| (taken.take(&name), named.name.clone())));
+            for (name, gear) in motors {
+                drives.extend(named.map(|named| (taken.take(name), named.name.clone(), gear)));
+            }
         }
         if drives.is_empty() {
             return;
         }
         self.xml.open("actuator", &[]);
-        for (name, joint) in drives {
-            self.xml.empty("motor", &[("name", name), ("joint", joint), ("gear", "1".into())]);
+        for (name, joint, gear) in drives {
+            let gear = numbers(&[gear]);
+            self.xml.empty("motor", &[("name", name), ("joint", joint), ("gear", gear)]);
         }
         self.xml.close();
     }

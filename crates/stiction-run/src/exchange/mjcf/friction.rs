@@ -17,7 +17,8 @@ pub(super) fn damping(joint: &Joint) -> Vec<f64> {
                 let way = Thread { radius, pitch: joint.pitch }.way();
                 [way * way; 3]
             }
-            InterfaceShape::Guide { .. } => [1.0; 3],
+            InterfaceShape::Guide { .. } | InterfaceShape::Shaft { .. } => [1.0; 3],
+            InterfaceShape::Sleeve => [radius * radius, 1.0, 1.0],
             InterfaceShape::Pin { .. } | InterfaceShape::Ball => [radius * radius; 3],
         };
         for (dof, square) in shape.dofs().zip(squares) {

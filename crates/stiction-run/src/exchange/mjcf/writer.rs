@@ -141,6 +141,20 @@ impl<'a> Writer<'a> {
                 attributes.push(("ref", numbers(&[step.home])));
             }
             let damping = step.dof.map_or(0.0, |dof| damping[dof]);
+            let trains = self.home.model.mechanism.drive_trains().iter();
+            let own =
+                trains.filter(|train| train.joint.0 == part.joint && Some(train.dof) == step.dof);
+            let (mut armature, mut constant, mut damping) = (0.0, 0.0, damping);
+            for train in own {
+                let (n, friction) = (train.transmission().abs(), train.motor_friction);
+                armature += train.reflected_inertia();
+                constant += n * friction.constant;
+                damping += n * n * friction.viscous;
+            }
+            let of_motors = [("armature", armature), ("frictionloss", constant)];
+            for (key, value) in of_motors.into_iter().filter(|(_, value)| *value > 0.0) {
+                attributes.push((key, numbers(&[value])));
+            }
             if damping > 0.0 {
                 attributes.push(("damping", numbers(&[damping])));
             }

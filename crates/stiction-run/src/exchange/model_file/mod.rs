@@ -1,5 +1,6 @@
 //! Model file of a given mechanism: legs written out, expressions evaluated.
 
+mod actuator;
 mod friction;
 mod joint;
 
@@ -14,7 +15,8 @@ use toml::{Table, Value};
 /// cause it.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "the friction of `{joint}` backward is of another kind than forward, which no model file says"
+    "the backward friction of `{joint}` differs in kind from its forward friction, which a model \
+     file cannot express"
 )]
 pub struct Unwritable {
     /// Name of the joint.
@@ -70,6 +72,10 @@ pub fn model_file(
         let springs = mechanism.springs().iter();
         let springs = springs.map(|spring| (spring.name.clone(), spring_table(mechanism, spring)));
         put("springs", named(springs));
+    }
+    if !mechanism.drive_trains().is_empty() {
+        let trains = mechanism.drive_trains().iter();
+        put("actuators", named(trains.map(|train| actuator::table(mechanism, train))));
     }
     let here = |table: Table| named([("here".to_owned(), table)]);
     let mut default = Table::new();

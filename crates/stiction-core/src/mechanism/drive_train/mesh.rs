@@ -1,0 +1,58 @@
+//! Efficiency of a screw or worm by its geometry and coefficient of friction.
+//!
+//! Equation (G5) of the book's theory.
+
+/// Friction on an inclined flank: that of a screw's thread or of a worm.
+///
+/// With `f = mu / cos(b)`, where `b` is half the flank angle in the section normal to the flank, and the lead
+/// angle `l`, the screw raises its load with the efficiency `tan l (1 - f tan l) / (tan l + f)`, and
+/// the load lowers itself with `(tan l - f) / (tan l (1 + f tan l))`. It is self-locking where `f >= tan l`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mesh {
+    /// Coefficient of friction, not negative.
+    pub mu: f64,
+    /// Lead angle, rad, between 0 and a right angle: `atan(lead / (2 pi radius))`.
+    pub lead_angle: f64,
+    /// Half the angle between the flanks in the axial section, rad, from 0 to below a right angle.
+    pub flank_angle: f64,
+}
+
+impl Mesh {
+    /// Efficiencies while the screw is driven, and while the load drives the screw.
+    pub fn efficiencies(&self) -> (f64, f64) {
+        let lead = self.lead_angle.tan();
+        // The flank angle in the normal section: tan b = tan(flank angle) cos l.
+        let tilt = self.flank_angle.tan() * self.lead_angle.cos();
+        let friction = self.mu * tilt.hypot(1.0);
+        let forward = lead * (1.0 - friction * lead) / (lead + friction);
+        let backward = (lead - friction) / (lead * (1.0 + friction * lead));
+        (forward, backward)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square thread against the textbook's `tan l / tan(l + r)` and `tan(l - r) / tan l`.
+    #[test]
+    fn square_thread() {
+        for (mu, lead_angle) in [(0.1, 0.05_f64), (0.02, 0.3), (0.2, 0.1)] {
+            let (forward, backward) = Mesh { mu, lead_angle, flank_angle: 0.0 }.efficiencies();
+            let angle = mu.atan();
+            assert!((forward - lead_angle.tan() / (lead_angle + angle).tan()).abs() < 1e-15);
+            assert!((backward - (lead_angle - angle).tan() / lead_angle.tan()).abs() < 1e-15);
+        }
+    }
+
+    /// A trapezoidal thread needs `pi mu d / cos b` above the lead to hold its load.
+    #[test]
+    fn self_locking_begins_where_friction_meets_the_slope() {
+        let (lead_angle, flank_angle) = (0.08_f64, 15f64.to_radians());
+        let threshold = lead_angle.tan() / (flank_angle.tan() * lead_angle.cos()).hypot(1.0);
+        for (mu, holds) in [(threshold * (1.0 - 1e-12), false), (threshold * (1.0 + 1e-12), true)] {
+            let (_, backward) = Mesh { mu, lead_angle, flank_angle }.efficiencies();
+            assert_eq!(backward <= 0.0, holds, "{backward}");
+        }
+    }
+}

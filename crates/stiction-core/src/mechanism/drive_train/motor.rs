@@ -1,0 +1,124 @@
+//! Torque, power and losses of a motor for given effort and motion of its joint.
+//!
+//! Equations (G3), (G4), (G6) of the book's theory.
+
+use super::DriveTrain;
+
+/// Motor and gear at one instant: `power = output + rotor_power + friction_power + gear_loss`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motor {
+    /// Torque of the motor, N m: that of its current. At rest without friction and gear loss.
+    pub torque: f64,
+    /// Least and greatest torque. At rest, those that hold the joint against motion in either direction; in
+    /// motion they differ where the joint's effort has an interval.
+    pub torque_bounds: (f64, f64),
+    /// Angular rate of the motor, rad/s.
+    pub speed: f64,
+    /// Angular acceleration of the motor, rad/s^2.
+    pub acceleration: f64,
+    /// Its part of the joint's effort, N or N m.
+    pub effort: f64,
+    /// Mechanical power of the motor, W.
+    pub power: f64,
+    /// Power that the gear delivers to the joint, W.
+    pub output: f64,
+    /// Rate of change of the rotor's kinetic energy, W.
+    pub rotor_power: f64,
+    /// Power dissipated by the friction of the motor, W.
+    pub friction_power: f64,
+    /// Power dissipated in the gear, W.
+    pub gear_loss: f64,
+}
+
+impl Motor {
+    /// True if the joint stays at rest without torque of the motor.
+    pub fn holds_without_power(&self) -> bool {
+        let (low, high) = self.torque_bounds;
+        low <= 0.0 && high >= 0.0
+    }
+}
+
+impl DriveTrain {
+    /// State of the motor for the effort of its degree of freedom (N or N m, all motors together), the
+    /// interval of this effort, and rate and acceleration of the coordinate. The rate is `None` at rest, where
+    /// friction of motor and gear is a set, and the torque has an interval.
+    pub fn motor(
+        &self,
+        effort: f64,
+        bounds: (f64, f64),
+        rate: Option<f64>,
+        acceleration: f64,
+    ) -> Motor {
+        let n = self.transmission();
+        let (effort, bounds) =
+            (self.share * effort, (times(bounds.0, self.share), times(bounds.1, self.share)));
+        let acceleration = n * acceleration;
+        let inertial = self.rotor_inertia * acceleration;
+        let friction = self.motor_friction;
+        let Some(rate) = rate else {
+            let mut interval = (f64::INFINITY, f64::NEG_INFINITY);
+            for effort in candidates(bounds) {
+                for input in self.inputs(effort) {
+                    interval = (interval.0.min(input), interval.1.max(input));
+                }
+            }
+            return Motor {
+                torque: inertial + effort / n,
+                torque_bounds: (
+                    inertial + interval.0 - friction.constant,
+                    inertial + interval.1 + friction.constant,
+                ),
+                acceleration,
+                effort,
+                ..Motor::default()
+            };
+        };
+        let speed = n * rate;
+        let resistance = friction.constant * sign(speed) + friction.viscous * speed;
+        let input = |effort: f64| {
+            let [driving, driven] = self.inputs(effort);
+            if effort * rate > 0.0 { driving } else { driven }
+        };
+        let torque = |effort: f64| inertial + resistance + input(effort);
+        let mut interval = (f64::INFINITY, f64::NEG_INFINITY);
+        for effort in candidates(bounds) {
+            let torque = torque(effort);
+            interval = (interval.0.min(torque), interval.1.max(torque));
+        }
+        let output = effort * rate;
+        Motor {
+            torque: torque(effort),
+            torque_bounds: interval,
+            speed,
+            acceleration,
+            effort,
+            power: torque(effort) * speed,
+            output,
+            rotor_power: inertial * speed,
+            friction_power: resistance * speed,
+            gear_loss: input(effort) * speed - output,
+        }
+    }
+
+    /// Torque that enters the gear for an output effort, while the motor drives and while it is driven.
+    fn inputs(&self, effort: f64) -> [f64; 2] {
+        let (forward, backward) = self.gear.efficiencies();
+        let ideal = effort / self.transmission();
+        [ideal / forward, times(ideal, backward)]
+    }
+}
+
+/// Product that is zero if the factor is, also of an infinite effort.
+fn times(effort: f64, factor: f64) -> f64 {
+    if factor == 0.0 { 0.0 } else { effort * factor }
+}
+
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+/// Efforts of an interval at which a piecewise linear function with a kink at zero can be extreme.
+fn candidates((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
+    let kink = (low < 0.0 && high > 0.0).then_some(0.0);
+    [low, high].into_iter().chain(kink)
+}

@@ -1,0 +1,50 @@
+//! Drive trains in a model file.
+
+use stiction_core::mechanism::{DriveTrain, GearLoss, Mechanism};
+use toml::{Table, Value};
+
+/// Name and table of a drive train.
+pub(super) fn table(mechanism: &Mechanism, train: &DriveTrain) -> (String, Table) {
+    let joint = &mechanism.joints()[train.joint.0];
+    let mut table = Table::new();
+    let mut put = |key: &str, value: Value| table.insert(key.to_owned(), value);
+    let numbers = |entries: &[(&str, Option<f64>)]| {
+        let given = entries.iter().filter_map(|(key, value)| Some(((*key).to_owned(), (*value)?)));
+        Value::Table(given.map(|(key, value)| (key, Value::from(value))).collect())
+    };
+    put("joint", joint.dof_name(train.dof).into());
+    put("ratio", train.ratio.into());
+    if let Some(lead) = train.lead {
+        put("lead", lead.into());
+    }
+    if train.share != 1.0 {
+        put("share", train.share.into());
+    }
+    put("rotor_inertia", train.rotor_inertia.into());
+    match train.gear {
+        GearLoss::Efficiency { forward, backward } => {
+            put("efficiency", forward.into());
+            put("backward_efficiency", backward.into());
+        }
+        GearLoss::Mesh(mesh) => {
+            let entries = [
+                ("mu", Some(mesh.mu)),
+                ("lead_angle", Some(mesh.lead_angle)),
+                ("flank_angle", Some(mesh.flank_angle)),
+            ];
+            put("mesh", numbers(&entries));
+        }
+    }
+    let friction = train.motor_friction;
+    let entries = [("constant", Some(friction.constant)), ("viscous", Some(friction.viscous))];
+    put("motor_friction", numbers(&entries));
+    if let Some(constant) = train.torque_constant {
+        put("torque_constant", constant.into());
+    }
+    let limits = train.limits;
+    let entries = [("peak", limits.peak), ("rated", limits.rated), ("speed", limits.speed)];
+    if entries.iter().any(|(_, value)| value.is_some()) {
+        put("limits", numbers(&entries));
+    }
+    (train.name.clone(), table)
+}

@@ -1,0 +1,79 @@
+//! What keeps a pose while the motors have no power: friction of joints, motors and gears, or brakes.
+
+use serde_json::{Value, json};
+use std::fmt::{self, Write};
+use stiction_core::dynamics::Forces;
+use stiction_core::mechanism::{DriveTrain, Mechanism};
+use stiction_draw::numbers::number;
+
+/// What one motor's shaft needs to stay at rest with power off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum PowerOff {
+    /// Friction holds it.
+    Held,
+    /// A brake with at least this torque on the shaft of the motor, N m.
+    Brake(f64),
+    /// Static friction could hold it, but perhaps not together with the other motors.
+    Undecided,
+}
+
+/// Index of the actuator of each drive train.
+pub(crate) fn actuators_of(mechanism: &Mechanism) -> Vec<usize> {
+    let actuators: Vec<_> = mechanism.actuators().collect();
+    let trains = mechanism.drive_trains().iter();
+    let find = |train: &DriveTrain| actuators.iter().position(|a| *a == (train.joint, train.dof));
+    trains.filter_map(find).collect()
+}
+
+/// For each drive train on an actuator: what keeps it at rest under these forces at rest.
+pub(crate) fn of(trains: &[DriveTrain], actuators: &[usize], forces: &Forces) -> Vec<PowerOff> {
+    let each = trains.iter().zip(actuators).map(|(train, &actuator)| {
+        let effort = forces.efforts[actuator];
+        let at = |bounds| train.motor(effort, bounds, None, 0.0);
+        let most = at(forces.effort_bounds[actuator]);
+        if !most.holds_without_power() {
+            let (low, high) = most.torque_bounds;
+            PowerOff::Brake(low.abs().min(high.abs()))
+        } else if at((effort, effort)).holds_without_power() || forces.efforts.len() == 1 {
+            // Joints without friction are one possible state of all of them.
+            PowerOff::Held
+        } else {
+            PowerOff::Undecided
+        }
+    });
+    each.collect()
+}
+
+impl PowerOff {
+    pub(crate) fn json(&self) -> Value {
+        match self {
+            Self::Held => json!({ "held": true, "brake_torque": 0.0 }),
+            Self::Brake(torque) => json!({ "held": false, "brake_torque": torque }),
+            Self::Undecided => json!({ "held": null, "brake_torque": null }),
+        }
+    }
+}
+
+pub(crate) fn write(
+    out: &mut impl Write,
+    trains: &[DriveTrain],
+    found: &[PowerOff],
+) -> fmt::Result {
+    for (train, found) in trains.iter().zip(found) {
+        match found {
+            PowerOff::Held => writeln!(out, "  {} is held by friction", train.name)?,
+            PowerOff::Brake(torque) => writeln!(
+                out,
+                "  {} needs a brake of at least {} N m on the motor's shaft",
+                train.name,
+                number(*torque)
+            )?,
+            PowerOff::Undecided => writeln!(
+                out,
+                "  {} is held if static friction of the joints helps it and no other motor",
+                train.name
+            )?,
+        }
+    }
+    Ok(())
+}
