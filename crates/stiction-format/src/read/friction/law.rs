@@ -37,8 +37,8 @@ pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> 
     law
 }
 
-/// Reads a viscous coefficient at the surface, N s/m. Equation (L3): a data sheet's moment per angular rate, N m
-/// s/rad, is divided by the square of `arm`.
+/// Reads a viscous coefficient at the surface, N s/m. A data sheet's moment per angular rate, N m
+/// s/rad, is divided by the square of `arm`: equation (L3) of the book.
 fn viscous_of(
     key: &'static str,
     layers: &Layers<'_>,
