@@ -1,4 +1,4 @@
-//! What the fuzz targets try, and how they make models.
+//! Fuzz targets: properties of every input, and generators of models.
 
 pub mod making;
 pub mod trials;

@@ -1,21 +1,21 @@
-//! Models made from choices: a fuzzer's bytes are the choices.
+//! Models generated from the fuzzer's bytes, which serve as a sequence of choices.
 //!
-//! What is made is text, so that a finding can be read, made smaller by hand, and kept whatever becomes of
-//! this code.
+//! Models are text, so that a finding can be read, reduced by hand, and kept when this code
+//! changes.
 
 use arbitrary::Unstructured;
 use std::fmt::Write as _;
 use stiction_format::gallery;
 
-/// Writes a model to the file that `STICTION_FUZZ_TEXT` names, if it does: of a finding, the bytes say
-/// nothing to a reader.
+/// Writes a model to the file named by `STICTION_FUZZ_TEXT`, if set; the bytes of a finding are not
+/// readable.
 pub fn keep(text: &str) {
     if let Some(file) = std::env::var_os("STICTION_FUZZ_TEXT") {
         std::fs::write(file, text).expect("the text can be written");
     }
 }
 
-/// Choices; where they are used up the first is taken.
+/// Sequence of choices; after its end, the first alternative is always chosen.
 struct Choices<'a>(Unstructured<'a>);
 
 impl Choices<'_> {
@@ -27,12 +27,12 @@ impl Choices<'_> {
         of[self.below(of.len())]
     }
 
-    /// True once in so many times.
+    /// True with a probability of one in `times`.
     fn once_in(&mut self, times: usize) -> bool {
         self.below(times) == 1 % times
     }
 
-    /// A number that somebody might write, or, once in `wild` times, one that nobody would.
+    /// A plausible number or, with a probability of one in `wild`, an implausible one.
     fn number(&mut self, wild: usize) -> String {
         const USUAL: [&str; 16] = [
             "0.1", "1", "0.3", "0.02", "2", "-0.1", "0.5", "-0.25", "0.7", "10", "-1", "3", "0.05",
@@ -51,7 +51,7 @@ impl Choices<'_> {
         }
     }
 
-    /// The same, but not negative.
+    /// A nonnegative number, as [`Self::number`].
     fn amount(&mut self, wild: usize) -> String {
         self.number(wild).trim_start_matches('-').to_owned()
     }
@@ -86,7 +86,7 @@ impl Choices<'_> {
 
 const TYPES: [&str; 12] = ["R", "P", "R", "P", "H", "C", "U", "S", "E", "fixed", "free", "R"];
 
-/// How many freedoms of a joint type are called what.
+/// Names of a joint type's degrees of freedom.
 fn dofs(joint_type: &str) -> &'static [&'static str] {
     match joint_type {
         "R" | "P" | "H" => &[""],
@@ -293,7 +293,7 @@ fn motion(c: &mut Choices<'_>, wild: usize, driven: &[String], out: &mut String)
     }
 }
 
-/// Models of the gallery that are small enough to be carried out many times.
+/// Models of the gallery that are small enough to be run many times.
 const SMALL: [&str; 7] =
     ["four-bar", "slider-crank", "five-bar", "3rps", "zhang2018-regular", "bricard", "3rrr"];
 
@@ -319,7 +319,7 @@ pub fn damaged(bytes: &[u8]) -> String {
     out + &text[done..]
 }
 
-/// Where numbers stand in a text, outside of names and comments.
+/// Byte ranges of the numbers in a text, outside of names and comments.
 fn numbers(text: &str) -> Vec<(usize, usize)> {
     let bytes = text.as_bytes();
     let mut places = Vec::new();

@@ -143,8 +143,9 @@ pub(crate) struct Forward {
     #[arg(long, value_name = "LOAD")]
     pub(crate) load: Option<String>,
     /// The start: `motion` (position and rates of the motion), `rest` (its position, at rest), or
-    /// assignments like "A = 60 deg + 2 rad/s*t", whose values and rates at t = 0 count; all other
-    /// coordinates follow from the loops and the model's home position [default: motion]
+    /// assignments like "A = 60 deg + 2 rad/s*t", whose values and rates at t = 0 count, or with rates
+    /// apart, "A = 60 deg; d(B) = 2 rad/s"; all other coordinates follow from the loops and the
+    /// model's home position [default: motion]
     #[arg(long, value_name = "STATE")]
     pub(crate) from: Option<String>,
     /// The end, in seconds or with a unit [default: the end of the followed motion, else 10 s after the start]
@@ -166,6 +167,10 @@ pub(crate) struct Forward {
     /// Wall-clock time between two checkpoints of a run with -o, in seconds or with a unit
     #[arg(long, value_name = "TIME", value_parser = seconds, default_value = "60", allow_negative_numbers = true)]
     pub(crate) checkpoint: f64,
+    /// Wall-clock time after which the run ends, in seconds or with a unit; the results up to then
+    /// are complete, and --resume continues
+    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
+    pub(crate) time_limit: Option<f64>,
     /// Resume an interrupted run with the same options and the same -o; --until may differ
     #[arg(long, requires = "output")]
     pub(crate) resume: bool,

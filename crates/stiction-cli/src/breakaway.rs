@@ -2,6 +2,7 @@
 
 use crate::arguments::Breakaway;
 use crate::failure::Failure;
+use crate::fold::folded;
 use crate::print;
 use crate::sources::{self, note_frictionless, warn};
 
@@ -28,6 +29,6 @@ fn execute(options: &Breakaway) -> Result<(), Failure> {
     let rest = request.run()?;
     match options.json {
         true => print(&format!("{:#}\n", rest.to_json())),
-        false => print(&rest.to_string()),
+        false => print(&folded(&rest.to_string())),
     }
 }

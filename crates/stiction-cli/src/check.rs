@@ -2,6 +2,7 @@
 
 use crate::arguments::Check;
 use crate::failure::Failure;
+use crate::fold::folded;
 use crate::inverse::listen_for_interrupt;
 use crate::outputs::Outputs;
 use crate::print;
@@ -48,7 +49,10 @@ fn execute(options: &Check) -> Result<(), Failure> {
     progress.clear();
     let report = report?;
     let json = format!("{:#}\n", report.to_json());
-    print(if options.json { &json } else { report.as_text() })?;
+    match options.json {
+        true => print(&json)?,
+        false => print(&folded(report.as_text()))?,
+    }
     let (Some(outputs), Some([html, data, picture])) = (outputs, files) else { return Ok(()) };
     let page = draw_page(&job, report.findings()).map_err(Error::from)?;
     outputs.end("check.html", html, page.html.as_bytes())?;

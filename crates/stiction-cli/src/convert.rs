@@ -2,6 +2,7 @@
 
 use crate::arguments::{Convert, Format};
 use crate::failure::Failure;
+use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::sources::{self, warn};
@@ -29,14 +30,14 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
             };
             model_file(&home.mechanism, robot.title(), instant).map_err(|unwritable| {
                 Failure::input(unwritable.to_string())
-                    .help("give it the same law both ways, with other coefficients")
+                    .help("use the same law in both directions; the coefficients may differ")
             })?
         }
         Format::Mjcf => {
             let converted = mjcf(&home)
                 .map_err(|unfit| Failure::input(unfit.to_string()).help(unfit.help()))?;
             for note in &converted.notes {
-                note!("note: {note}");
+                note!("{}", folded(&format!("note: {note}")));
             }
             converted.text
         }

@@ -1,5 +1,6 @@
 //! Failures of the program: their text, their JSON and their exit codes.
 
+use crate::fold::folded;
 use crate::manners;
 use serde_json::json;
 use std::process::ExitCode;
@@ -59,12 +60,14 @@ impl Failure {
                 message!("{}", text.trim_end_matches('\n'));
             }
             None => {
-                message!("error: {}", self.error.message());
-                match (self.error.help(), self.error.option()) {
-                    (Some(help), Some(option)) => message!("help: {help} (option --{option})"),
-                    (Some(help), None) => message!("help: {help}"),
-                    (None, _) => {}
+                let mut text = format!("error: {}", self.error.message());
+                if let Some(help) = self.error.help() {
+                    text += &format!("\nhelp: {help}");
+                    if let Some(option) = self.error.option() {
+                        text += &format!(" (option --{option})");
+                    }
                 }
+                message!("{}", folded(&text));
             }
         }
     }

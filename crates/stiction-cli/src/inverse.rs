@@ -2,6 +2,7 @@
 
 use crate::arguments::Inverse;
 use crate::failure::Failure;
+use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
@@ -75,7 +76,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     progress.clear();
     let verdict = outcome.map_err(|error| Outputs::explain(outputs.as_ref(), error))?;
     for note in &verdict.assembly_notes {
-        note!("note: {note}\n");
+        note!("{}\n", folded(&format!("note: {note}")));
     }
     if options.friction_margin && verdict.friction_margin.is_none() {
         let why = match friction {
@@ -92,7 +93,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         let mut text = String::new();
         // Writing to a string cannot fail.
         let _ = write_summary(&mut text, &job, &summary, &verdict);
-        print(&text)?;
+        print(&folded(&text))?;
     }
     if let (Some(mut outputs), Some(tables), Some(curves)) = (outputs, tables, curves) {
         let files = tables.finish().map_err(|error| outputs.trouble_with_tables(error))?;

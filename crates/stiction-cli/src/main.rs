@@ -27,6 +27,7 @@ mod breakaway;
 mod check;
 mod convert;
 mod failure;
+mod fold;
 mod forward;
 mod inverse;
 mod manners;
@@ -43,7 +44,36 @@ use failure::Failure;
 use std::io::Write;
 use std::process::ExitCode;
 
+/// Stack of the thread that computes, bytes: the main thread's is what `ulimit -s` leaves.
+const STACK: usize = 16 << 20;
+
 fn main() -> ExitCode {
+    let_writes_fail();
+    let thread = std::thread::Builder::new().name("main".to_owned()).stack_size(STACK).spawn(run);
+    match thread.map(std::thread::JoinHandle::join) {
+        Ok(Ok(code)) => code,
+        // The panic has been reported.
+        Ok(Err(_)) => ExitCode::from(101),
+        Err(error) => {
+            message!("error: cannot start a thread: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Lets a write beyond the limit of file sizes (`ulimit -f`) fail with an error; by default the
+/// system ends the process. Threads inherit this.
+fn let_writes_fail() {
+    #[cfg(unix)]
+    {
+        use nix::sys::signal::{SigSet, Signal};
+        let mut signals = SigSet::empty();
+        signals.add(Signal::SIGXFSZ);
+        let _ = signals.thread_block();
+    }
+}
+
+fn run() -> ExitCode {
     let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
     manners::set(arguments.messages);
     let outcome = match arguments.command {
@@ -71,7 +101,7 @@ fn main() -> ExitCode {
 /// Prints the error in the arguments and exits. A misspelt command is parsed as a model and the
 /// next argument as a command, so this case has a separate message.
 fn refuse(error: &clap::Error) -> ! {
-    use clap::error::ErrorKind::{ArgumentConflict, DisplayHelp, DisplayVersion};
+    use clap::error::ErrorKind::{ArgumentConflict, DisplayHelp, DisplayVersion, InvalidUtf8};
     let first = std::env::args_os().nth(1).unwrap_or_default().to_string_lossy().into_owned();
     let for_programs = std::env::args_os().any(|argument| argument == "--json");
     let failure = match sources::near_command(&first) {
@@ -79,7 +109,19 @@ fn refuse(error: &clap::Error) -> ! {
             Failure::input(format!("there is no command `{first}`"))
                 .help(format!("did you mean `stiction {command}`?"))
         }
-        _ if !for_programs || matches!(error.kind(), DisplayHelp | DisplayVersion) => error.exit(),
+        _ if matches!(error.kind(), DisplayHelp | DisplayVersion) => {
+            match written(error.print().and_then(|()| std::io::stdout().flush())) {
+                Ok(()) => std::process::exit(0),
+                Err(failure) => failure,
+            }
+        }
+        _ if error.kind() == InvalidUtf8 => {
+            let mut arguments = std::env::args_os();
+            let argument = arguments.find(|a| a.to_str().is_none()).unwrap_or_default();
+            Failure::input(format!("the argument `{}` is not UTF-8", argument.display()))
+                .help("only the model and -o may be such paths: rename the file, or link to it")
+        }
+        _ if !for_programs => error.exit(),
         _ => {
             let text = error.render().to_string();
             let (message, usage) = text.split_once("\n\n").unwrap_or((&text, ""));
@@ -94,7 +136,12 @@ fn refuse(error: &clap::Error) -> ! {
 /// Writes data to standard output and ignores a closed reader.
 fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// The outcome of writing to standard output; a closed reader is none of our failures.
+fn written(outcome: std::io::Result<()>) -> Result<(), Failure> {
+    match outcome {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Failure::input(format!("cannot write to standard output: {error}")))
         }

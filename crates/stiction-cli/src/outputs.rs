@@ -65,7 +65,7 @@ impl Outputs {
             return Ok(());
         }
         Err(Failure::input(format!(
-            "{} holds an interrupted simulation ({CHECKPOINT}); other results would spoil it",
+            "{} holds an interrupted simulation ({CHECKPOINT}); other results would damage it",
             self.folder.display()
         ))
         .help(format!(

@@ -143,6 +143,7 @@ impl<T: Scalar> InterfaceParameters<T> {
     pub fn arms(&self, pitch: T) -> [T; 3] {
         match self.shape {
             InterfaceShape::Plate => [T::one(), T::one(), self.radius],
+            InterfaceShape::Sleeve => [self.radius, T::one(), T::one()],
             InterfaceShape::Thread => [Thread { radius: self.radius, pitch }.way(); 3],
             _ => [self.radius; 3],
         }

@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_has_a_word() {
+    fn non_finite_numbers_have_names() {
         assert_eq!(not_finite(f64::NAN), Some("none"));
         assert_eq!(not_finite(f64::NEG_INFINITY), Some("-∞"));
         assert_eq!(not_finite(0.0), None);

@@ -131,7 +131,7 @@ mod signal;
 mod source;
 
 pub use contents::{Contents, Store, not_text};
-pub use diagnostic::{Diagnostic, Diagnostics, Severity};
+pub use diagnostic::{Diagnostic, Diagnostics, Severity, did_you_mean};
 pub use fields::json_schema;
 pub use model_file::{
     AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, ModelFile,

@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_begin_at_a_line_and_stay_what_they_are() {
+    fn numbers_are_aligned_to_cache_lines() {
         for count in [0, 1, 7, 8, 1000, 100_000] {
             let mut aligned = Aligned::zeros(count);
             assert_eq!((aligned.len(), aligned.as_ptr() as usize % LINE), (count, 0));

@@ -167,7 +167,7 @@ impl<'a> Allocator<'a> {
     fn room(&mut self, pinned: &[u8]) -> u8 {
         match self.holds.iter().position(Option::is_none) {
             Some(free) => free as u8,
-            None => self.cleared(pinned),
+            None => self.evicted(pinned),
         }
     }
 
@@ -177,12 +177,12 @@ impl<'a> Allocator<'a> {
         let mut free = (0..self.holds.len() as u8).filter(|r| self.holds[*r as usize].is_none());
         match free.find(|register| !pinned.contains(register)) {
             Some(free) => free,
-            None => self.cleared(pinned),
+            None => self.evicted(pinned),
         }
     }
 
     /// Saves and releases the register whose value has the farthest next use.
-    fn cleared(&mut self, pinned: &[u8]) -> u8 {
+    fn evicted(&mut self, pinned: &[u8]) -> u8 {
         let mut last = (0, 0);
         for register in 0..self.holds.len() as u8 {
             if pinned.contains(&register) {

@@ -7,7 +7,7 @@
 
 use crate::forward::ForwardProgram;
 use crate::motions::run;
-use crate::recording::Recipe;
+use crate::recording::RecordingSource;
 use crate::wrench::from_components;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::{State, Target};
@@ -18,7 +18,7 @@ use stiction_core::spatial::Wrench;
 /// largest of its kind.
 const ROUNDING: f64 = 1e-11;
 
-impl Recipe<'_> {
+impl RecordingSource<'_> {
     /// Splits a sample into state, targets and loads.
     pub(crate) fn unpacked(
         &self,

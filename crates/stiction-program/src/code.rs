@@ -141,7 +141,7 @@ impl Slots {
         for (node, op) in ops.iter().enumerate() {
             match op {
                 Op::Input(place) if inputs.contains(&(*place as usize)) => {
-                    slots.put(node as Node, place - inputs.start as u32);
+                    slots.assign(node as Node, place - inputs.start as u32);
                 }
                 _ => {}
             }
@@ -150,12 +150,12 @@ impl Slots {
     }
 
     /// Assigns a slot to a node.
-    pub(crate) fn put(&mut self, node: Node, slot: u32) {
+    pub(crate) fn assign(&mut self, node: Node, slot: u32) {
         self.of_node.insert(node, slot);
     }
 
     /// Assigns a place in the shared memory of all lanes to a node.
-    pub(crate) fn put_common(&mut self, node: Node, place: u32) {
+    pub(crate) fn assign_common(&mut self, node: Node, place: u32) {
         self.common.insert(node, place);
     }
 
@@ -188,7 +188,7 @@ impl Slots {
             return slot;
         }
         let slot = self.reserve(1);
-        self.put(node, slot);
+        self.assign(node, slot);
         slot
     }
 

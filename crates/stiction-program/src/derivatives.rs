@@ -1,7 +1,7 @@
 //! Exact derivatives of actuator forces, as a program in addition to inverse dynamics.
 
 use crate::error::RecordError;
-use crate::inverse::{Beside, InverseProgram};
+use crate::inverse::{DerivativeCode, InverseProgram};
 use crate::memory::Memory;
 use crate::quantity::Quantity;
 use crate::run::natural_lanes;
@@ -48,7 +48,7 @@ use stiction_core::kinematics::{State, Target};
 #[derive(Debug)]
 pub struct DerivativeProgram {
     inverse: InverseProgram,
-    beside: Beside,
+    code: DerivativeCode,
     quantities: Vec<Quantity>,
     lanes: usize,
 }
@@ -91,10 +91,10 @@ impl DerivativeProgram {
         if quantities.is_empty() {
             return Err(RecordError::NoQuantity);
         }
-        let (inverse, beside) =
-            InverseProgram::record_beside(solver, signal, loads, quantities, machine)?;
+        let (inverse, code) =
+            InverseProgram::record_with_derivatives(solver, signal, loads, quantities, machine)?;
         let (quantities, lanes) = (quantities.to_vec(), natural_lanes());
-        Ok(Self { inverse, beside, quantities, lanes })
+        Ok(Self { inverse, code, quantities, lanes })
     }
 
     /// Program of inverse dynamics.
@@ -115,12 +115,12 @@ impl DerivativeProgram {
     /// Number of arithmetic operations in addition to [`InverseProgram::operations`]: per state,
     /// and per group of [`Self::lanes`] directions.
     pub fn operations(&self) -> [usize; 2] {
-        self.beside.operations
+        self.code.operations
     }
 
     /// Allocates the memory of a run.
     pub fn memory(&self) -> DerivativeMemory {
-        let Beside { preparation, directions, slots, .. } = &self.beside;
+        let DerivativeCode { preparation, directions, slots, .. } = &self.code;
         let mut inverse = self.inverse.memory(1);
         inverse.provide(preparation.scratch());
         let directions = Memory::new(self.lanes, *slots, directions.scratch());
@@ -134,7 +134,7 @@ impl DerivativeProgram {
     ///
     /// # Panics
     /// As [`InverseProgram::set`].
-    #[must_use = "if it is false, neither forces nor slopes mean anything"]
+    #[must_use = "if it is false, forces and slopes are invalid"]
     pub fn run(
         &self,
         memory: &mut DerivativeMemory,
@@ -146,12 +146,12 @@ impl DerivativeProgram {
         self.inverse.set(inverse, 0, state, targets, loads);
         let mut settled = [false];
         self.inverse.run(inverse, &mut settled);
-        for &(joint, slot) in &self.beside.reactions {
+        for &(joint, slot) in &self.code.reactions {
             let reaction = self.inverse.reaction(inverse, 0, joint);
             inverse.slots[slot..][..6].copy_from_slice(&reaction);
         }
-        self.beside.preparation.run(&mut inverse.slots, &mut inverse.scratch);
-        memory.is_ready = settled[0] && inverse.slots[self.beside.guard as usize] > 0.0;
+        self.code.preparation.run(&mut inverse.slots, &mut inverse.scratch);
+        memory.is_ready = settled[0] && inverse.slots[self.code.guard as usize] > 0.0;
         memory.is_ready
     }
 
@@ -174,10 +174,10 @@ impl DerivativeProgram {
     pub fn differentiate(&self, memory: &mut DerivativeMemory) {
         let DerivativeMemory { inverse, directions, is_ready } = memory;
         let Memory { slots, scratch, .. } = directions;
-        self.beside.directions.run_with(slots, &inverse.slots, scratch);
+        self.code.directions.run_with(slots, &inverse.slots, scratch);
         if !*is_ready {
             // The slopes would belong to another state.
-            for slope in &self.beside.slopes {
+            for slope in &self.code.slopes {
                 slots[*slope as usize * self.lanes..][..self.lanes].fill(f64::NAN);
             }
         }
@@ -191,7 +191,7 @@ impl DerivativeProgram {
     /// Slope of an actuator force along a direction, N or N m per unit of the direction, from the
     /// last [`Self::differentiate`].
     pub fn slope(&self, memory: &DerivativeMemory, lane: usize, drive: usize) -> f64 {
-        memory.directions.read(self.beside.slopes[drive], lane)
+        memory.directions.read(self.code.slopes[drive], lane)
     }
 
     /// Computes all partial derivatives at the state of the last [`Self::run`]: one row of
@@ -202,7 +202,7 @@ impl DerivativeProgram {
     /// If the length of `jacobian` is not the number of actuators times that of quantities.
     pub fn jacobian(&self, memory: &mut DerivativeMemory, jacobian: &mut [f64]) {
         let count = self.quantities.len();
-        let (found, expected) = (jacobian.len(), count * self.beside.slopes.len());
+        let (found, expected) = (jacobian.len(), count * self.code.slopes.len());
         assert!(found == expected, "room for {found} derivatives, not for {expected}");
         for first in (0..count).step_by(self.lanes) {
             let directions = &mut memory.directions.slots[..count * self.lanes];

@@ -9,7 +9,7 @@ use stiction_core::kinematics::AssemblyError;
 #[non_exhaustive]
 pub enum RecordError {
     /// The signal contains no position.
-    EmptyCourse,
+    EmptySignal,
     /// The solver cannot follow the signal to a position or its neighbourhood.
     Signal {
         /// Index of the position in the signal.
@@ -48,23 +48,31 @@ pub enum RecordError {
 impl fmt::Display for RecordError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::EmptyCourse => write!(f, "there are no positions to record a program at"),
+            Self::EmptySignal => write!(
+                f,
+                "the signal has no positions at which to record a \
+                                            program"
+            ),
             Self::Signal { position, error } => {
-                write!(f, "position {position} of the course (counted from 0): {error}")
+                write!(f, "position {position} of the signal (counted from 0): {error}")
             }
             Self::NoPlan => write!(
                 f,
                 "the position is singular, or both constraints and actuators are redundant"
             ),
-            Self::NoQuantity => write!(f, "there is no quantity to differentiate by"),
+            Self::NoQuantity => write!(f, "no quantity for the derivatives is given"),
             Self::UnknownQuantity(quantity) => write!(f, "the mechanism has no {quantity:?}"),
             Self::Redundant => write!(
                 f,
-                "constraints or actuators are redundant, so that reactions are not unique; programs of forward \
-                 dynamics need them to be"
+                "constraints or actuators are redundant, so that reactions are not unique; \
+                 programs of forward dynamics need unique reactions"
             ),
             Self::IdleSpins => {
-                write!(f, "bodies can spin idly; programs of forward dynamics know no such spins")
+                write!(
+                    f,
+                    "bodies have local degrees of freedom, which programs of forward \
+                           dynamics do not support"
+                )
             }
             Self::ActuatorCount { actuators, coordinates } => write!(
                 f,
@@ -77,9 +85,13 @@ impl fmt::Display for RecordError {
                     "programs of forward dynamics do not include drive trains; use the solver"
                 )
             }
-            Self::NoInertia => write!(f, "something to be driven has no inertia"),
+            Self::NoInertia => write!(f, "an actuated coordinate has no inertia"),
             Self::NotConfirmed => {
-                write!(f, "the program does not find what the solver finds; use the solver")
+                write!(
+                    f,
+                    "the program does not reproduce the results of the solver; use the \
+                           solver"
+                )
             }
         }
     }

@@ -12,12 +12,12 @@
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
 use crate::error::RecordError;
-use crate::forward_recipe::ForwardStages;
+use crate::forward_stages::ForwardStages;
 use crate::graph::Node;
 use crate::loaded::{LoadPlace, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
-use crate::recording::{Counts, Recipe};
+use crate::recording::{Counts, RecordingSource};
 use crate::run::MOST_LANES;
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::{coupled, early};
@@ -169,29 +169,29 @@ impl ForwardProgram {
         if !solver.mechanism().drive_trains().is_empty() {
             return Err(RecordError::DriveTrains);
         }
-        let recipe = Recipe { model: &model, solver, loads };
-        let counts = recipe.counts(0);
+        let source = RecordingSource { model: &model, solver, loads };
+        let counts = source.counts(0);
         if counts.drives != counts.targets || counts.drives == 0 {
             let (actuators, coordinates) = (counts.drives, counts.targets);
             return Err(RecordError::ActuatorCount { actuators, coordinates });
         }
         let samples: Vec<Vec<f64>> =
             samples(solver, signal, loads)?.iter().map(Sample::of_tree).collect();
-        let pivots = recipe.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
+        let pivots = source.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
         // A first recording with all interfaces shows whose friction changes a normal load at all.
         let all: Vec<usize> = (0..counts.interfaces).collect();
-        let first = recipe.record_forward(&all, &pivots, &samples);
+        let first = source.record_forward(&all, &pivots, &samples);
         let coupled = coupled(&first.graph, &first.influence, counts.interfaces);
         let recorded = match coupled.len() == all.len() {
             true => first,
-            false => recipe.record_forward(&coupled, &pivots, &samples),
+            false => source.record_forward(&coupled, &pivots, &samples),
         };
         let places = loads.iter().map(place_of).collect();
-        let program = Self::compile(recipe.counts(coupled.len()), &recorded, places, machine)?;
+        let program = Self::compile(source.counts(coupled.len()), &recorded, places, machine)?;
         // Verified at states other than those of the recording.
         let others: Vec<Vec<f64>> =
             seeded_samples(9, solver, signal, loads)?.iter().map(Sample::of_tree).collect();
-        if recipe.confirms(&program, &others) {
+        if source.confirms(&program, &others) {
             Ok(program)
         } else {
             Err(RecordError::NotConfirmed)

@@ -19,7 +19,7 @@ pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     for (place, load) in loaded.iter().zip(loads) {
         assert!(
             place_of(load) == *place,
-            "a load has another body, point or axes than was recorded: {:?} instead of {place:?}",
+            "body, point or axes of a load differ from the recording: {:?} instead of {place:?}",
             place_of(load)
         );
     }
@@ -29,5 +29,5 @@ pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
 #[inline]
 pub(crate) fn check_count(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     let (found, expected) = (loads.len(), loaded.len());
-    assert!(found == expected, "{found} loads of a program that was recorded with {expected}");
+    assert!(found == expected, "{found} loads for a program that was recorded with {expected}");
 }

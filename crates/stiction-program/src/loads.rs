@@ -78,7 +78,7 @@ impl Loads<'_> {
     }
 
     /// Normal loads of the coupled interfaces without friction, the initial guess of the iteration.
-    pub(crate) fn at_first(&self) -> Vec<Recorded> {
+    pub(crate) fn initial_loads(&self) -> Vec<Recorded> {
         let none = vec![Recorded::zero(); self.coupled.len()];
         self.all_under(&none).iter().map(|load| load.value).collect()
     }
@@ -96,8 +96,8 @@ impl Loads<'_> {
 
     /// Residuals of these normal loads: the difference between them and the loads that follow from
     /// their friction. They vanish at the solution.
-    pub(crate) fn misfits(presses: &[Recorded], found: &[Load<Recorded>]) -> Vec<Recorded> {
-        presses.iter().zip(found).map(|(press, load)| *press - load.value).collect()
+    pub(crate) fn residuals(loads: &[Recorded], found: &[Load<Recorded>]) -> Vec<Recorded> {
+        loads.iter().zip(found).map(|(load, found)| *load - found.value).collect()
     }
 
     /// Jacobian of the residuals with respect to the normal loads, row by row.
@@ -120,10 +120,10 @@ impl Loads<'_> {
 
     /// Normal loads of all interfaces. Those of the coupled interfaces are given; the others follow
     /// from the friction forces.
-    pub(crate) fn of_all(&self, presses: &[Recorded], forces: &[Recorded]) -> Vec<Recorded> {
+    pub(crate) fn of_all(&self, loads: &[Recorded], forces: &[Recorded]) -> Vec<Recorded> {
         let of = |row: usize| {
             let given = self.coupled.iter().position(|interface| *interface == row);
-            given.map_or_else(|| self.under(row, forces).value, |at| presses[at])
+            given.map_or_else(|| self.under(row, forces).value, |at| loads[at])
         };
         (0..self.states.len()).map(of).collect()
     }

@@ -222,7 +222,7 @@ mod tests {
     /// audit memory`). Results are not compared, because the arithmetic of Valgrind may change the
     /// sign of a zero.
     #[test]
-    fn machine_code_touches_only_what_it_is_handed() {
+    fn machine_code_accesses_only_its_arguments() {
         const ROOM: usize = 64;
         const MARK: f64 = 123.456;
         let mut random = Random::new(11);
@@ -252,7 +252,7 @@ mod tests {
 
     /// Machine code and interpreter agree bit by bit for all widths, for short and long code.
     #[test]
-    fn machine_code_is_what_is_interpreted() {
+    fn machine_code_agrees_with_the_interpreter() {
         let mut random = Random::new(7);
         for case in 0..300 {
             let code = random_code(&mut random, 1 + case % 120);

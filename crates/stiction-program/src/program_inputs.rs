@@ -85,7 +85,7 @@ pub(crate) fn target_to_array(target: &Target<f64>) -> [f64; 3] {
 
 /// Writes rows of numbers, one for each lane, to the next slots.
 #[inline]
-fn put<'a, const N: usize, const L: usize>(
+fn write_rows<'a, const N: usize, const L: usize>(
     slots: &mut impl Iterator<Item = &'a mut [f64; L]>,
     rows: [[f64; N]; L],
 ) {
@@ -97,7 +97,7 @@ fn put<'a, const N: usize, const L: usize>(
 /// Layout of a program's inputs, in this order: motions of the floating bodies, tree coordinates
 /// without a closed form, loads, prescribed values.
 #[derive(Clone, Debug)]
-pub(crate) struct Given {
+pub(crate) struct InputLayout {
     topology: Topology,
     origin: Vec3<f64>,
     legs: Legs,
@@ -108,7 +108,7 @@ pub(crate) struct Given {
     prescribed: usize,
 }
 
-impl Given {
+impl InputLayout {
     /// Determines the layout from positions within the intended range, given as tree coordinates.
     pub(crate) fn new(solver: &InverseDynamics, positions: &[Vec<f64>], loads: usize) -> Self {
         let (topology, parameters) = (solver.topology().clone(), solver.parameters());
@@ -150,20 +150,20 @@ impl Given {
         coordinates: &[f64],
         targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
-        mut put: impl FnMut(&[f64]),
+        mut write: impl FnMut(&[f64]),
     ) {
         for motion in motions {
-            put(&motion.to_array());
+            write(&motion.to_array());
         }
         for place in &self.free {
             // A missing coordinate is NaN, so that no guard holds.
-            put(&[coordinates.get(*place).copied().unwrap_or(f64::NAN)]);
+            write(&[coordinates.get(*place).copied().unwrap_or(f64::NAN)]);
         }
         for load in loads {
-            put(&load_to_array(load));
+            write(&load_to_array(load));
         }
         for target in targets {
-            put(&target_to_array(target));
+            write(&target_to_array(target));
         }
     }
 
@@ -179,18 +179,18 @@ impl Given {
     ) {
         let mut slots = slots.iter_mut();
         for body in 0..self.topology.floating().count() {
-            put(&mut slots, states.map(|state| state.bodies[body].to_array()));
+            write_rows(&mut slots, states.map(|state| state.bodies[body].to_array()));
         }
         for place in &self.free {
             // A missing coordinate is NaN, so that no guard holds.
-            let told = |state: &StateOfMotion<'_>| state.coordinates.get(*place).copied();
-            put(&mut slots, states.map(|state| [told(state).unwrap_or(f64::NAN)]));
+            let coordinate = |state: &StateOfMotion<'_>| state.coordinates.get(*place).copied();
+            write_rows(&mut slots, states.map(|state| [coordinate(state).unwrap_or(f64::NAN)]));
         }
         for load in 0..states[0].loads.len() {
-            put(&mut slots, states.map(|state| load_to_array(&state.loads[load])));
+            write_rows(&mut slots, states.map(|state| load_to_array(&state.loads[load])));
         }
         for target in 0..if reads_targets { states[0].targets.len() } else { 0 } {
-            put(&mut slots, states.map(|state| target_to_array(&state.targets[target])));
+            write_rows(&mut slots, states.map(|state| target_to_array(&state.targets[target])));
         }
     }
 
@@ -247,13 +247,13 @@ impl Given {
             let linear = motion.velocity - turning.cross(position);
             let second =
                 motion.acceleration - change.cross(position) - turning.cross(motion.velocity);
-            let put = |numbers: &mut [T], linear: Vec3<T>, angular: Vec3<T>| {
+            let write = |numbers: &mut [T], linear: Vec3<T>, angular: Vec3<T>| {
                 let numbers = &mut numbers[dofs.clone()];
                 numbers[..3].copy_from_slice(&linear.to_array());
                 numbers[3..].copy_from_slice(&angular.to_array());
             };
-            put(&mut state.rates, linear, turning);
-            put(&mut state.accelerations, second, change);
+            write(&mut state.rates, linear, turning);
+            write(&mut state.accelerations, second, change);
             poses.push((body, pose_in_time(&motion, position)));
         }
         for place in &self.free {

@@ -22,7 +22,7 @@ pub(crate) fn record(
     f: impl FnOnce(&[Recorded]) -> Vec<Recorded>,
 ) -> (Graph, Vec<Node>) {
     let before = GRAPH.take();
-    let inputs: Vec<Recorded> = (0..inputs as u32).map(|k| put(Op::Input(k))).collect();
+    let inputs: Vec<Recorded> = (0..inputs as u32).map(|k| node_of(Op::Input(k))).collect();
     let outputs = f(&inputs).into_iter().map(|recorded| recorded.0).collect();
     (GRAPH.replace(before), outputs)
 }
@@ -53,7 +53,7 @@ pub(crate) fn record_groups<const N: usize>(
 
 /// Extends a graph: records the operations of `f` on some of its nodes. Returns the graph and the
 /// nodes of the results.
-pub(crate) fn go_on(
+pub(crate) fn extend_graph(
     graph: Graph,
     nodes: &[Node],
     f: impl FnOnce(&[Recorded]) -> Vec<Recorded>,
@@ -64,62 +64,39 @@ pub(crate) fn go_on(
     (GRAPH.replace(before), outputs)
 }
 
-fn put(op: Op) -> Recorded {
+fn node_of(op: Op) -> Recorded {
     GRAPH.with_borrow_mut(|graph| Recorded(graph.add(op)))
 }
 
-impl Add for Recorded {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        put(Op::Add(self.0, other.0))
-    }
+macro_rules! records {
+    ($($operator:ident :: $method:ident),*) => {$(
+        impl $operator for Recorded {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                node_of(Op::$operator(self.0, other.0))
+            }
+        }
+    )*};
 }
-
-impl Sub for Recorded {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        put(Op::Sub(self.0, other.0))
-    }
-}
-
-impl Mul for Recorded {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        put(Op::Mul(self.0, other.0))
-    }
-}
-
-impl Div for Recorded {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        put(Op::Div(self.0, other.0))
-    }
-}
+records!(Add::add, Sub::sub, Mul::mul, Div::div);
 
 impl Neg for Recorded {
     type Output = Self;
     fn neg(self) -> Self {
-        put(Op::Neg(self.0))
+        node_of(Op::Neg(self.0))
     }
 }
 
-impl AddAssign for Recorded {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
+macro_rules! by_operator {
+    ($($operator:ident :: $method:ident by $symbol:tt),*) => {$(
+        impl $operator for Recorded {
+            fn $method(&mut self, other: Self) {
+                *self = *self $symbol other;
+            }
+        }
+    )*};
 }
-
-impl SubAssign for Recorded {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
-impl MulAssign for Recorded {
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
+by_operator!(AddAssign::add_assign by +, SubAssign::sub_assign by -, MulAssign::mul_assign by *);
 
 impl Scalar for Recorded {
     fn has_slope() -> bool {
@@ -127,7 +104,7 @@ impl Scalar for Recorded {
     }
 
     fn held(self) -> Self {
-        if WITH_SLOPES.get() { put(Op::Held(self.0)) } else { self }
+        if WITH_SLOPES.get() { node_of(Op::Held(self.0)) } else { self }
     }
 
     fn from_f64(value: f64) -> Self {
@@ -135,28 +112,28 @@ impl Scalar for Recorded {
     }
 
     fn sqrt(self) -> Self {
-        put(Op::Sqrt(self.0))
+        node_of(Op::Sqrt(self.0))
     }
 
     fn sin_cos(self) -> (Self, Self) {
-        let of = |function| put(Op::Call(function, self.0, self.0));
+        let of = |function| node_of(Op::Call(function, self.0, self.0));
         (of(Function::Sin), of(Function::Cos))
     }
 
     fn atan2(self, x: Self) -> Self {
-        put(Op::Call(Function::Atan2, self.0, x.0))
+        node_of(Op::Call(Function::Atan2, self.0, x.0))
     }
 
     fn exp(self) -> Self {
-        put(Op::Call(Function::Exp, self.0, self.0))
+        node_of(Op::Call(Function::Exp, self.0, self.0))
     }
 
     fn ln(self) -> Self {
-        put(Op::Call(Function::Ln, self.0, self.0))
+        node_of(Op::Call(Function::Ln, self.0, self.0))
     }
 
     fn if_positive(self, yes: Self, no: Self) -> Self {
-        put(Op::Select { of: self.0, yes: yes.0, no: no.0 })
+        node_of(Op::Select { of: self.0, yes: yes.0, no: no.0 })
     }
 
     /// Infinite: values are unknown during the recording, so no iteration counts as converged.

@@ -20,7 +20,7 @@ pub(crate) struct Counts {
 
 /// Source of a recording.
 #[derive(Clone, Copy)]
-pub(crate) struct Recipe<'a> {
+pub(crate) struct RecordingSource<'a> {
     pub(crate) model: &'a Model,
     pub(crate) solver: &'a InverseDynamics,
     pub(crate) loads: &'a [AppliedLoad<f64>],
@@ -33,7 +33,7 @@ pub(crate) struct Followed {
     pub(crate) loads: Vec<AppliedLoad<Recorded>>,
 }
 
-impl Recipe<'_> {
+impl RecordingSource<'_> {
     pub(crate) fn counts(&self, coupled: usize) -> Counts {
         let (solver, state) = (self.solver, self.solver.state());
         Counts {

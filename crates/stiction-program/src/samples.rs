@@ -39,7 +39,7 @@ pub(crate) fn seeded_samples(
     let mut solver = solver.clone();
     let length = solver.mechanism().characteristic_length();
     if signal.is_empty() {
-        return Err(RecordError::EmptyCourse);
+        return Err(RecordError::EmptySignal);
     }
     let mut samples = Vec::with_capacity(SAMPLES);
     for k in 0..SAMPLES {

@@ -24,7 +24,7 @@ pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) ->
 
 /// Nodes that the present stage computes (`now`), that `later` stages need, and that depend on
 /// `late` inputs.
-pub(crate) fn handed(
+pub(crate) fn passed_on(
     ops: &[Op],
     now: &[Node],
     later: &[Node],

@@ -265,7 +265,7 @@ mod tests {
     /// In a long recurrence, error bounds grow beyond all values although errors do not; different
     /// values stay different.
     #[test]
-    fn what_differs_is_not_the_same_for_wide_bounds() {
+    fn wide_bounds_do_not_merge_different_values() {
         const LONG: usize = 100;
         let (graph, nodes) = record(2, |inputs| {
             let mut all = inputs.to_vec();

@@ -105,7 +105,7 @@ pub enum Error {
     #[error("{0}")]
     ControllerForces(InverseError),
     /// The controller failed during the simulation.
-    #[error("at t = {time} s the controller has no efforts: {error}")]
+    #[error("at t = {time} s the controller cannot compute efforts: {error}")]
     ControllerAt {
         /// Time, s.
         time: f64,
@@ -116,7 +116,7 @@ pub enum Error {
     #[error(transparent)]
     Forward(ForwardError),
     /// The checkpoint belongs to another simulation.
-    #[error("its numbers are not those of a simulation of this mechanism")]
+    #[error("it does not belong to a simulation of this mechanism")]
     Mark,
     /// A receiver of the records failed.
     #[error("{0}")]

@@ -35,7 +35,7 @@ pub enum InstantsError {
     ),
     /// The step gives too many samples.
     #[error(
-        "a step of {step:?} s makes {count} samples of this motion; the most is {MOST:.0e}",
+        "a step of {step:?} s makes {count} samples of this motion; the maximum is {MOST:.0e}",
         count = if count.is_finite() { format!("{count:.1e}") } else { "countless".to_owned() }
     )]
     TooMany {
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_takes_no_time_has_one_sample() {
+    fn a_motion_without_duration_has_one_sample() {
         let instants = Instants::of(&motion(0.0), None).unwrap();
         assert_eq!(instants.iter().collect::<Vec<_>>(), [0.0]);
     }

@@ -1,7 +1,7 @@
 //! Names of actuators, joints and friction interfaces in columns and messages.
 
-use stiction_core::friction::interfaces_of;
 use stiction_core::mechanism::Mechanism;
+use stiction_format::ModelFile;
 
 /// Names of actuators, joints and friction interfaces in columns and messages.
 #[derive(Clone, Debug)]
@@ -27,25 +27,16 @@ impl Names {
                 (joint.actuator_name(dof), joint.joint_type.dofs()[dof].units().1)
             })
             .collect();
-        let mut steady = Vec::new();
-        let interfaces = joints
-            .iter()
-            .enumerate()
-            .flat_map(|(index, joint)| joint.friction.iter().map(move |c| (index, joint, c)))
-            .map(|(index, joint, interface)| {
-                let place = interfaces_of(joint.joint_type)[interface.place].0;
-                let name = if place.is_empty() {
-                    joint.name.clone()
-                } else {
-                    format!("{}.{place}", joint.name)
-                };
-                let laws = [Some(&interface.law), interface.backward.as_ref()];
+        let (mut interfaces, mut steady) = (Vec::new(), Vec::new());
+        for (index, joint) in joints.iter().enumerate() {
+            for (friction, name) in joint.friction.iter().zip(joint.interface_names()) {
+                let laws = [Some(&friction.law), friction.backward.as_ref()];
                 if laws.into_iter().flatten().any(|law| law.bristles.is_some()) {
                     steady.push(name.clone());
                 }
-                (name, index)
-            })
-            .collect();
+                interfaces.push((name, index));
+            }
+        }
         Self { drives, joints: joints.iter().map(|j| j.name.clone()).collect(), interfaces, steady }
     }
 }
@@ -53,4 +44,25 @@ impl Names {
 /// Width of a column of names, not less than `least`.
 pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
     names.map(str::len).fold(least, usize::max)
+}
+
+/// Name and title of a model in one line.
+pub(crate) fn heading(model: &ModelFile) -> String {
+    match model.title.as_str() {
+        "" => model.name.clone(),
+        title => format!("{}: {title}", model.name),
+    }
+}
+
+/// Words separated by commas, with an ellipsis in place of those after `most`.
+pub(crate) fn listed(words: impl IntoIterator<Item = impl AsRef<str>>, most: usize) -> String {
+    let mut text = String::new();
+    for (k, word) in words.into_iter().enumerate() {
+        text += if k > 0 { ", " } else { "" };
+        if k == most {
+            return text + "...";
+        }
+        text += word.as_ref();
+    }
+    text
 }

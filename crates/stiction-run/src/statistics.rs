@@ -45,6 +45,31 @@ impl Size {
     }
 }
 
+/// Magnitudes of force and moment of each joint reaction.
+#[derive(Clone, Debug)]
+pub(crate) struct Reactions(pub(crate) Vec<(Size, Size)>);
+
+impl Reactions {
+    pub(crate) fn new(joints: usize) -> Self {
+        Self(vec![Default::default(); joints])
+    }
+
+    /// Adds the magnitudes of all reactions at an instant, N and N m.
+    pub(crate) fn add(&mut self, time: f64, sizes: impl Iterator<Item = (f64, f64)>) {
+        for ((force, moment), (f, m)) in self.0.iter_mut().zip(sizes) {
+            force.add(time, f);
+            moment.add(time, m);
+        }
+    }
+
+    pub(crate) fn json(&self, joints: &[String]) -> Value {
+        let entry = |(name, (force, moment)): (&String, &(Size, Size))| {
+            (name.clone(), json!({ "force": force.json(), "moment": moment.json() }))
+        };
+        Value::Object(joints.iter().zip(&self.0).map(entry).collect())
+    }
+}
+
 /// Series with friction beside the same series without.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Comparison {

@@ -1,5 +1,7 @@
 //! Components of reactions that statics does not determine, in words.
 
+use crate::names::listed;
+
 /// Largest number of groups and of joints listed.
 const LISTED: usize = 6;
 const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
@@ -22,10 +24,8 @@ pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> Strin
     }
     groups.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
     let in_words = |(components, names): &(String, Vec<&str>)| {
-        let listed = names[..names.len().min(LISTED)].join(", ");
-        let more = if names.len() > LISTED { ", ..." } else { "" };
-        format!("{components} of {listed}{more}")
+        format!("{components} of {}", listed(names, LISTED))
     };
-    let listed: Vec<String> = groups.iter().take(LISTED).map(in_words).collect();
-    listed.join("; ") + if groups.len() > LISTED { "; ..." } else { "" }
+    let groups_in_words: Vec<String> = groups.iter().take(LISTED).map(in_words).collect();
+    groups_in_words.join("; ") + if groups.len() > LISTED { "; ..." } else { "" }
 }

@@ -74,6 +74,16 @@ impl From<RunError> for Error {
             RunError::Mark => plain(format!("the checkpoint is damaged: {message}"))
                 .with_help("start again without it")
                 .with_option("resume"),
+            RunError::SpinningPayload { body } => plain(format!(
+                "{message}: the part's inertia force depends on the spin, which no motion prescribes"
+            ))
+            .with_help(format!(
+                "add the part to the mass of [bodies.\"{body}\"], or end the spin: U instead of one S"
+            ))
+            .with_option("load"),
+            RunError::Payload { .. } => plain(message)
+                .with_help("simulate the times before and after apart, with loads of their own")
+                .with_option("load"),
             RunError::Forward(error) => simulation(&error, plain(message)),
             _ => plain(message),
         }
@@ -99,9 +109,9 @@ fn cannot_carry(missing: &Missing) -> Error {
     };
     let what = if *unit == "N m" { "a moment" } else { "a force" };
     Error::no_answer(format!(
-        "no finite driving force carries this load {when}: the position is singular.\n  With all \
-         actuators locked, body `{body}` can still move: {motion}.\n  Nothing resists that motion: \
-         {what} of {amount} is missing there."
+        "no finite actuator effort balances this load {when}: the position is singular.\n  With \
+         all actuators locked, body `{body}` can still move: {motion}.\n  Nothing resists that \
+         motion: {what} of {amount} remains unbalanced."
     ))
     .with_help(
         "change the motion or the load, or add an actuator or a constraint that resists this motion",
@@ -124,10 +134,13 @@ fn simulation(error: &ForwardError, plain: Error) -> Error {
             .with_help("give other rates at the start, or lock other joints")
             .with_option("from"),
         ForwardError::Impact { time, percent, .. } => plain
-            .with_help("prescribe motions without kinks, and keep locks away from dead centres; a check finds singular positions")
+            .with_help("prescribe motions without kinks, and do not lock joints near dead \
+                        centres; `stiction check` finds singular positions")
             .with_details(json!({ "time": time, "percent": percent })),
         ForwardError::NoAcceleration { time, joint, percent } => plain
-            .with_help("reduce the friction, lengthen the `bending_span` of a guide, or smooth the law with `regularisation_velocity`; at a singular position change drives, locks or the start; see the chapter on forward dynamics")
+            .with_help("reduce the friction, lengthen the `bending_span` of a guide, or smooth \
+                        the law with `regularisation_velocity`; at a singular position change \
+                        actuation, locks or the start; see the chapter on forward dynamics")
             .with_details(json!({ "time": time, "joint": joint, "percent": percent })),
         ForwardError::NoChoice { time, joint } => plain
             .with_help("reduce the friction there, or smooth its law with `regularisation_velocity`")
@@ -137,7 +150,8 @@ fn simulation(error: &ForwardError, plain: Error) -> Error {
             .with_option("hold")
             .with_details(json!({ "time": time, "body": body })),
         ForwardError::Open { time, joint, gap } => plain
-            .with_help("keep the prescribed motion within reach and away from singular positions; a check finds these")
+            .with_help("keep the prescribed motion within reach and away from singular \
+                        positions, which `stiction check` finds")
             .with_details(json!({ "time": time, "joint": joint, "gap": gap })),
         ForwardError::Stiff { time, step, tolerance, .. } => plain
             .with_help("allow a larger tolerance, or use a smoother friction law")

@@ -111,7 +111,7 @@ fn bounded(from: impl Read, limit: u64) -> Result<String, String> {
         checked = bytes.len();
         if checked as u64 > limit {
             let size = limit as f64 / 1e9;
-            return Err(format!("it is longer than {size:.2} GB, the most that is read"));
+            return Err(format!("it is longer than the maximum of {size:.2} GB"));
         }
     }
     String::from_utf8(bytes)
@@ -199,7 +199,7 @@ mod tests {
     fn an_endless_text_is_refused_after_the_limit_and_one_byte() {
         let mut endless = Endless(b'x', 0);
         let why = bounded(&mut endless, 100_000_000).unwrap_err();
-        assert_eq!(why, "it is longer than 0.10 GB, the most that is read");
+        assert_eq!(why, "it is longer than the maximum of 0.10 GB");
         assert_eq!(endless.1, 100_000_001);
     }
 

@@ -197,16 +197,34 @@ impl Forward {
     }
 
     /// Sets the start: `motion` (position and rates of the motion), `rest` (its position, at rest), or
-    /// assignments such as `"A = 60 deg + 2 rad/s*t"`, whose values and rates at t = 0 count.
+    /// assignments such as `"A = 60 deg + 2 rad/s*t"`, whose values and rates at t = 0 count. A rate may be
+    /// given apart, with or without a value: `"A = 60 deg; d(B) = 2 rad/s"`.
     ///
     /// # Errors
     /// The assignments are defective.
     pub fn from(mut self, start: &str) -> Result<Self, Error> {
+        let (rates, values) = inputs::rates_apart(start);
         self.task.start = match start {
             "motion" => Start::Motion,
             "rest" => Start::AtRest,
-            text => Start::Given(self.robot.parse_state(text)?),
+            text if rates.is_empty() => Start::Given(self.robot.parse_state(text)?),
+            _ => Start::Known(Vec::new()),
         };
+        if !values.is_empty() && !rates.is_empty() {
+            let motion = self.robot.parse_state(&values)?;
+            let each = motion.coordinates.iter().zip(motion.at(motion.start));
+            let known = each.map(|(&(coordinate, _), target)| {
+                let (value, rate) = (Some(target.value), Some(target.rate));
+                Known { coordinate, value, rate }
+            });
+            self.task.start = Start::Known(known.collect());
+        }
+        for (name, rate) in rates {
+            // The product with the time has the coordinate's unit.
+            let motion = self.robot.parse_state(&format!("{name} = ({rate})*t"))?;
+            let target = motion.at(motion.start).next();
+            self.known(&name)?.rate = target.map(|target| target.rate);
+        }
         Ok(self)
     }
 

@@ -1,8 +1,8 @@
 //! Names of actuators, joints, bodies and friction interfaces, and look-ups by them.
 
 use crate::error::Error;
-use stiction_core::friction::interfaces_of;
 use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_format::did_you_mean;
 
 /// All names of a mechanism, each list in the order of the corresponding results.
 #[derive(Debug)]
@@ -36,12 +36,7 @@ impl Names {
                 let dofs = 0..joint.joint_type.dofs().len();
                 coordinates.extend(dofs.map(|dof| (joint.dof_name(dof), JointId(index), dof)));
             }
-            for friction in &joint.friction {
-                interfaces.push(match interfaces_of(joint.joint_type)[friction.place].0 {
-                    "" => joint.name.clone(),
-                    place => format!("{}.{place}", joint.name),
-                });
-            }
+            interfaces.extend(joint.interface_names());
         }
         let shafts = mechanism.shafts_with_friction();
         let shafts = shafts.into_iter().map(|(name, _)| format!("{name}.motor"));
@@ -108,32 +103,16 @@ fn find_interface(name: &str, interfaces: &[String]) -> Result<usize, Error> {
     find("friction interface", name, interfaces)
 }
 
-/// Maximum number of names in a message.
-const LISTED: usize = 12;
-
-/// Index of a name in a list, or an error that names the nearest one.
+/// Index of a name in a list, or an error that suggests the nearest ones.
 pub(crate) fn find<'a>(
     what: &str,
     name: &str,
     known: impl IntoIterator<Item = &'a String>,
 ) -> Result<usize, Error> {
     let known: Vec<&str> = known.into_iter().map(String::as_str).collect();
-    if let Some(index) = known.iter().position(|other| *other == name) {
-        return Ok(index);
-    }
-    let error = Error::input(format!("there is no {what} `{name}`"));
-    let nearest = known
-        .iter()
-        .map(|other| (strsim::damerau_levenshtein(other, name), other))
-        .min()
-        .filter(|(distance, other)| *distance <= 1 + other.len() / 3);
-    Err(match nearest {
-        Some((_, other)) => error.with_help(format!("did you mean `{other}`?")),
-        None if known.is_empty() => error.with_help(format!("the model has no {what}")),
-        None => {
-            let listed = known.iter().take(LISTED).copied().collect::<Vec<_>>().join(", ");
-            let more = if known.len() > LISTED { ", ..." } else { "" };
-            error.with_help(format!("known here: {listed}{more}"))
-        }
+    known.iter().position(|other| *other == name).ok_or_else(|| {
+        let help = did_you_mean(name, "known here", known)
+            .unwrap_or_else(|| format!("the model has no {what}"));
+        Error::input(format!("there is no {what} `{name}`")).with_help(help)
     })
 }

@@ -31,7 +31,7 @@ pub(crate) struct Sender<T> {
 impl<T> Sender<T> {
     /// Sends a sample; fails if the caller has dropped the stream.
     pub(crate) fn send(&self, sample: T) -> Result<(), SinkError> {
-        self.sender.send(sample).map_err(|_| "the caller takes no more samples".into())
+        self.sender.send(sample).map_err(|_| "the caller receives no more samples".into())
     }
 
     /// Tests if the caller has dropped the stream.
@@ -53,7 +53,7 @@ impl<T: Send + 'static, R: Send + 'static> Stream<T, R> {
             .spawn(move || compute(&sender))
             .map_err(|error| {
                 Error::no_answer(format!(
-                    "the system starts no thread for the computation: {error}"
+                    "the system cannot start a thread for the computation: {error}"
                 ))
                 .with_help("raise the limit on threads, or use `each` in place of `samples`")
             })?;

@@ -1,4 +1,4 @@
-//! `checkpoint.json`: what an earlier run left, perhaps damaged.
+//! `checkpoint.json`: the file that an interrupted run leaves, possibly damaged.
 
 use super::texts::{files, model_of};
 use serde_json::Value;
@@ -9,7 +9,7 @@ use stiction_run::forward::{
     Feed, Job, Mark, Recorder, Start, Summary, Tables, write_events, write_summary,
 };
 
-/// A block on a slope: it sticks and slides, and its motion is that of one number.
+/// A block on a slope with a single coordinate, which sticks and slides.
 const BLOCK: &str = r#"
 gravity = [4, 0, -9]
 [bodies.block]
@@ -39,7 +39,7 @@ fn job<'a>(model: &'a ModelFile, drives: &'a Drives, load: &'a LoadCase) -> Job<
     }
 }
 
-/// Goes on from a mark, and gives the mark of its last sample but one.
+/// Resumes from a checkpoint; returns the checkpoint of the last sample but one.
 fn go_on(mark: Option<&Mark>) -> Option<Value> {
     let model = model_of(BLOCK).expect("the block is fine");
     let given = Source::new("--drives", "A = 30 N*sin(20*t)");
@@ -75,12 +75,12 @@ fn go_on(mark: Option<&Mark>) -> Option<Value> {
     marks.len().checked_sub(2).map(|last_but_one| marks.swap_remove(last_but_one))
 }
 
-/// A mark as it is written: a seed.
+/// A valid checkpoint, as a seed.
 pub fn whole() -> String {
     format!("{:#}", go_on(None).expect("the block moves"))
 }
 
-/// The part `mark` of a checkpoint.
+/// The key `mark` of a checkpoint.
 pub fn checkpoint(text: &str) {
     let Ok(value) = serde_json::from_str::<Value>(text) else { return };
     let Some(mark) = Mark::from_json(&value) else { return };

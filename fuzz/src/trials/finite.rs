@@ -1,8 +1,8 @@
-//! Looks for numbers that are none in what the program gives out.
+//! Checks that outputs contain no NaN and no unexpected infinity.
 
 use serde_json::Value;
 
-/// Columns in which `inf` is an answer: see the book on outputs.
+/// Columns in which `inf` is a valid value, as documented in the book.
 fn may_be_infinite(column: &str) -> bool {
     let name = column.split(' ').next().unwrap_or_default();
     name.ends_with(".drive_low") || name.ends_with(".drive_high") || name == "coupling"
@@ -28,18 +28,18 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !c.is_alphabetic())
 }
 
-/// A text for people: it may say `inf` where the book says so, as an interval without a limit.
+/// Text for readers; it may contain `inf` where the book says so, such as an unbounded interval.
 pub(crate) fn text(name: &str, text: &str) {
     assert!(words(text).all(|word| !matches!(word, "NaN" | "nan")), "{name} holds NaN:\n{text}");
 }
 
-/// A picture, or what another program reads.
+/// A picture, or a file for other programs.
 pub(crate) fn picture(name: &str, text: &str) {
     let fine = words(text).all(|word| !matches!(word, "NaN" | "nan" | "inf"));
     assert!(fine, "{name} holds what is no number:\n{text}");
 }
 
-/// JSON: what is no number would be null.
+/// JSON, in which `null` stands for a number that is not finite.
 pub(crate) fn json(name: &str, value: &Value, may_be_null: &[&str]) {
     match value {
         Value::Array(list) => {

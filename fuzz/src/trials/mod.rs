@@ -1,17 +1,17 @@
-//! What must hold of any input, as functions that panic where it does not.
+//! Properties that hold for any input, as functions that panic if one is violated.
 //!
-//! The fuzz targets call them, and so does the test `findings` of `stiction-cli`, with every input that once
-//! did harm. They take text and nothing else, so that a finding is a small file that can be read.
+//! The fuzz targets call them, and so does the test `findings` of `stiction-cli`, with every
+//! earlier finding. They take text only, so that a finding is a small readable file.
 
 pub mod checkpoint;
 pub mod finite;
 pub mod runs;
 pub mod texts;
 
-/// What must hold of a text.
+/// Checks a property for a text.
 pub type Trial = fn(&str);
 
-/// All of them by the name of the target.
+/// All trials by the name of their fuzz target.
 pub const TRIALS: [(&str, Trial); 8] = [
     ("model", texts::model),
     ("unit", texts::unit),

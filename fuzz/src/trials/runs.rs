@@ -1,4 +1,4 @@
-//! Models that are carried out: whatever is accepted has an answer in numbers, or a reason why not.
+//! Models that are run: every accepted model gives finite results or an error.
 
 use super::finite;
 use super::texts::model_of;
@@ -10,12 +10,12 @@ use stiction_run::{Job, Sink, breakaway, check, forward, inverse};
 
 /// Samples of a run.
 const SAMPLES: f64 = 3.0;
-/// A motion that takes longer is stopped; where even that does not help is a finding.
+/// Time limit of a motion; a run that does not stop after it is a finding.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Longer than this a simulation is not carried on, s.
+/// Maximum duration of a simulation, s.
 const SPAN: f64 = 0.05;
 
-/// The motion and the load that the program would take.
+/// The motion and the load that the program uses by default.
 fn asked(model: &ModelFile) -> Option<(Motion, LoadCase)> {
     let motion = match &model.default_motion {
         Some(name) => model.motion(name)?,
@@ -28,7 +28,7 @@ fn asked(model: &ModelFile) -> Option<(Motion, LoadCase)> {
     Some((motion.clone(), load.cloned().unwrap_or_default()))
 }
 
-/// A model file, with all that the program does with one.
+/// Runs all commands on a model file.
 pub fn mechanism(text: &str) {
     let Some(model) = model_of(text) else { return };
     let Some((motion, load)) = asked(&model) else { return };
@@ -111,7 +111,7 @@ fn inverse(job: &Job<'_>) {
     }
 }
 
-/// What may be missing in the summary: what does not apply, or has no limit, and says so beside it.
+/// Keys of the summary that may be `null`: they do not apply or have no limit, as other keys state.
 const SUMMARY_EMPTY: &[&str] = &[
     "interpolation",
     "efficiency",

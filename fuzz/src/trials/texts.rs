@@ -1,11 +1,11 @@
-//! Texts that are read and not run: model files, units, expressions, recordings, options.
+//! Texts that are read but not run: model files, units, expressions, recordings, options.
 
 use std::sync::{Arc, OnceLock};
 use stiction_format::{
     Contents, Diagnostics, ModelFile, Motion, Signal, Source, Store, gallery, read,
 };
 
-/// Messages in all ways in which they are given out.
+/// Renders messages in all formats.
 fn render(diagnostics: &Diagnostics) {
     let plain = diagnostics.render(false);
     assert!(diagnostics.is_empty() || !plain.trim().is_empty(), "a message without words");
@@ -13,7 +13,7 @@ fn render(diagnostics: &Diagnostics) {
     let _ = diagnostics.to_json().to_string();
 }
 
-/// A value or, where it is refused, its messages in all ways.
+/// The value, or `None` after rendering the messages in all formats.
 fn accepted<T>(result: Result<T, Diagnostics>) -> Option<T> {
     match result {
         Ok(value) => Some(value),
@@ -25,19 +25,19 @@ fn accepted<T>(result: Result<T, Diagnostics>) -> Option<T> {
     }
 }
 
-/// Files that any text may name.
+/// Reader of files named in a text.
 pub(crate) fn files(_: &str) -> Result<Contents, String> {
     Ok("time [s], A, leg1.P\n0, 1, 0.6\n0.5, 1.1, 0.61\n1, 2, 0.62\n".into())
 }
 
-/// The model that a text describes, if it does; its warnings are rendered.
+/// The model that a text describes, if it is valid; renders its warnings.
 pub(crate) fn model_of(text: &str) -> Option<ModelFile> {
     let model = accepted(read(&Source::new("model.toml", text), &files))?;
     render(&model.warnings);
     Some(model)
 }
 
-/// A robot to which motions, loads and drives may belong; read once.
+/// A robot for motions, loads and efforts; read once.
 fn robot() -> &'static ModelFile {
     static ROBOT: OnceLock<ModelFile> = OnceLock::new();
     ROBOT.get_or_init(|| {
@@ -46,7 +46,7 @@ fn robot() -> &'static ModelFile {
     })
 }
 
-/// Has a value, or says why not.
+/// Checks that a signal has a finite value or a diagnostic.
 fn has_value(signal: &Signal, t: f64) {
     let target = signal.at(t);
     let finite =
@@ -81,7 +81,7 @@ pub fn model(text: &str) {
     }
 }
 
-/// A unit behind a number, where each of many dimensions is expected.
+/// A unit after a number, in places that expect different dimensions.
 pub fn unit(text: &str) {
     let quoted = text.replace(['\\', '"', '\n', '\r'], " ");
     model(&format!(
@@ -95,7 +95,7 @@ pub fn unit(text: &str) {
     options(&format!("platform.z = 1 {text}; platform.rx = 2 {text}; duration = 1 {text}"));
 }
 
-/// An expression: of a motion, of a load, and in a model file.
+/// An expression: in a motion, in a load, and in a model file.
 pub fn expression(text: &str) {
     let robot = robot();
     let motion = format!("platform.z = {text}; platform.rx = {text}; duration = 1");
@@ -116,7 +116,7 @@ pub fn expression(text: &str) {
     ));
 }
 
-/// A text that is read a few bytes at a time, as a file that is too long to be kept.
+/// A text that is read a few bytes at a time, like a long file.
 #[derive(Debug)]
 struct Stored(String);
 
@@ -129,8 +129,7 @@ impl Store for Stored {
     }
 }
 
-/// The same from a text that is there as a whole and from one that is read in pieces, if it is accepted; else the
-/// same messages.
+/// Checks that a text read as a whole and in pieces gives equal results or equal messages.
 fn in_pieces<T>(
     text: &str,
     parse: impl Fn(&dyn Fn(&str) -> Result<Contents, String>) -> Result<T, Diagnostics>,
@@ -156,7 +155,7 @@ fn in_pieces<T>(
     }
 }
 
-/// Courses of a text as a whole and in pieces have the same values to the last bit.
+/// Checks that signals read as a whole and in pieces have identical values.
 fn same_values<'a>(mut pairs: impl Iterator<Item = (&'a Signal, &'a Signal)>, t: f64) {
     let bits = |signal: &Signal| {
         let target = signal.at(t);
@@ -165,7 +164,7 @@ fn same_values<'a>(mut pairs: impl Iterator<Item = (&'a Signal, &'a Signal)>, t:
     assert!(pairs.all(|(whole, stored)| bits(whole) == bits(stored)), "other values at {t}");
 }
 
-/// Samples of a motion and of drives as CSV; as a whole and in pieces.
+/// CSV samples of a motion and of efforts, as a whole and in pieces.
 pub fn recording(text: &str) {
     let robot = robot();
     if let Some(motion) = accepted(robot.read_motion(&Source::new("motion.csv", text), &files)) {
@@ -194,7 +193,7 @@ pub fn recording(text: &str) {
     }
 }
 
-/// What stands behind `--motion`, `--from` and `--load`; and the same texts as TOML files.
+/// Values of `--motion`, `--from` and `--load`, and the same texts as TOML files.
 pub fn options(text: &str) {
     let robot = robot();
     let own = |_: &str| Ok(text.into());
@@ -214,7 +213,7 @@ pub fn options(text: &str) {
     }
 }
 
-/// What stands behind `--drives` and `--controller`; and the same texts as TOML files.
+/// Values of `--drives` and `--controller`, and the same texts as TOML files.
 pub fn drives(text: &str) {
     let robot = robot();
     let own = |_: &str| Ok(text.into());

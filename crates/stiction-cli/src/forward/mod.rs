@@ -4,6 +4,7 @@ mod journal;
 
 use crate::arguments::{Forward, Method as Asked, Switch};
 use crate::failure::Failure;
+use crate::fold::folded;
 use crate::inverse::listen_for_interrupt;
 use crate::outputs::{CHECKPOINT, Outputs};
 use crate::print;
@@ -15,7 +16,8 @@ use std::cell::{Cell, RefCell};
 use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use stiction::{Error, Method, Robot};
+use std::time::Instant;
+use stiction::{Error, ErrorKind, Method, Robot};
 use stiction_run::Sink;
 use stiction_run::forward::{
     Curves, Ending, Outcome, Recorder, Rows, Summary, Tables, write_events, write_summary,
@@ -84,6 +86,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     }
     let count = job.instants().map_err(Error::from)?.count();
     let interrupted = listen_for_interrupt();
+    let limit = Limit::new(options.time_limit)?;
     let mut outputs =
         options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     let mut journal = Journal::new(&job, options.checkpoint)?;
@@ -138,12 +141,15 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         &|| {
             // Called at every evaluation, because a single row may take long.
             progress.borrow_mut().update_samples("simulating", done.get(), count);
-            interrupted.load(Ordering::Relaxed)
+            interrupted.load(Ordering::Relaxed) || limit.is_passed()
         },
         kept.as_ref().map(|kept| &kept.mark),
     );
     progress.borrow_mut().clear();
-    let outcome = outcome.map_err(|error| Outputs::explain(outputs.as_ref(), error))?;
+    let outcome = outcome.map_err(|error| match error {
+        error if error.kind() == ErrorKind::Interrupted && limit.is_passed() => limit.failure(None),
+        error => Outputs::explain(outputs.as_ref(), error),
+    })?;
     let (summary, curves, tables) = recorder.sink;
 
     let json = summary.json(&job, &outcome);
@@ -153,7 +159,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         let mut text = String::new();
         // Writing to a string cannot fail.
         let _ = write_summary(&mut text, &job, &summary, &outcome);
-        print(&text)?;
+        print(&folded(&text))?;
     } else if !failed && !cut {
         print(&format!("{json:#}\n"))?;
     }
@@ -193,6 +199,9 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         note!("\nTables and plots: add -o DIR");
     }
     let lost = summary.energy_lost(&job.settings, &outcome.events);
+    if cut && limit.is_passed() {
+        return Err(limit.failure(Some((outcome.last, kept))));
+    }
     ended(outcome, kept)?;
     match lost {
         None => Ok(()),
@@ -200,8 +209,48 @@ fn execute(options: &Forward) -> Result<(), Failure> {
             "the energy balance does not close: its relative error is {part:.1e}, so these results are wrong by \
              more than their tolerance"
         ))
-        .help("give a smaller --tolerance or another --method; the column `error` of energy.csv shows when the energy is lost")
+        .help("give another --tolerance or --method; the column `error` of energy.csv shows when the energy is lost")
         .details(json!({ "energy_error_relative": part }))),
+    }
+}
+
+/// Limit of the wall-clock time of a run.
+struct Limit {
+    start: Instant,
+    seconds: Option<f64>,
+}
+
+impl Limit {
+    /// Starts the clock.
+    fn new(seconds: Option<f64>) -> Result<Self, Failure> {
+        match seconds {
+            Some(given) if given.is_nan() || given <= 0.0 => Err(Failure::input(format!(
+                "--time-limit is {given} s, but must be greater than 0"
+            ))),
+            _ => Ok(Self { start: Instant::now(), seconds }),
+        }
+    }
+
+    fn is_passed(&self) -> bool {
+        self.seconds.is_some_and(|limit| self.start.elapsed().as_secs_f64() > limit)
+    }
+
+    /// Failure of a run that ended at the limit after a row at some time, s, with its folder.
+    fn failure(&self, last: Option<(f64, Option<&Path>)>) -> Failure {
+        let limit = self.seconds.unwrap_or_default();
+        let (reached, resume) = match last {
+            None => ("its first row".to_owned(), ""),
+            Some((time, None)) => (format!("t = {time} s"), ""),
+            Some((time, Some(folder))) => (
+                format!("t = {time} s; the results up to then are in {}", folder.display()),
+                "the same command with --resume continues from there; ",
+            ),
+        };
+        Failure::no_answer(format!("the time limit of {limit} s ended the run at {reached}")).help(
+            format!(
+                "{resume}give a longer --time-limit, a larger --tolerance or --method time-stepping"
+            ),
+        )
     }
 }
 

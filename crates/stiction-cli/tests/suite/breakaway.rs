@@ -27,7 +27,7 @@ fn terminal_and_json_agree() {
     folder.write("slope.toml", &slope(0.2));
     let said = folder.stiction(&["breakaway", "slope.toml"]);
     let out = said.succeeds();
-    assert!(out.contains("not self-locking") && out.contains("2.887 times as great"), "{out}");
+    assert!(out.contains("not self-locking") && out.contains("2.887 times as large"), "{out}");
 }
 
 #[test]
@@ -39,5 +39,5 @@ fn infeasible_inputs_are_reported() {
         said.fails(2, &["the motion lasts from 0 s to 2 s", "--at"]);
     }
     folder.stiction(&["breakaway", "nothing"]).fails(2, &["no built-in model"]);
-    folder.stiction(&["breakaway", "zhang2018"]).fails(1, &["no finite driving force"]);
+    folder.stiction(&["breakaway", "zhang2018"]).fails(1, &["no finite actuator effort"]);
 }

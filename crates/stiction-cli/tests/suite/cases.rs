@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Runs that are known to fail, by case and index. A test that begins to pass must leave this list.
-const KNOWN_FAILURES: &[(&str, usize)] = &[("gap_sleeve_turning_and_sliding", 0)];
+const KNOWN_FAILURES: &[(&str, usize)] = &[];
 
 fn cases() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/cases");

@@ -44,7 +44,7 @@ fn impossible_folders_are_reported() {
 }
 
 #[test]
-fn files_stay_when_there_is_no_answer() {
+fn a_failed_run_keeps_existing_files() {
     let folder = Folder::new("check-kept");
     folder.write("check.html", "mine");
     let motion = "A = 60 deg + 100*t; duration = 1 s; step = 0 s";

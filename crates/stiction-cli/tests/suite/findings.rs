@@ -18,7 +18,7 @@ fn findings(target: &str) -> Vec<PathBuf> {
 }
 
 #[test]
-fn nothing_that_was_found_does_harm_again() {
+fn earlier_findings_stay_fixed() {
     let mut failed = Vec::new();
     let mut count = 0;
     for (target, trial) in crate::trials::TRIALS {
@@ -39,7 +39,7 @@ fn nothing_that_was_found_does_harm_again() {
 
 /// Self-test: an intact checkpoint is resumed.
 #[test]
-fn a_whole_mark_passes() {
+fn an_intact_checkpoint_is_resumed() {
     let text = crate::trials::checkpoint::whole();
     assert!(text.contains("\"simulation\""), "{text}");
     crate::trials::checkpoint::checkpoint(&text);

@@ -51,7 +51,7 @@ fn closed_outputs_do_not_panic() {
 }
 
 #[test]
-fn what_comes_to_nothing_leaves_nothing() {
+fn failed_runs_leave_no_files() {
     let folder = Folder::new("hostile-nothing");
     folder.stiction(&["inverse", "zhang2018", "-o", "new/deeper/deepest"]).fails(1, &["singular"]);
     assert_eq!(folder.files(), Vec::<String>::new());
@@ -65,7 +65,7 @@ fn what_comes_to_nothing_leaves_nothing() {
 
 /// An unwritable folder is reported before a long computation.
 #[test]
-fn a_study_looks_first_whether_it_can_write() {
+fn a_study_checks_its_folder_first() {
     let folder = Folder::new("hostile-study");
     std::fs::create_dir(folder.0.join("report.html")).unwrap();
     let said = folder.stiction(&["study", "zhang2018", "-o", "."]);

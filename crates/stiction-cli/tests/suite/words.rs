@@ -59,5 +59,5 @@ fn small_amounts_are_reported() {
     "#;
     folder.write("model.toml", model);
     let said = folder.stiction(&["inverse", "model.toml"]);
-    said.fails(1, &["a moment of 1.00000e-12 N m is missing there"]);
+    said.fails(1, &["a moment of 1.00000e-12 N m remains unbalanced"]);
 }

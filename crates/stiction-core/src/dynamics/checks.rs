@@ -11,7 +11,11 @@ use crate::statics::AppliedLoad;
 /// If a load is on a body that does not exist; `bodies` is the number of bodies, ground included.
 pub(super) fn not_finite_load(loads: &[AppliedLoad<f64>], bodies: usize) -> Option<usize> {
     loads.iter().position(|AppliedLoad { body, point, force, moment, .. }| {
-        assert!(body.0 < bodies, "a load on {body:?} of a mechanism of {bodies} bodies");
+        assert!(
+            body.0 < bodies,
+            "a load refers to {body:?}, but the mechanism has {bodies} \
+                                  bodies"
+        );
         let mut numbers = [point, force, moment].into_iter().flat_map(|v| v.to_array());
         !numbers.all(f64::is_finite)
     })

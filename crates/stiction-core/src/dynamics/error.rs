@@ -12,8 +12,9 @@ pub(crate) const NO_PART: f64 = 0.05;
 pub enum InverseError {
     /// No finite effort balances the load at this position.
     #[error(
-        "no finite driving force carries this load here: with all actuators locked, body `{body}` \
-         can still move ({motion}), and along that motion {} {unit} are asked for that nothing can give",
+        "no finite actuator effort balances this load here: with all actuators locked, body \
+         `{body}` can still move ({motion}), and {} {unit} of the load along that motion remain \
+         unbalanced",
         significant(*missing, 6)
     )]
     CannotCarry {
@@ -32,14 +33,15 @@ pub enum InverseError {
         "{}",
         if *percent < NO_PART {
             format!(
-                "with a small part of the given friction coefficients the driving forces grow without bound, first \
-                 through joint `{joint}`: the position is singular, or as good as, or the coefficients are immense"
+                "with a small fraction of the given friction coefficients the efforts already \
+                 grow without bound, first at joint `{joint}`: the position is singular or \
+                 nearly so, or the coefficients are far too large"
             )
         } else {
             format!(
-                "friction locks the mechanism (self-locking): at {percent:.1} % of the given friction \
-                 coefficients the driving forces grow without bound, first through joint `{joint}`; beyond, \
-                 no driving force keeps this motion going"
+                "friction locks the mechanism (self-locking): at {percent:.1} % of the given \
+                 friction coefficients the efforts grow without bound, first at joint `{joint}`; \
+                 with larger coefficients no effort maintains this motion"
             )
         }
     )]
@@ -71,15 +73,16 @@ pub enum InverseError {
         beyond: f64,
     },
     /// A load is NaN or infinite.
-    #[error("the load on body `{body}` is no finite number")]
+    #[error("the load on body `{body}` is not a finite number")]
     NotFinite {
         /// Name of the body.
         body: String,
     },
     /// The forces do not balance because of round-off.
     #[error(
-        "the forces cannot be computed here: rounding errors leave {} of the power unaccounted for; \
-         the position is too close to a singular one, or the model's numbers differ too much in size",
+        "the forces cannot be computed here: rounding errors leave {} of the power unaccounted \
+         for; the position is too close to a singular one, or the model's parameters differ too \
+         much in magnitude",
         percent_of(*.residual)
     )]
     Inaccurate {
@@ -88,10 +91,18 @@ pub enum InverseError {
     },
     /// Friction at a singular position requires forces that cannot be balanced.
     #[error(
-        "the position is singular: without friction this load is carried by chance, but friction asks \
-         there for loads that neither joints nor actuators can carry"
+        "the position is singular: without friction this load happens to be balanced, but \
+         friction requires forces that neither joints nor actuators can exert"
     )]
     Unsettled,
+    /// There is no compiled model at a position where some motion is resisted by no actuator and no
+    /// constraint.
+    #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
+    Singular,
+    /// There is no compiled model where constraints and actuators are both redundant, which
+    /// requires two weightings in sequence.
+    #[error("constraints and actuators are both redundant: no single weighting decides")]
+    TwoWeightings,
 }
 
 fn percent_of(part: f64) -> String {

@@ -32,7 +32,6 @@ pub use error::InverseError;
 pub(crate) use error::NO_PART;
 pub use forces::{Bounds, Forces, InterfaceForce};
 pub use model::Model;
-pub use plan::NotPlanned;
 pub use power::Power;
 pub use rest::{Breakaway, Holding, Rest, Verdict};
 pub use settings::{FrictionMode, Settings};

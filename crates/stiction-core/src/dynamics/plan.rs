@@ -1,6 +1,7 @@
 //! Choice of the weighting and the elimination order of the balance.
 
 use super::balance::Balance;
+use super::error::InverseError;
 use super::interfaces::{Coupling, Interfaces};
 use super::structure::{BalanceStructure, Weighting};
 use crate::kinematics::Bodies;
@@ -9,7 +10,6 @@ use crate::parameters::Parameters;
 use crate::topology::Topology;
 use nalgebra::DMatrix;
 use std::sync::Arc;
-use thiserror::Error;
 
 /// Balance of a mechanism, compiled for every scalar.
 #[derive(Clone, Debug)]
@@ -17,18 +17,6 @@ pub(crate) struct BalancePlan {
     pub(super) topology: Arc<Topology>,
     pub(super) structure: BalanceStructure,
     pub(super) program: StaticLu,
-}
-
-/// Reason why the balance has no static LU factorisation at a position. The dense fallback of
-/// [`InverseDynamics`](super::InverseDynamics) still applies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum NotPlanned {
-    /// Neither an actuator nor a constraint resists some motion.
-    #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
-    Singular,
-    /// Constraints and actuators are both redundant, which requires two weightings in sequence.
-    #[error("constraints and actuators are both redundant: no single weighting decides")]
-    TwoWeightings,
 }
 
 /// Singular values below this fraction of the largest count as zero. Matrices are scaled to entries
@@ -46,7 +34,7 @@ impl BalancePlan {
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
         spin_responses: &[Vec<f64>],
-    ) -> Result<Self, NotPlanned> {
+    ) -> Result<Self, InverseError> {
         let spin_bodies: Vec<Vec<usize>> = spin_responses
             .iter()
             .map(|response| accelerated_bodies(topology, parameters, bodies, response))
@@ -76,7 +64,7 @@ impl BalancePlan {
         let scales = Scales { rows: &rows, columns: &columns };
         let plan =
             Plan::new(structure.rows(), structure.size(), &structure.entries, &numbers, scales)
-                .map_err(|_| NotPlanned::Singular)?;
+                .map_err(|_| InverseError::Singular)?;
         Ok(sample.plan(structure, plan.compile()))
     }
 
@@ -190,14 +178,14 @@ fn weighting(
     sample: &Sample<'_>,
     structure: &BalanceStructure,
     matrix: &DMatrix<f64>,
-) -> Result<Weighting, NotPlanned> {
+) -> Result<Weighting, InverseError> {
     let &Sample { topology, parameters, .. } = sample;
     let (rows, columns) = scales(topology, parameters, structure, matrix);
     let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
         matrix[(i, j)] * rows[i] * columns[j]
     });
     if scaled.ncols() < scaled.nrows() {
-        return Err(NotPlanned::Singular);
+        return Err(InverseError::Singular);
     }
     if scaled.nrows() == 0 && scaled.ncols() == 0 {
         return Ok(Weighting::Determined);
@@ -206,7 +194,7 @@ fn weighting(
     let null = svd.null_space(svd.rank(NEGLIGIBLE));
     let redundant = scaled.ncols() - scaled.nrows();
     if null.len() > redundant {
-        return Err(NotPlanned::Singular);
+        return Err(InverseError::Singular);
     }
     if redundant == 0 {
         return Ok(Weighting::Determined);
@@ -217,7 +205,7 @@ fn weighting(
         0 if parameters.compliance.is_some() => Ok(Weighting::LeastEnergy),
         0 => Ok(Weighting::LeastReactions),
         rank if rank == redundant => Ok(Weighting::LeastEfforts),
-        _ => Err(NotPlanned::TwoWeightings),
+        _ => Err(InverseError::TwoWeightings),
     }
 }
 

@@ -27,7 +27,7 @@ pub enum ForwardError {
     #[error(
         "at t = {time} s the rigid model with this friction has no acceleration: {at} \
          the normal loads grow without bound, first in joint `{joint}` ({kind}",
-        at = if *percent < NO_PART { "with a small part of the given coefficients".to_owned() }
+        at = if *percent < NO_PART { "with a small fraction of the given coefficients".to_owned() }
             else { format!("at {percent:.1} % of the given coefficients") },
         kind = if *percent < NO_PART { "the position is nearly singular, or the coefficients are too large); \
             start at another position, lock loose joints, or check the coefficients" }
@@ -65,8 +65,8 @@ pub enum ForwardError {
     },
     /// A body can move without inertia.
     #[error(
-        "at t = {time} s body `{body}` can move without any inertia, so its acceleration is not defined; \
-         give it mass and moments of inertia, or hold that motion"
+        "at t = {time} s body `{body}` can move without any inertia, so its acceleration is not \
+         defined; give it mass and moments of inertia, or lock that motion"
     )]
     Massless {
         /// Time, s.

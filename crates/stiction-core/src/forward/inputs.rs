@@ -110,6 +110,18 @@ pub trait Inputs {
         f64::INFINITY
     }
 
+    /// Time, s, up to which the inputs are known; steps end there. By default they are known
+    /// beyond the end of every simulation.
+    fn known_until(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// A step begins at this time, s. Inputs whose evaluation depends on earlier ones start from
+    /// their state of this moment until the next step begins.
+    fn begin_step(&mut self, time: f64) {
+        let _ = time;
+    }
+
     /// Updates sampled inputs; called once at the start and at each [`Self::next_change`].
     fn change(&mut self, view: &View<'_>) {
         let _ = view;

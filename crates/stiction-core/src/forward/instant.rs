@@ -203,7 +203,7 @@ impl Forward {
             }
             let limit = interface.law_towards(friction[0]).at_rest() * load;
             let (mut velocity, mode) = (data.velocities[index], modes[index]);
-            if mode == InterfaceMode::Sticks && self.leaders(index).is_none() {
+            if mode == InterfaceMode::Sticks && !self.is_led(index) {
                 // Remaining rates due to other sticking interfaces are round-off.
                 velocity = [0.0; 3];
             }

@@ -4,6 +4,9 @@
 
 use super::dop853::{ALL_STAGES, ERROR_5, INTERPOLATION, LOWER_3, NODES, STAGES, WEIGHTS};
 
+/// Nodes of all stages after the first, those of the dense output included, as parts of the step.
+pub(super) const NODES_OF_OUTPUT: &[f64] = NODES.split_at(1).1;
+
 /// Stages of the last attempted step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Steps {
@@ -12,7 +15,7 @@ pub(super) struct Steps {
     /// State of the last stage.
     last: Vec<f64>,
     pub(super) end: Vec<f64>,
-    step: f64,
+    pub(super) step: f64,
     /// Coefficients of the interpolation, if prepared.
     curve: Vec<Vec<f64>>,
     has_curve: bool,

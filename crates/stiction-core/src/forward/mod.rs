@@ -48,7 +48,7 @@ pub use simulation::Energies;
 #[doc(hidden)]
 pub use simulation::RateJump;
 
-use crate::kinematics::{Assembly, Coordinate, State, Target, column_scales};
+use crate::kinematics::{Assembly, AssemblyReport, Coordinate, State, Target, column_scales};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
@@ -159,6 +159,20 @@ impl Forward {
         coordinates: &[Coordinate],
         targets: &[Target<f64>],
     ) -> Result<State<f64>, ForwardError> {
+        self.assemble_with_report(initial_poses, coordinates, targets).map(|(state, _)| state)
+    }
+
+    /// As [`Self::assemble`], with the comparison of the configuration with the given one.
+    ///
+    /// # Errors
+    /// See [`crate::kinematics::AssemblyError`].
+    #[doc(hidden)]
+    pub fn assemble_with_report(
+        &self,
+        initial_poses: &[(BodyId, Pose<f64>)],
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+    ) -> Result<(State<f64>, AssemblyReport), ForwardError> {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let assembly = Assembly::new(
             &self.mechanism,
@@ -168,6 +182,6 @@ impl Forward {
             coordinates,
             targets,
         )?;
-        Ok(assembly.state().clone())
+        Ok((assembly.state().clone(), assembly.report().clone()))
     }
 }

@@ -30,7 +30,17 @@ impl JointFriction {
     pub fn round(radius: f64, law: Law) -> Self {
         Self { radius: Some(radius), ..Self::guide(law) }
     }
+
+    /// Friction of a cylindrical joint's sleeve of radius `radius` (m), one surface that turns and
+    /// slides, with its lateral force as normal load. It excludes friction at the joint's separate
+    /// pin (place 0) and guide (place 1).
+    pub fn sleeve(radius: f64, law: Law) -> Self {
+        Self { place: SLEEVE, ..Self::round(radius, law) }
+    }
 }
+
+/// Place of the sleeve among the friction interfaces of a cylindrical joint.
+const SLEEVE: usize = 2;
 
 /// The geometry of a friction interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +61,8 @@ pub enum InterfaceShape {
     },
     /// A thread about the z axis of J, which slides along its helix.
     Thread,
+    /// A sleeve about the z axis of J: degree of freedom 0 is the rotation, 1 the translation.
+    Sleeve,
     /// A ball: degrees of freedom 0, 1, 2 are the angular velocity in K.
     Ball,
     /// The shaft of a motor, whose friction does not depend on the joint's reaction. No joint type has it;
@@ -71,6 +83,7 @@ impl InterfaceShape {
         match self {
             Self::Pin { dof, .. } | Self::Guide { dof } | Self::Shaft { dof } => dof..dof + 1,
             Self::Thread => 0..1,
+            Self::Sleeve => 0..2,
             Self::Ball | Self::Plate => 0..3,
         }
     }
@@ -82,7 +95,7 @@ impl InterfaceShape {
 
     /// Returns `true` if the surfaces slide along one line, forward or backward.
     pub const fn has_one_dof(self) -> bool {
-        !matches!(self, Self::Ball | Self::Plate)
+        !matches!(self, Self::Ball | Self::Plate | Self::Sleeve)
     }
 }
 
@@ -90,13 +103,18 @@ const PIN_Z: InterfaceShape =
     InterfaceShape::Pin { dof: 0, axis: 2, carrier: Carrier::Predecessor };
 
 /// Friction interfaces of a joint type, each with its name (empty for a single interface). Fixed
-/// and free joints have no interfaces.
+/// and free joints have no interfaces. A cylindrical joint has either its sleeve or its pin and
+/// guide.
 pub const fn interfaces_of(joint_type: JointType) -> &'static [(&'static str, InterfaceShape)] {
     match joint_type {
         JointType::Revolute => &[("", PIN_Z)],
         JointType::Prismatic => &[("", InterfaceShape::Guide { dof: 0 })],
         JointType::Helical => &[("", InterfaceShape::Thread)],
-        JointType::Cylindrical => &[("angle", PIN_Z), ("slide", InterfaceShape::Guide { dof: 1 })],
+        JointType::Cylindrical => &[
+            ("angle", PIN_Z),
+            ("slide", InterfaceShape::Guide { dof: 1 }),
+            ("", InterfaceShape::Sleeve),
+        ],
         JointType::Universal => &[
             ("first", PIN_Z),
             ("second", InterfaceShape::Pin { dof: 1, axis: 0, carrier: Carrier::Successor }),

@@ -287,7 +287,7 @@ mod tests {
         /// Eight lanes give the same digits as eight numbers, dual numbers give the derivative, and
         /// every law dissipates power.
         #[test]
-        fn every_scalar_says_the_same(speeds in prop::array::uniform8(0.0..0.5_f64)) {
+        fn all_scalars_agree(speeds in prop::array::uniform8(0.0..0.5_f64)) {
             for law in laws() {
                 let lanes = law.lift::<Lanes<f64, 8>>().sliding(Lanes(speeds));
                 let duals = law.lift::<Dual<f64, 1>>();

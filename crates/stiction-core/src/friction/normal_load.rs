@@ -9,11 +9,11 @@ use crate::spatial::{Twist, Vec3, Wrench};
 ///
 /// The normal load has these parts:
 ///
-/// | part | pin (R, C, U) | guide (P, C) | thread (H) | ball (S) | plate (E) |
+/// | part | pin (R, C, U), sleeve (C) | guide (P, C) | thread (H) | ball (S) | plate (E) |
 /// | --- | --- | --- | --- | --- | --- |
 /// | always | radial force | lateral force | radial force, normal force of the flanks | resultant force | normal force |
 /// | `bending_span` | 2 x bending moment / span | the same | the same | - | 2 x tilting moment / span |
-/// | `axial_ratio` | axial force x ratio (collar radius / pin radius) | - | - | - | - |
+/// | `axial_ratio` | axial force x ratio (collar radius / pin radius), not of a sleeve | - | - | - | - |
 /// | `torsion_arm` | - | torsional moment / arm | - | - | - |
 /// | `preload` | added | added | added | added | added |
 ///

@@ -162,7 +162,7 @@ mod tests {
 
     /// Friction that jams the thread while it raises the load gives an infinite normal load.
     #[test]
-    fn friction_that_outgrows_its_load_has_no_bound() {
+    fn a_jammed_thread_has_an_infinite_load() {
         let thread = Thread { radius: 0.01, pitch: 0.02 };
         let own = OwnFriction { coefficient: 0.5, constant: 0.0, direction: 1.0 };
         let force = Vec3::unit(2) * 10.0;

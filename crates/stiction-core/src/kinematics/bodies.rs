@@ -39,7 +39,8 @@ impl<T: Clone> Clone for State<T> {
 }
 
 impl State<f64> {
-    /// Round-off of the largest coordinate: joints with many turns, and lengths far from zero.
+    /// Rounding error of the largest coordinate; it grows with the turns of joints and with
+    /// lengths.
     pub(crate) fn round_off(&self) -> f64 {
         let largest = self.coordinates.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
         8.0 * f64::EPSILON * largest

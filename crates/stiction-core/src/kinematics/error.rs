@@ -12,7 +12,7 @@ pub enum AssemblyError {
     Gap(Gap),
     /// The prescribed coordinates leave degrees of freedom open.
     #[error(
-        "the motion leaves {} open: {}; prescribe {} more",
+        "the prescribed coordinates leave {} undetermined: {}; prescribe {} more",
         degrees(open.len()),
         list(open),
         count(open.len(), "coordinate")
@@ -24,8 +24,8 @@ pub enum AssemblyError {
     /// At an intermediate position the prescribed coordinates leave motions open that they
     /// determine elsewhere: a singular position, where branches of motion may meet.
     #[error(
-        "what is prescribed does not determine the motion at this position: {} (a singular position; \
-         prescribe other coordinates, or avoid it)",
+        "the prescribed coordinates do not determine the motion at this position: {} (a singular \
+         position; prescribe other coordinates, or avoid this position)",
         list(open)
     )]
     Undetermined {
@@ -34,9 +34,9 @@ pub enum AssemblyError {
     },
     /// The prescribed second angle is at a value where the other two angles are undefined.
     #[error(
-        "the second rotation angle of body `{body}` is prescribed as {degrees:.3} deg, at or beyond \
-         the limit of its range ({range}) where the other two are not defined; prescribe another \
-         order of axes"
+        "the second rotation angle of body `{body}` is prescribed as {degrees:.3} deg, at or \
+         beyond the limit of its range ({range}) where the other two are not defined; choose \
+         another order of axes"
     )]
     AngleRange {
         /// The body.
@@ -48,7 +48,8 @@ pub enum AssemblyError {
     },
     /// A prescribed value, rate or acceleration is NaN or too large for the computation.
     #[error(
-        "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that is not a number up to 1e30"
+        "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that \
+         is not finite or exceeds 1e30 in magnitude"
     )]
     NotFinite {
         /// Index among the prescribed coordinates.
@@ -64,11 +65,11 @@ pub enum AssemblyError {
     },
     /// The loops close, but the prescribed rates or accelerations violate them.
     #[error(
-        "the loops close at this position, but it cannot be passed with the prescribed {order}: {} by \
-         {by:.3e} {unit}; the mechanism does not move that way here",
+        "the loops close at this position, but the prescribed {order} violate a constraint: {} \
+         by {by:.3e} {unit}; prescribe {order} that the constraints permit here",
         match joint {
             Some(joint) => format!("joint `{joint}` would open"),
-            None => "one of the prescribed coordinates would be missed".to_owned(),
+            None => "one of the prescribed coordinates is missed".to_owned(),
         }
     )]
     Contradiction {
@@ -137,8 +138,8 @@ impl core::fmt::Display for Gap {
             }
             (Some(joint), missed, open) => write!(
                 f,
-                "the prescribed position is out of reach: the nearest compromise misses it by {missed} and leaves \
-                 joint `{joint}` open by {open}"
+                "the prescribed position is out of reach: the best compromise misses it by \
+                 {missed} and leaves joint `{joint}` open by {open}"
             )?,
             (None, missed, _) => write!(
                 f,

@@ -24,6 +24,13 @@ const TIGHTEN: f64 = 5.0;
 /// assembly modes.
 const STRIDE: f64 = 0.25;
 
+/// Number of steps after which steps follow the curvature of the errors, and the largest ratio of
+/// this part to the step.
+const SLOW: usize = 20;
+const BEND: f64 = 0.375;
+/// Fraction of a step for the finite difference of its curvature.
+const PROBE: f64 = 0.1;
+
 /// Position equations of a mechanism, restricted to some rows and some degrees of freedom.
 pub(super) struct PositionEquations<'a> {
     topology: &'a Topology,
@@ -121,6 +128,22 @@ impl<'a> PositionEquations<'a> {
         rates
     }
 
+    /// Half the second derivative of the errors along a step, by a finite difference. Steps
+    /// corrected by it follow curved valleys of the error (geodesic acceleration, Transtrum and
+    /// Sethna 2012), as near singular positions.
+    fn half_acceleration(
+        &self,
+        kinematics: &mut Kinematics<f64>,
+        state: &State<f64>,
+        (jacobian, errors): (&DMatrix<f64>, &DVector<f64>),
+        step: &DVector<f64>,
+    ) -> DVector<f64> {
+        let mut probe = state.clone();
+        probe.advance(self.topology, &self.unscaled(&(step * PROBE)));
+        let slope = (self.errors(kinematics, &probe) - errors) / PROBE;
+        (slope - jacobian * step) / PROBE
+    }
+
     /// Moves `state` until all scaled errors are below `close`, at most `most` steps, or until the
     /// errors stop decreasing.
     pub(super) fn solve(
@@ -135,7 +158,7 @@ impl<'a> PositionEquations<'a> {
         let mut sizes = Vec::with_capacity(2);
         let mut moved = vec![0.0; self.topology.dofs()];
         let mut is_undefined = false;
-        for _ in 0..most {
+        for count in 0..most {
             if errors.is_empty() || self.columns.is_empty() || errors.amax() < close {
                 break;
             }
@@ -150,6 +173,17 @@ impl<'a> PositionEquations<'a> {
                     damping *= 10.0;
                     continue;
                 };
+                if count >= SLOW {
+                    let half =
+                        self.half_acceleration(kinematics, state, (&jacobian, &errors), &step);
+                    match damped_step(&jacobian, &half, damping) {
+                        Some(bend) if bend.norm() <= BEND * step.norm() => step += bend,
+                        _ => {
+                            damping *= TIGHTEN;
+                            continue;
+                        }
+                    }
+                }
                 let longest = step.amax();
                 if longest > STRIDE {
                     step *= STRIDE / longest;

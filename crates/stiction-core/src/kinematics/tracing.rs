@@ -4,6 +4,7 @@
 
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};
+use super::finite_motion::{Path, farthest};
 use super::least_squares::damped_step;
 use super::motion_constraints::MotionConstraints;
 use super::system::{Kinematics, column_scales};
@@ -28,13 +29,18 @@ const CORRECTIONS: usize = 400;
 /// 0` and `x y = 0` long steps lead straight to the origin, although y is free; short ones lead to
 /// the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
-/// Error below which the ratio no longer matters: blocked motions are then within about 1e-3, much
-/// less than free ones.
+/// Error below which the ratio is not checked. Blocked motions have then decreased to about 1e-3,
+/// far below free ones.
 const NEAR: f64 = 1e-6;
 /// Threshold of the displacement that remains of a unit step after closing the loops. A remaining
 /// displacement above it is motion; below it are the curvature of a motion (about 0.04) and the
 /// remainder of a blocked motion (at most 0.14, see [`STEP`]).
 const MOVES: f64 = 0.2;
+
+/// Smallest length of a path, rad and characteristic lengths, that counts as a finite motion, and
+/// the number of directions followed at most.
+const FINITE: f64 = 0.2;
+const DIRECTIONS: usize = 4;
 
 /// The loop equations of a mechanism, and optionally prescribed coordinates.
 pub(super) struct Loops<'a> {
@@ -59,6 +65,8 @@ pub(crate) struct LoopsAt<'a> {
     negligible: f64,
     /// Motions that are open to first order, scaled.
     open: Vec<DVector<f64>>,
+    /// Displacement along the traced branch with the greatest mobility, scaled.
+    traced: Option<DVector<f64>>,
 }
 
 impl<'a> LoopsAt<'a> {
@@ -75,7 +83,7 @@ impl<'a> LoopsAt<'a> {
         // are round-off.
         let rank = svd.rank_of_order_one(negligible);
         let open = svd.null_space(rank);
-        Self { loops, state, svd, rank, negligible, open }
+        Self { loops, state, svd, rank, negligible, open, traced: None }
     }
 
     /// The singular values, largest first, of the loops' equations and those of `coordinates`
@@ -109,11 +117,12 @@ impl<'a> LoopsAt<'a> {
         // step away first. Branches may differ in mobility; identify each by the farthest step.
         let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..2 * open.len() + 6 {
-            let Some((reached, moved)) = loops.step(state, &(random.within(open) * AWAY)) else {
+            let Some((reached, displacement)) = loops.step(state, &(random.within(open) * AWAY))
+            else {
                 continue;
             };
             // A step that returns belongs to no branch.
-            let moved = moved.norm() / AWAY;
+            let moved = displacement.norm() / AWAY;
             if moved <= 0.5 * MOVES {
                 continue;
             }
@@ -123,11 +132,45 @@ impl<'a> LoopsAt<'a> {
             let open = svd.null_space(svd.rank_of_order_one(self.negligible.max(1e-6)));
             match branches.iter_mut().find(|known| known.open.len() == open.len()) {
                 Some(known) if known.moved >= moved => {}
-                Some(known) => *known = Branch { moved, reached, open },
-                None => branches.push(Branch { moved, reached, open }),
+                Some(known) => *known = Branch { moved, displacement, reached, open },
+                None => branches.push(Branch { moved, displacement, reached, open }),
             }
         }
-        branches.iter().map(|branch| loops.motions_at(branch, &mut random)).max().unwrap_or(0)
+        let mut count = 0;
+        for branch in branches {
+            let motions = loops.motions_at(&branch, &mut random);
+            if motions > count {
+                (count, self.traced) = (motions, Some(branch.displacement));
+            }
+        }
+        count
+    }
+
+    /// Follows a motion over a finite distance, along a branch that [`Self::finite_mobility`]
+    /// traced or else in a direction that is open to second order: the body that moves farthest,
+    /// its displacement, m and rad, and the largest error of the loops on the way. `None` if the
+    /// loop equations are independent, or without such a motion.
+    pub(crate) fn finite_motion(&mut self) -> Option<(usize, f64, f64, f64)> {
+        if self.open.is_empty() || self.rank == self.loops.topology.constraints {
+            return None;
+        }
+        let mut directions: Vec<DVector<f64>> = self.traced.clone().into_iter().collect();
+        directions.extend(self.open_to_second().into_iter().take(DIRECTIONS));
+        let Self { loops, state, .. } = self;
+        let mut best: Option<Path> = None;
+        for direction in directions {
+            let path = loops.follow(state, &direction);
+            if path.length > FINITE && best.as_ref().is_none_or(|best| path.length > best.length) {
+                best = Some(path);
+            }
+        }
+        let path = best?;
+        loops.errors(&path.state);
+        let reached = loops.kinematics.bodies.clone();
+        loops.errors(state);
+        let (body, moved, turned) =
+            farthest(&loops.kinematics.bodies, &reached, loops.parameters.length)?;
+        Some((body, moved, turned, path.closure))
     }
 
     /// Motions open to first order, as rates of the tree. Some are blocked at second order: the
@@ -232,6 +275,8 @@ pub(crate) struct BlockedMotion {
 struct Branch {
     /// Fraction of the step that remains after closing the loops.
     moved: f64,
+    /// Displacement from the initial position, scaled.
+    displacement: DVector<f64>,
     reached: State<f64>,
     /// Instantaneous motions there, scaled.
     open: Vec<DVector<f64>>,
@@ -362,7 +407,7 @@ impl<'a> Loops<'a> {
         None
     }
 
-    fn advance(&self, state: &mut State<f64>, step: &DVector<f64>) {
+    pub(super) fn advance(&self, state: &mut State<f64>, step: &DVector<f64>) {
         let step: Vec<f64> = step.iter().zip(&self.columns).map(|(s, c)| s * c).collect();
         state.advance(self.topology, &step);
     }

@@ -259,7 +259,7 @@ mod tests {
 
     /// A hub with chains around it; compared with a dense decomposition.
     #[test]
-    fn solves_what_a_dense_decomposition_solves() {
+    fn agrees_with_a_dense_decomposition() {
         let mut random = Random::new(3);
         let pairs = [(0, 1), (1, 2), (0, 3), (3, 4), (0, 5), (5, 6), (4, 6), (2, 7)];
         let count = 8;
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_definite_is_refused() {
+    fn indefinite_matrices_are_refused() {
         let mut sparse = BlockCholesky::new(2, [(0, 1)].into_iter());
         assert!(!sparse.factor());
     }

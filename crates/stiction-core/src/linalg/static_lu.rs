@@ -220,7 +220,7 @@ mod tests {
     proptest! {
         /// Sparse square systems against dense LU, with other numbers than those of the plan.
         #[test]
-        fn solves_what_dense_elimination_solves(
+        fn agrees_with_dense_elimination(
             size in 1..12usize,
             seeds in prop::collection::vec((0..12usize, 0..12usize, -1.0..1.0f64, -0.1..0.1f64), 0..60),
         ) {

@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cancels_is_not_lost() {
+    fn cancelling_terms_keep_their_digits() {
         // (1 + e)(1 - e) - 1 = -e^2 exactly; plain arithmetic gives zero.
         let e = 2.0_f64.powi(-30);
         let mut sum = Twofold::default();

@@ -59,7 +59,7 @@ impl core::error::Error for Defects {}
 #[non_exhaustive]
 pub enum Defect {
     /// No body besides the ground.
-    #[error("the mechanism has no body that could move")]
+    #[error("the mechanism has no moving body")]
     NoBodies,
     /// Two bodies, joints, springs or actuators of one name.
     #[error("there are two {what} named `{name}`")]
@@ -71,8 +71,8 @@ pub enum Defect {
     },
     /// A joint with the name of another joint's degree of freedom.
     #[error(
-        "joint `{joint}` has the name of a degree of freedom of joint `{other}`: rename it, columns of results would \
-         coincide"
+        "joint `{joint}` has the name of a degree of freedom of joint `{other}`: rename it, \
+         because their columns in results would coincide"
     )]
     NameOfFreedom {
         /// The joint.
@@ -87,7 +87,7 @@ pub enum Defect {
         name: String,
     },
     /// A body named like the ground.
-    #[error("a body cannot be named `{}`: that is the body that does not move", super::GROUND_NAME)]
+    #[error("a body cannot be named `{}`: this is the name of the fixed body", super::GROUND_NAME)]
     GroundTaken,
     /// A joint refers to a body that does not exist.
     #[error("joint `{joint}` connects body `{body}`, which does not exist")]
@@ -121,7 +121,7 @@ pub enum Defect {
         place: String,
     },
     /// A negative mass.
-    #[error("body `{body}` has the mass {mass} kg; a mass is at least 0")]
+    #[error("body `{body}` has a mass of {mass} kg, but a mass must be at least 0")]
     NegativeMass {
         /// The body.
         body: String,
@@ -281,8 +281,8 @@ pub enum Defect {
     /// A characteristic length far from the mechanism's size, for which round-off would decide
     /// ranks.
     #[error(
-        "the characteristic length is {length:e} m, but where joints and centres of mass are some {own:.1e} m apart it \
-         must be between {least:.1e} and {most:.1e} m"
+        "the characteristic length is {length:e} m, but must be between {least:.1e} and \
+         {most:.1e} m, because joints and centres of mass are some {own:.1e} m apart"
     )]
     CharacteristicLengthFar {
         /// The declared value, m.

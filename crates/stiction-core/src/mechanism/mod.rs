@@ -20,7 +20,7 @@ pub use drive_train::{
 pub use spring::{Spring, SpringSpec};
 pub use warning::Warning;
 
-use crate::friction::JointFriction;
+use crate::friction::{JointFriction, interfaces_of};
 use crate::joint::JointType;
 use crate::spatial::{Mat3, Pose, Vec3};
 
@@ -124,6 +124,16 @@ impl Joint {
             1 => self.name.clone(),
             _ => self.dof_name(dof),
         }
+    }
+
+    /// Names of the friction interfaces: that of the joint, followed by that of the interface if the
+    /// joint type has several.
+    pub fn interface_names(&self) -> impl Iterator<Item = String> + '_ {
+        let places = interfaces_of(self.joint_type);
+        self.friction.iter().map(|friction| match places[friction.place].0 {
+            "" => self.name.clone(),
+            place => format!("{}.{place}", self.name),
+        })
     }
 }
 

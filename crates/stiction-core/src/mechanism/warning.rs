@@ -69,10 +69,10 @@ pub enum Warning {
         body: String,
     },
     /// No body has mass.
-    #[error("no body has a mass: only loads and friction will ask for driving forces")]
+    #[error("no body has mass: only loads and friction require actuator efforts")]
     NoMass,
     /// No joint is actuated.
-    #[error("no joint is actuated: there are no driving forces to compute")]
+    #[error("no joint is actuated: there are no actuator efforts to compute")]
     NoActuator,
 }
 

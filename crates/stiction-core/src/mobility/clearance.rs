@@ -48,7 +48,7 @@ pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
     let blocked = loops.blocked_motions();
     let twists = blocked.iter().map(|m| body_twists(topology, solver.bodies(), &m.rates));
-    twists.map(|twists| statics.told(&of_bodies(&statics, &twists))).collect()
+    twists.map(|twists| statics.described(&of_bodies(&statics, &twists))).collect()
 }
 
 /// Motions permitted by clearance at the solver's position.
@@ -106,7 +106,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
                 return None;
             }
             let twists = body_twists(topology, solver.bodies(), &motion.rates);
-            let described = statics.told(&of_bodies(&statics, &twists));
+            let described = statics.described(&of_bodies(&statics, &twists));
             let size = size_of(&statics, &twists, &described);
             Some(Play {
                 joint: strongest.joint,

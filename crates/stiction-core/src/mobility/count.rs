@@ -5,7 +5,7 @@
 use super::clearance::{Play, play};
 use super::words::describe_dofs;
 use crate::dynamics::InverseDynamics;
-use crate::kinematics::{LoopsAt, body_twists};
+use crate::kinematics::{FiniteMotion, LoopsAt, body_twists};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::spatial::{Twist, Vec3};
 
@@ -28,6 +28,9 @@ pub struct Mobility {
     pub instantaneous: usize,
     /// Finite (full-cycle) mobility from this position.
     pub finite: FiniteMobility,
+    /// A motion followed over a finite distance within closure tolerance, if some constraints are
+    /// redundant; independent constraints need no such evidence.
+    pub finite_motion: Option<FiniteMotion>,
     /// True if branches of motion meet at this position. The mobility along a branch may then
     /// differ from the second-order result.
     pub branches_meet: bool,
@@ -105,6 +108,10 @@ impl Mobility {
         let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
         let traced = loops.finite_mobility();
         let bodies = body_dofs(solver, &mut loops, traced);
+        let names = solver.mechanism().bodies();
+        let finite_motion = loops.finite_motion().map(|(body, moved, turned, closure)| {
+            FiniteMotion { body: names[body].name.clone(), moved, turned, closure }
+        });
         let blocked = loops.blocked_motions().len();
         let is_explained = traced + blocked == loops.singular_values().len() - loops.rank;
         let play = if is_explained { play(solver, &mut loops) } else { Vec::new() };
@@ -126,6 +133,7 @@ impl Mobility {
             gruebler,
             instantaneous,
             finite: FiniteMobility { traced, greatest },
+            finite_motion,
             branches_meet: traced + blocked > instantaneous,
             redundant_constraints: (instantaneous as i64 - gruebler).max(0) as usize,
             gap,

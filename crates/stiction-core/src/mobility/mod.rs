@@ -5,6 +5,7 @@ mod clearance;
 mod count;
 mod words;
 
+pub use crate::kinematics::FiniteMotion;
 pub use architecture::Architecture;
 pub use count::{FiniteMobility, Mobility};
 

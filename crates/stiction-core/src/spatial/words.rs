@@ -23,7 +23,7 @@ pub(crate) fn describe_motion(twist: Twist<f64>, length: f64) -> String {
     let place =
         format!("about {} through {}", describe_direction(axis), describe_point(point, length));
     if pitch.abs() > 1e-9 * length {
-        format!("screw {place}, {} mm for each turn", round(pitch * core::f64::consts::TAU * 1e3))
+        format!("screw {place}, pitch {} mm/rev", round(pitch * core::f64::consts::TAU * 1e3))
     } else {
         format!("rotation {place}")
     }
@@ -69,7 +69,7 @@ mod tests {
         let screw = Twist::rotation(y, Vec3::zero()) + Twist::translation(y * 0.001);
         assert_eq!(
             describe_motion(screw, 0.3),
-            "screw about y through (0, 0, 0) m, 6.283 mm for each turn"
+            "screw about y through (0, 0, 0) m, pitch 6.283 mm/rev"
         );
         assert_eq!(describe_motion(Twist::zero(), 0.3), "no motion");
     }

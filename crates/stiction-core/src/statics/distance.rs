@@ -34,7 +34,7 @@ impl Distances {
     /// Computes the indices for a balance with equal numbers of unknowns and equations: no
     /// redundancy, no passive spins, and one actuator per degree of freedom. Much faster than dense
     /// decompositions.
-    pub fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
+    pub(super) fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
         let scaled = system.scaled_matrix(joint_types);
         let is_constraint = |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
         let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();

@@ -316,10 +316,10 @@ impl Statics {
         // The residual lies in the unconstrained motions; the demand is largest along itself.
         let motion = self.scale_rows(&residual);
         let demand = scaled.dot(&residual);
-        let told = self.told(&motion);
+        let described = self.described(&motion);
         // Scale the residual to the reported motion, and the demand along it likewise.
-        let size = motion_size(&motion, told.body, told.turns);
-        Err(InfeasibleLoad { missing: demand / size, motion: told })
+        let size = motion_size(&motion, described.body, described.turns);
+        Err(InfeasibleLoad { missing: demand / size, motion: described })
     }
 
     /// Moves the solution within the null space to minimum actuator efforts, then to minimum

@@ -98,12 +98,12 @@ impl Statics {
         let zero = MIXED * svd.largest().max(f64::MIN_POSITIVE);
         let open = svd.singular_values.iter().filter(|&&value| value <= zero).count();
         let of = open.saturating_sub(others).max(1);
-        Some(GainedTwist { of, ..self.told(&self.scale_rows(&motion)) })
+        Some(GainedTwist { of, ..self.described(&self.scale_rows(&motion)) })
     }
 
     /// Describes a motion of all bodies, given by the velocity of the centre of mass and the
     /// angular velocity of each.
-    pub(crate) fn told(&self, motion: &DVector<f64>) -> GainedTwist {
+    pub(crate) fn described(&self, motion: &DVector<f64>) -> GainedTwist {
         let part = |body: usize, at: usize| {
             let row = 6 * (body - 1) + at;
             Vec3::new(motion[row], motion[row + 1], motion[row + 2])

@@ -142,6 +142,14 @@ impl Topology {
         Self::compile(mechanism, ends, &spanning)
     }
 
+    /// Compiles the graph with a given tree: all bodies but the ground, parents before children,
+    /// each with the joint from which it hangs; bodies without one float.
+    pub(crate) fn with_paths(mechanism: &Mechanism, paths: &[(usize, Option<usize>)]) -> Self {
+        let ends = mechanism.joints().iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
+        let order = paths.iter().map(|&(body, joint)| graph::Placement { body, joint }).collect();
+        Self::compile(mechanism, ends, &Spanning { order })
+    }
+
     fn compile(mechanism: &Mechanism, ends: Vec<(usize, usize)>, spanning: &Spanning) -> Self {
         let joints = mechanism.joints();
         let mut topology = Self {

@@ -149,7 +149,7 @@ fn parameters_are_tuned_at_run_time() {
 }
 
 #[test]
-fn says_why_there_are_no_forces() {
+fn missing_forces_are_explained() {
     let (_, model, mut data) = four_bar(0.15);
     let mut run = |q: f64, v: f64| model.inverse_dynamics(&mut data, &[q], &[v], &[0.0], &[]);
     assert_eq!(run(1.0, 1.0), Status::Converged);

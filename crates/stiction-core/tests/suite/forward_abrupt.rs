@@ -24,7 +24,7 @@ fn known(model: &Forward, joint: &str, value: f64, rate: Option<f64>) -> Known {
 /// rate there, but the slider accelerates by `r w^2 (1 + r/l)`. At rest, no finite force of the
 /// lock carries the crank's weight.
 #[test]
-fn a_lock_at_a_dead_centre_refuses_the_crank_that_passes() {
+fn a_lock_at_a_dead_centre_is_refused() {
     let mechanism = slider_crank().mechanism;
     let guide = mechanism.joint_id("guide").unwrap();
     let mechanism = mechanism.with_actuator(guide, 0);

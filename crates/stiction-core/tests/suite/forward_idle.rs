@@ -31,7 +31,7 @@ fn pendulum(mu: f64) -> Forward {
 /// Reference R1 on such a rod: the spin, on which no torque acts, causes no failure, at rest or at
 /// a constant rate.
 #[test]
-fn a_rod_without_inertia_spins_as_it_did() {
+fn a_rod_without_inertia_keeps_its_spin() {
     let model = pendulum(0.0);
     for spin in [0.0, 3.0] {
         let mut state = State::new(model.topology());

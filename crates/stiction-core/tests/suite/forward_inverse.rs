@@ -20,7 +20,7 @@ impl Inputs for Given {
 }
 
 #[test]
-fn drives_of_inverse_dynamics_cause_the_accelerations_that_were_asked_for() {
+fn efforts_of_inverse_dynamics_cause_the_prescribed_accelerations() {
     let mut others = 0;
     let (mut compared, mut worst) = ([0; CLASSES.len()], [0.0_f64; 2]);
     for (index, class) in CLASSES.into_iter().enumerate() {

@@ -93,7 +93,7 @@ fn a_prescribed_slide_has_friction_from_its_start() {
 /// least sum of squares, torques divided by the characteristic length, are proportional to their
 /// rates.
 #[test]
-fn efforts_of_redundant_drives_are_those_of_least_squares() {
+fn efforts_of_redundant_actuators_have_the_least_sum_of_squares() {
     let mechanism = slider_crank().mechanism;
     let guide = mechanism.joint_id("guide").unwrap();
     let model = Forward::new(mechanism.with_actuator(guide, 0), &[0, 1]);

@@ -201,7 +201,7 @@ fn steps_are_of_order_eight() {
 /// it. The pads carry the moment `m e |a|` with a normal load of `2 m e |a| / span`, so
 /// `m a = F - k m |a|` with `k = 2 mu e / span`.
 #[test]
-fn short_guides_jam_and_say_so() {
+fn short_guides_jam_with_a_message() {
     let (mu, span) = (0.12, 0.02);
     for (e, force) in [(0.05, 5.0), (0.05, -5.0), (0.2, 5.0), (0.2, -5.0)] {
         let k = 2.0 * mu * e / span;

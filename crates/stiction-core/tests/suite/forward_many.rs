@@ -111,8 +111,10 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
             InterfaceShape::Pin { axis, .. } => [in_k.component(axis), 0.0, 0.0],
             InterfaceShape::Guide { .. } => [moves.z, 0.0, 0.0],
             InterfaceShape::Thread => [in_j.z, 0.0, 0.0],
+            InterfaceShape::Sleeve => [in_j.z, moves.z, 0.0],
             InterfaceShape::Ball => in_k.to_array(),
             InterfaceShape::Plate => [moves.x, moves.y, in_j.z],
+            InterfaceShape::Shaft { .. } => unreachable!("no random mechanism has drive trains"),
         };
         let begins = [0, 1, 2].map(|k| arms[k] * begins[k]);
         let [size, has] =
@@ -142,7 +144,7 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
 /// From all sticking to all sliding: 36 friction components at 24 interfaces, most of which start
 /// to slip together.
 #[test]
-fn a_hexapod_lets_go_in_all_its_joints() {
+fn all_joints_of_a_hexapod_start_to_slip() {
     let (mechanism, coordinates, lengths) = hexapod(0.3, None);
     let model = Forward::new(mechanism.clone(), &[]);
     let home = (mechanism.body_id("platform").unwrap(), Pose::at(v(0.0, 0.0, 0.6)));
@@ -164,7 +166,7 @@ fn a_hexapod_lets_go_in_all_its_joints() {
 
 /// Every random mechanism with friction in all joints finds its accelerations from rest.
 #[test]
-fn random_mechanisms_at_rest_find_what_sticks() {
+fn random_mechanisms_at_rest_satisfy_the_friction_laws() {
     for mu in [0.1, 0.3] {
         let (mut all, mut partly) = (0, 0);
         for class in CLASSES {
@@ -201,7 +203,7 @@ impl Inputs for Shaken {
 }
 
 #[test]
-fn a_shaken_hexapod_goes_on() {
+fn a_hexapod_under_oscillating_forces_continues() {
     let (mechanism, coordinates, lengths) = hexapod(0.2, None);
     let model = Forward::new(mechanism.clone(), &[]);
     let home = (mechanism.body_id("platform").unwrap(), Pose::at(v(0.0, 0.0, 0.6)));

@@ -33,7 +33,7 @@ fn values_of_one_joint_and_rates_of_another() {
 }
 
 #[test]
-fn what_contradicts_is_named() {
+fn contradictions_are_named() {
     let model = Forward::new(slider_crank().mechanism, &[]);
     // At a crank angle of 0.7 rad, the slider is at 0.369 m, not at 0.2 m.
     let known = [crank(&model, "A", Some(0.7), None), crank(&model, "guide", Some(0.2), None)];
@@ -89,7 +89,7 @@ fn open_rates_have_least_kinetic_energy() {
 
 /// Without any given data: the start values of the model, with loops closed, at rest.
 #[test]
-fn nothing_known_is_rest_at_the_guess() {
+fn without_data_a_simulation_starts_at_rest() {
     let robot = symmetric_3rps(None);
     let model = Forward::new(robot.mechanism.clone(), &[]);
     let state = model.assemble_from(&robot.initial_poses, &[]).unwrap();
@@ -190,7 +190,7 @@ fn a_forbidden_rate_is_reported_and_dropped() {
 /// the nut. Whatever joint is cut, the coordinate of the actuator follows from its advance, beyond
 /// full turns.
 #[test]
-fn a_screw_that_closes_a_loop_tells_its_turns() {
+fn a_screw_that_closes_a_loop_counts_its_turns() {
     use stiction_core::joint::JointType;
     use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
     use stiction_core::topology::TreeRule;

@@ -53,7 +53,7 @@ fn let_go(model: &Forward, tolerance: f64) -> Simulation<'_> {
 /// R6: it stops after five half-cycles at -0.0019 m and has dissipated 0.4998195 J. The error
 /// decreases with the step, which is proportional to the square root of the tolerance.
 #[test]
-fn r6_stops_where_it_must_and_stays() {
+fn r6_stops_as_in_closed_form() {
     let model = Forward::new(mass_and_spring(friction(0.1, 0.0, None)), &[]);
     let mut errors = Vec::new();
     for tolerance in [1e-6, 1e-8] {
@@ -136,7 +136,7 @@ fn a_held_crank_does_not_move_at_all() {
 /// A rod in two pads, pushed back so that no acceleration satisfies the laws (as in
 /// `forward_loops`): the time stepper stops it at once and reports the jump.
 #[test]
-fn where_there_is_no_acceleration_velocities_jump_and_it_is_told() {
+fn jumps_of_velocities_are_reported() {
     let model = Forward::new(collar(0.2), &[]);
     let mut state = State::new(model.topology());
     state.rates[0] = 0.3;
@@ -157,7 +157,7 @@ fn where_there_is_no_acceleration_velocities_jump_and_it_is_told() {
 
 /// Both methods give the same motion: the symmetric 3-RPS with friction in guides and pins.
 #[test]
-fn steps_go_where_events_go() {
+fn both_methods_give_the_same_motion() {
     let (robot, model, state) = rubbing_3rps(0.1);
     let run = |settings: Settings| {
         let mut inputs = ConstantEfforts(vec![70.0, 45.0, 50.0]);

@@ -59,7 +59,7 @@ fn mass_and_spring(interface: JointFriction, spring: f64) -> Mechanism {
 }
 
 #[test]
-fn r6_half_cycles_turn_and_stop_where_they_must() {
+fn r6_half_cycles_reverse_and_stop_as_in_closed_form() {
     // Friction 0.981 N under a weight of 9.81 N.
     let model = Forward::new(mass_and_spring(coulomb(0.1, Curve::Constant, None), 100.0), &[]);
     let mut inputs = nothing();

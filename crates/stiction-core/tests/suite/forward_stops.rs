@@ -71,7 +71,7 @@ fn account_closes(simulation: &Simulation<'_>) {
 }
 
 #[test]
-fn a_plate_stops_at_v_over_mu_g_after_half_of_v_times_that() {
+fn a_plate_stops_after_the_time_and_distance_of_its_deceleration() {
     let (mu, time) = (0.3, 1.0 / (0.3 * G));
     let model = body(JointType::Planar, (mu, 0.02), diagonal(0.1, 0.1, 0.1), 0.0);
     for rates in [[1.0, 0.0, 0.0], [0.6, -0.8, 0.0], [-0.28, 0.96, 0.0]] {

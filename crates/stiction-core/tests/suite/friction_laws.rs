@@ -3,8 +3,7 @@
 use crate::common::random::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_core::friction::{
-    Bristles, Combine, Curve, Exponent, InterfaceShape, JointFriction, Law, NormalLoadMap,
-    Supports, interfaces_of,
+    Bristles, Combine, Curve, Exponent, InterfaceShape, JointFriction, Law, NormalLoadMap, Supports,
 };
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::Target;
@@ -75,14 +74,15 @@ fn rich_case(class: Class, seed: u64, mu: f64) -> Case {
     let (mut draft, case) = case(class, seed, 0.0);
     let mut random = Random(seed + 77);
     for joint in &mut draft.joints {
-        for (place, (_, shape)) in interfaces_of(joint.joint_type).iter().enumerate() {
+        for (place, shape) in surfaces_of(joint.joint_type, (joint.ends.0 + joint.ends.1) % 2 == 1)
+        {
             let backward = shape.has_one_dof() && random.below(2) == 0;
             joint.friction.push(JointFriction {
                 place,
                 radius: shape.turns().then(|| random.between(0.005, 0.03)),
                 law: law(&mut random, mu),
                 backward: backward.then(|| law(&mut random, mu)),
-                load: load(&mut random, *shape, joint.joint_type),
+                load: load(&mut random, shape, joint.joint_type),
             });
         }
     }
@@ -185,7 +185,7 @@ fn drives(
 /// Decoupled (one-pass) friction is exact to first order in the coefficients: halving the
 /// coefficients divides its error by four.
 #[test]
-fn without_friction_and_with_little() {
+fn the_one_pass_error_is_quadratic_in_the_coefficients() {
     use FrictionMode::{Converged, Off, OnePass};
     let mut compared = 0;
     for_each_case(0.15, 12, |case, solver| {
@@ -219,7 +219,7 @@ fn without_friction_and_with_little() {
 /// Time reversal changes the direction of friction and nothing else, if the laws for the two
 /// directions are exchanged.
 #[test]
-fn time_reversal_turns_friction_round() {
+fn time_reversal_reverses_friction() {
     let mut compared = 0;
     for_each_case(0.05, 12, |case, solver| {
         let run = |rates, change: fn(&mut InterfaceParameters<f64>)| {
@@ -245,7 +245,7 @@ fn time_reversal_turns_friction_round() {
 /// Pins, balls and threads with radius zero have no friction moment: only the friction of guides
 /// remains. A plate keeps the friction of its translation.
 #[test]
-fn without_radius_nothing_that_turns_rubs() {
+fn a_zero_radius_gives_no_friction_moment() {
     let mut compared = 0;
     for_each_case(0.15, 8, |case, solver| {
         let run = |change: fn(&mut InterfaceParameters<f64>)| {

@@ -144,7 +144,7 @@ fn lifted_parameters<T: Scalar>() -> Parameters<T> {
 }
 
 #[test]
-fn eight_lanes_give_what_eight_runs_give() {
+fn lanes_agree_with_single_runs() {
     type L = Lanes<f64, 8>;
     let subject = subject();
     let instants: [f64; 8] = std::array::from_fn(|i| 0.10 + 0.01 * i as f64);

@@ -104,7 +104,7 @@ fn excess_targets_are_reported() {
 }
 
 #[test]
-#[should_panic(expected = "a load on BodyId(9) of a mechanism of 4 bodies")]
+#[should_panic(expected = "a load refers to BodyId(9), but the mechanism has 4 bodies")]
 fn an_unknown_body_is_reported() {
     let zero = Vec3::new(0.0, 0.0, 0.0);
     let (body, axes) = (BodyId(9), LoadAxes::Body);

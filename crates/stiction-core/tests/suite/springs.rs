@@ -209,7 +209,7 @@ fn a_spring_without_free_length_balances_an_arm_in_every_position() {
 
 /// A slide with a damper: F = m a + c v.
 #[test]
-fn a_damper_alone() {
+fn the_force_of_a_damper_is_proportional_to_the_rate() {
     let mechanism = MechanismBuilder::new("slide")
         .body(BodySpec::new("carriage").mass(3.0))
         .joint(JointSpec::new("guide", JointType::Prismatic, "ground", "carriage").actuated())

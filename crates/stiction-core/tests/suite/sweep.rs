@@ -66,6 +66,13 @@ fn surfaces(solver: &InverseDynamics) -> Option<Vec<Surface>> {
                 let torque = relative * (-interface.radius / relative.norm());
                 (Vec3::unit(2), relative.norm() * interface.radius, Vec3::zero(), torque)
             }
+            InterfaceShape::Sleeve => {
+                let axis = j.rotation.columns[2];
+                let surface = [own[0] * interface.radius, own[1]];
+                let speed = surface[0].hypot(surface[1]);
+                let along = surface.map(|v| -v / speed);
+                (axis, speed, axis * along[1], axis * (along[0] * interface.radius))
+            }
             // Threads and plates have their own tests.
             _ => return None,
         };

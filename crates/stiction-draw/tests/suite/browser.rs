@@ -31,7 +31,7 @@ fn a_page_with_a_table_and_a_plot() {
 
 /// The browser checks detect every kind of defect.
 #[test]
-fn a_bad_page_is_found_out() {
+fn defects_of_a_page_are_detected() {
     let Some(browser) = Browser::find() else { return };
     let html = "<!DOCTYPE html><html><head><title>bad</title><style>p{margin:0}\
          @media (prefers-color-scheme:dark){:root{background:#444;color:#666}}</style></head><body>\

@@ -3,7 +3,8 @@
 mod render;
 mod words;
 
-pub(crate) use words::{did_you_mean, nearest, number, or, quoted};
+pub use words::did_you_mean;
+pub(crate) use words::{nearest, number, or, quoted};
 
 use crate::source::{Place, Source};
 use serde_json::{Value, json};

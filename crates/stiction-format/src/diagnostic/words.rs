@@ -48,9 +48,9 @@ pub(crate) fn nearest<'a>(
     similar(name, candidates).first().copied()
 }
 
-/// Phrase `did you mean ...?` with all candidates that are equally similar, or a list of all if none is
-/// similar.
-pub(crate) fn did_you_mean<'a>(
+/// Phrase `did you mean ...?` with all candidates that are equally similar, or `what` and a list of all if
+/// none is similar; `None` without candidates.
+pub fn did_you_mean<'a>(
     name: &str,
     what: &str,
     candidates: impl IntoIterator<Item = &'a str>,
@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slips_of_the_keyboard_are_understood() {
+    fn typing_errors_get_suggestions() {
         let keys = ["mass", "com", "inertia", "home"];
         for (typed, meant) in [
             ("masss", Some("mass")),

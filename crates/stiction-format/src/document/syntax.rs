@@ -69,7 +69,7 @@ fn other_language(source: &Arc<Source>, is_wrong: bool) -> Option<Diagnostic> {
     };
     let place = Place::new(source, start..start + 1);
     is_wrong.then(|| {
-        Diagnostic::error("syntax", format!("this samples like {language}, not a model file"))
+        Diagnostic::error("syntax", format!("this looks like {language}, not a model file"))
             .at(place, "not a key")
             .help("a model file is written in TOML; `stiction models` lists examples")
     })

@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn kinks_look_ahead() {
+    fn derivatives_at_kinks_are_right_hand() {
         let falling = Jet { value: 0.0, first: -2.0, second: 0.0 };
         assert_eq!(falling.abs(), -falling);
         let (steep, flat) = (Jet::time(0.0), Jet::constant(0.0));

@@ -156,8 +156,7 @@ impl Measure {
             return Some("write the unit of the angle: \"50 rev/s\" or \"300 rad/s\"".to_owned());
         }
         turning.then(|| {
-            "the coefficient refers to the sliding surface: divide it by the square of the radius"
-                .to_owned()
+            "this surface does not turn: give the force over the sliding speed, in N s/m".to_owned()
         })
     }
 

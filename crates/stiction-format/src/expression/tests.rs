@@ -125,7 +125,7 @@ pub(super) fn formula(text: &str) -> Formula {
 
 /// `t` may be used as a number or as a time, with equal values.
 #[test]
-fn time_reads_both_ways() {
+fn time_is_a_number_or_a_quantity() {
     let formula = |text: &str, measure| match in_time(text, &scope(), measure) {
         Ok(TimeFormula::Changing(formula)) => formula,
         other => panic!("{text}: {other:?}"),

@@ -118,17 +118,30 @@ impl<'a> Context<'a> {
 
     /// Reads a number or an expression.
     pub(crate) fn quantity(&self, value: &Value, measure: Measure) -> Option<f64> {
+        self.quantity_of(value, &[measure]).map(|(number, _)| number)
+    }
+
+    /// Reads a number or an expression of one of several measures; bare numbers and errors are of
+    /// the first. Returns the measure found.
+    pub(crate) fn quantity_of(
+        &self,
+        value: &Value,
+        measures: &[Measure],
+    ) -> Option<(f64, Measure)> {
+        let measure = *measures.first()?;
         match &value.node {
             Node::Number(number) => {
                 let number = self.finite(value, *number, measure)?;
                 self.doubt(value, measure, number, true);
-                Some(number)
+                Some((number, measure))
             }
             Node::Text(_) if self.is_full() => None,
             Node::Text(text) => {
                 let read = || {
                     let program = expression::parse(&text.content, self.parameters, false)?;
                     let quantity = expression::constant(&program, self.parameters)?;
+                    let fits = |m: &&Measure| m.complaint(quantity.dimension).is_none();
+                    let measure = *measures.iter().find(fits).unwrap_or(&measure);
                     match measure.complaint(quantity.dimension) {
                         None => {
                             let bare = quantity.dimension == Dimension::NONE;
@@ -137,7 +150,8 @@ impl<'a> Context<'a> {
                             let per_angle =
                                 measure == Measure::Lead && quantity.dimension.has_angle();
                             let turn = if per_angle { std::f64::consts::TAU } else { 1.0 };
-                            Ok(self.finite(value, quantity.value * turn, measure))
+                            let number = self.finite(value, quantity.value * turn, measure);
+                            Ok(number.map(|number| (number, measure)))
                         }
                         Some(fault) => Err(fault(0..text.content.len())),
                     }

@@ -84,7 +84,7 @@ impl Origin<'_> {
                 format!("joint `{joint}` of type {} has no pitch", symbol(joint))
             }
             Defect::NotActuable { joint, .. } => {
-                format!("joint `{joint}` of type {} cannot be driven", symbol(joint))
+                format!("joint `{joint}` of type {} cannot be actuated", symbol(joint))
             }
             other => other.to_string(),
         }
@@ -171,8 +171,8 @@ impl Origin<'_> {
             }
             Defect::NotActuable { joint: name, .. } => {
                 help = Some(
-                    "actuators drive the freedoms of R, P, H, C, U and E joints; model a driven ball \
-                     as R and U"
+                    "actuators drive the degrees of freedom of R, P, H, C, U and E joints; model \
+                     an actuated ball as R and U"
                         .to_owned(),
                 );
                 (joint(name).map_or_else(whole, |j| j.spans.actuated.clone()), "cannot be driven")

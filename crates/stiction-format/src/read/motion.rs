@@ -51,7 +51,7 @@ pub(crate) fn read(
     let instead = ["file", "waypoints"].into_iter().find_map(|key| Some((key, record.value(key)?)));
     let coordinates = reader.coordinates(table, instead);
     if let Some(file) = record.value("file") {
-        for key in ["start", "duration", "waypoints", "law", "limits"] {
+        for key in ["start", "waypoints", "law", "limits"] {
             if let Some(value) = record.value(key) {
                 context.push(
                     Diagnostic::error(
@@ -63,7 +63,15 @@ pub(crate) fn read(
                 );
             }
         }
-        return reader.recorded(title, step, file, files);
+        let motion = reader.recorded(title, step, file, files)?;
+        return is_as_stated(&record, &motion).then_some(motion);
+    }
+    if let Some(value) = record.value("rate") {
+        context.push(
+            Diagnostic::error("motion", "only a motion from a file has a `rate` of its samples")
+                .at(context.place(&value.span), "no file")
+                .help("delete `rate`; `step` is the time between samples of the result"),
+        );
     }
     let start = record.quantity("start").unwrap_or(0.0);
     let through = match record.value("waypoints") {
@@ -124,7 +132,7 @@ pub(crate) fn read(
     }
     // Times of samples are sums of `start` and a part of `duration`.
     if duration > 0.0 && start.abs() * f64::EPSILON > 1e-3 * step.unwrap_or(STEP) {
-        let message = "the start is so late that samples one step apart round to the same time";
+        let message = "the start time is so large that consecutive samples round to the same time";
         context.push(
             Diagnostic::error("range", message)
                 .at(context.place(&record.span("start")), "too far from 0")
@@ -135,6 +143,42 @@ pub(crate) fn read(
     let signals = motion.coordinates.iter().map(|(_, signal)| signal);
     check_signals(context, signals, start, duration, step);
     Some(motion)
+}
+
+/// Compares the time column of a recording with the stated `rate` and `duration`, and reports a
+/// contradiction: a time column of another unit or another clock scales all speeds.
+fn is_as_stated(record: &Record<'_>, motion: &Motion) -> bool {
+    /// Relative difference at which accelerations are wrong by two percent.
+    const TOLERANCE: f64 = 0.01;
+    let intervals = motion.samples.as_ref().map_or(0, |samples| samples.count()).max(2) - 1;
+    let step = motion.duration / intervals as f64;
+    // Some loggers count the interval after the last sample.
+    let stated = [("rate", "Hz", 1.0 / step, 0.0), ("duration", "s", motion.duration, 1.5 * step)];
+    let mut agrees = true;
+    for (key, unit, found, least) in stated {
+        let Some(value) = record.value(key) else { continue };
+        let Some(stated) = record.quantity(key) else {
+            agrees = false;
+            continue;
+        };
+        // Also for a stated value that is not a number.
+        let difference = (stated - found).abs();
+        if difference <= least.max(TOLERANCE * found) {
+            continue;
+        }
+        agrees = false;
+        let message = format!(
+            "the time column contradicts `{key}`: it says {found:.4} {unit}, `{key}` {stated:.4} {unit}"
+        );
+        record.context.push(
+            Diagnostic::error("recording", message)
+                .at(record.context.place(&value.span), format!("{:.4} times", stated / found))
+                .help(format!(
+                    "check the unit of the time column and samples that are missing, or delete `{key}`"
+                )),
+        );
+    }
+    agrees
 }
 
 /// Reports formulas without a finite value at some instant.

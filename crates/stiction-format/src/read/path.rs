@@ -76,7 +76,7 @@ pub(crate) enum Meaning<'a> {
 #[derive(Debug, PartialEq)]
 pub(crate) enum Unresolved {
     /// Already reported elsewhere.
-    Told,
+    Reported,
     /// Unknown name.
     Unknown,
     /// Known name without the requested coordinate: message and help.
@@ -98,7 +98,7 @@ impl Unresolved {
         path: &str,
     ) -> Option<(String, Option<String>, bool)> {
         match self {
-            Self::Told => None,
+            Self::Reported => None,
             Self::Wrong(message, help) => Some((message, help, false)),
             Self::Unknown => Some(unknown(names, own, path)),
         }
@@ -128,7 +128,7 @@ pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, U
         }
         (Some(body), _) => Ok(body),
         (None, Some(joint)) => joint,
-        (None, None) if names.may_be_lost(path) => Err(Unresolved::Told),
+        (None, None) if names.may_be_lost(path) => Err(Unresolved::Reported),
         (None, None) => Err(Unresolved::Unknown),
     }
 }
@@ -138,7 +138,7 @@ fn whole_joint<'a>(
     id: JointId,
     joint_type: Option<JointType>,
 ) -> Result<Meaning<'a>, Unresolved> {
-    let joint_type = joint_type.ok_or(Unresolved::Told)?;
+    let joint_type = joint_type.ok_or(Unresolved::Reported)?;
     let dofs = joint_type.dofs();
     if !joint_type.has_scalar_coordinates() || dofs.is_empty() {
         return Err(no_coordinates(name, joint_type));
@@ -157,7 +157,7 @@ fn joint_dof<'a>(
     joint_type: Option<JointType>,
     dof: &str,
 ) -> Result<Meaning<'a>, Unresolved> {
-    let joint_type = joint_type.ok_or(Unresolved::Told)?;
+    let joint_type = joint_type.ok_or(Unresolved::Reported)?;
     if !joint_type.has_scalar_coordinates() {
         return Err(no_coordinates(name, joint_type));
     }

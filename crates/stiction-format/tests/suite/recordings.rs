@@ -199,23 +199,27 @@ fn sampling(random: &mut Random) -> (f64, usize) {
 
 #[test]
 fn clean_recordings_cause_no_alarm() {
+    let mut alarms = Vec::new();
     for seed in 0..cases() {
         let random = &mut Random::new(seed + 1);
         let (rate, count) = sampling(random);
         let samples = clean(random, rate, count);
         let (orders, digits) = (1 + random.below(3), 7 + random.below(11));
         let found = motion(&file(&samples, orders, digits)).unwrap();
-        assert!(found.warnings.is_empty(), "seed {seed}: {}", found.warnings);
+        if !found.warnings.is_empty() {
+            alarms.push(format!("seed {seed}: {}", found.warnings));
+        }
         assert_eq!(found.notes.len(), 1);
         assert!(found.notes[0].contains("peak acceleration"), "{}", found.notes[0]);
     }
+    assert!(alarms.is_empty(), "{} alarms\n{}", alarms.len(), alarms.concat());
 }
 
 /// Spoils a recording; the numbers are its largest speed, its largest acceleration and its time step.
 type Spoil = fn(&mut Vec<Sample>, &mut Random, [f64; 3]);
 
 /// Ways to spoil a recording.
-const SPOILS: [(&str, Spoil); 10] = [
+const SPOILS: [(&str, Spoil); 15] = [
     ("noise", |samples, random, [_, a, h]| {
         let sigma = random.log_between(0.02, 1.0) * a * h * h / 4.0;
         samples.iter_mut().for_each(|s| s[1] += sigma * random.normal());
@@ -247,6 +251,23 @@ const SPOILS: [(&str, Spoil); 10] = [
         let sigma = random.log_between(0.2, 1.0) * a * h * h / 3.0;
         let (begin, count) = (20 + random.below(samples.len() / 2), samples.len() / 10);
         samples[begin..begin + count].iter_mut().for_each(|s| s[1] += sigma * random.normal());
+    }),
+    ("a lost sample", |samples, random, [.., h]| {
+        samples.remove(20 + random.below(samples.len() - 40));
+        samples.iter_mut().enumerate().for_each(|(k, s)| s[0] = k as f64 * h);
+    }),
+    ("a repeated sample", |samples, random, _| {
+        let at = 20 + random.below(samples.len() - 40);
+        samples[at][1] = samples[at - 1][1];
+    }),
+    ("another unit from some sample on", |samples, random, _| {
+        let at = 20 + random.below(samples.len() - 40);
+        samples[at..].iter_mut().for_each(|s| s[1] *= 1000.0);
+    }),
+    ("rates and positions swapped", |samples, _, _| samples.iter_mut().for_each(|s| s.swap(1, 2))),
+    ("times that contradict the rates", |samples, random, _| {
+        let factor = 1.0 + random.log_between(0.03, 1000.0);
+        samples.iter_mut().for_each(|s| s[0] *= factor);
     }),
     ("few digits", |samples, _, [_, a, h]| {
         let unit = 10f64.powf((a * h * h).log10().ceil());
@@ -334,14 +355,39 @@ fn dialects_of_csv() {
     }
 }
 
+/// A motion from a file with a stated rate or duration.
+#[test]
+fn a_time_column_that_contradicts_what_is_stated() {
+    // 1001 samples at 1 kHz, the times in milliseconds under a header in seconds.
+    let rows = |step: f64| {
+        let row = |k: i32| format!("{},{}\n", f64::from(k) * step, 0.1 * f64::from(k * k) * 1e-6);
+        "time [s],A [m]\n".to_owned() + &(0..=1000).map(row).collect::<String>()
+    };
+    let read = |step: f64, stated: &str| {
+        let text = format!("{SLIDER}[motions.log]\nfile = \"log.csv\"\n{stated}\n");
+        let files = |_: &str| Ok(Contents::from(rows(step)));
+        stiction_format::read(&Source::new("slider.toml", text), &files).map(|_| ())
+    };
+    for stated in ["rate = \"1000 Hz\"", "rate = 1005", "duration = 1", "duration = \"1001 ms\""] {
+        read(1e-3, stated).unwrap_or_else(|errors| panic!("{stated}: {errors}"));
+        let errors = read(1.0, stated).unwrap_err().to_string();
+        assert!(errors.contains("the time column contradicts"), "{errors}");
+        assert!(errors.contains("unit of the time column"), "{errors}");
+    }
+    for stated in ["rate = 1020", "duration = \"0.9 s\"", "duration = 0", "rate = -1000"] {
+        let errors = read(1e-3, stated).unwrap_err().to_string();
+        assert!(errors.contains("the time column contradicts"), "{errors}");
+    }
+}
+
 /// Files whose numbers are ambiguous are refused with a remedy.
 #[test]
 fn ambiguous_files_are_refused() {
     for (text, reason, remedy) in [
         ("time [s],A [m]\n0,1,5\n0,5,2,5\n", "4 columns", "semicolons"),
         ("time [s];A [m]\n0;1.5\n0,5;2.5\n", "another decimal mark", "one decimal mark"),
-        ("time [s];A [m]\n0;1.234,5\n1;2\n", "separators of thousands", "without separators"),
-        ("time [s],A [m]\n0,\"1,234\"\n1,2\n", "separators of thousands", "without separators"),
+        ("time [s];A [m]\n0;1.234,5\n1;2\n", "thousands separators", "without thousands"),
+        ("time [s],A [m]\n0,\"1,234\"\n1,2\n", "thousands separators", "without thousands"),
         ("time [s] A [m]\n0 1\n1 2\n", "separated by blanks", "commas, semicolons or tabs"),
         ("time [s],A [m]\n0,\"1\n1,2\n", "is not a number", "close the quote"),
     ] {

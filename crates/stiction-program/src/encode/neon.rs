@@ -261,7 +261,7 @@ mod tests {
     /// The code saves and restores the callee-saved registers: `stp d8, d9, [sp, #-64]!` and so on
     /// at the start, `ldp` and `ret` at the end.
     #[test]
-    fn what_callers_expect_to_be_kept_is_kept() {
+    fn callee_saved_registers_are_restored() {
         let target = Target { width: Width::One, set: Set::Neon };
         let bytes = Box::new(Assembler::new(target)).finish();
         let (words, _) = bytes.as_chunks();

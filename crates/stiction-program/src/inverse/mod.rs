@@ -6,12 +6,12 @@
 //! balance with it, and is repeated. The third computes all forces from the unknowns of the last
 //! step.
 
-mod making;
+mod record;
 
 use crate::compiled::Compiled;
 use crate::loaded::{LoadPlace, check_count, check_loads};
 use crate::memory::Memory;
-use crate::program_inputs::{BodyMotion, Given, StateOfMotion};
+use crate::program_inputs::{BodyMotion, InputLayout, StateOfMotion};
 use crate::recording::Counts;
 use crate::run::{MOST_LANES, Runner};
 use stiction_core::dynamics::AppliedLoad;
@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-15;
 /// Compiled program of inverse dynamics for one mechanism.
 #[derive(Debug)]
 pub struct InverseProgram {
-    given: Given,
+    layout: InputLayout,
     loaded: Vec<LoadPlace>,
     reads_targets: bool,
     counts: Counts,
@@ -41,7 +41,7 @@ pub struct InverseProgram {
 
 /// Code for derivatives that accompanies an inverse program and shares its slots.
 #[derive(Debug)]
-pub(crate) struct Beside {
+pub(crate) struct DerivativeCode {
     /// Operations that do not depend on directions, for one state at a time.
     pub(crate) preparation: Runner,
     /// Operations for all directions in parallel, with slots of their own.
@@ -103,13 +103,13 @@ impl InverseProgram {
 
     /// Bodies whose motions are arguments of [`Self::set_bodies`]: those at which chains meet.
     pub fn bodies(&self) -> impl Iterator<Item = BodyId> + '_ {
-        self.given.bodies()
+        self.layout.bodies()
     }
 
     /// Indices of the tree coordinates that are inputs: those that do not follow from the bodies'
     /// motions in closed form. Their rates and accelerations follow from prescribed values.
     pub fn coordinates(&self) -> &[usize] {
-        self.given.free()
+        self.layout.free()
     }
 
     /// Sets the state of motion, prescribed values and loads of one lane. The state must close the
@@ -129,7 +129,7 @@ impl InverseProgram {
     ) {
         self.check(targets, loads);
         let (targets, put) = (self.read_of(targets), memory.writer(lane));
-        self.given.visit(self.given.motions(state), &state.coordinates, targets, loads, put);
+        self.layout.visit(self.layout.motions(state), &state.coordinates, targets, loads, put);
     }
 
     /// Sets one lane from the motions of [`Self::bodies`], in their order: the program includes
@@ -148,10 +148,10 @@ impl InverseProgram {
         loads: &[AppliedLoad<f64>],
     ) {
         self.check(targets, loads);
-        let bodies = self.given.bodies().count();
+        let bodies = self.layout.bodies().count();
         assert!(motions.len() == bodies, "{} motions of {bodies} bodies", motions.len());
         let (targets, put) = (self.read_of(targets), memory.writer(lane));
-        self.given.visit(motions.iter().copied(), coordinates, targets, loads, put);
+        self.layout.visit(motions.iter().copied(), coordinates, targets, loads, put);
     }
 
     /// Sets all lanes at once, as [`Self::set_bodies`] does for one. Unused lanes repeat the last
@@ -173,7 +173,7 @@ impl InverseProgram {
     fn set_all<const L: usize>(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
         let Some(last) = states.last() else { return };
         assert!(states.len() <= L, "{} states for {L} lanes", states.len());
-        let bodies = self.given.bodies().count();
+        let bodies = self.layout.bodies().count();
         for StateOfMotion { bodies: motions, targets, loads, .. } in states {
             assert!(motions.len() == bodies, "{} motions of {bodies} bodies", motions.len());
             self.check_targets(targets);
@@ -184,7 +184,7 @@ impl InverseProgram {
         }
         let states = core::array::from_fn(|lane| states.get(lane).unwrap_or(last));
         let (slots, _) = memory.slots.as_chunks_mut::<L>();
-        self.given.write_lanes(states, self.reads_targets, slots);
+        self.layout.write_lanes(states, self.reads_targets, slots);
     }
 
     /// Checks the number of inputs: they have no names, so a missing one would shift all the
@@ -212,7 +212,7 @@ impl InverseProgram {
 
     /// Motions of [`Self::bodies`] in a state of the tree.
     pub fn motions(&self, state: &State<f64>) -> Vec<BodyMotion<f64>> {
-        self.given.motions(state).collect()
+        self.layout.motions(state).collect()
     }
 
     /// Computes forces without friction, for [`Self::ideal_drive`] and [`Self::ideal_reaction`].

@@ -425,7 +425,7 @@ fn derivatives_by_the_mechanism_are_differences() {
 }
 
 #[test]
-fn what_has_no_derivatives_is_refused() {
+fn expressions_without_derivatives_are_refused() {
     let robot = Robot::new("3rps", None);
     let record = |quantities: &[Quantity]| {
         DerivativeProgram::record(&robot.solver, &robot.signal, &robot.loads, quantities)

@@ -117,7 +117,7 @@ const ROBOTS: [(&str, Option<&str>); 5] = [
 ];
 
 /// Random rates and accelerations at a position of the motion.
-fn anyhow(signal: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Target<f64>> {
+fn random_rates(signal: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Target<f64>> {
     let any = |target: &Target<f64>| Target {
         value: target.value + 0.01 * length.min(1.0) * random.number(),
         rate: 0.3 * random.number(),
@@ -155,17 +155,17 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
     let mut settled = [false];
     let (mut compared, mut worst) = (0, 0.0_f64);
     for signal in robot.signal.clone() {
-        let targets = anyhow(&signal, &mut random, length);
+        let targets = random_rates(&signal, &mut random, length);
         robot.solver.move_to(&targets).unwrap();
         robot.solver.settings_mut().friction = FrictionMode::Off;
         let ideal_forces = robot.solver.solve(&robot.loads).unwrap().clone();
         robot.solver.settings_mut().friction = FrictionMode::Converged;
         let state = robot.solver.state().clone();
-        let asked: Vec<f64> = targets.iter().map(|t| t.acceleration).collect();
+        let derivatives: Vec<f64> = targets.iter().map(|t| t.acceleration).collect();
         let mut compare = |found: &Found, reactions: &[(Vec3<f64>, Vec3<f64>)]| {
             let reactions = wrenches(reactions);
             for difference in [
-                apart(&found.coordinates, &asked),
+                apart(&found.coordinates, &derivatives),
                 apart(&found.tree, &state.accelerations),
                 apart(&found.reactions[0], &reactions[0]),
                 apart(&found.reactions[1], &reactions[1]),
@@ -232,7 +232,7 @@ fn programs_agree_with_forward_dynamics() {
         let (mut compared, mut singles) = (0, Vec::new());
         for k in 0..(2 * lanes).max(16) {
             let signal = &robot.signal[k % robot.signal.len()];
-            let mut targets = anyhow(signal, &mut random, length);
+            let mut targets = random_rates(signal, &mut random, length);
             if k == 1 {
                 // A state at rest among moving neighbours must be left to the general solver.
                 targets.iter_mut().for_each(|target| target.rate = 0.0);

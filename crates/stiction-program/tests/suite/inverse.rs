@@ -187,7 +187,7 @@ fn mechanisms_without_a_program_are_refused() {
         InverseProgram::record(&robot.solver, signal, &robot.loads).map(|_| ()).unwrap_err()
     };
     assert!(matches!(refused(&signal), RecordError::Signal { position: 3, .. }));
-    assert_eq!(refused(&[]), RecordError::EmptyCourse);
+    assert_eq!(refused(&[]), RecordError::EmptySignal);
 }
 
 /// Programs are small: the equations of motion of a robot with three legs and all its reactions

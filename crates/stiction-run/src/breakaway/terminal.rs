@@ -1,7 +1,7 @@
 //! Breakaway results for the terminal.
 
 use super::Findings;
-use crate::names::{Names, width};
+use crate::names::{Names, heading, listed, width};
 use crate::{Job, power_off};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::{Bounds, Holding, Verdict};
@@ -20,11 +20,8 @@ const BEYOND: f64 = 1e6;
 /// # Errors
 /// The receiver fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fmt::Result {
-    let (model, names) = (job.model, Names::new(&job.model.mechanism));
-    match model.title.as_str() {
-        "" => writeln!(out, "{}", model.name)?,
-        title => writeln!(out, "{}: {title}", model.name)?,
-    }
+    let names = Names::new(&job.model.mechanism);
+    writeln!(out, "{}", heading(job.model))?;
     let time = number(found.time);
     writeln!(
         out,
@@ -36,7 +33,7 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fm
     }
     write_drives(out, &names, found)?;
     write_certainty(out, &names, found)?;
-    let trains = model.mechanism.drive_trains();
+    let trains = job.model.mechanism.drive_trains();
     if !trains.is_empty() {
         write!(out, "with the drive trains uncoupled: ")?;
     }
@@ -128,19 +125,17 @@ fn write_certainty(out: &mut impl Write, names: &Names, found: &Findings) -> fmt
     if found.redundant_actuators {
         writeln!(
             out,
-            "actuators are redundant: shown are the driving forces of the least sum of squares, and \
-             none can move alone"
+            "actuators are redundant: shown are the efforts with the least sum of squares, and \
+             no actuator can move alone"
         )?;
     }
     if !found.undetermined_loads.is_empty() {
-        let listed = found.undetermined_loads.iter().take(LISTED);
-        let listed: Vec<&str> = listed.map(|&k| names.interfaces[k].0.as_str()).collect();
-        let more = if found.undetermined_loads.len() > LISTED { ", ..." } else { "" };
+        let interfaces = found.undetermined_loads.iter().map(|&k| &names.interfaces[k].0);
         writeln!(
             out,
-            "friction at {}{more} depends on reactions that the balance does not determine: the \
-             numbers are those of the reactions chosen (see `stiction inverse`)",
-            listed.join(", "),
+            "friction at {} depends on statically indeterminate reactions: the results are those for \
+             the reactions that `stiction inverse` selects",
+            listed(interfaces, LISTED),
         )?;
     }
     Ok(())
@@ -156,8 +151,8 @@ fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
             let factor = 1.0 / enough;
             writeln!(
                 out,
-                "self-locking under this load: it holds without drives, and would with all static \
-                 coefficients divided by {}{}",
+                "self-locking under this load: it holds without actuator efforts, even with all \
+                 static coefficients divided by {}{}",
                 number(factor),
                 if enough - not_enough <= SAME * enough {
                     String::new()
@@ -170,20 +165,20 @@ fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
         }
         Verdict::Slips if enough.is_infinite() => writeln!(
             out,
-            "not self-locking under this load: without drives it slips{}",
+            "not self-locking under this load: without actuator efforts it slips{}",
             if not_enough.is_infinite() {
                 ", whatever the coefficients".to_owned()
             } else {
                 format!(
-                    "; static coefficients up to {} times as great would not hold it",
+                    "; static coefficients up to {} times as large would not hold it",
                     number(not_enough.min(BEYOND))
                 )
             },
         ),
         Verdict::Slips => writeln!(
             out,
-            "not self-locking under this load: without drives it slips; static coefficients {} times as \
-             great would hold it{}",
+            "not self-locking under this load: without actuator efforts it slips; static \
+             coefficients {} times as large would hold it{}",
             number(enough),
             if enough - not_enough <= SAME * enough {
                 String::new()
@@ -193,8 +188,8 @@ fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
         ),
         Verdict::Undecided => writeln!(
             out,
-            "whether it holds without drives is not decided: below {} times the static coefficients it \
-             certainly slips{}",
+            "undecided whether it holds without actuator efforts: below {} times the static \
+             coefficients it certainly slips{}",
             number(not_enough),
             if enough.is_finite() {
                 format!(", from {} times on it holds", number(enough))

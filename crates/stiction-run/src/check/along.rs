@@ -342,7 +342,10 @@ impl<'a> Watch<'a> {
         }
         let most = bodies.into_iter().rev().max_by_key(|body| body.motions.len())?;
         Some(Weakness {
-            motion: format!("a motion more, where branches meet: {}", most.motions.join("; ")),
+            motion: format!(
+                "one more motion, where branches of motion meet: {}",
+                most.motions.join("; ")
+            ),
             body: most.body,
             load: "some of the loads along these".to_owned(),
             left: None,
@@ -367,7 +370,7 @@ pub(super) fn left_at(start: &Follower<'_>, time: f64) -> Result<Option<String>,
         let motions: Vec<String> = motions.collect();
         match motions.is_empty() {
             true => format!("{} cannot move at all", hub.body),
-            false => format!("{} is left with {}", hub.body, motions.join("; ")),
+            false => format!("{} retains {}", hub.body, motions.join("; ")),
         }
     }))
 }

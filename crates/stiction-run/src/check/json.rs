@@ -67,6 +67,12 @@ impl Findings {
                 "instantaneous": self.mobility.instantaneous,
                 "finite": self.mobility.finite.decided(),
                 "finite_range": self.mobility.finite.range(),
+                "finite_motion": self.mobility.finite_motion.as_ref().map(|motion| json!({
+                    "body": motion.body,
+                    "moved": motion.moved,
+                    "turned": motion.turned,
+                    "closure": motion.closure,
+                })),
                 "finite_traced": self.mobility.finite.traced,
                 "branches_meet": self.mobility.branches_meet,
                 "idle": self.idle_spins,

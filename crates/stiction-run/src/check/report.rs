@@ -2,6 +2,7 @@
 
 use super::{Findings, Kind, Nearness, Range, words};
 use crate::Job;
+use crate::names::heading;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
 use stiction_core::spatial::Vec3;
@@ -16,10 +17,7 @@ const LISTED: usize = 12;
 /// # Errors
 /// The receiver fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> fmt::Result {
-    match job.model.title.as_str() {
-        "" => writeln!(out, "{}", job.model.name)?,
-        title => writeln!(out, "{}: {title}", job.model.name)?,
-    }
+    writeln!(out, "{}", heading(job.model))?;
     writeln!(
         out,
         "motion {} ({} sample{}), counts at t = {} s\n",
@@ -52,14 +50,17 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
         let dropped = dropped.map_or("none".to_owned(), words::power_of_ten);
         writeln!(
             out,
-            "  decided by a gap: smallest singular value that counts {kept:.1e}, largest that does not \
-             {dropped} (of the largest)"
+            "  decided by the gap of singular values: smallest nonzero {kept:.1e}, largest zero \
+             {dropped} (relative to the largest)"
         )?;
+    }
+    if let Some(motion) = &mobility.finite_motion {
+        writeln!(out, "  {}", words::finite_motion(motion))?;
     }
     if !findings.idle_spins.is_empty() {
         writeln!(
             out,
-            "  {} of them idle: {} free to spin about {}",
+            "  {} of them local: {} can spin about {}",
             findings.idle_spins.len(),
             findings.idle_spins.join(", "),
             words::own_axes(findings.idle_spins.len()),
@@ -119,7 +120,7 @@ fn write_redundancy(out: &mut impl Write, job: &Job<'_>, findings: &Findings) ->
         return writeln!(out, "no joint is actuated\n");
     }
     let unique = if findings.drives_unique { "are" } else { "are not" };
-    writeln!(out, "driving forces {unique} unique (friction apart)\n")
+    writeln!(out, "actuator efforts {unique} unique (without friction)\n")
 }
 
 fn write_singularities(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> fmt::Result {
@@ -154,7 +155,7 @@ fn write_nearness(
         n if n == findings.samples => writeln!(out, "  {word:11}  singular at every sample")?,
         n => writeln!(
             out,
-            "  {word:11}  singular at {n} of {} samples, first of all at t = {} s",
+            "  {word:11}  singular at {n} of {} samples, first at t = {} s",
             findings.samples,
             number(*time)
         )?,
@@ -166,7 +167,7 @@ fn write_nearness(
         writeln!(out, "    and {} times more", crossings.len() - LISTED)?;
     }
     if *not_searched > 0 {
-        writeln!(out, "    {not_searched} near approaches more were not looked into")?;
+        writeln!(out, "    {not_searched} further close approaches were not examined")?;
     }
     match weakness {
         Some(gained) if *singular_samples > 0 && crossings.is_empty() => {
@@ -212,7 +213,7 @@ fn write_sizes(out: &mut impl Write, findings: &Findings) -> fmt::Result {
         writeln!(out, "  {}: {}", joint.name, range(joint))?;
     }
     if sizes.joints.len() > LISTED {
-        writeln!(out, "  and {} more freedoms of joints", sizes.joints.len() - LISTED)?;
+        writeln!(out, "  and {} more joint coordinates", sizes.joints.len() - LISTED)?;
     }
     Ok(())
 }

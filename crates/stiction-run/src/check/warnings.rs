@@ -16,14 +16,14 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     let driven = findings.to_be_driven();
     if drives > 0 && drives < driven {
         warnings.push(format!(
-            "{} cannot govern {}: actuate more joints",
+            "{} cannot control {}: actuate more joints",
             several(drives, "actuator"),
             several(driven, "degree"),
         ));
     }
     if drives > driven {
         warnings.push(format!(
-            "{} for {}: driving forces are chosen by a rule where they are not unique",
+            "{} for {}: actuator efforts are not unique and follow from the declared weighting",
             several(drives, "actuator"),
             several(driven, "degree"),
         ));
@@ -33,7 +33,7 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
         let everywhere = findings.everywhere(kind) == Some(true);
         match nearness.singular_samples {
             0 if nearness.crossings.is_empty() && nearness.least < NEAR => warnings.push(format!(
-                "nearly singular in {word} at t = {} s: the distance is {}",
+                "nearly singular in {word} at t = {} s: the singularity index is {}",
                 number(nearness.time),
                 number(nearness.least)
             )),
@@ -44,7 +44,7 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
             )),
             _ if everywhere && kind == Kind::Actuation && drives < driven => {}
             _ if everywhere => warnings.push(format!(
-                "singular in {word} in every position: no other pose and no other motion mends it"
+                "singular in {word} in every position: no other pose or motion avoids it"
             )),
             n => {
                 warnings.push(format!("singular in {word} at {n} of {} samples", findings.samples))
@@ -53,7 +53,7 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     }
     if findings.mobility.finite.greatest < findings.mobility.instantaneous {
         warnings.push(
-            "some motion is free to first order: clearance and compliance make it large".to_owned(),
+            "some motion is open to first order: clearance and compliance make it large".to_owned(),
         );
     }
     let finite = findings.mobility.finite;
@@ -73,14 +73,15 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     let (kept, dropped) = findings.mobility.gap;
     if let Some(kept) = kept.filter(|kept| *kept < DOUBTFUL) {
         warnings.push(format!(
-            "the instantaneous count is hardly decidable: a singular value of {kept:.1e} counts as \
-             not zero; dimensions that differ by so much of the characteristic length change the count"
+            "the instantaneous mobility is hardly decidable: a singular value of {kept:.1e} \
+             counts as nonzero; a change of dimensions by this fraction of the characteristic \
+             length changes the mobility"
         ));
     }
     if let Some(dropped) = dropped.filter(|dropped| *dropped > 1e-12) {
         warnings.push(format!(
-            "the instantaneous count is hardly decidable: a singular value of {dropped:.1e} counts as \
-             zero"
+            "the instantaneous mobility is hardly decidable: a singular value of {dropped:.1e} \
+             counts as zero"
         ));
     }
     for (what, rank) in [
@@ -89,8 +90,8 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     ] {
         if !rank.decided {
             warnings.push(format!(
-                "whether {what} are independent in general is not decidable from the dimensions given: \
-                 singular values lie between zero and not zero ({})",
+                "undecided whether {what} are independent in general: for the given dimensions, \
+                 singular values are neither clearly zero nor clearly nonzero ({})",
                 number(rank.kept.unwrap_or(0.0))
             ));
         }

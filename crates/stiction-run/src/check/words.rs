@@ -3,19 +3,19 @@
 use super::json::CLEARANCE;
 use super::{Findings, Kind, Weakness};
 use crate::Job;
-use stiction_core::mobility::{Architecture, GenericRank};
+use stiction_core::mobility::{Architecture, FiniteMotion, GenericRank};
 use stiction_draw::numbers::number;
 
 /// Describes the effect of a singular pose.
 pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
     let Weakness { body, motion, load, left } = weakness;
     let but = match kind {
-        Kind::Actuation => "while the actuators stand",
+        Kind::Actuation => "with locked actuators",
         Kind::Constraint => "against the constraints",
-        Kind::Leg => "while the bodies where legs end stand",
+        Kind::Leg => "while the bodies at its ends are fixed",
     };
     let left = left.as_ref().map_or(String::new(), |left| format!("; {left}"));
-    format!("{body} gains, {but}, {motion}; nothing carries {load} there{left}")
+    format!("{body} gains, {but}, {motion}; nothing balances {load} there{left}")
 }
 
 /// Describes singularities of every pose, judged by random poses.
@@ -23,10 +23,10 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     let Architecture { positions, constraints, actuated, .. } = &findings.architecture;
     let values = |rank: &GenericRank| {
         let kept = rank.kept.map_or("none counts".to_owned(), |kept| {
-            format!("singular values that count are at least {}", power_of_ten(kept))
+            format!("nonzero singular values are at least {}", power_of_ten(kept))
         });
         match rank.dropped {
-            Some(dropped) => format!("{kept}, the others at most {}", power_of_ten(dropped)),
+            Some(dropped) => format!("{kept}, zero ones at most {}", power_of_ten(dropped)),
             None => format!("all {kept}"),
         }
     };
@@ -35,14 +35,14 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
         let word = kind.word();
         match findings.everywhere(kind)? {
             true => Some(format!(
-                "in every position: at {positions} positions taken at random it is singular in {word}, \
-                 too ({})",
+                "in every position: it is also singular in {word} at {positions} random \
+                 positions ({})",
                 values(rank)
             )),
             false => findings.is_singular(kind).then(|| {
                 format!(
-                    "not in every position: at {positions} positions taken at random it is not \
-                     singular in {word} ({})",
+                    "not in every position: it is not singular in {word} at {positions} random \
+                     positions ({})",
                     values(rank)
                 )
             }),
@@ -59,6 +59,17 @@ pub(super) fn undecided(findings: &Findings) -> &'static str {
     }
 }
 
+/// A motion over a finite distance, in words.
+pub(super) fn finite_motion(motion: &FiniteMotion) -> String {
+    let FiniteMotion { body, moved, turned, closure } = motion;
+    format!(
+        "{body} moves by {} mm and {} deg within closure tolerance (loops open by {closure:.0e} of the \
+         characteristic length)",
+        number(moved * 1e3),
+        number(turned.to_degrees()),
+    )
+}
+
 /// Axes of the passive rotations, in words.
 pub(super) fn own_axes(count: usize) -> &'static str {
     if count == 1 { "an axis of its own" } else { "axes of their own" }
@@ -70,15 +81,16 @@ pub(super) fn governance(findings: &Findings) -> Option<String> {
     let (least, greatest, time) = findings.governance?;
     let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });
     let here = format!(
-        "leaving aside what is open to first order only, the distance in actuation is {} (t = {} s) to {} along \
-         this motion",
+        "for finite motions alone, the singularity index of actuation is {} (t = {} s) to {} \
+         along this motion",
         zero(least),
         number(time),
         zero(greatest),
     );
     Some(match findings.architecture.governance {
         Some(elsewhere) => format!(
-            "{here}, in other positions up to {} (0: something else moves while the actuators stand)",
+            "{here}, and up to {} in other positions (0: the mechanism can move with locked \
+             actuators)",
             number(elsewhere)
         ),
         None => here,

@@ -171,6 +171,7 @@ fn interface_json(joint: &Joint, interface: &JointFriction) -> Value {
         InterfaceShape::Pin { .. } => "pin",
         InterfaceShape::Guide { .. } => "guide",
         InterfaceShape::Thread => "thread",
+        InterfaceShape::Sleeve => "sleeve",
         InterfaceShape::Ball => "ball",
         InterfaceShape::Plate => "plate",
         InterfaceShape::Shaft { .. } => "shaft",

@@ -5,6 +5,7 @@ use super::guide::Guide;
 use super::job::{Feed, Job};
 use super::motors::Motors;
 use super::reference::{Wanted, own_course};
+use crate::Instants;
 use crate::error::Error;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Forward, Inputs, View};
@@ -46,8 +47,10 @@ pub(super) struct Acting<'a> {
     kept: Vec<f64>,
     /// Number of samples taken so far.
     samples: usize,
-    /// Next instant at which the simulation pauses, s.
-    stretch_end: f64,
+    /// Sample times of the results, s.
+    instants: Instants,
+    /// State of [`Self::leader`] at the start of the present step.
+    led_from: Vec<f64>,
     period: Option<f64>,
     /// Returns true once the user wants to stop the simulation.
     stopped: &'a dyn Fn() -> bool,
@@ -113,23 +116,20 @@ impl<'a> Acting<'a> {
             motors: Motors::new(forward.mechanism()),
             kept: vec![0.0; actuators.len()],
             samples: 0,
-            stretch_end: job.from,
+            instants: job.instants()?,
+            led_from: Vec::new(),
             period,
             failed: None,
         })
     }
 
-    /// Time of the next sample; the end of the present interval if both differ by rounding only.
+    /// Time of the next sample; that of a row of the results if both differ by rounding only.
     fn next_sample(&self) -> Option<f64> {
         let period = self.period?;
         let time = self.job.from + self.samples as f64 * period;
-        let same = (time - self.stretch_end).abs() < SAME * period;
-        Some(if same { self.stretch_end } else { time })
-    }
-
-    /// Sets the end of the next interval of the simulation, s.
-    pub(super) fn go_to(&mut self, time: f64) {
-        self.stretch_end = time;
+        let row = ((time - self.job.from) / self.job.step).round();
+        let row = self.instants.at(row as usize);
+        Some(if (time - row).abs() < SAME * period { row } else { time })
     }
 
     /// State of the inputs between samples, as numbers.
@@ -137,9 +137,7 @@ impl<'a> Acting<'a> {
         let mut numbers = vec![self.samples as f64];
         numbers.extend_from_slice(&self.kept);
         self.wanted.save(&mut numbers);
-        if let Some(leader) = &self.leader {
-            leader.save(&mut numbers);
-        }
+        numbers.extend_from_slice(&self.led_from);
         if let Some(controller) = &self.controller {
             controller.save(&mut numbers);
         }
@@ -158,7 +156,9 @@ impl<'a> Acting<'a> {
         self.kept.copy_from_slice(kept);
         let mut rest = self.wanted.restore(rest)?;
         if let Some(leader) = &mut self.leader {
+            let all = rest;
             rest = leader.restore(rest)?;
+            self.led_from = all[..all.len() - rest.len()].to_vec();
         }
         match &mut self.controller {
             Some(controller) => controller.restore(rest),
@@ -169,6 +169,18 @@ impl<'a> Acting<'a> {
     /// Reference motions of the actuators; zeros for those that follow none.
     pub(super) fn wanted_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
         self.wanted.at(self.forward, time)
+    }
+
+    /// Moves the motion of the whole mechanism to a time, s, from the start of the present step.
+    /// The result depends on that start and the time only, not on earlier evaluations.
+    fn lead(&mut self, time: f64) {
+        let Some(leader) = &mut self.leader else { return };
+        if !self.led_from.is_empty() && leader.restore(&self.led_from).is_none() {
+            self.failed.get_or_insert(Error::Mark);
+        }
+        if let Err(error) = leader.go_to(time) {
+            self.failed.get_or_insert(error);
+        }
     }
 
     fn given_at(&self, time: f64, efforts: &mut [f64]) {
@@ -233,11 +245,7 @@ impl Inputs for Acting<'_> {
     }
 
     fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
-        if let Some(leader) = &mut self.leader
-            && let Err(error) = leader.go_to(time)
-        {
-            self.failed.get_or_insert(error);
-        }
+        self.lead(time);
         let mut all = Vec::new();
         if let Some(leader) = &self.leader {
             let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
@@ -302,6 +310,19 @@ impl Inputs for Acting<'_> {
             .chain(own)
             .map(|signal| signal.resolved_until(time))
             .fold(f64::INFINITY, f64::min)
+    }
+
+    fn known_until(&self) -> f64 {
+        // Beyond its end the mechanism may be unable to follow the motion.
+        if self.leader.is_some() { self.job.until } else { f64::INFINITY }
+    }
+
+    fn begin_step(&mut self, time: f64) {
+        self.lead(time);
+        self.led_from.clear();
+        if let Some(leader) = &self.leader {
+            leader.save(&mut self.led_from);
+        }
     }
 
     fn change(&mut self, view: &View<'_>) {

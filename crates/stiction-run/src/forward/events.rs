@@ -47,7 +47,7 @@ fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
             ("not-unique", joint_name(*joint), detail)
         }
         EventKind::Singular { lost } => {
-            let detail = format!("{lost} of the loops' conditions depend on the others");
+            let detail = format!("{lost} of the loop constraints depend on the others");
             ("singular", String::new(), detail)
         }
         EventKind::Method { method } => ("method", String::new(), method_name(*method).to_owned()),

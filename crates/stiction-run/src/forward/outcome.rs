@@ -33,10 +33,15 @@ pub struct Outcome {
     pub open_drives: usize,
     /// Number of evaluations of the accelerations.
     pub evaluations: usize,
+    /// Largest relative error of a step near a singular position, if above the tolerance; else
+    /// zero.
+    pub coarsest: f64,
     /// Checkpoint at the last sample, if the user stopped the simulation.
     pub mark: Option<Mark>,
     /// True if the actuators determine the motion, so that inverse dynamics can recompute it.
     pub invertible: bool,
     /// True if prescribed or locked actuators changed the rates at the start.
     pub rates_changed: bool,
+    /// Notes on the initial configuration.
+    pub assembly_notes: Vec<String>,
 }

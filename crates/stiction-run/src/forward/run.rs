@@ -45,7 +45,7 @@ impl Job<'_> {
         }
         let instants = self.instants()?;
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
-        let state = start::state(self, &forward)?;
+        let (state, assembly_notes) = start::state(self, &forward)?;
         let mut acting = Acting::new(self, &forward, &state, stopped)?;
         self.check(self.from)?;
         let started = match mark {
@@ -87,13 +87,13 @@ impl Job<'_> {
         let (mut done, mut last) = (0, self.from);
         let mut before = Vec::new();
         if let Some(mark) = mark {
-            (done, last) = (mark.samples, simulation.instant().time);
+            done = mark.samples;
+            last = instants.at(done.saturating_sub(1));
             before.clone_from(&mark.events);
         }
         // Last checkpoint without its events, and the number of those events.
         let mut kept: Option<(Mark, usize)> = None;
         for time in instants.iter().skip(done) {
-            acting.go_to(time);
             let advanced = self
                 .check(time)
                 .and_then(|()| {
@@ -143,11 +143,12 @@ impl Job<'_> {
                 events: Vec::new(),
             };
             let make = || {
-                let events = before.iter().chain(simulation.events()).cloned().collect();
+                let events = before.iter().chain(simulation.recorded_events());
+                let events = events.cloned().collect();
                 Mark { events, ..bare() }
             };
             receive(&sample, &make).map_err(Error::Receiver)?;
-            kept = Some((bare(), before.len() + simulation.events().len()));
+            kept = Some((bare(), before.len() + simulation.recorded_events().len()));
         }
         let mut events: Vec<Event> = before.iter().chain(simulation.events()).cloned().collect();
         let stopped = matches!(ending, Ending::Interrupted);
@@ -157,6 +158,7 @@ impl Job<'_> {
             Mark { events: events.clone(), ..mark }
         });
         Ok(Outcome {
+            assembly_notes,
             samples: done,
             events,
             last,
@@ -164,6 +166,7 @@ impl Job<'_> {
             redundant: figures.redundant,
             open_drives: figures.open_drives,
             evaluations: simulation.evaluations(),
+            coarsest: simulation.coarsest(),
             invertible: figures.invertible,
             rates_changed,
             ending,

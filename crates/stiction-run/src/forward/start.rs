@@ -7,8 +7,8 @@ use stiction_core::kinematics::{AssemblyError, Coordinate, State, Target};
 use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
 
-/// Initial coordinates and rates of the spanning tree.
-pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Error> {
+/// Initial coordinates and rates of the spanning tree, and notes on the assembly.
+pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<(State<f64>, Vec<String>), Error> {
     let (motion, moves) = match job.start {
         Start::Moving => (job.motion, true),
         Start::AtRest => (job.motion, false),
@@ -18,7 +18,8 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
     let initial_poses = &job.model.initial_poses;
     if let Start::Known(known) = job.start {
         let known = angular(known.to_vec());
-        return forward.assemble_from(initial_poses, &known).map_err(Error::Forward);
+        let state = forward.assemble_from(initial_poses, &known).map_err(Error::Forward)?;
+        return Ok((state, Vec::new()));
     }
     let (mut coordinates, mut targets) = (Vec::new(), Vec::new());
     if let Some(motion) = motion {
@@ -28,11 +29,14 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
             coordinates.push(*coordinate);
             targets.push(Target { rate, ..target });
         }
-        match forward.assemble(initial_poses, &coordinates, &targets) {
+        match forward.assemble_with_report(initial_poses, &coordinates, &targets) {
             // The start is incomplete or singular.
             Err(ForwardError::Assembly(error))
                 if !matches!(error, AssemblyError::AngleRange { .. }) => {}
-            other => return other.map_err(Error::Forward),
+            other => {
+                let (state, report) = other.map_err(Error::Forward)?;
+                return Ok((state, report.notes()));
+            }
         }
     }
     let each = coordinates.iter().zip(&targets);
@@ -43,7 +47,8 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
         })
         .collect();
     let known = angular(known);
-    forward.assemble_from(initial_poses, &known).map_err(Error::Forward)
+    let state = forward.assemble_from(initial_poses, &known).map_err(Error::Forward)?;
+    Ok((state, Vec::new()))
 }
 
 /// Converts rates of a rotation vector `v` to the angular velocity `omega = (1 + (1 - cos a)/a^2

@@ -4,7 +4,7 @@ use super::events::{method_name, methods, tell_all};
 use super::job::Job;
 use super::outcome::{Ending, Outcome};
 use super::rows::{Layout, Rows};
-use crate::statistics::Size;
+use crate::statistics::{Reactions, Size};
 use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
 use stiction_core::forward::{Event, EventKind, Settings};
@@ -19,8 +19,7 @@ pub struct Summary {
     pub(super) drives: Vec<Size>,
     /// Tracking errors of the actuators.
     pub(super) errors: Vec<Size>,
-    /// Magnitudes of force and moment of each joint reaction.
-    pub(super) reactions: Vec<(Size, Size)>,
+    reactions: Reactions,
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
@@ -56,7 +55,7 @@ impl Summary {
             samples: 0,
             drives: vec![Size::default(); drives],
             errors: vec![Size::default(); drives],
-            reactions: vec![Default::default(); joints],
+            reactions: Reactions::new(joints),
             loads: vec![Size::default(); interfaces],
             closure: Size::default(),
             energy_error: Size::default(),
@@ -145,10 +144,6 @@ impl Summary {
                 }),
             );
         }
-        let mut joints = Map::new();
-        for (name, (force, moment)) in names.joints.iter().zip(&self.reactions) {
-            joints.insert(name.clone(), json!({ "force": force.json(), "moment": moment.json() }));
-        }
         let mut friction = Map::new();
         for (k, (name, _)) in names.interfaces.iter().enumerate() {
             friction.insert(
@@ -194,7 +189,7 @@ impl Summary {
             "last_time": self.last.time,
             "samples": self.samples,
             "drives": drives,
-            "joints": joints,
+            "joints": self.reactions.json(&names.joints),
             "friction": friction,
             "energy": {
                 "kinetic": { "start": account.kinetic.0, "end": account.kinetic.1 },
@@ -225,6 +220,7 @@ impl Summary {
                 "drives_unique": outcome.open_drives == 0,
                 "closure": self.closure.peak,
                 "evaluations": outcome.evaluations,
+                "coarsest_step": outcome.coarsest.max(job.settings.relative),
             },
         })
     }
@@ -305,11 +301,8 @@ impl Sink<Rows> for Summary {
             }
         }
         let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        for ((force, moment), row) in self.reactions.iter_mut().zip(rows.reactions.chunks_exact(7))
-        {
-            force.add(time, length(&row[..3]));
-            moment.add(time, length(&row[3..6]));
-        }
+        let reactions = rows.reactions.chunks_exact(7);
+        self.reactions.add(time, reactions.map(|row| (length(&row[..3]), length(&row[3..6]))));
         for (load, row) in self.loads.iter_mut().zip(rows.friction.chunks_exact(6)) {
             load.add(time, row[1]);
         }

@@ -4,12 +4,14 @@ use super::events::{Told, methods, tell_all};
 use super::job::{Job, Start};
 use super::outcome::{Ending, Outcome};
 use super::summary::Summary;
-use crate::names::width;
+use crate::names::{heading, width};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::{number, order, percent};
 
 /// Largest number of friction interfaces and events listed.
 const LISTED: usize = 6;
+/// Relative error of a step above which it is told.
+const COARSE: f64 = 1e-8;
 
 /// Writes the summary as plain text.
 ///
@@ -21,11 +23,7 @@ pub fn write_summary(
     summary: &Summary,
     outcome: &Outcome,
 ) -> fmt::Result {
-    let model = job.model;
-    match model.title.as_str() {
-        "" => writeln!(out, "{}", model.name)?,
-        title => writeln!(out, "{}: {title}", model.name)?,
-    }
+    writeln!(out, "{}", heading(job.model))?;
     let names = &summary.layout.names;
     let friction = match (job.friction, names.interfaces.is_empty()) {
         (false, _) => "off",
@@ -52,9 +50,12 @@ pub fn write_summary(
     if outcome.rates_changed {
         writeln!(
             out,
-            "CAUTION: the rates at the start are not those asked for: what is locked or prescribed does not \
-             allow them"
+            "CAUTION: the initial rates differ from the requested ones, which locked or \
+             prescribed joints do not allow"
         )?;
+    }
+    for note in &outcome.assembly_notes {
+        writeln!(out, "note: {note}")?;
     }
     for doubt in job.motion.iter().flat_map(|motion| &motion.warnings) {
         writeln!(out, "CAUTION: {}", doubt.message)?;
@@ -268,16 +269,16 @@ fn write_verdicts(
     if let Some(event) = told.iter().find(|event| event.what == "shares-not-unique") {
         writeln!(
             out,
-            "the distribution of static friction is not unique from t = {} s on: more friction interfaces \
-             stick than necessary; each gets a part in proportion to its limit",
+            "the distribution of static friction is not unique from t = {} s on: more friction \
+             interfaces stick than necessary; each carries a share in proportion to its limit",
             number(event.time)
         )?;
     }
     if outcome.open_drives > 0 {
         writeln!(
             out,
-            "CAUTION: drives are not unique: {} more prescribed or locked than it takes; those with the least \
-             sum of squares are reported",
+            "CAUTION: efforts are not unique: {} more joints are prescribed or locked than \
+             necessary; the efforts with the least sum of squares are reported",
             match outcome.open_drives {
                 1 => "one joint is".to_owned(),
                 n => format!("{n} joints are"),
@@ -294,12 +295,21 @@ fn write_verdicts(
             number(event.time)
         )?;
     }
+    if outcome.coarsest > COARSE {
+        writeln!(
+            out,
+            "CAUTION: near a singular position rounding allows steps of a relative error of {:.0e} only; the \
+             motion after it is that uncertain, or more",
+            outcome.coarsest
+        )?;
+    }
     let jumps = count("jump");
     if let Some(Told { time, at, .. }) = told.iter().find(|event| event.what == "jump") {
         writeln!(
             out,
-            "CAUTION: friction leaves no acceleration (jamming) {}, first at t = {} s with the greatest load in \
-             {at}; velocities jump there to the nearest that satisfy all laws",
+            "CAUTION: no acceleration satisfies the friction laws (jamming) {}, first at t = {} \
+             s, with the largest normal load in {at}; velocities jump there to values that \
+             satisfy all laws",
             times(jumps),
             number(*time)
         )?;
@@ -316,7 +326,7 @@ fn write_verdicts(
     match &outcome.ending {
         Ending::Reached => Ok(()),
         Ending::Interrupted | Ending::Failed(_) => {
-            writeln!(out, "CAUTION: it ended before t = {} s", number(job.until))
+            writeln!(out, "CAUTION: the simulation ended before t = {} s", number(job.until))
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Friction contributions to the actuator efforts: ranking and plot.
 
 use crate::job::Job;
-use crate::names::Names;
+use crate::names::{Names, listed};
 use crate::statistics::Size;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
@@ -83,22 +83,12 @@ impl Ranking {
         for drive in drives {
             let (name, unit) = &names.drives[drive];
             let ranked = self.ranked(drive);
-            let told = ranked.iter().take(INTERFACES_TOLD);
-            let told = told.map(|&interface| {
-                format!(
-                    "{} {}",
-                    names.interfaces[interface].0,
-                    number(self.0[drive][interface].rms())
-                )
+            let told = ranked.iter().map(|&interface| {
+                let rms = number(self.0[drive][interface].rms());
+                format!("{} {rms}", names.interfaces[interface].0)
             });
-            let told: Vec<String> = told.collect();
-            let more = if ranked.len() > INTERFACES_TOLD { ", ..." } else { "" };
-            let change = number(changes[drive].0);
-            writeln!(
-                out,
-                "friction changes {name} by {change} {unit} rms: {}{more}",
-                told.join(", ")
-            )?;
+            let (told, change) = (listed(told, INTERFACES_TOLD), number(changes[drive].0));
+            writeln!(out, "friction changes {name} by {change} {unit} rms: {told}")?;
         }
         Ok(())
     }

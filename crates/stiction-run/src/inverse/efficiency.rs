@@ -3,7 +3,7 @@
 //!
 //! Equation (E3) of the book's theory.
 
-use crate::names::Names;
+use crate::names::{Names, listed};
 use crate::statistics::Least;
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
@@ -220,13 +220,11 @@ impl Efficiency {
         } else {
             // Actuators for which friction dissipates all power most often come first.
             stopped.sort_by_key(|(_, back)| std::cmp::Reverse(back.stopped));
-            let words = stopped.iter().take(NAMED).enumerate().map(|(k, (name, back))| {
+            let words = stopped.iter().enumerate().map(|(k, (name, back))| {
                 let unit = if k == 0 { " samples" } else { "" };
                 format!("{name} at {} of {}{unit}", back.stopped, back.samples)
             });
-            let words: Vec<String> = words.collect();
-            let more = if stopped.len() > NAMED { ", ..." } else { "" };
-            Some(format!("cannot be back-driven by the load: {}{more}", words.join(", ")))
+            Some(format!("cannot be back-driven by the load: {}", listed(words, NAMED)))
         };
         let words: Vec<String> = forward.into_iter().chain(backward).collect();
         if words.is_empty() {
@@ -256,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn drives_that_only_take_have_no_efficiency() {
+    fn absorbing_actuators_have_no_efficiency() {
         let mut efficiency = Efficiency::new(0);
         let at = |time: f64| Powers { time, drives: -1.0, dissipated: 0.1, turnover: 1.0 };
         efficiency.integrate(&at(0.0), &at(1.0));

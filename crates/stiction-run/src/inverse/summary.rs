@@ -10,7 +10,7 @@ use super::verdict::Verdict;
 use crate::dofs::{actuated, dofs_of};
 use crate::job::Job;
 use crate::names::Names;
-use crate::statistics::{Comparison, Integral, Least, Range, Size};
+use crate::statistics::{Comparison, Integral, Least, Range, Reactions, Size};
 use crate::undetermined::open_components;
 use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
@@ -38,7 +38,7 @@ pub struct Summary {
     pub(super) resting_samples: usize,
     /// Number of samples at rest whose intervals are unknown.
     pub(super) unbounded_samples: usize,
-    pub(super) reactions: Vec<(Size, Size)>,
+    pub(super) reactions: Reactions,
     pub(super) dissipated: Vec<Integral>,
     pub(super) interface_loads: Vec<Size>,
     pub(super) work: Work,
@@ -92,7 +92,7 @@ impl Summary {
             certainty: Certainty::default(),
             resting_samples: 0,
             unbounded_samples: 0,
-            reactions: vec![Default::default(); joints],
+            reactions: Reactions::new(joints),
             dissipated: vec![Integral::default(); interfaces],
             interface_loads: vec![Size::default(); interfaces],
             work: Work::default(),
@@ -152,7 +152,7 @@ impl Summary {
             "cautions": self.cautions(job),
             "units": "SI: s, m, rad, kg, N, N m, J, W",
             "drives": self.drives_json(job),
-            "joints": self.joints_json(),
+            "joints": self.reactions.json(&self.names.joints),
             "friction": self.friction_json(),
             "work": {
                 "drives": self.work.drives.value,
@@ -208,15 +208,6 @@ impl Summary {
         Value::Object(drives)
     }
 
-    fn joints_json(&self) -> Value {
-        let mut joints = Map::new();
-        for (k, name) in self.names.joints.iter().enumerate() {
-            let (force, moment) = &self.reactions[k];
-            joints.insert(name.clone(), json!({ "force": force.json(), "moment": moment.json() }));
-        }
-        Value::Object(joints)
-    }
-
     fn friction_json(&self) -> Value {
         let mut interfaces = Map::new();
         let total: f64 = self.dissipated.iter().map(|integral| integral.value).sum();
@@ -229,7 +220,7 @@ impl Summary {
             });
             // Only laws with a state have this entry.
             if self.names.steady.contains(name) {
-                value["law"] = json!("steady state of a law with a state");
+                value["law"] = json!("steady sliding of a law with an internal state");
             }
             interfaces.insert(name.clone(), value);
         }
@@ -320,10 +311,7 @@ impl Sink<Sample> for Summary {
         self.unbounded_samples += usize::from(forces.bounds == Bounds::Unknown);
         self.resting_samples +=
             usize::from(forces.interfaces.iter().any(|c| !c.slides && c.limit > 0.0));
-        for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {
-            force.add(time, f.norm());
-            moment.add(time, m.norm());
-        }
+        self.reactions.add(time, forces.reactions.iter().map(|(f, m)| (f.norm(), m.norm())));
         for (k, interface) in forces.interfaces.iter().enumerate() {
             self.dissipated[k].add(time, interface.power);
             self.interface_loads[k].add(time, interface.load);

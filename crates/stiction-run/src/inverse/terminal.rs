@@ -5,7 +5,7 @@ use super::summary::{Summary, friction_word, weighting_words};
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::job::Job;
-use crate::names::width;
+use crate::names::{heading, listed, width};
 use crate::statistics::Integral;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
@@ -30,11 +30,7 @@ pub fn write_summary(
     summary: &Summary,
     verdict: &Verdict,
 ) -> fmt::Result {
-    let model = job.model;
-    match model.title.as_str() {
-        "" => writeln!(out, "{}", model.name)?,
-        title => writeln!(out, "{}: {title}", model.name)?,
-    }
+    writeln!(out, "{}", heading(job.model))?;
     let count = verdict.samples;
     writeln!(
         out,
@@ -57,7 +53,7 @@ pub fn write_summary(
     write_drives(out, job, summary)?;
     write_rest(out, summary)?;
     summary.motors.write(out)?;
-    write_reactions(out, summary, model.mechanism.characteristic_length())?;
+    write_reactions(out, summary, job.model.mechanism.characteristic_length())?;
     write_friction(out, job, summary, verdict)?;
     write_verdicts(out, job, summary, verdict)?;
     write_certainty(out, summary, verdict)?;
@@ -152,8 +148,9 @@ fn write_rest(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     if summary.unbounded_samples > 0 {
         writeln!(
             out,
-            "at {} of these samples the interval is not known, and drive_low and drive_high are just \
-             the drive: the position is singular, or constraints and actuators are both redundant",
+            "at {} of these samples the interval is not known, and drive_low and drive_high \
+             equal drive: the position is singular, or constraints and actuators are both \
+             redundant",
             summary.unbounded_samples,
         )?;
     }
@@ -161,8 +158,9 @@ fn write_rest(out: &mut impl Write, summary: &Summary) -> fmt::Result {
 }
 
 fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt::Result {
-    let mut joints: Vec<usize> = (0..summary.reactions.len()).collect();
-    joints.sort_by(|&a, &b| summary.reactions[b].0.peak.total_cmp(&summary.reactions[a].0.peak));
+    let reactions = &summary.reactions.0;
+    let mut joints: Vec<usize> = (0..reactions.len()).collect();
+    joints.sort_by(|&a, &b| reactions[b].0.peak.total_cmp(&reactions[a].0.peak));
     let listed = &joints[..joints.len().min(LISTED)];
     let wide = width(listed.iter().map(|&k| summary.names.joints[k].as_str()), 13);
     writeln!(
@@ -171,7 +169,7 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
         "most loaded", "force", "at", "moment", "at"
     )?;
     for &k in listed {
-        let (force, moment) = &summary.reactions[k];
+        let (force, moment) = &reactions[k];
         // Values as small as rounding errors become zero.
         let noise = 1e-12 * force.peak * length;
         write!(
@@ -214,10 +212,8 @@ fn write_friction(
     write!(out, "friction dissipates {} {unit}", number(total))?;
     // A zero total has no fractions.
     if total != 0.0 {
-        let shares = interfaces.iter().take(LISTED);
-        let shares = shares.map(|(part, name)| format!("{name} {}", percent(Some(part / total))));
-        let more = if interfaces.len() > LISTED { ", ..." } else { "" };
-        write!(out, ": {}{more}", shares.collect::<Vec<_>>().join(", "))?;
+        let share = |(part, name): &(f64, &str)| format!("{name} {}", percent(Some(part / total)));
+        write!(out, ": {}", listed(interfaces.iter().map(share), LISTED))?;
     }
     writeln!(out)?;
     let changes = summary.drives.iter().map(|drive| (drive.difference.rms(), drive.with.rms()));
@@ -226,12 +222,10 @@ fn write_friction(
     summary.efficiency.write(out, &summary.names)?;
     let steady = &summary.names.steady;
     if !steady.is_empty() {
-        let listed = steady.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>();
         writeln!(
             out,
-            "friction at {}{} is that of steady sliding: the state of its law is taken as settled",
-            listed.join(", "),
-            if steady.len() > LISTED { ", ..." } else { "" },
+            "friction at {} is that of steady sliding, because its law has an internal state",
+            listed(steady, LISTED),
         )?;
     }
     writeln!(out)
@@ -263,8 +257,8 @@ fn write_verdicts(
     for (from, to) in verdict.passed_singularities.iter().take(LISTED) {
         writeln!(
             out,
-            "CAUTION: between t = {} s and t = {} s the mechanism passes a singular position, where \
-             without friction no finite driving force exists",
+            "CAUTION: between t = {} s and t = {} s the mechanism passes a singular position, \
+             where without friction no finite effort exists",
             number(*from),
             number(*to),
         )?;
@@ -280,8 +274,8 @@ fn write_verdicts(
     } else if summary.actuation.value < NEAR_SINGULAR {
         writeln!(
             out,
-            "CAUTION: near a singular position driving forces without friction, and errors of the model, grow like \
-             one over the distance",
+            "CAUTION: near a singular position, frictionless efforts and the effects of model \
+             errors are inversely proportional to the singularity index",
         )?;
     }
     if !verdict.idle_spins.is_empty() {
@@ -295,7 +289,7 @@ fn write_verdicts(
     }
     let undetermined = summary.undetermined();
     if undetermined.is_empty() {
-        return write_unique(out, "all reactions and driving forces", verdict);
+        return write_unique(out, "all reactions and actuator efforts", verdict);
     }
     let unique = summary.drives_are_unique(job.friction);
     writeln!(
@@ -306,20 +300,21 @@ fn write_verdicts(
         by_components(&undetermined),
     )?;
     if let Some(words) = weighting_words(job, verdict) {
-        writeln!(out, "these are chosen by {words}")?;
+        writeln!(out, "the reported ones follow from {words}")?;
     }
     if unique {
-        return write_unique(out, "driving forces", verdict);
+        return write_unique(out, "actuator efforts", verdict);
     }
     let open: Vec<&str> = summary.frictions_that_are_not_unique().collect();
     if verdict.singular.is_some() {
-        writeln!(out, "driving forces are not unique where the position is singular")
+        writeln!(out, "actuator efforts are not unique where the position is singular")
     } else if open.is_empty() {
-        writeln!(out, "driving forces are not unique: actuators are redundant")
+        writeln!(out, "actuator efforts are not unique: actuators are redundant")
     } else {
         writeln!(
             out,
-            "driving forces are not unique: friction at {} depends on reactions that are not",
+            "actuator efforts are not unique: friction at {} depends on reactions that are not \
+             unique",
             open.join(", ")
         )
     }
@@ -335,9 +330,9 @@ fn write_singular(
     let Singular { samples, time, body, motion, load, null_directions } = singular;
     writeln!(
         out,
-        "CAUTION: the position is singular at {samples} of {} samples, first at t = {} s: while the \
-         actuators stand {body} can move ({motion}), and {load} could not be carried. This load is \
-         carried by chance: forces are finite, but not unique",
+        "CAUTION: the position is singular at {samples} of {} samples, first at t = {} s: with \
+         all actuators locked, {body} can move ({motion}), and {load} could not be balanced. The \
+         present load happens to be balanced: forces are finite, but not unique",
         verdict.samples,
         number(*time),
     )?;
@@ -354,9 +349,9 @@ fn write_singular(
             .collect();
         writeln!(
             out,
-            "  null direction {}, in any amount: {}; reactions of {}",
+            "  null direction {} (any multiple of it): {}; reactions of {}",
             k + 1,
-            if drives.is_empty() { "no drive".to_owned() } else { drives.join(", ") },
+            if drives.is_empty() { "no effort".to_owned() } else { drives.join(", ") },
             joints.join(", "),
         )?;
     }
@@ -370,7 +365,7 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
             // Rounded down, as a guaranteed bound; round-off alone takes no digit away.
             true => writeln!(
                 out,
-                "{what} are unique, also with up to {} times this friction",
+                "{what} are unique, even with up to {} times this friction",
                 number((100.0 / coupling * (1.0 + 1e-12)).floor() / 100.0)
             ),
             false => writeln!(out, "{what} are unique"),
@@ -380,8 +375,8 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
     match verdict.coupling {
         Some(coupling) => writeln!(
             out,
-            "with friction there may be other solutions (coupling {}, unique below 1): reported is the one \
-             continued from zero friction",
+            "with friction there may be other solutions (coupling {}, unique below 1); the \
+             reported solution is continued from zero friction",
             number(coupling),
         ),
         None => writeln!(
@@ -397,8 +392,8 @@ fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -
         let count = others.drives.len();
         writeln!(
             out,
-            "CAUTION: friction has other solutions at {} of {} samples, found by Newton's method from \
-             many starts; reported is the one continued from zero friction. At t = {} s {}:",
+            "CAUTION: friction has other solutions at {} of {} samples, found by Newton's method \
+             from many starts; the reported one is continued from zero friction. At t = {} s {}:",
             others.samples,
             verdict.samples,
             number(others.time),
@@ -414,14 +409,15 @@ fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -
         None => Ok(()),
         Some(Margin { factor: Some(factor), time, joint }) => writeln!(
             out,
-            "all coefficients of friction can grow {} times; then friction locks {} at t = {} s",
+            "all friction coefficients can grow by a factor of {}; then friction locks {} at t = \
+             {} s",
             number(*factor),
             joint.as_deref().unwrap_or("the mechanism"),
             number(*time),
         ),
         Some(Margin { factor: None, .. }) => writeln!(
             out,
-            "all coefficients of friction can grow {MOST_MARGIN} times, and nothing locks"
+            "all friction coefficients can grow by a factor of {MOST_MARGIN}, and nothing locks"
         ),
     }
 }

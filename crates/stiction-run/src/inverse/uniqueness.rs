@@ -1,7 +1,6 @@
 //! Uniqueness and singularity indices at a sample.
 
 use stiction_core::dynamics::{InverseDynamics, Weighting};
-use stiction_core::joint::JointType;
 use stiction_core::statics::{Distances, NullDirection, SingularityDistances, Statics};
 
 /// Index below which a pose counts as singular and the index as zero.
@@ -12,7 +11,6 @@ pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
 pub(super) struct Uniqueness {
     /// Mobility intended by the design, local rotations included.
     mobility: usize,
-    joint_types: Vec<JointType>,
     /// Calculator of the indices; `None` unless statics has as many unknowns as equations.
     proximity: Option<SingularityDistances>,
     pub(super) distances: Distances,
@@ -51,7 +49,6 @@ impl Uniqueness {
         let mechanism = solver.mechanism();
         Self {
             mobility,
-            joint_types: mechanism.joints().iter().map(|j| j.joint_type).collect(),
             proximity: SingularityDistances::new(mechanism),
             distances: Distances { actuation: 1.0, constraint: 1.0 },
             redundancy: 0,
@@ -67,18 +64,16 @@ impl Uniqueness {
     /// Examines the current pose.
     pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64) {
         (self.is_singular, self.singular) = (false, None);
-        if is_determined(solver) {
+        if is_determined(solver)
+            && let Some(proximity) = &mut self.proximity
+        {
             // Only the singularity indices must be computed.
             self.redundancy = 0;
             self.reactions.fill([true; 6]);
             self.loads.fill(true);
             self.drives.fill(true);
-            self.distances = match &mut self.proximity {
-                Some(proximity) => {
-                    proximity.measure(solver.mechanism(), solver.parameters(), solver.bodies())
-                }
-                None => Distances::of_square(&solver.balance(), &self.joint_types),
-            };
+            self.distances =
+                proximity.measure(solver.mechanism(), solver.parameters(), solver.bodies());
             return;
         }
         let spins = solver.constraints().spins().len();

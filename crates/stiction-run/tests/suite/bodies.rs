@@ -114,7 +114,7 @@ fn quaternions_are_unit_and_continuous() {
 
 /// A load that rotates with its body and acts at an arm.
 #[test]
-fn loads_are_told_about_the_origin_in_world_axes() {
+fn loads_refer_to_the_origin_in_world_axes() {
     let text = gallery::get("3rps").unwrap().to_owned()
         + "\n[loads.turning]\n\
            platform = { force = [\"10 N + 5 N/s*t\", 20, -30], moment = [1, -2, 3], \

@@ -63,7 +63,7 @@ fn wanted(t: f64) -> (f64, f64) {
 const SWAY: &str = "slide = 50 mm*sin(3*t); duration = 0.8 s";
 
 #[test]
-fn a_pd_controller_is_its_recurrence() {
+fn a_pd_controller_agrees_with_its_recurrence() {
     let period = 4e-3;
     let control = "type = pd; period = 4 ms; kp = 3 kN/m; kd = 120 N s/m";
     let given = Given::new("", SWAY, control);
@@ -128,7 +128,7 @@ fn usual_gains_are_those_of_the_mass() {
 /// At constant speed, friction F causes a tracking error of F/(m w^2) with computed torque, and
 /// none with friction feed-forward.
 #[test]
-fn friction_leaves_computed_torque_behind() {
+fn friction_causes_a_tracking_error_of_computed_torque() {
     let friction = "friction = { mu = 0.3 }";
     let ramp = "slide = 0.2 m/s*t; duration = 2 s";
     let omega = std::f64::consts::TAU * 5.0;

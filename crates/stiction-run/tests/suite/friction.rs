@@ -49,7 +49,7 @@ fn run(text: &str) -> Result<Run, Error> {
 }
 
 #[test]
-fn a_collar_locks_where_it_must() {
+fn a_collar_locks_at_the_computed_offset() {
     for rod in ["", LIGHT] {
         for mu in [0.0, 0.05, 0.125, 0.2, 0.24, 0.249, 0.2499] {
             let found = run(&collar(mu, rod, "0.1 m/s*t")).unwrap();
@@ -88,7 +88,7 @@ fn a_collar_locks_where_it_must() {
 /// The downward motion has a solution for every coefficient. From 1/4 on it is not the only one
 /// (pulling the collar down against binding pads also satisfies all laws), and the result says so.
 #[test]
-fn other_solutions_are_not_denied() {
+fn other_solutions_are_reported() {
     for mu in [0.1, 0.24, 0.3, 0.5, 1.0] {
         let found = run(&collar(mu, LIGHT, "-0.1 m/s*t")).unwrap();
         let drive = found.inverse.column("drive.drive [N]")[1];
@@ -112,7 +112,7 @@ fn other_solutions_are_not_denied() {
 /// For the upward motion, the coefficients can grow to 1/4, where the collar locks; for the
 /// downward motion they can grow without limit.
 #[test]
-fn how_far_friction_can_grow() {
+fn friction_margin_of_a_collar() {
     let margin = |text: &str| {
         let model = model_of("collar", text);
         let asked = Job { friction_margin: true, ..default_job(&model, FrictionMode::Converged) };
@@ -139,7 +139,7 @@ fn how_far_friction_can_grow() {
 /// eleven instants and 1.02 at the best, and the solution ends at 0.60 to 1.8, by an independent
 /// program (two digits).
 #[test]
-fn how_far_friction_of_the_twin_can_grow() {
+fn friction_margin_of_the_twin() {
     let model = model("zhang2018-regular");
     let base = job(&model, "regular", "L0", FrictionMode::Converged);
     let asked = Job { friction_margin: true, step: Some(0.1), ..base };

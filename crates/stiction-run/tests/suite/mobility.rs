@@ -21,7 +21,7 @@ fn dofs(name: &str, body: &str) -> (Vec<String>, Vec<String>) {
 }
 
 #[test]
-fn what_bodies_can_do_in_words() {
+fn motions_of_bodies_in_words() {
     let (lasting, brief) = dofs("zhang2018", "platform");
     assert_eq!(lasting, ["translation along x", "translation along z", "rotation about y"]);
     assert_eq!(brief.len(), 1);

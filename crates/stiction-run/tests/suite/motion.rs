@@ -45,7 +45,7 @@ fn drives(text: &str) -> Vec<Vec<f64>> {
 
 /// Rotation vectors beyond half a turn and beyond whole turns, against the same motion in angles.
 #[test]
-fn rotation_vectors_go_round_and_round() {
+fn rotation_vectors_exceed_whole_turns() {
     let pairs = [
         ("rvx = 0\nrvy = 0\nrvz = \"20 rad/s*t\"", "rx = 0\nry = 0\nrz = \"20 rad/s*t\""),
         ("rvx = \"-9 rad/s*t\"\nrvy = 0\nrvz = 0", "rx = \"-9 rad/s*t\"\nry = 0\nrz = 0"),
@@ -137,7 +137,7 @@ fn passed_singular_positions_are_reported() {
 /// A parallelogram that turns steadily in the horizontal plane has forces but no powers; it is
 /// computed at any speed.
 #[test]
-fn steady_turning_is_not_taken_for_noise() {
+fn steady_rotation_is_not_noise() {
     for speed in [1.0, 50.0, 1e3, 1e4] {
         let text = format!(
             r#"
@@ -252,5 +252,55 @@ fn reachable_positions_are_reported() {
             "{step}: {error}"
         );
         assert!(!error.contains("t = 0 s"), "{step}: {error}");
+    }
+}
+
+/// Sixteen parallelograms in a row along a motion in coarse samples, which any elimination chosen at
+/// one position carries to the others with a loss of digits. The torque is that of one pendulum.
+#[test]
+fn a_long_linkage_is_followed_in_coarse_steps() {
+    let count = 16;
+    let mut text = String::from("gravity = [0, 0, -9.81]\n");
+    let body = |name: String, com: &str, inertia: f64| {
+        format!(
+            "[bodies.{name}]\nmass = 1\ncom = {com}\ninertia = [{inertia:e}, {inertia:e}, {inertia:e}]\n"
+        )
+    };
+    for k in 0..=count {
+        text += &body(format!("c{k}"), "[0, 0, 0.1]", 1e-3);
+        text += &format!(
+            "[joints.g{k}]\ntype = \"R\"\nfrom = \"ground\"\nto = \"c{k}\"\nat = [{k}, 0, 0]\naxis = \"y\"\n{}",
+            if k == 0 { "actuated = true\n" } else { "" }
+        );
+    }
+    for k in 0..count {
+        text += &body(format!("k{k}"), "[0.5, 0, 0]", 1e-2);
+        text += &format!(
+            "[joints.p{k}]\ntype = \"R\"\nfrom = \"c{k}\"\nto = \"k{k}\"\nat = [0, 0, 0.2]\naxis = \"y\"\n\
+             [joints.q{k}]\ntype = \"R\"\nfrom = \"k{k}\"\nto = \"c{}\"\nat = [1, 0, 0]\n\
+             to_at = [0, 0, 0.2]\naxis = \"y\"\n",
+            k + 1
+        );
+    }
+    text += "[motions.m]\ng0 = \"0.3*sin(2*pi*t)\"\n[loads.none]\n[default]\nload = \"none\"\n";
+    let model = model_of("parallelograms", &text);
+    let (motion, load) = (("m", &model.motions[0].1), LoadCase::default());
+    let cranks = f64::from(count) + 1.0;
+    let inertia = cranks * (1e-3 + 0.01) + f64::from(count) * 0.04;
+    let lever = cranks * 0.1 + f64::from(count) * 0.2;
+    for step in [0.25, 0.2, 0.125, 0.1, 0.05] {
+        let job = Job {
+            friction: FrictionMode::Off,
+            step: Some(step),
+            ..Job::new(&model, motion, ("none", &load))
+        };
+        let run = Run::of(&job).unwrap_or_else(|error| panic!("{step}: {error}"));
+        let times = run.inverse.column("time [s]");
+        for (t, drive) in times.iter().zip(run.inverse.column("g0.drive [N m]")) {
+            let turns = std::f64::consts::TAU;
+            let (q, a) = (0.3 * (turns * t).sin(), -0.3 * turns * turns * (turns * t).sin());
+            let expected = inertia * a - 9.81 * lever * q.sin();
+            assert!((drive - expected).abs() < 1e-8, "{step}, {t}: {drive} {expected}");
+        }
     }
 }

@@ -58,7 +58,7 @@ fn from<'a>(told: &'a Told, drive: &str) -> Vec<(&'a str, &'a [f64])> {
 
 /// Sums of contributions at every sample of every motion under every load.
 #[test]
-fn shares_add_up_to_what_friction_makes_of_the_drives() {
+fn contributions_add_up_to_the_effect_of_friction() {
     let mut rows = 0;
     for name in regular() {
         let model = model(name);
@@ -336,7 +336,7 @@ fn a_level_plane_has_no_load() {
 /// downward motion, it must push and loads them more: `d = -(20/3 mu - 1 + 16 mu) / (1 - 4 mu) W`,
 /// without a solution from mu = 1/4 on.
 #[test]
-fn friction_that_locks_only_the_way_back_is_found() {
+fn locking_against_back_driving_is_detected() {
     let text = |mu: f64| {
         format!(
             r#"

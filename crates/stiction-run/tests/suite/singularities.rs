@@ -144,7 +144,7 @@ fn a_load_in_the_range_of_a_singular_pose() {
     assert_eq!((singular.samples, singular.body.as_str()), (1, "platform"));
     assert_eq!(singular.load, "a moment about y");
     let [direction] = singular.null_directions.as_slice() else { panic!("one direction") };
-    assert_eq!(direction.drives, [0.0; 3], "driving forces are unique");
+    assert_eq!(direction.drives, [0.0; 3], "actuator efforts are unique");
     let at = |name: &str| {
         let found = direction.joints.iter();
         found.into_iter().find(|l| model.mechanism.joints()[l.joint.0].name == name).unwrap().force

@@ -73,7 +73,7 @@ fn errors_do_not_depend_on_the_number_of_threads() {
 /// Pieces start at the positions of a motion followed sample by sample, even if a long step covers
 /// whole turns of a crank.
 #[test]
-fn pieces_are_on_the_way() {
+fn chunks_start_on_the_motion() {
     let fast = "\n[motions.fast]\nduration = \"2 s\"\nA = \"60 deg + 62.5*360 deg*t\"\n";
     let four_bar = gallery::get("four-bar").unwrap().to_owned() + fast;
     let (four_bar, robot) = (model_of("four-bar", &four_bar), model("3rps"));

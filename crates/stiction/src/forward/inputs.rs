@@ -30,6 +30,23 @@ pub(super) enum Start {
     Known(Vec<Known>),
 }
 
+/// Separates assignments of rates, `d(NAME) = RATE`, from others: names with rates, and the rest.
+pub(super) fn rates_apart(text: &str) -> (Vec<(String, String)>, String) {
+    let (mut rates, mut rest) = (Vec::new(), Vec::new());
+    for part in text.split([';', '\n']) {
+        let rate = part.split_once('=').and_then(|(left, right)| {
+            let name = left.trim().strip_prefix("d(")?.strip_suffix(')')?;
+            Some((name.trim().to_owned(), right.trim().to_owned()))
+        });
+        match rate {
+            Some(rate) => rates.push(rate),
+            None => rest.push(part),
+        }
+    }
+    let rest = rest.join(";");
+    (rates, if rest.trim().is_empty() { String::new() } else { rest })
+}
+
 /// Changes the actuator indices of efforts after actuators were added; `place` maps an old index to
 /// the new one.
 pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usize) {
@@ -164,7 +181,7 @@ fn check_start(request: &Forward) -> Result<(), Error> {
 fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let Some(until) = request.task.until else { return Ok(()) };
     if until.is_nan() || until.is_infinite() {
-        return Err(Error::input(format!("the end is {until} s, which is no time"))
+        return Err(Error::input(format!("the end is {until} s, but must be a finite time"))
             .with_help("give the time of the last sample, a finite number of seconds")
             .with_option("until"));
     }

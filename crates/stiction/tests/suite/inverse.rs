@@ -12,7 +12,7 @@ fn swing(t: f64) -> [f64; 3] {
 }
 
 #[test]
-fn a_pendulum_needs_what_newton_and_coulomb_say() {
+fn a_pendulum_agrees_with_newton_and_coulomb() {
     let robot = pendulum();
     for sample in robot.inverse().motion("swing").unwrap().step(0.017).samples().unwrap() {
         let sample = sample.unwrap();

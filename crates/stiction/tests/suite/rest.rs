@@ -26,3 +26,20 @@ fn mobility_of_a_planar_four_bar_is_counted_in_three_ways() {
     assert!(report.leg_singularity().is_none());
     assert!(report.to_string().starts_with("four-bar"));
 }
+
+/// Samples along the motion are those of single instants.
+#[test]
+fn static_friction_along_a_motion() {
+    let robot = Robot::builtin("five-bar").unwrap();
+    let along = robot.breakaway().step(0.2).collect().unwrap();
+    assert!(along.len() > 2);
+    for rest in &along {
+        let alone = robot.breakaway().at(rest.time()).run().unwrap();
+        for actuator in robot.actuators() {
+            let [a, b] = [rest, &alone].map(|rest| rest.effort_bounds(actuator).unwrap());
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(1.0);
+            // Positions followed in other steps differ by rounding.
+            assert!(near(a.0, b.0) && near(a.1, b.1), "{actuator}: {a:?} {b:?}");
+        }
+    }
+}

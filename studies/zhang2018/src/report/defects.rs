@@ -44,7 +44,7 @@ impl Report {
         for text in self.texts() {
             for target in destinations(text) {
                 if !target.strip_prefix('#').is_some_and(|name| places.contains(name)) {
-                    defects.push(format!("a link leads to `{target}`, which is not there"));
+                    defects.push(format!("a link leads to `{target}`, which does not exist"));
                 }
             }
         }

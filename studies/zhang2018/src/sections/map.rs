@@ -184,7 +184,7 @@ pub(crate) fn rows() -> Vec<Row> {
             "wrong: r missing",
             path!(friction::joint_friction),
             "friction",
-            "without_radius_nothing_rubs",
+            "a_zero_radius_gives_no_friction_torque",
         ),
         row(
             "ΣE<sub>f</sub>, L′, (28)",

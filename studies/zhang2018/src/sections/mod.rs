@@ -98,7 +98,7 @@ pub(super) fn power_of_ten(value: f64, digits: usize) -> String {
 }
 
 /// Formats a range of counts in words: one number if both limits are equal.
-pub(super) fn told((least, greatest): (usize, usize)) -> String {
+pub(super) fn count_range((least, greatest): (usize, usize)) -> String {
     if least == greatest { least.to_string() } else { format!("{least} to {greatest}") }
 }
 

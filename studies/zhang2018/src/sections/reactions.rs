@@ -1,8 +1,8 @@
 //! Section 4 of the paper: 42 equations for all joint reactions.
 
 use super::{
-    digits, equation, fixed, greatest, note, paragraph, power_of_ten, right, rounding, section,
-    table, told, wrong,
+    count_range, digits, equation, fixed, greatest, note, paragraph, power_of_ten, right, rounding,
+    section, table, wrong,
 };
 use crate::engine::Sample;
 use crate::lagrangian::{Printed, driving_forces};
@@ -235,7 +235,7 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
             cases.map(|(name, ranks)| {
                 [
                     Cell::from(name),
-                    told(ranks.rank).into(),
+                    count_range(ranks.rank).into(),
                     digits(ranks.before_last.0, 2),
                     digits(ranks.before_last.1, 2),
                     digits(ranks.last.0, 2),

@@ -1,6 +1,6 @@
 //! Section 1 of the paper: mobility of the robot.
 
-use super::{digits, equation, fixed, paragraph, right, section, table, told, wrong};
+use super::{count_range, digits, equation, fixed, paragraph, right, section, table, wrong};
 use crate::report::{Block, Section};
 use crate::robot::{Pose, Robot};
 use crate::screws::{
@@ -109,14 +109,14 @@ pub(crate) fn write(
             "(1) to (3) are right: rank {} for every leg in {COUNT} poses, and the force along y through the ball does \
              no work on any of the five (largest power {}). Two slips of print: (a<sub>2</sub>, c<sub>2</sub>) in (1) is the sliding \
              direction u and not r × s; the r of (2), for reciprocal, belongs to (3) only.",
-            told(ranks.leg),
+            count_range(ranks.leg),
             super::rounding(ranks.reciprocity),
         )),
         wrong(format!(
             "“The three reciprocal screws are linearly independent”: they are not. The three forces are \
              parallel to the R axes, and so is the plane of the three balls: they lie in one plane: rank {} in every one of \
              {COUNT} poses, never 3. The forces (−2, 1, 1) f in the three legs balance each other for any f (largest departure {}).",
-            told(ranks.constraints),
+            count_range(ranks.constraints),
             super::rounding(ranks.stress),
         )),
         table(
@@ -127,14 +127,14 @@ pub(crate) fn write(
                 [
                     "independent constraints".into(),
                     "3".into(),
-                    told(ranks.constraints).into(),
-                    told(of_twin.constraints).into(),
+                    count_range(ranks.constraints).into(),
+                    count_range(of_twin.constraints).into(),
                 ],
                 [
                     "rank of constraints and drives".into(),
                     "6".into(),
-                    told(ranks.all).into(),
-                    told(of_twin.all).into(),
+                    count_range(ranks.all).into(),
+                    count_range(of_twin.all).into(),
                 ],
                 [
                     "freedoms to first order".into(),

@@ -63,7 +63,7 @@ fn friction_is_that_of_the_engine() {
 /// Friction of R and S is proportional to the radius; without this factor it does not vanish with
 /// the radius.
 #[test]
-fn without_radius_nothing_rubs() {
+fn a_zero_radius_gives_no_friction_torque() {
     // Viscous friction is proportional to the squared radius.
     let mut robot = Robot { viscous: 0.0, ..Robot::regular() };
     let motion = Robot::regular_motion(0.3);

@@ -69,13 +69,13 @@ fn can_be_stopped() {
     .unwrap();
     assert!(asked > 100, "{asked}");
     for stop in [1, 2, asked / 8, asked / 2, asked - 5, asked] {
-        let mut told = 0;
+        let mut calls = 0;
         let outcome = study(|_, _, _| {
-            told += 1;
-            told < stop
+            calls += 1;
+            calls < stop
         });
         assert!(outcome.is_err_and(|error| error.to_string() == "interrupted"));
-        assert_eq!(told, stop);
+        assert_eq!(calls, stop);
     }
 }
 

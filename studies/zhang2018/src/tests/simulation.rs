@@ -110,7 +110,7 @@ fn positions_fold() {
 
 /// Without load the normal force of leg 1 is at most 0.22 N and its friction 0.03 N.
 #[test]
-fn leg_one_does_not_rub() {
+fn friction_of_leg_one_is_small() {
     let (load, friction) = leg_one();
     near(load, 0.22, 2);
     near(friction, 0.03, 2);

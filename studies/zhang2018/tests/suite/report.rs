@@ -81,7 +81,7 @@ fn a_page_needs_nothing_else() {
 }
 
 #[test]
-fn a_page_says_everything() {
+fn a_page_contains_all_results() {
     let report = report();
     let html = report.html();
     let page = parse(&html);
@@ -453,8 +453,8 @@ fn defects_are_found() {
         "`table-t` is there twice",
         "two files are named `t.csv`",
         "two files are named `t.csv`",
-        "a link leads to `#two`, which is not there",
-        "a link leads to `#nowhere`, which is not there",
+        "a link leads to `#two`, which does not exist",
+        "a link leads to `#nowhere`, which does not exist",
         "row 1 of `t` has 1 cells for 2 columns",
     ];
     assert_eq!(report.defects(), expected);

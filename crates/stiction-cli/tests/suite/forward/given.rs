@@ -22,6 +22,34 @@ fn the_start_may_be_partial() {
     assert_eq!(column(&table, "leg2.P.rate [m/s]")[0], 0.0);
 }
 
+/// Positions and rates apart, of one coordinate or of two; whole turns are kept and change nothing else.
+#[test]
+fn rates_may_be_given_apart() {
+    let folder = Folder::new("forward-rates");
+    let begin = |from: &str| {
+        let run = ["forward", "four-bar", "--from", from, "--until", "0.01", "-o", "."];
+        folder.stiction(&run).succeeds();
+        let table = folder.read("forward.csv");
+        ["A.position [rad]", "A.rate [rad/s]", "B.position [rad]", "B.rate [rad/s]"]
+            .map(|name| column(&table, name)[0])
+    };
+    let whole = begin("A = -60 deg + 2 rad/s*t");
+    let same = [
+        "A = -60 deg; d(A) = 2 rad/s".to_owned(),
+        format!("d(B) = {} rad/s; A = -60 deg + 5 rad/s*t; d(A) = 2 rad/s", whole[3]),
+    ];
+    for from in same {
+        for (one, other) in begin(&from).iter().zip(whole) {
+            assert!((one - other).abs() < 1e-9, "{from}: {one} {other}");
+        }
+    }
+    let turned = begin("A = 300 deg; d(A) = 2 rad/s");
+    assert!((turned[0] - 300_f64.to_radians()).abs() < 1e-12, "{turned:?}");
+    for (one, other) in turned[1..].iter().zip(&whole[1..]) {
+        assert!((one - other).abs() < 1e-9, "{turned:?} {whole:?}");
+    }
+}
+
 /// The efforts of one run are the input of the next.
 #[test]
 fn drives_can_come_from_a_file() {
@@ -43,7 +71,7 @@ fn drives_can_come_from_a_file() {
 
 /// Recorded efforts are not defined at later times.
 #[test]
-fn drives_do_not_outlast_their_record() {
+fn recorded_efforts_end_with_their_recording() {
     let folder = Folder::new("forward-record");
     folder.write("slope.toml", &slope(0.0));
     folder.write("push.csv", "time [s],slope [N]\n0,10\n1,30\n");
@@ -106,7 +134,7 @@ fn a_lock_of_one_of_two_dofs_is_named() {
 
 /// A motion that begins beyond half a turn keeps its turns; a joint locked twice is locked once.
 #[test]
-fn angles_count_on_from_where_they_are() {
+fn angles_continue_with_their_turns() {
     let folder = Folder::new("forward-turns");
     let run = [
         "forward",
@@ -134,7 +162,7 @@ fn angles_count_on_from_where_they_are() {
 /// backwards, the pendulum is at rest relative to the cart, and the effort of the cart accelerates
 /// the total mass.
 #[test]
-fn what_is_not_prescribed_is_free() {
+fn unprescribed_coordinates_are_free() {
     let folder = Folder::new("forward-cart");
     let model = r#"
         gravity = [0, "-10 m/s^2", 0]
@@ -181,7 +209,9 @@ fn what_is_not_prescribed_is_free() {
     folder.write("alone.toml", &alone);
     let gains = ["forward", "alone.toml", "--controller", "type = pd; kp = 1e4; kd = 400"];
     folder.stiction(&gains).succeeds();
-    folder.stiction(&["forward", "alone.toml"]).fails(2, &["leaves one degree of freedom open"]);
+    folder
+        .stiction(&["forward", "alone.toml"])
+        .fails(2, &["leave one degree of freedom undetermined"]);
     // A motion without a controller needs no further input either.
     folder.stiction(&["forward", "cart.toml", "--drives", "none", "--until", "0.1"]).succeeds();
 }

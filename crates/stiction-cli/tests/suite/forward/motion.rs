@@ -86,7 +86,7 @@ fn inverse_dynamics_of_a_simulation_returns_its_efforts() {
 /// Rods between two balls have little inertia about their own axes, which causes too many events
 /// for the event-driven method; the simulation continues by time stepping.
 #[test]
-fn a_delta_robot_is_passed_in_steps_and_says_so() {
+fn a_delta_robot_continues_by_time_stepping() {
     let folder = Folder::new("forward-delta");
     let run = ["forward", "delta", "--until", "0.02", "--tolerance", "1e-9", "-o", "."];
     let out = folder.stiction(&run).succeeds().to_owned();
@@ -131,5 +131,48 @@ fn the_method_can_be_chosen() {
         let expected = -0.5 * 10.0 * (sin - 0.3 * cos) * 0.25;
         let found = *column(&inner.read("forward.csv"), "slope.position [m]").last().unwrap();
         assert!((found - expected).abs() < 1e-9, "{method}: {found} {expected}");
+    }
+}
+
+/// A start with position and rate apart, `x = 0.2 + 0.3 t - 5 t^2` without friction on a slope of 30
+/// degrees, and a rate without its position.
+#[test]
+fn a_start_names_positions_and_rates() {
+    let folder = Folder::new("forward-from-rates");
+    folder.write("slope.toml", &slope(0.0));
+    let run = |from| {
+        let times = ["--until", "0.5", "-o", ".", "--drives", "none", "--from", from];
+        folder.stiction(&[&["forward", "slope.toml"][..], &times].concat())
+    };
+    for from in ["slope = 200 mm; d(slope) = 0.3 m/s", "d(slope) = 300 mm/s; slope = 0.2 m"] {
+        run(from).succeeds();
+        let found = *column(&folder.read("forward.csv"), "slope.position [m]").last().unwrap();
+        let expected = 0.2 + 0.3 * 0.5 - 0.5 * 10.0 * 0.5 * 0.25;
+        assert!((found - expected).abs() < 1e-9, "{from}: {found} {expected}");
+    }
+    // The position of a rate alone is that of the model's start.
+    run("d(slope) = 0.3 m/s").succeeds();
+}
+
+/// Limits of file sizes, full devices and small stacks: the program says what it could not do.
+#[cfg(target_os = "linux")]
+#[test]
+fn limits_of_the_system_are_said() {
+    let folder = Folder::new("forward-limits");
+    let program = env!("CARGO_BIN_EXE_stiction");
+    for (limits, outcome, says) in [
+        ("ulimit -f 8; exec \"$0\" inverse 3rps -o out > /dev/null", 2, "File too large"),
+        ("ulimit -s 64; exec \"$0\" check 3rps > /dev/null", 0, ""),
+        ("exec \"$0\" --help > /dev/full", 2, "No space left on device"),
+        ("exec \"$0\" inverse 3rps > /dev/full", 2, "No space left on device"),
+    ] {
+        let shell = std::process::Command::new("sh")
+            .args(["-c", limits, program])
+            .current_dir(&folder.0)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&shell.stderr).into_owned();
+        assert_eq!(shell.status.code(), Some(outcome), "{limits}: {said}");
+        assert!(said.contains(says), "{limits}: {said}");
     }
 }

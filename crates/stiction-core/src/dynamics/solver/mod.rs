@@ -8,10 +8,10 @@ mod solve;
 
 use super::contributions::{Shares, Sharing};
 use super::coupling::CouplingWorkspace;
+use super::error::InverseError;
 use super::forces::Forces;
 use super::inverse::Inverse;
 use super::model::Model;
-use super::plan::NotPlanned;
 use super::settings::{FrictionMode, Settings};
 use super::structure::Weighting;
 use crate::friction_problem::normal_load::Configuration;
@@ -60,7 +60,7 @@ pub struct InverseDynamics {
     assembly: Assembly,
     settings: Settings,
     /// Compiled near the present position, with the results of its kernel.
-    compiled: Result<Compiled, NotPlanned>,
+    compiled: Result<Compiled, InverseError>,
     /// Static LU of the rate equations compiled first: it makes the signs of determinants
     /// comparable along a motion, independent of later compilations.
     first_rates: Arc<StaticLu>,
@@ -84,7 +84,7 @@ pub struct InverseDynamics {
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     copy: Option<InverseDynamics>,
-    /// Compilation counts of the original and of the copy at their last agreement.
+    /// Numbers of compilations of the original and of the copy when they were last equal.
     plans: [(u64, u64); 2],
 }
 
@@ -172,7 +172,7 @@ impl InverseDynamics {
             parameters,
             assembly,
             settings,
-            compiled: Err(NotPlanned::Singular),
+            compiled: Err(InverseError::Singular),
             first_rates,
             forces,
             strength: 0.0,
@@ -369,9 +369,9 @@ impl InverseDynamics {
     /// The compiled model, for other scalars and for control loops.
     ///
     /// # Errors
-    /// The position is singular, or constraints and actuators are both redundant.
-    pub fn model(&self) -> Result<Model, NotPlanned> {
-        let Compiled { model, .. } = self.compiled.as_ref().map_err(|reason| *reason)?;
+    /// [`InverseError::Singular`] or [`InverseError::TwoWeightings`].
+    pub fn model(&self) -> Result<Model, InverseError> {
+        let Compiled { model, .. } = self.compiled.as_ref().map_err(Clone::clone)?;
         Ok(Model { kinematic: self.assembly.model().clone(), ..model.clone() })
     }
 

@@ -84,7 +84,7 @@ impl Forward {
                     }
                 }
             }
-            None => "a joint that friction holds".to_owned(),
+            None => "a joint held by friction".to_owned(),
         }
     }
 }
@@ -103,7 +103,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let (model, time) = (self.model, arrived.time);
-        let allowed = |part: f64| part.max(1e3 * self.attainable_tolerance(time - self.now.time));
+        let allowed = |part: f64| part.max(1e3 * self.attainable_tolerance());
         let (_, free, rest) = parts(&self.now, y);
         let size = |of: &dyn Fn(usize) -> f64| {
             let each = model.columns.iter().enumerate();
@@ -143,7 +143,7 @@ impl Simulation<'_> {
                 time,
                 step: time - self.now.time,
                 tolerance: self.settings.relative,
-                around: " (the account of energy does not close over it)".to_owned(),
+                around: " (the energy balance of the step does not close)".to_owned(),
             });
         }
         Ok(())

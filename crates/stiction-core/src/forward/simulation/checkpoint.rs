@@ -1,5 +1,6 @@
 //! Complete state of a simulation as plain numbers.
 
+use super::between::LastStep;
 use super::scratch::Scratch;
 use super::stepping::{QUIET, Stepping};
 use super::{Event, Settings, Simulation};
@@ -25,13 +26,13 @@ pub struct Checkpoint {
 }
 
 /// First number: version of the format.
-const FORMAT: f64 = 5.0;
+const FORMAT: f64 = 6.0;
 
 /// Largest valid count; rejects numbers that cannot be counts.
 const COUNTABLE: f64 = 1e15;
 
 /// Writer or reader of numbers. The same calls serve both, which ensures the same order.
-enum Tape<'a> {
+pub(super) enum Tape<'a> {
     Out(&'a mut Vec<f64>),
     /// Remaining numbers; the flag is set if a number is missing or an expected count is invalid.
     In(std::slice::Iter<'a, f64>, bool),
@@ -115,14 +116,41 @@ impl Tape<'_> {
 }
 
 impl<'a> Simulation<'a> {
-    /// Records the complete state.
+    /// Records the complete state: that at the start of the step which contains the present
+    /// instant, since a resumed simulation must take the same steps. Inputs save their state of
+    /// that time, see [`Inputs::begin_step`](crate::forward::Inputs::begin_step).
     pub fn checkpoint(&self) -> Checkpoint {
         let mut numbers = vec![FORMAT];
-        self.clone().pass(&mut Tape::Out(&mut numbers));
-        Checkpoint { numbers, events: self.events.clone() }
+        if self.last_step.shows {
+            numbers.extend_from_slice(&self.last_step.numbers);
+        } else {
+            let mut copy = Self { last_step: LastStep::default(), ..self.clone() };
+            copy.pass(&mut Tape::Out(&mut numbers));
+        }
+        Checkpoint { numbers, events: self.recorded_events().to_vec() }
     }
 
-    fn pass(&mut self, tape: &mut Tape<'_>) {
+    /// Events up to the state of a checkpoint at the present instant.
+    pub fn recorded_events(&self) -> &[Event] {
+        let LastStep { shows, events, .. } = self.last_step;
+        if shows { &self.events[..events] } else { &self.events }
+    }
+
+    /// Takes the state from the numbers of [`Self::pass`].
+    pub(super) fn take_state(&mut self, numbers: &[f64]) {
+        self.pass(&mut Tape::In(numbers.iter(), false));
+        self.place();
+    }
+
+    /// Recomputes the poses and velocities of the bodies.
+    fn place(&mut self) {
+        let Forward { topology, parameters, .. } = self.model;
+        let Instant { state, bodies, .. } = &mut self.now;
+        bodies.place(topology, parameters, &state.coordinates);
+        bodies.move_with(topology, &state.rates);
+    }
+
+    pub(super) fn pass(&mut self, tape: &mut Tape<'_>) {
         let now = &mut self.now;
         tape.number(&mut now.time);
         let State { coordinates, rates, accelerations } = &mut now.state;
@@ -147,6 +175,9 @@ impl<'a> Simulation<'a> {
         tape.count(&mut now.open_drives);
         tape.count(&mut now.mobility);
         tape.number(&mut now.distance);
+        let mut gives_way = now.gives_way.map_or(0, |interface| interface + 1);
+        tape.count(&mut gives_way);
+        now.gives_way = gives_way.checked_sub(1);
         self.modes.iter_mut().for_each(|m| tape.mode(m));
         let mut anchors = self.anchors.len();
         tape.count(&mut anchors);
@@ -170,7 +201,7 @@ impl<'a> Simulation<'a> {
         tape.numbers(energies.drives.iter_mut().chain(&mut energies.interfaces));
         tape.numbers([&mut energies.loads, &mut energies.dampers, &mut energies.turnover]);
         tape.numbers([&mut self.energy_at_start, &mut self.fastest, &mut self.fastest_rate]);
-        tape.number(&mut self.step);
+        tape.numbers([&mut self.coarsest, &mut self.step]);
         tape.flag(&mut self.in_passage);
         tape.flag(&mut self.told_of_others);
         tape.count(&mut self.told_of_shares);
@@ -256,6 +287,7 @@ impl Forward {
             energy_at_start: 0.0,
             fastest: 0.0,
             fastest_rate: 0.0,
+            coarsest: 0.0,
             step: 0.0,
             events: checkpoint.events.clone(),
             in_passage: false,
@@ -274,6 +306,8 @@ impl Forward {
             wait: QUIET,
             workspace: Box::new(Scratch::new(self)),
             lists: Vec::new(),
+            last_step: LastStep::default(),
+            change_at: f64::INFINITY,
         };
         let Some((&FORMAT, numbers)) = checkpoint.numbers.split_first() else {
             return Err(ForwardError::Checkpoint);
@@ -289,11 +323,7 @@ impl Forward {
         if wrong || rest.len() > 0 || !sound || !joints_fit {
             return Err(ForwardError::Checkpoint);
         }
-        let Instant { state, bodies, .. } = &mut simulation.now;
-        let accelerations = bodies.acceleration.clone();
-        bodies.place(topology, &self.parameters, &state.coordinates);
-        bodies.move_with(topology, &state.rates);
-        bodies.acceleration = accelerations;
+        simulation.place();
         simulation.scales = simulation.error_scales();
         Ok(simulation)
     }

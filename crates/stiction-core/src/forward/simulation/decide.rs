@@ -82,7 +82,7 @@ impl Simulation<'_> {
                 around: match stopped {
                     Some(interface) => {
                         let joint = model.joint_name(model.parameters.interfaces[interface].joint);
-                        format!(" (joint `{joint}` stops and goes without end)")
+                        format!(" (joint `{joint}` alternates endlessly between stick and slip)")
                     }
                     None => String::new(),
                 },

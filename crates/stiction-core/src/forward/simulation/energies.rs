@@ -22,14 +22,15 @@ pub struct Energies {
 impl Simulation<'_> {
     /// Work and dissipated energy since the start, J.
     pub fn energies(&self) -> &Energies {
-        &self.energies
+        &self.shown().energies
     }
 
     /// Residual of the energy balance since the start, J: change of kinetic and potential energy, minus work
     /// of actuators and loads, plus dissipated energy.
     pub fn energy_error(&self) -> f64 {
-        let Energies { drives, loads, dampers, interfaces, .. } = &self.energies;
-        let now = self.now.account.kinetic + self.now.account.potential;
+        let Self { energies, now, .. } = self.shown();
+        let Energies { drives, loads, dampers, interfaces, .. } = energies;
+        let now = now.account.kinetic + now.account.potential;
         let supplied = drives.iter().sum::<f64>() + loads;
         now - self.energy_at_start - supplied + dampers + interfaces.iter().sum::<f64>()
     }

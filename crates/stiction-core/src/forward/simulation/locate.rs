@@ -184,7 +184,7 @@ impl Simulation<'_> {
                 true => self.least_margin(arrived),
                 false => self.margin_within((time, step), part, &mut y, inputs)?,
             };
-            let fine = (4.0 * f64::EPSILON * (time + step).abs() / step).max(1e-12);
+            let fine = (4.0 * f64::EPSILON * (time + step).abs() / step).max(1e-14);
             let margin = |part| self.margin_within((time, step), part, &mut y, inputs);
             found = falls_below(low, (part, value), fine, margin)?;
             if found.is_some() {
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dip_between_two_looks_is_found() {
+    fn a_dip_between_two_samples_is_found() {
         // A parabola negative from 0.3 to 0.4, one barely negative about 0.7, and a kink.
         let roots = |a: f64, b: f64| move |x: f64| 0.5 * (x - a) * (x - b);
         assert!((first(roots(0.3, 0.4)).unwrap() - 0.3).abs() < 1e-12);

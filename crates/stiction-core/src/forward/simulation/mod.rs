@@ -1,6 +1,7 @@
 //! Simulation of a mechanism over time: steps, events and energy balance.
 
 mod abrupt;
+mod between;
 mod checkpoint;
 mod decide;
 mod energies;
@@ -10,6 +11,7 @@ mod locate;
 mod locking;
 mod others;
 mod packing;
+mod passage;
 mod prescribed;
 mod ranks;
 mod rest;
@@ -35,6 +37,7 @@ use super::integrator::Steps;
 use super::project::Anchor;
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::instant::Instant;
+use between::LastStep;
 use scratch::Scratch;
 use stepping::LONGEST_WAIT;
 
@@ -66,6 +69,8 @@ pub struct Simulation<'a> {
     fastest: f64,
     /// Largest rate of the tree so far, rad/s or characteristic lengths per second.
     fastest_rate: f64,
+    /// Largest relative error of a step through a singular passage, if above the tolerance.
+    coarsest: f64,
     step: f64,
     events: Vec<Event>,
     /// True if a singular position was reported and the mechanism is still near it.
@@ -91,28 +96,41 @@ pub struct Simulation<'a> {
     workspace: Box<Scratch>,
     /// Unused lists of numbers, kept to reuse their memory.
     lists: Vec<Vec<f64>>,
+    last_step: LastStep<'a>,
+    /// Time of the next change of the inputs, s; infinite if there is none or it is done.
+    change_at: f64,
 }
 
-impl Simulation<'_> {
+impl<'a> Simulation<'a> {
     /// State, forces and energies at the present instant.
     pub fn instant(&self) -> &Instant {
-        &self.now
+        &self.shown().now
     }
 
-    /// Events since the start, in the order of time.
+    /// Events since the start up to the present instant, in the order of time.
     pub fn events(&self) -> &[Event] {
-        &self.events
+        let time = self.instant().time;
+        match self.last_step.shows {
+            true => &self.events[..self.events.partition_point(|event| event.time <= time)],
+            false => &self.events,
+        }
     }
 
     /// Mode of each friction interface.
     pub fn interfaces(&self) -> &[InterfaceMode] {
-        &self.modes
+        &self.shown().modes
     }
 
     /// Relative change of the requested rates at the start. It exceeds rounding if the loops, prescribed or
     /// locked joints do not allow these rates.
     pub fn dropped(&self) -> f64 {
         self.dropped
+    }
+
+    /// Largest estimated relative error of a step near a singular position of the loops, where
+    /// rounding permits no smaller one; zero if all steps keep the tolerance.
+    pub fn coarsest(&self) -> f64 {
+        self.coarsest
     }
 
     /// Number of evaluations of accelerations.
@@ -122,29 +140,68 @@ impl Simulation<'_> {
 
     /// Advances to a time, s. Does nothing if that time has passed.
     ///
+    /// Steps do not end at this time: the mechanism and its inputs determine their lengths, and
+    /// the instant within the last step is interpolated.
+    ///
     /// # Errors
     /// See [`ForwardError`]; the simulation then stays at the last valid instant.
     pub fn advance(&mut self, until: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
-        while self.now.time < until {
-            let change = inputs.next_change(self.now.time).filter(|t| *t <= until);
-            let end = change.unwrap_or(until);
-            while self.now.time < end {
-                self.go_on(end, inputs)?;
-                self.count_turns();
-                self.check_speeds()?;
-            }
-            if change.is_some() {
-                inputs.change(&self.view());
-                if self.stepping.is_none() {
-                    match self.on_input_change(inputs) {
-                        Err(error) if self.may_step(&error) => self.begin_stepping(),
-                        other => other?,
-                    }
-                    // Rates may have changed.
-                    self.count_turns();
-                }
-            }
+        if until <= self.instant().time {
+            return Ok(());
         }
+        while self.now.time < until {
+            self.last_step.shows = false;
+            self.take_change(inputs)?;
+            inputs.begin_step(self.now.time);
+            self.begin_step();
+            let end = self.step_end(until, inputs);
+            self.go_on(end, inputs)?;
+            self.count_turns();
+            self.check_speeds()?;
+        }
+        if self.now.time > until {
+            return self.show(until, inputs);
+        }
+        self.last_step.shows = false;
+        self.take_change(inputs)
+    }
+
+    /// Time that the next step must not pass, s: the next change of the inputs. While nothing
+    /// moves there is no step to interpolate.
+    fn step_end(&mut self, until: f64, inputs: &mut dyn Inputs) -> f64 {
+        let time = self.now.time;
+        let change = inputs.next_change(time);
+        let mut end = change.unwrap_or(f64::INFINITY);
+        let known = inputs.known_until();
+        if known < end {
+            end = known.max(until);
+        }
+        let rests = self.stepping.is_none() && self.is_still();
+        if rests && inputs.steady_until(time) >= until && until < end {
+            end = until;
+        } else if rests && time + self.settings.longest_step < end {
+            end = time + self.settings.longest_step;
+        }
+        self.change_at = change.unwrap_or(f64::INFINITY);
+        end
+    }
+
+    /// Applies the change of the inputs at the present time, if there is one.
+    fn take_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        if self.now.time != self.change_at {
+            return Ok(());
+        }
+        self.change_at = f64::INFINITY;
+        inputs.change(&self.view());
+        if self.stepping.is_some() {
+            return Ok(());
+        }
+        match self.on_input_change(inputs) {
+            Err(error) if self.may_step(&error) => self.begin_stepping(),
+            other => other?,
+        }
+        // Rates may have changed.
+        self.count_turns();
         Ok(())
     }
 

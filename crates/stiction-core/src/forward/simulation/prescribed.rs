@@ -14,44 +14,50 @@ const AHEAD: f64 = 1e-6;
 const MOVES: f64 = 1e-13;
 
 impl Forward {
-    /// Indices into the prescribed actuators for each degree of freedom of an interface, if all of
-    /// them are prescribed.
-    pub(in crate::forward) fn leaders(&self, interface: usize) -> Option<Vec<usize>> {
+    /// Index into the prescribed actuators for each degree of freedom of an interface, `None` for
+    /// those that are not prescribed.
+    fn leaders(&self, interface: usize) -> [Option<usize>; 3] {
         let content = &self.parameters.interfaces[interface];
-        let leader = |dof: usize| {
-            self.prescribed.iter().position(|&actuator| {
+        let mut leaders = [None; 3];
+        for (leader, dof) in leaders.iter_mut().zip(content.shape.dofs()) {
+            *leader = self.prescribed.iter().position(|&actuator| {
                 let at = self.topology.actuators[actuator];
                 (at.joint, at.dof) == (content.joint, dof)
-            })
-        };
-        content.shape.dofs().map(leader).collect()
+            });
+        }
+        leaders
     }
 
-    /// Slip velocity of an interface in a prescribed joint, m/s.
+    /// Returns whether all degrees of freedom of an interface are prescribed.
+    pub(in crate::forward) fn is_led(&self, interface: usize) -> bool {
+        let dofs = self.parameters.interfaces[interface].shape.dofs().len();
+        self.leaders(interface)[..dofs].iter().all(Option::is_some)
+    }
+
+    /// Slip velocity of an interface along its prescribed degrees of freedom, m/s.
     fn led_velocity(
         &self,
         interface: usize,
-        leaders: &[usize],
+        leaders: &[Option<usize>; 3],
         targets: &[Target<f64>],
     ) -> [f64; 3] {
         let content = &self.parameters.interfaces[interface];
         let arms = content.arms(self.parameters.pitch[content.joint]);
-        let mut velocity = [0.0; 3];
-        for ((v, arm), leader) in velocity.iter_mut().zip(arms).zip(leaders) {
-            *v = arm * targets[*leader].rate;
-        }
-        velocity
+        [0, 1, 2].map(|k| leaders[k].map_or(0.0, |leader| arms[k] * targets[leader].rate))
     }
 
-    /// Mode of an interface at rest whose joint is prescribed; `None` if its motion is not
-    /// prescribed.
+    /// Mode of an interface at rest that its prescribed degrees of freedom determine; `None` if
+    /// they do not: they are at rest, and others are not prescribed.
     pub(super) fn led(
         &self,
         interface: usize,
         (time, fastest): (f64, f64),
         inputs: &mut dyn Inputs,
     ) -> Option<InterfaceMode> {
-        let leaders = self.leaders(interface)?;
+        let leaders = self.leaders(interface);
+        if leaders == [None; 3] {
+            return None;
+        }
         let least = self.least_led(fastest);
         for ahead in [0.0, AHEAD] {
             let targets = self.targets(time + ahead, inputs);
@@ -61,7 +67,7 @@ impl Forward {
                 return Some(InterfaceMode::Slides(velocity.map(|v| v / speed)));
             }
         }
-        Some(InterfaceMode::Sticks)
+        self.is_led(interface).then_some(InterfaceMode::Sticks)
     }
 
     fn least_led(&self, fastest: f64) -> f64 {
@@ -78,7 +84,10 @@ impl Simulation<'_> {
         (time, step): (f64, f64),
         inputs: &mut dyn Inputs,
     ) -> Option<f64> {
-        let leaders = self.model.leaders(interface)?;
+        let leaders = self.model.leaders(interface);
+        if leaders == [None; 3] {
+            return None;
+        }
         let least = self.model.least_led(self.fastest);
         let mut moves = |part: f64| {
             let targets = self.model.targets(time + part * step, inputs);

@@ -22,6 +22,8 @@ pub(super) struct Scratch {
     pub(super) margin: f64,
     /// Smallest singularity distance at the stages of a step, see [`Instant::distance`].
     pub(super) nearest: f64,
+    /// Relative error expected of the present step, if it crosses a singular position.
+    pub(super) crosses: Option<f64>,
     /// State vector that is projected onto the loop constraints.
     pub(super) y: Vec<f64>,
     /// State at the start of the last step.
@@ -41,6 +43,7 @@ impl Scratch {
             conditions_hold: false,
             margin: f64::INFINITY,
             nearest: f64::INFINITY,
+            crosses: None,
             y: Vec::new(),
             before: State::new(&model.topology),
             ranks: Ranks::new(model),

@@ -1,5 +1,6 @@
 //! Start of a simulation.
 
+use super::between::LastStep;
 use super::scratch::Scratch;
 use super::stepping::{FIRST, QUIET, is_without_acceleration};
 use super::{Energies, Method, REST, Settings, Simulation};
@@ -187,6 +188,7 @@ impl<'a> Simulation<'a> {
             energies,
             fastest,
             fastest_rate: 0.0,
+            coarsest: 0.0,
             step: 0.0,
             events: Vec::new(),
             in_passage: false,
@@ -205,6 +207,8 @@ impl<'a> Simulation<'a> {
             wait: QUIET,
             workspace: Box::new(Scratch::new(model)),
             lists: Vec::new(),
+            last_step: LastStep::default(),
+            change_at: f64::INFINITY,
         };
         let rates = simulation.now.state.rates.iter().zip(&model.columns);
         simulation.fastest_rate = rates.map(|(v, c)| (v / c).abs()).fold(0.0, f64::max);

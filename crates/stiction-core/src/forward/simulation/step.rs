@@ -1,5 +1,6 @@
 //! Event-driven steps: error control, first event, projection onto the loop constraints.
 
+use super::between::Course;
 use super::locate::Ending;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
@@ -15,10 +16,8 @@ use crate::forward::integrator::Tolerance;
 /// Singularity distance below which also the stages of a step are projected onto the loop constraints.
 const NEAR_SINGULAR: f64 = 0.2;
 
-/// Relative closure error of the loops after a projection.
-const CLOSURE: f64 = 2e-15;
-/// Coarsest relative tolerance of a step through a singular passage.
-const COARSEST: f64 = 1e-6;
+/// Singularity distance of a start in a singular position.
+const SINGULAR: f64 = 1e-9;
 
 /// Constants of Hairer's stiffness test for this method: stability bound, number of bounded steps that makes
 /// a problem stiff, number of other steps that resets the count.
@@ -35,6 +34,10 @@ const LOST: f64 = 1e-6;
 const CRAWLING: usize = 200;
 const SHORT_WAY: f64 = 2e-4;
 
+/// Longest step with friction, as a part of the longest step: the search for events samples each
+/// step at a few instants only.
+const FREQUENT: f64 = 0.1;
+
 /// If the end of a step misses an event by less than this fraction of the step, a linear correction
 /// along the derivative moves it there; the error is of second order and below rounding.
 const NUDGE: f64 = 1e-7;
@@ -49,6 +52,8 @@ impl Simulation<'_> {
         if self.is_still() {
             return self.wait_through(end, inputs);
         }
+        self.last_step.course = Course::Curve;
+        self.last_step.crosses = false;
         self.look_along();
         let (mut start, mut first) = (self.list(), self.list());
         self.pack_into(&mut start);
@@ -78,9 +83,16 @@ impl Simulation<'_> {
             _ => f64::INFINITY,
         };
         let longest = self.longest_step(time, inputs);
+        let frequent = match self.has_friction() {
+            true => FREQUENT * self.settings.longest_step,
+            false => f64::INFINITY,
+        };
+        // Length of a step that crosses a singular position and is too long.
+        let mut refused = f64::INFINITY;
         loop {
             let left = end - time;
-            let mut step = self.step.min(longest).min(nearest).min(left);
+            let most = longest.min(nearest).min(left);
+            let mut step = self.length_across(self.step.min(most).min(frequent), most.min(refused));
             // Avoid a tiny last step.
             if left - step < 0.01 * step || left < 1.01 * step {
                 step = left;
@@ -91,6 +103,8 @@ impl Simulation<'_> {
                 Ok(error) if error <= 1.0 => {
                     let grow = if error > 0.0 { 0.9 * error.powf(-0.125) } else { 6.0 };
                     let next = step * grow.clamp(0.33, 6.0);
+                    let accuracy = error * self.attainable_tolerance();
+                    let crosses = self.workspace.crosses.is_some();
                     let shortened = step < self.step;
                     let after = match self.finish(start, first, step, end, inputs) {
                         Ok(Ending::Passes(short)) => {
@@ -105,6 +119,10 @@ impl Simulation<'_> {
                             continue;
                         }
                     };
+                    self.last_step.crosses = crosses;
+                    if accuracy > self.settings.relative {
+                        self.coarsest = self.coarsest.max(accuracy);
+                    }
                     self.step = if shortened { next.max(self.step) } else { next };
                     // Near a stick onset the approach bounds the step, not stability.
                     let near = step >= 0.5 * nearest;
@@ -117,9 +135,14 @@ impl Simulation<'_> {
                 }
                 Ok(error) => {
                     let factor = (0.9 * error.powf(-0.125)).clamp(0.1, 0.9);
-                    self.shrink(step, if error.is_finite() { factor } else { 0.1 }, None)?;
+                    let factor = if error.is_finite() { factor } else { 0.1 };
+                    if self.workspace.crosses.is_some() && step > self.step {
+                        refused = factor * step;
+                    } else {
+                        self.shrink(step, factor, None)?;
+                    }
                 }
-                Err(error) => self.shrink(step, 0.25, Some(error))?,
+                Err(error) => self.shrink(step.min(self.step), 0.25, Some(error))?,
             }
         }
     }
@@ -201,22 +224,7 @@ impl Simulation<'_> {
         });
         self.steps = steps;
         self.scales = scales;
-        Ok(result? * self.settings.relative / self.attainable_tolerance(step))
-    }
-
-    /// Relative tolerance that rounding allows at the stages of the last step, of length `step`, s.
-    ///
-    /// The loops close to [`CLOSURE`]. At singularity distance `s`, this error rotates the null
-    /// space of the constraint rows, and with it the rates, by `CLOSURE / s`. Over the width `s` of
-    /// the singular passage the rotation changes the rates by a relative `CLOSURE / s^2`. Steps
-    /// shorter than this width cannot be more accurate; longer steps across the passage can.
-    pub(super) fn attainable_tolerance(&self, step: f64) -> f64 {
-        let nearest = self.workspace.nearest;
-        if step * self.fastest_rate > nearest {
-            return self.settings.relative;
-        }
-        let rounding = (CLOSURE / (nearest * nearest)).min(COARSEST);
-        self.settings.relative.max(rounding)
+        Ok(result? * self.settings.relative / self.attainable_tolerance())
     }
 
     /// Accepts a step up to its first event.
@@ -395,7 +403,9 @@ impl Simulation<'_> {
         loads.clear();
         loads.extend(self.now.interfaces.iter().map(|interface| interface.load));
         self.workspace.margin = f64::INFINITY;
-        self.workspace.nearest = self.now.distance;
+        // At a singular start the accelerations are limits along the branch.
+        let distance = self.now.distance;
+        self.workspace.nearest = if distance < SINGULAR { f64::INFINITY } else { distance };
     }
 
     pub(super) fn evaluate(
@@ -450,7 +460,9 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         // Off the constraint manifold, accelerations have poles near singular positions; on it they
         // have none.
-        let instant = if self.now.distance < NEAR_SINGULAR {
+        let near = self.workspace.crosses.is_some() || self.now.distance < NEAR_SINGULAR;
+        // Off the manifold redundant constraints seem independent.
+        let instant = if near || self.now.redundant > 0 {
             self.arrive_with(time, y, inputs, false)?
         } else {
             self.evaluate(time, y, inputs, false)?

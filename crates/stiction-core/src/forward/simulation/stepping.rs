@@ -1,6 +1,7 @@
 //! Nonsmooth time stepping: step control by comparison with two half steps, and changes to and from the
 //! event-driven method.
 
+use super::between::Course;
 use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -49,7 +50,7 @@ struct Landed {
 impl Simulation<'_> {
     /// Present integration scheme: event-driven or time-stepping.
     pub fn method(&self) -> Method {
-        if self.stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
+        if self.shown().stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
     }
 
     /// Returns whether time stepping may continue after this error of the event-driven method: no acceleration
@@ -222,6 +223,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let Some(mut stepping) = self.stepping.clone() else { return Ok(()) };
+        self.last_step.course = Course::Chord;
         let time = self.now.time;
         let from = self.now.state.clone();
         let (modes, bristles) = (self.modes.clone(), self.bristles.clone());
@@ -375,7 +377,9 @@ impl Simulation<'_> {
         if self.settings.method != Method::Automatic || stepping.quiet < stepping.wait {
             return Ok(());
         }
+        let last_step = std::mem::take(&mut self.last_step);
         let kept = self.clone();
+        self.last_step = last_step;
         self.stepping = None;
         self.stalled = 0;
         self.event_rate = (0, self.now.time);
@@ -385,7 +389,9 @@ impl Simulation<'_> {
             self.events.push(Event { time: self.now.time, kind });
             return Ok(());
         }
+        let last_step = std::mem::take(&mut self.last_step);
         *self = kept;
+        self.last_step = last_step;
         if let Some(stepping) = &mut self.stepping {
             stepping.quiet = 0;
             stepping.wait *= 2;

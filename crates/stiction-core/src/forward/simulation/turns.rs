@@ -32,10 +32,10 @@ impl Simulation<'_> {
     /// Coordinate, rate and acceleration of a joint's degree of freedom at present, see
     /// [`Forward::joint_motion`]. Angles count full turns since the start.
     pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
-        let now = &self.now;
+        let Self { now, angles, .. } = self.shown();
         let mut motion = self.model.joint_motion(&now.state, &now.bodies, joint, dof);
         let own = |angle: &&Angle| (angle.joint, angle.dof) == (joint.0, dof);
-        if let Some(angle) = self.angles.iter().find(own) {
+        if let Some(angle) = angles.iter().find(own) {
             motion.value = angle.value;
         }
         motion

@@ -1,6 +1,7 @@
 //! Rest of the whole mechanism: advances time without integration as long as friction holds.
 
 use super::Simulation;
+use super::between::Course;
 use super::locate::{Ending, falls_below};
 use super::scratch::Scratch;
 use crate::forward::error::ForwardError;
@@ -25,6 +26,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let time = self.now.time;
+        self.last_step.course = Course::Rest;
         if inputs.steady_until(time) >= end {
             // Constant inputs leave all forces unchanged.
             self.now.time = end;
@@ -45,7 +47,7 @@ impl Simulation<'_> {
             let others = self.settings.look_for_others && at == end;
             let mut instant = self.watch(at, &y, others, inputs)?;
             let margin = self.least_margin(&instant);
-            let fine = (4.0 * f64::EPSILON * at.abs()).max(1e-12 * (at - before.0));
+            let fine = (4.0 * f64::EPSILON * at.abs()).max(1e-13 * (at - before.0));
             let lets_go = falls_below(before, (at, margin), fine, |at| {
                 let instant = self.watch(at, &y, false, inputs)?;
                 let margin = self.least_margin(&instant);

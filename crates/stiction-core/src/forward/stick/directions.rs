@@ -1,4 +1,4 @@
-//! Directions of slip onset: a ball or plate slips along its surface acceleration.
+//! Directions of slip onset: a ball, plate or sleeve slips along its surface acceleration.
 
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -77,7 +77,7 @@ impl Forward {
         for (column, wrench) in self.unit_frictions(&data.bodies, interface).into_iter().enumerate()
         {
             let response = solved.balance.respond(self, data, &[(content.joint, wrench)], false);
-            for row in 0..3 {
+            for row in 0..content.shape.dofs().len() {
                 lowered[(row, column)] =
                     -self.surface_rate(&data.bodies, &response.accelerations, interface, row);
             }

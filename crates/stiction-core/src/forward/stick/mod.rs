@@ -4,8 +4,7 @@
 //! against its friction. The search first tries all interfaces at rest sticking. Then a
 //! complementarity problem proposes modes, see [`guess`], and exact solutions verify them. From
 //! there the search changes one mode at a time: an interface beyond its limit slips, one that would
-//! slide backward sticks. If these changes cycle, the search enumerates the modes of up to
-//! [`ENUMERATED`] interfaces.
+//! slide backward sticks.
 //!
 //! Equation (D4) of the book's theory.
 
@@ -23,8 +22,6 @@ use guess::Guess;
 use std::collections::HashSet;
 use verify::Verdict;
 
-/// Largest number of interfaces whose modes are enumerated.
-const ENUMERATED: u32 = 7;
 /// Largest number of changes of a single mode.
 const CHANGES: usize = 60;
 /// Smallest friction scale relative to the largest; bounds the condition number of the systems.
@@ -94,9 +91,6 @@ impl Forward {
                 blocking = interface.unwrap_or(blocking);
                 failure = unsolved.map(|u| self.unsolved(data.time, u)).or(failure);
             }
-        }
-        if let Some(choice) = self.enumerate(data, modes, resting) {
-            return Ok(choice);
         }
         let joint =
             self.joint_name(self.parameters.interfaces.get(blocking).map_or(0, |c| c.joint));
@@ -197,44 +191,6 @@ impl Forward {
             }
         }
         Err(NoModes { interface: blocking, unsolved: None })
-    }
-
-    /// Enumerates sticking, forward and backward sliding, in the order of decreasing number of
-    /// sticking interfaces.
-    fn enumerate(&self, data: &Data, modes: &[InterfaceMode], resting: &[usize]) -> Option<Choice> {
-        let count = resting.len() as u32;
-        if count == 0 || count > ENUMERATED {
-            return None;
-        }
-        let single = |c: &usize| self.parameters.interfaces[*c].shape.has_one_dof();
-        if !resting.iter().all(single) {
-            return None;
-        }
-        let mut numbers: Vec<u32> = (0..3_u32.pow(count)).collect();
-        let sliding = |mut number: u32| {
-            let mut sum = 0;
-            while number > 0 {
-                sum += u32::from(!number.is_multiple_of(3));
-                number /= 3;
-            }
-            sum
-        };
-        numbers.sort_by_key(|&n| sliding(n));
-        for mut number in numbers {
-            let mut trial = modes.to_vec();
-            for &interface in resting {
-                trial[interface] = match number % 3 {
-                    0 => InterfaceMode::Sticks,
-                    1 => InterfaceMode::AtLimit([1.0, 0.0, 0.0]),
-                    _ => InterfaceMode::AtLimit([-1.0, 0.0, 0.0]),
-                };
-                number /= 3;
-            }
-            if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
-                return Some(Choice { modes: trial, solved: *solved });
-            }
-        }
-        None
     }
 }
 

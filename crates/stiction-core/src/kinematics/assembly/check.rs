@@ -23,7 +23,7 @@ pub(super) fn check_existence(
             | Coordinate::Angle { body, index, .. }
             | Coordinate::RotationVector { body, axis: index } => {
                 check_body(body);
-                assert!(index < 3, "{coordinate:?}: there are three of these");
+                assert!(index < 3, "{coordinate:?}: the index must be 0, 1 or 2");
             }
             Coordinate::Joint { joint, dof } => {
                 let joints = mechanism.joints();

@@ -8,11 +8,14 @@ use super::super::system::{Kinematics, column_scales};
 use super::Assembly;
 use crate::linalg::Svd;
 use crate::parameters::Parameters;
+use crate::spatial::Vec3;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
 /// Pivots of the scaled system below this require singular values to determine the rank.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
+/// Angular rates in unit motions below this are round-off.
+const SPINS: f64 = 1e-4;
 
 impl Assembly {
     /// Plans the elimination at the present, closed position, and locks passive spins.
@@ -58,7 +61,35 @@ impl Assembly {
         Err(AssemblyError::Open { open })
     }
 
-    fn constrain(&mut self, coordinates: &[Coordinate], spins: &[Spin]) {
+    /// For each body that moves in the locked passive spins, their axis in its frame.
+    pub(super) fn spin_axes(&mut self, parameters: &Parameters<f64>) -> Vec<Option<Vec3<f64>>> {
+        let mut axes = vec![None; self.body_names.len()];
+        let spins = self.model.constraints.spins().len();
+        if spins == 0 {
+            return axes;
+        }
+        let (topology, constraints) = (&self.model.topology, &self.model.constraints);
+        self.kinematics.place(topology, parameters, constraints, &self.state, &self.targets);
+        self.kinematics.linearise(topology, constraints);
+        let bodies = &self.kinematics.bodies;
+        let all = self.scaled_jacobian(parameters);
+        let svd = Svd::new(&all.rows(0, all.nrows() - spins).into_owned());
+        let columns = column_scales(&self.model.topology, parameters.length);
+        for motion in svd.null_space(self.model.topology.dofs() - spins) {
+            let rates: Vec<f64> = motion.iter().zip(&columns).map(|(x, s)| x * s).collect();
+            let twists = dof::body_twists(&self.model.topology, bodies, &rates);
+            for (body, twist) in twists.iter().enumerate() {
+                // Independent spins of one body have the same axis.
+                if twist.angular.norm() > SPINS {
+                    let axis = bodies.pose[body].rotation.transpose_mul(twist.angular);
+                    axes[body] = axis.direction();
+                }
+            }
+        }
+        axes
+    }
+
+    pub(super) fn constrain(&mut self, coordinates: &[Coordinate], spins: &[Spin]) {
         let constraints = MotionConstraints::new(&self.model.topology, coordinates, spins);
         self.model.constraints = Arc::new(constraints);
     }

@@ -5,9 +5,9 @@ use core::fmt;
 
 /// Distance from the given configuration above which a note is reported, in the metric of
 /// [`AssemblyReport::distance`].
-const FAR: f64 = 0.5;
+pub(super) const FAR: f64 = 0.5;
 /// Distance ratio below which another assembly mode is reported.
-const NEARLY_AS_NEAR: f64 = 3.0;
+pub(super) const NEARLY_AS_NEAR: f64 = 3.0;
 
 /// A contradiction among `home`, `start` and prescribed coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,12 +40,16 @@ impl fmt::Display for Conflict {
                     true => format!("{} deg", significant(by.to_degrees(), 3)),
                     false => format!("{} mm", significant(by * 1e3, 3)),
                 };
-                write!(f, "the `start` of {joint} is {by} off its prescribed value, which counts")
+                write!(
+                    f,
+                    "the `start` of {joint} differs by {by} from its prescribed value, \
+                           which takes precedence"
+                )
             }
             Self::Home { body, by } => write!(
                 f,
-                "the `home` of {body} is {} mm (angles times the characteristic length) off the pose by `start` and \
-                 prescribed coordinates, which count",
+                "the `home` of {body} differs by {} mm (angles times the characteristic length) \
+                 from the pose given by `start` and prescribed coordinates, which take precedence",
                 significant(by * 1e3, 3)
             ),
         }
@@ -56,7 +60,8 @@ impl fmt::Display for Conflict {
 ///
 /// Distances are root mean squares over all bodies with poses determined by `home`, `start` and
 /// prescribed coordinates. Each body contributes the displacement of its origin over the
-/// characteristic length, and its rotation angle, rad, as two orthogonal components.
+/// characteristic length, and its rotation angle, rad, as two orthogonal components; of a body with
+/// a passive spin, the displacement of its centre of mass and the tilt of the spin axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AssemblyReport {
     /// Distance of the assembled configuration from the given one; `None` without given data.
@@ -94,13 +99,13 @@ impl AssemblyReport {
                 )
             });
             notes.push(format!(
-                "the configuration found is far from the one that `home` and `start` give: rms displacement of the \
-                 bodies {found} characteristic lengths{body}{others}"
+                "the assembled configuration is far from that given by `home` and `start`: rms \
+                 displacement of the bodies {found} characteristic lengths{body}{others}"
             ));
         } else if self.other_modes.first().is_some_and(|next| *next < NEARLY_AS_NEAR * distance) {
             notes.push(format!(
-                "two assembly modes are nearly as near to what `home` and `start` give; the nearest is taken: rms \
-                 displacement of the bodies {found} characteristic lengths{others}"
+                "another assembly mode is nearly as close to `home` and `start` as the assembled \
+                 one: rms displacement of the bodies {found} characteristic lengths{others}"
             ));
         }
         notes

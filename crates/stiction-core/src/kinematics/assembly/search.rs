@@ -8,8 +8,10 @@ use super::super::least_squares::{Descent, PositionEquations};
 use super::super::motion_constraints::MotionConstraints;
 use super::super::rotation_vector::RotationVector;
 use super::super::system::{Kinematics, column_scales};
-use super::reference::{Given, Reference, apart};
-use super::{Assembly, NEAR};
+use super::Assembly;
+use super::metric::Metric;
+use super::reference::{Given, Reference};
+use super::report::{FAR, NEARLY_AS_NEAR};
 use crate::linalg::Svd;
 use crate::parameters::Parameters;
 use crate::random::Random;
@@ -19,6 +21,8 @@ use std::sync::Arc;
 
 /// Maximum number of steps of a search.
 const SEARCH_STEPS: usize = 500;
+/// Error at which a search stops: passive spins are visible only with closed loops.
+const CLOSELY: f64 = 1e-12;
 /// A search ends at a closed configuration if its largest weighted error is below this.
 const FOUND: f64 = 1e-6;
 /// Maximum number of moves away from configurations at which the angles of a body have no rates.
@@ -32,6 +36,8 @@ const OVERSHOOT: f64 = 1.3;
 const RANDOM_STARTS: usize = 12;
 /// Degrees of freedom of the tree above which the number of searches decreases.
 const LARGE: usize = 150;
+/// Factor for the estimated distance of another mode.
+const SAFETY: f64 = 1.5;
 /// Distance, rms in characteristic lengths, below which configurations belong to one assembly mode.
 const SAME_MODE: f64 = 1e-3;
 
@@ -123,7 +129,7 @@ impl Assembly {
             let (constraints, targets) = (&self.model.constraints, &self.targets);
             let equations = PositionEquations::new(topology, parameters, constraints, targets)
                 .weighted(|row| if row < topology.constraints { 1.0 } else { PRESCRIBED_WEIGHT });
-            descent = equations.solve(&mut self.kinematics, &mut self.state, NEAR, SEARCH_STEPS);
+            descent = equations.solve(&mut self.kinematics, &mut self.state, CLOSELY, SEARCH_STEPS);
             if !descent.is_undefined {
                 return match descent.error < FOUND {
                     true => Ok(descent),
@@ -138,39 +144,74 @@ impl Assembly {
     /// Assembles the mechanism in the mode nearest to the reference configuration.
     ///
     /// A search whose steps contract from the beginning ends at the nearest mode
-    /// ([`Descent::contracts`]). Otherwise further searches begin at the given starts, opposite to
-    /// the first result, and at random around the reference; the nearest result is selected.
-    /// Without any given pose no mode is nearest, and the first result is selected.
+    /// ([`Descent::contracts`]). Otherwise, and far from the reference, further searches begin at
+    /// the given starts, opposite to the first result, and at random around the reference; the
+    /// nearest result is selected. Without any given pose no mode is nearest, and the first result
+    /// is selected.
     pub(super) fn assemble(
         &mut self,
         parameters: &Parameters<f64>,
         given: &Given<'_>,
     ) -> Result<(), AssemblyError> {
-        let topology = given.topology;
         let reference = given.reference(true);
         self.report.conflicts.clone_from(&reference.conflicts);
         self.state.clone_from(&reference.state);
         let first = self.search(parameters);
-        if first.as_ref().is_ok_and(Descent::contracts) {
-            reference.unwind(topology, &mut self.state);
+        let mut spin_axes = vec![None; self.body_names.len()];
+        let mut twin = None;
+        if first.is_ok() {
+            reference.unwind(given.topology, &mut self.state);
             let outcome = self.complete(parameters);
-            if !matches!(outcome, Err(AssemblyError::Gap(_))) {
-                self.compare(parameters, &reference, &[]);
-                return outcome;
+            spin_axes = self.spin_axes(parameters);
+            let (length, com) = (parameters.length, &parameters.com);
+            let metric = Metric { length, com, spin_axes: spin_axes.clone() };
+            if !matches!(outcome, Err(AssemblyError::Gap(_)))
+                && first.as_ref().is_ok_and(Descent::contracts)
+            {
+                self.compare(parameters, (&reference, &metric), &[]);
+                twin = self.near_twin(parameters, &reference, &metric);
+                if twin.is_none() && self.report.distance.is_none_or(|distance| distance < FAR) {
+                    return outcome;
+                }
             }
         }
-        let (mut modes, failure) = self.modes(parameters, (given, &reference), first);
+        let metric = Metric { length: parameters.length, com: &parameters.com, spin_axes };
+        let (mut modes, failure) =
+            self.modes(parameters, (given, &reference, &metric), first, twin);
         modes.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         let mut outcome = Err(failure);
         for mode in &modes {
             self.state.clone_from(&mode.state);
+            if metric.spin_axes.iter().any(Option::is_some) {
+                let (topology, bodies) = (given.topology, &mode.bodies);
+                reference.turn_spins(topology, parameters, &metric, bodies, &mut self.state);
+                if self.search(parameters).is_err() {
+                    self.state.clone_from(&mode.state);
+                }
+            }
             outcome = self.complete(parameters);
             if !matches!(outcome, Err(AssemblyError::Gap(_))) {
-                self.compare(parameters, &reference, &modes);
+                self.compare(parameters, (&reference, &metric), &modes);
                 return outcome;
             }
         }
         outcome
+    }
+
+    /// The state of [`Self::twin`] if its mode may be nearly as near to the reference as the
+    /// present one.
+    fn near_twin(
+        &mut self,
+        parameters: &Parameters<f64>,
+        reference: &Reference,
+        metric: &Metric<'_>,
+    ) -> Option<State<f64>> {
+        let distance = self.report.distance.filter(|_| self.state.rates.len() <= LARGE)?;
+        let twin = self.twin(parameters)?;
+        let mut bodies = self.kinematics.bodies.clone();
+        bodies.place(&self.model.topology, parameters, &twin.coordinates);
+        let other = reference.distance(&bodies, metric)?;
+        (other < SAFETY * NEARLY_AS_NEAR * distance).then_some(twin)
     }
 
     /// Assembly modes by several searches, in search order, and the error of the first search if
@@ -178,34 +219,43 @@ impl Assembly {
     fn modes(
         &mut self,
         parameters: &Parameters<f64>,
-        (given, reference): (&Given<'_>, &Reference),
+        (given, reference, metric): (&Given<'_>, &Reference, &Metric<'_>),
         first: Result<Descent, AssemblyError>,
+        twin: Option<State<f64>>,
     ) -> (Vec<Mode>, AssemblyError) {
-        let topology = Arc::clone(&self.model.topology);
-        let topology = &*topology;
-        let is_any_given = reference.distance(&self.kinematics.bodies, parameters.length).is_some();
+        let topology = given.topology;
+        let is_any_given = reference.distance(&self.kinematics.bodies, metric).is_some();
         let mut modes: Vec<Mode> = Vec::new();
         let (moved, failure) = match first {
             Ok(descent) => {
-                self.add_mode(parameters, reference, &mut modes);
+                self.add_mode(parameters, (reference, metric), &mut modes);
                 (Some(descent.moved), AssemblyError::Undetermined { open: Vec::new() })
             }
             Err(error) => (None, error),
         };
+        // Locked spins belong to the first result.
+        let coordinates = self.model.constraints.coordinates().to_vec();
+        self.constrain(&coordinates, &[]);
+        if let Some(twin) = twin {
+            self.state = twin;
+            if self.search(parameters).is_ok() {
+                self.add_mode(parameters, (reference, metric), &mut modes);
+            }
+        }
         // From the given starts to the prescribed values.
         self.state = given.reference(false).state;
         if self.search(parameters).is_ok() {
             if !is_any_given {
                 modes.clear();
             }
-            self.add_mode(parameters, reference, &mut modes);
+            self.add_mode(parameters, (reference, metric), &mut modes);
         }
         if let Some(moved) = &moved {
             let opposite: Vec<f64> = moved.iter().map(|x| -OVERSHOOT * x).collect();
             self.state.clone_from(&reference.state);
             self.state.advance(topology, &opposite);
             if is_any_given && self.search(parameters).is_ok() {
-                self.add_mode(parameters, reference, &mut modes);
+                self.add_mode(parameters, (reference, metric), &mut modes);
             }
         }
         let mut random = Random::new(3);
@@ -221,7 +271,7 @@ impl Assembly {
             perturb(topology, parameters, &mut self.state, size, &mut random);
             let count = modes.len();
             if self.search(parameters).is_ok() {
-                self.add_mode(parameters, reference, &mut modes);
+                self.add_mode(parameters, (reference, metric), &mut modes);
             }
             vain = if modes.len() > count { 0 } else { vain + 1 };
         }
@@ -232,35 +282,38 @@ impl Assembly {
     fn add_mode(
         &mut self,
         parameters: &Parameters<f64>,
-        reference: &Reference,
+        (reference, metric): (&Reference, &Metric<'_>),
         modes: &mut Vec<Mode>,
     ) {
-        let topology = Arc::clone(&self.model.topology);
-        let topology = &*topology;
-        reference.unwind(topology, &mut self.state);
-        let mut bodies = self.kinematics.bodies.clone();
-        bodies.place(topology, parameters, &self.state.coordinates);
-        let length = parameters.length;
-        let distance = reference.distance(&bodies, length).unwrap_or(0.0);
-        if modes.iter().all(|mode| apart(&mode.bodies, &bodies, length, |_| true) > SAME_MODE) {
+        reference.unwind(&self.model.topology, &mut self.state);
+        let bodies = self.placed(parameters);
+        let distance = reference.distance(&bodies, metric).unwrap_or(0.0);
+        if modes.iter().all(|mode| metric.between(&mode.bodies, &bodies) > SAME_MODE) {
             modes.push(Mode { state: self.state.clone(), bodies, distance });
         }
     }
 
-    /// Compares the present configuration with the reference.
-    fn compare(&mut self, parameters: &Parameters<f64>, reference: &Reference, modes: &[Mode]) {
+    /// Bodies at the present coordinates.
+    fn placed(&self, parameters: &Parameters<f64>) -> Bodies<f64> {
         let mut bodies = self.kinematics.bodies.clone();
         bodies.place(&self.model.topology, parameters, &self.state.coordinates);
-        let (bodies, length) = (&bodies, parameters.length);
-        self.report.distance = reference.distance(bodies, length);
+        bodies
+    }
+
+    /// Compares the present configuration with the reference.
+    fn compare(
+        &mut self,
+        parameters: &Parameters<f64>,
+        (reference, metric): (&Reference, &Metric<'_>),
+        modes: &[Mode],
+    ) {
+        let bodies = &self.placed(parameters);
+        self.report.distance = reference.distance(bodies, metric);
         self.report.farthest = reference
-            .farthest(bodies, length)
+            .farthest(bodies, metric)
             .map(|(body, moved, turned)| (self.body_names[body].clone(), moved, turned));
-        // The angle of a passive spin does not distinguish modes.
-        let spins = self.model.constraints.spins();
-        let counts = |body: usize| spins.iter().all(|spin| spin.body.0 != body);
-        let others = modes.iter().filter(|m| apart(&m.bodies, bodies, length, counts) > SAME_MODE);
-        self.report.other_modes = others.map(|mode| mode.distance).collect();
+        let is_other = |mode: &&Mode| metric.between(&mode.bodies, bodies) > SAME_MODE;
+        self.report.other_modes = modes.iter().filter(is_other).map(|mode| mode.distance).collect();
     }
 
     /// Numbers of prescribed coordinates and of degrees of freedom, if the motion is

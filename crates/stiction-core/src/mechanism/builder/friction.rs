@@ -26,11 +26,11 @@ impl JointSpec {
             match interface.radius {
                 None if shape.turns() => defects.push(Defect::Radius {
                     joint: joint(),
-                    problem: "a friction on a turning contact needs the contact's radius",
+                    problem: "friction at a rotating interface needs the radius of the interface",
                 }),
                 Some(_) if !shape.turns() => defects.push(Defect::Radius {
                     joint: joint(),
-                    problem: "a friction on a straight guide takes no radius",
+                    problem: "friction at a guide has no radius",
                 }),
                 _ => {}
             }
@@ -41,7 +41,18 @@ impl JointSpec {
             if let Some(law) = &interface.backward {
                 check.law(law);
                 if !shape.has_one_dof() {
-                    check.problem("only a contact with one freedom slides forward or backward");
+                    check.problem(
+                        "only an interface with one degree of freedom slides forward \
+                                   or backward",
+                    );
+                }
+            }
+            if *shape == InterfaceShape::Sleeve {
+                if self.friction.len() > 1 {
+                    check.problem("a sleeve excludes the friction of a separate pin or guide");
+                }
+                if interface.load.axial_ratio.is_some() || interface.load.torsion_arm.is_some() {
+                    check.problem("a sleeve carries neither axial force nor torsion");
                 }
             }
         }
@@ -94,19 +105,19 @@ impl Checks<'_> {
                 self.problem("a ball or a plate has no pads");
             }
             (Combine::RootSumSquare, InterfaceShape::Thread) => {
-                self.problem("the loads of a thread add as a sum, or as those of two pads");
+                self.problem("the normal load of a thread is combined as a sum or at two pads");
             }
             _ => {}
         }
         if is_thread && map.smoothing.is_some() {
-            self.problem("the load of a thread cannot be smoothed");
+            self.problem("the normal load of a thread cannot be smoothed");
         }
         let slides = matches!(
             joint_type,
             JointType::Prismatic | JointType::Cylindrical | JointType::Helical
         );
         if !slides && map.supports != Supports::Predecessor {
-            self.problem("supports travel only where a joint slides along its axis");
+            self.problem("supports on both bodies require a joint that slides along its axis");
         }
         if let Supports::OneOnEach { gland, piston } = map.supports {
             let inside = gland.is_finite() && gland != piston;
@@ -119,7 +130,7 @@ impl Checks<'_> {
     }
 
     fn law(&mut self, law: &Law) {
-        const NOT_BELOW: &str = "at least the coefficient while sliding";
+        const NOT_BELOW: &str = "at least the sliding coefficient";
         self.number("coefficient", Some(law.mu), NOT_NEGATIVE);
         self.number("viscous coefficient", Some(law.viscous), NOT_NEGATIVE);
         let coefficient = "coefficient at rest";
@@ -140,33 +151,33 @@ impl Checks<'_> {
             self.number("stiffness of bristles", Some(bristles.stiffness), POSITIVE);
             self.number("damping of bristles", Some(bristles.damping), NOT_NEGATIVE);
             if law.regularisation.is_some() {
-                self.problem("a law with a state is not regularised: its state is what sticks");
+                self.problem("a law with an internal state cannot be regularised");
             }
             let positive = match &law.curve {
                 Curve::Table(rows) => rows.iter().all(|row| row[1] > 0.0),
                 _ => law.mu > 0.0,
             };
             if !positive {
-                self.problem("a law with a state needs coefficients greater than 0");
+                self.problem("a law with an internal state needs coefficients greater than 0");
             }
         }
     }
 
     fn table(&mut self, rows: &[[f64; 2]]) {
         if rows.len() < 2 {
-            self.problem("a table of coefficients needs two rows at least");
+            self.problem("a table of coefficients needs at least two rows");
         }
         if rows.iter().flatten().any(|number| !number.is_finite()) {
-            self.problem("a table of coefficients holds a number that is not finite");
+            self.problem("a table of coefficients contains a number that is not finite");
         }
         if rows.first().is_some_and(|row| row[0] != 0.0) {
-            self.problem("a table of coefficients begins at the speed 0");
+            self.problem("a table of coefficients must begin at speed 0");
         }
         if rows.iter().zip(rows.iter().skip(1)).any(|(a, b)| a[0] >= b[0]) {
             self.problem("the speeds in a table of coefficients must increase");
         }
         if rows.iter().any(|row| row[1] < 0.0) {
-            self.problem("a table of coefficients holds a negative one");
+            self.problem("a table of coefficients contains a negative coefficient");
         }
     }
 }

@@ -170,7 +170,7 @@ impl Draft {
     /// Adds random friction to every joint that has friction interfaces.
     pub fn rub(&mut self, random: &mut Random, mu: f64) {
         for joint in &mut self.joints {
-            for (place, (_, shape)) in interfaces_of(joint.joint_type).iter().enumerate() {
+            for (place, shape) in surfaces_of(joint.joint_type, false) {
                 joint.friction.push(JointFriction {
                     place,
                     radius: shape.turns().then(|| random.between(0.005, 0.03)),
@@ -181,10 +181,16 @@ impl Draft {
                     backward: None,
                     load: NormalLoadMap {
                         preload: random.between(0.0, 3.0),
-                        flank_cosine: (*shape == InterfaceShape::Thread).then_some(0.9),
+                        flank_cosine: (shape == InterfaceShape::Thread).then_some(0.9),
                         ..NormalLoadMap::force_only()
                     },
                 });
+            }
+            // Half of the cylindrical joints have a sleeve of the pin's radius instead.
+            if joint.joint_type == Cylindrical && (joint.ends.0 + joint.ends.1) % 2 == 0 {
+                let (place, _) = surfaces_of(Cylindrical, true)[0];
+                joint.friction.truncate(1);
+                joint.friction[0].place = place;
             }
         }
     }
@@ -519,4 +525,14 @@ fn in_motion(
         })
         .collect();
     Case { mechanism, coordinates, targets, loads, class }
+}
+
+/// Friction interfaces of a joint; a cylindrical joint has either a sleeve or a pin and a guide.
+pub fn surfaces_of(joint_type: JointType, sleeve: bool) -> Vec<(usize, InterfaceShape)> {
+    let all = interfaces_of(joint_type).iter().enumerate();
+    let all = all.map(|(place, (_, shape))| (place, *shape));
+    let is_present = |shape: InterfaceShape| {
+        joint_type != Cylindrical || (shape == InterfaceShape::Sleeve) == sleeve
+    };
+    all.filter(|(_, shape)| is_present(*shape)).collect()
 }

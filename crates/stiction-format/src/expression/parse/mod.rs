@@ -136,7 +136,7 @@ impl<'a> Parser<'a> {
                 "the expression is nested too deeply",
                 format!("this is level {}", DEEPEST + 1),
             )
-            .help("name a part of it in [parameters]"));
+            .help("define a part of it as a parameter in [parameters]"));
         }
         self.depth += 1;
         let result = inner(self);

@@ -16,8 +16,9 @@ const MU_STATIC: Field = field(
 const VISCOUS: Field = field(
     "viscous",
     Quantity(Viscous),
-    "Viscous coefficient at the sliding surface, also of a pin: force over sliding speed, at least 0; by \
-     default 0.",
+    "Viscous coefficient at the sliding surface: force over sliding speed, at least 0; by default 0. Of \
+     a surface that turns also as moment over angular rate, such as \"2 mN m s/rad\": it is divided by \
+     the square of the radius (of a thread: radius² + pitch²).",
 );
 const STRIBECK_VELOCITY: Field = field(
     "stribeck_velocity",
@@ -40,7 +41,7 @@ const LAW: Field = field(
     "law",
     Choice(FRICTION_LAWS),
     "Friction law; by default coulomb or stribeck, depending on the other keys. Inverse dynamics \
-     evaluates laws with a state (dahl, lugre) in steady sliding.",
+     evaluates laws with an internal state (dahl, lugre) in steady sliding.",
 );
 const SIGMA0: Field = field(
     "sigma0",
@@ -71,18 +72,18 @@ const REGULARISATION_VELOCITY: Field = field(
 const BACKWARD: Field = field(
     "backward",
     Table(BACKWARD_LAW),
-    "Values that differ for backward sliding; not for a ball or a plate.",
+    "Values that differ for backward sliding; not for a ball, a plate or a sleeve.",
 );
 const RADIUS: Field = field(
     "radius",
     Quantity(Length),
-    "Radius of the pin or ball, mean radius of the thread's flanks, effective radius of a plate, \
+    "Radius of the pin, sleeve or ball, mean radius of the thread's flanks, effective radius of a plate, \
      greater than 0; required for interfaces that turn, not allowed for those that translate.",
 );
 const BENDING_SPAN: Field = field(
     "bending_span",
     Quantity(Length),
-    "Distance between the two supports of a pin, guide or nut, or across a plate. A bending moment then \
+    "Distance between the two supports of a pin, sleeve, guide or nut, or across a plate. A bending moment then \
      adds a normal force of twice the moment over this distance. Greater than 0.",
 );
 const COLLAR_RADIUS: Field = field(
@@ -175,8 +176,16 @@ pub(crate) const INTERFACE: &[Field] = &[
 const PARTS: &[Field] = &[
     field("first", Table(INTERFACE), "Values that differ at the first axis of a U joint."),
     field("second", Table(INTERFACE), "Values that differ at the second axis of a U joint."),
-    field("angle", Table(INTERFACE), "Values that differ at the turning interface of a C joint."),
-    field("slide", Table(INTERFACE), "Values that differ at the sliding interface of a C joint."),
+    field(
+        "angle",
+        Table(INTERFACE),
+        "Friction of the pin of a C joint whose pin and guide are separate surfaces.",
+    ),
+    field(
+        "slide",
+        Table(INTERFACE),
+        "Friction of the guide of a C joint whose pin and guide are separate surfaces.",
+    ),
 ];
 
 /// The friction of a joint.

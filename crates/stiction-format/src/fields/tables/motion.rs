@@ -1,7 +1,8 @@
 //! Motions.
 
 use crate::expression::Measure::{
-    Acceleration, Angle, AngularAcceleration, AngularJerk, AngularSpeed, Jerk, Length, Speed, Time,
+    Acceleration, Angle, AngularAcceleration, AngularJerk, AngularSpeed, Frequency, Jerk, Length,
+    Speed, Time,
 };
 use crate::fields::Shape::{Choice, Limits, Quantity, Rotation, Text, Waypoints};
 use crate::fields::{Field, field};
@@ -14,7 +15,13 @@ pub(crate) const MOTION: &[Field] = &[
     field(
         "duration",
         Quantity(Time),
-        "Duration; by default 1 s. With 0 the motion is a single pose.",
+        "Duration; by default 1 s. With 0 the motion is a single pose. With `file`, the time column must \
+         agree with it.",
+    ),
+    field(
+        "rate",
+        Quantity(Frequency),
+        "Samples per second of `file`, as the logger states it; the time column must agree with it.",
     ),
     field("step", Quantity(Time), "Time between samples of the result."),
     field(

@@ -2,18 +2,20 @@
 
 use super::layers::{Given, Layers, Notes};
 use crate::diagnostic::Diagnostic;
+use crate::expression::Measure;
 use stiction_core::friction::{Bristles, Curve, Exponent, Law};
 
-/// Reads the law that the tables define. Contradictions are reported and ignored.
-pub(super) fn read(layers: &Layers<'_>, notes: &mut Notes) -> Law {
+/// Reads the law that the tables define, at a surface that slides `arm` m per radian, `None` for a
+/// guide. Contradictions are reported and ignored.
+pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> Law {
     let given = |key| layers.given(key);
     let word = layers.word("law").unwrap_or_default();
     let has_state = matches!(word, "dahl" | "lugre");
-    let (mu, viscous) = (layers.number("mu", notes), layers.number("viscous", notes));
+    let (mu, viscous) = (layers.number("mu", notes), viscous_of("viscous", layers, arm, notes));
     let table = table_in_force(layers, notes);
     if table.is_none() && mu.is_none() && (viscous.is_none() || has_state) {
         if has_state {
-            layers.missing(given("law"), "mu", " for a law with a state", notes);
+            layers.missing(given("law"), "mu", " for a law with an internal state", notes);
         } else if let Some(record) = layers.records.first() {
             record.missing_both(["mu", "viscous"]);
         }
@@ -26,13 +28,35 @@ pub(super) fn read(layers: &Layers<'_>, notes: &mut Notes) -> Law {
         }
         None => curve_of_numbers(layers, word, &law, notes),
     };
-    law.bristles = bristles(layers, word, &mut law.viscous, notes);
+    law.bristles = bristles(layers, (word, arm), &mut law.viscous, notes);
     law.regularisation = regularisation(layers, &law, notes);
     if has_state && mu.is_none() && table.is_none() {
         // Already reported; keep the builder from reporting it again.
         law.mu = 1.0;
     }
     law
+}
+
+/// Reads a viscous coefficient at the surface, N s/m. Equation (L3): a data sheet's moment per angular rate, N m
+/// s/rad, is divided by the square of `arm`.
+fn viscous_of(
+    key: &'static str,
+    layers: &Layers<'_>,
+    arm: Option<f64>,
+    notes: &mut Notes,
+) -> Option<f64> {
+    let Given { record, value, .. } = layers.given(key)?;
+    let measures = [Measure::Viscous, Measure::AngularDamping];
+    let known = if arm.is_some() { &measures[..] } else { &measures[..1] };
+    // An invalid value has been reported; continue with an arbitrary valid number.
+    let (number, measure) =
+        record.context.quantity_of(value, known).unwrap_or((1.0, Measure::Viscous));
+    let number = match arm {
+        Some(arm) if measure == Measure::AngularDamping => number / (arm * arm),
+        _ => number,
+    };
+    notes.spans.numbers.push((key, number, value.span.clone()));
+    Some(number)
 }
 
 /// The table of coefficients, unless a `mu` in a more specific table overrides it.
@@ -158,7 +182,7 @@ fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Note
 /// Reads a law with a state; the viscous part of the LuGre model may be called `sigma2`.
 fn bristles(
     layers: &Layers<'_>,
-    word: &str,
+    (word, arm): (&str, Option<f64>),
     viscous: &mut f64,
     notes: &mut Notes,
 ) -> Option<Bristles> {
@@ -173,7 +197,7 @@ fn bristles(
             let (why, help) = match word {
                 "dahl" => ("Dahl's law has only `sigma0`", "write `law = \"lugre\"`, or `viscous`"),
                 _ => (
-                    "it is a parameter of a law with a state",
+                    "it is a parameter of a law with an internal state",
                     "write `law = \"lugre\"`, or delete it",
                 ),
             };
@@ -187,7 +211,7 @@ fn bristles(
         if let (Some(sigma2), Some(_)) = (given("sigma2"), given("viscous")) {
             let help = "keep one of them";
             layers.conflict(sigma2, "sigma2", "`viscous` is the same", help, notes);
-        } else if let Some(sigma2) = layers.number("sigma2", notes) {
+        } else if let Some(sigma2) = viscous_of("sigma2", layers, arm, notes) {
             *viscous = sigma2;
         }
     }
@@ -221,7 +245,10 @@ fn regularisation(layers: &Layers<'_>, law: &Law, notes: &mut Notes) -> Option<f
         }
         (Some(regularised), Some(_)) => {
             let why = match law.curve {
-                _ if law.bristles.is_some() => "a law with a state needs no regularisation",
+                _ if law.bristles.is_some() => {
+                    "a law with an internal state cannot be \
+                                                regularised"
+                }
                 Curve::Static { .. } => "regularised friction has no static coefficient",
                 _ => {
                     layers.word("regularised");

@@ -97,8 +97,16 @@ pub(crate) fn read(
     let shared_backward = shared_backward
         .as_ref()
         .map(|(table, what)| Record::new(context, table, BACKWARD_LAW, what.clone()));
+    // Without tables for its pin and guide, a C joint has one surface.
+    let named = places.iter().any(|(name, _)| !name.is_empty() && table.get(name).is_some());
+    let has_sleeve = places.iter().any(|(_, shape)| *shape == InterfaceShape::Sleeve);
+    let present: Vec<_> = places
+        .iter()
+        .enumerate()
+        .filter(|(_, (_, shape))| !has_sleeve || named != (*shape == InterfaceShape::Sleeve))
+        .collect();
     let mut interfaces = Vec::new();
-    for (place, (name, shape)) in places.iter().enumerate() {
+    for &(place, (name, shape)) in &present {
         let own = (!name.is_empty()).then(|| shared.table(name)).flatten();
         let what = format!("friction interface `{name}` of {what}");
         let own = own.map(|table| Record::new(context, table, INTERFACE, what.clone()));
@@ -107,17 +115,22 @@ pub(crate) fn read(
             .as_ref()
             .map(|(table, what)| Record::new(context, table, BACKWARD_LAW, what.clone()));
         // In a C joint the shared radius belongs to the pin; its guide has none.
-        let no_shared_radius = places.len() > 1 && !shape.turns();
+        let no_shared_radius = present.len() > 1 && !shape.turns();
         let sides = [own_backward.as_ref(), shared_backward.as_ref()];
         let forward: Vec<_> = own.as_ref().into_iter().chain([&shared]).collect();
         let both: Vec<_> = sides.into_iter().flatten().chain(forward.iter().copied()).collect();
         let differs = both.len() > forward.len() && shape.has_one_dof();
         let forward = Layers { records: &forward, no_shared_radius };
         let both = Layers { records: &both, no_shared_radius };
-        let law = law::read(&forward, &mut notes);
         let radius = forward.number("radius", &mut notes);
+        let arm = shape.turns().then(|| {
+            let pitch = if *shape == InterfaceShape::Thread { joint.pitch } else { 0.0 };
+            // The builder reports a radius that is missing or not positive.
+            radius.filter(|radius| *radius > 0.0).map_or(1.0, |radius| radius.hypot(pitch))
+        });
+        let law = law::read(&forward, arm, &mut notes);
         let load = load::read(&forward, *shape, joint, radius, &mut notes);
-        let backward = differs.then(|| law::read(&both, &mut notes));
+        let backward = differs.then(|| law::read(&both, arm, &mut notes));
         interfaces.push(JointFriction { place, radius, law, backward, load });
         if let Some(own) = &own {
             not_applicable(context, own, INTERFACE, &[*shape], joint_type);
@@ -127,7 +140,7 @@ pub(crate) fn read(
         // The builder reports that this joint cannot have friction.
         interfaces.push(JointFriction::guide(Law::coulomb_viscous(0.0, 0.0)));
     } else {
-        let shapes: Vec<_> = places.iter().map(|(_, shape)| *shape).collect();
+        let shapes: Vec<_> = present.iter().map(|(_, (_, shape))| *shape).collect();
         not_applicable(context, &shared, JOINT_FRICTION, &shapes, joint_type);
     }
     (interfaces, notes.spans)
@@ -135,13 +148,13 @@ pub(crate) fn read(
 
 /// Tests if an interface of this shape has the part. The builder reports the radius of a guide.
 fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
-    use InterfaceShape::{Ball, Guide, Pin, Plate, Shaft, Thread};
+    use InterfaceShape::{Ball, Guide, Pin, Plate, Shaft, Sleeve, Thread};
     match key {
         "bending_span" | "combine" => shape != Ball,
         "collar_radius" => matches!(shape, Pin { .. }),
         "torsion_arm" => matches!(shape, Guide { .. }),
         "supports" | "gland" | "piston" => match shape {
-            Guide { .. } | Thread => true,
+            Guide { .. } | Thread | Sleeve => true,
             Pin { .. } => joint_type == JointType::Cylindrical,
             Ball | Plate | Shaft { .. } => false,
         },
@@ -170,6 +183,7 @@ fn not_applicable(
             [InterfaceShape::Plate] => "a plate",
             [InterfaceShape::Thread] => "a thread",
             [InterfaceShape::Guide { .. }] => "a straight guide",
+            [InterfaceShape::Sleeve] => "a sleeve",
             _ => "a pin",
         };
         let label = match field.key {
@@ -181,9 +195,16 @@ fn not_applicable(
         let message =
             format!("`{}` has no effect at {what} (type {})", field.key, joint_type.symbol());
         context.push(
-            Diagnostic::error("unknown-key", message)
-                .at(context.place(&value.span), label)
-                .help(format!("`{}`: {}", field.key, field.summary())),
+            Diagnostic::error("unknown-key", message).at(context.place(&value.span), label).help(
+                match shapes {
+                    [InterfaceShape::Sleeve] => {
+                        "write a table `angle` or `slide` in `friction` for \
+                         a pin and a guide that are separate surfaces"
+                            .to_owned()
+                    }
+                    _ => format!("`{}`: {}", field.key, field.summary()),
+                },
+            ),
         );
     }
 }

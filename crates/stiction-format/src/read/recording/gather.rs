@@ -199,7 +199,8 @@ fn refuse(header: &Header, messages: &mut Messages, end: u64) {
         number(end as f64 / 1e9),
         number(MAX_GLOBAL_BYTES as f64 / 1e9)
     );
-    let help = "resample the recording in even steps, or record velocities and accelerations, too";
+    let help = "resample the recording in equal steps, or also record velocities and \
+                accelerations";
     let label = "time steps too unequal";
     messages.push_help("samples", message, time.span.clone(), label, Some(help.to_owned()));
 }

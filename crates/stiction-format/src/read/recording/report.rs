@@ -96,10 +96,10 @@ impl<'a> Report<'a> {
         );
         let label = format!("largest from t = {} s", short(noise.deviation.time));
         let help = if noise.is_rounding {
-            "record more digits, fewer samples per second, or the rates and accelerations, too"
+            "record more digits, fewer samples per second, or also rates and accelerations"
         } else {
-            "low-pass filter the recording, check its time column, or record rates and \
-             accelerations, too"
+            "low-pass filter the recording, check its time column, or also record rates and \
+             accelerations"
         };
         let place = self.place(coordinate, noise.order);
         let warning = Diagnostic::warning("recording", message);
@@ -124,7 +124,7 @@ impl<'a> Report<'a> {
             short(peak.size)
         );
         let label = match outliers.len() {
-            1 => "one sample does not fit to its neighbours".to_owned(),
+            1 => "one sample does not fit its neighbours".to_owned(),
             n => format!("{n} such samples, the first at t = {} s", short(first.time)),
         };
         let place = self.place(coordinate, 0);

@@ -134,8 +134,8 @@ fn check_mark(
         && !whole.starts_with('0')
         && known.is_none();
     let (message, label, help) = if is_ambiguous || rest.contains([',', '.']) {
-        let message = format!("{} can have separators of thousands", quoted(content));
-        (message, "which number?", "write numbers without separators of thousands")
+        let message = format!("{} may contain thousands separators", quoted(content));
+        (message, "which number?", "write numbers without thousands separators")
     } else if known.is_some_and(|known| known != mark) {
         let message =
             format!("{} has another decimal mark than the numbers above", quoted(content));

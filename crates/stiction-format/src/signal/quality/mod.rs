@@ -32,8 +32,9 @@ const SPARSE: usize = 8;
 /// Quantile of the residuals from which noise is estimated, and its value for a normal
 /// distribution of unit variance. It is low, so that disturbed residuals do not count.
 const NOISE_QUANTILE: (f64, f64) = (0.3, 0.385_320_466);
-/// Standard deviation of the acceleration relative to its peak at which noise is reported.
-const NOISE_LIMIT: f64 = 0.012;
+/// Standard deviation of the acceleration relative to its peak at which noise is reported: its peak is
+/// then some 5 % of that of the acceleration.
+const NOISE_LIMIT: f64 = 0.014;
 /// Noise up to this multiple of the rounding of the written numbers is rounding.
 const EXPLAINED: f64 = 6.0;
 /// Error of the acceleration relative to its peak at which an outlier is reported.

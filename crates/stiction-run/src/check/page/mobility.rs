@@ -12,17 +12,18 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
         row(
             "Grübler's count",
             mobility.gruebler.to_string(),
-            "six for each body less what the joints hold: right if all constraints are independent",
+            "six per body, less the constraints of the joints; valid if all constraints are \
+             independent",
         ),
         row(
             "instantaneous",
             mobility.instantaneous.to_string(),
-            "left by the rank of the loop equations at this position: to first order",
+            "from the rank of the loop equations at this position, to first order",
         ),
         row(
             "finite",
             format!("{}{}", mobility.finite, words::undecided(findings)),
-            "traced from this position, the loops closed again after each step",
+            "traced from this position, with closed loops after each step",
         ),
     ];
     let head = [
@@ -34,13 +35,14 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     inner += &gap(findings);
     if mobility.finite.traced < mobility.instantaneous {
         inner += &note(
-            "What is free to first order only is blocked by the second derivatives of the loops' \
-             equations: no force of first order holds it, and clearance and compliance make it large.",
+            "Motions open to first order only are blocked by the second derivatives of the loop \
+             equations. No constraint force resists them to first order, so clearance and \
+             compliance make them large.",
         );
     }
     if !findings.idle_spins.is_empty() {
         inner += &paragraph(&format!(
-            "{} of them idle: {} free to spin about {}, which nothing else feels.",
+            "{} of them local: {} can spin about {} without moving anything else.",
             findings.idle_spins.len(),
             findings.idle_spins.join(", "),
             words::own_axes(findings.idle_spins.len()),
@@ -56,16 +58,19 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
 /// The two singular values that decide the rank.
 fn gap(findings: &Findings) -> String {
     let (Some(kept), dropped) = findings.mobility.gap else {
-        return note("There are no loops: every freedom of a joint is one of the mechanism.");
+        return note(
+            "There are no loops: every degree of freedom of a joint is one of the \
+                     mechanism.",
+        );
     };
     let dropped = match dropped {
-        Some(dropped) => format!("the largest that does not is {}", words::power_of_ten(dropped)),
+        Some(dropped) => format!("the largest zero value is {}", words::power_of_ten(dropped)),
         None => "none does not".to_owned(),
     };
     note(&format!(
-        "The count to first order is decided by a gap among the singular values of the loops' \
-         equations, in units of the largest: the smallest that counts is {kept:.1e}, {dropped}. The \
-         wider the gap, the surer the count."
+        "The instantaneous mobility follows from a gap between the singular values of the loop \
+         equations, relative to the largest: the smallest nonzero value is {kept:.1e}, \
+         {dropped}. The wider the gap, the more certain the mobility."
     ))
 }
 

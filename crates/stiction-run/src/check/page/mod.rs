@@ -104,7 +104,7 @@ fn cards(findings: &Findings) -> String {
         card(&mobility.finite.to_string(), &first_order, !is_all),
         card(&redundant.to_string(), constraints, false),
         reactions,
-        card(drives, "driving forces (friction apart)", !findings.drives_unique),
+        card(drives, "actuator efforts (without friction)", !findings.drives_unique),
         positions,
     ];
     format!("<div class=\"cards\">\n{}</div>\n", inner.concat())
@@ -144,7 +144,7 @@ fn footer(job: &Job<'_>) -> String {
         inner += &format!("<p class=\"source\">{}</p>\n", escape(job.model.source.trim()));
     }
     inner += &paragraph(&format!(
-        "stiction {}; the same for programs is in check.json.",
+        "stiction {}; check.json contains the same results for programs.",
         env!("CARGO_PKG_VERSION")
     ));
     format!("<footer>\n{inner}</footer>\n")

@@ -17,10 +17,10 @@ pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
     };
     if !findings.self_stresses.is_empty() {
         inner += &note(
-            "In a self-stress joints load each other without any load from outside: errors of \
-             manufacture and heat cause it. The wrenches are those of the predecessor on the \
-             successor in world axes, moments about the joint's origin. Only their ratios mean \
-             anything.",
+            "In a self-stress, joints load each other without an external load: manufacturing \
+             errors and heat cause it. The wrenches are those of the predecessor on the \
+             successor in world axes, moments about the joint's origin. Only their ratios are \
+             meaningful.",
         );
     }
     for (k, stress) in findings.self_stresses.iter().take(LISTED).enumerate() {
@@ -33,9 +33,9 @@ pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
     }
     inner += &undetermined(findings);
     inner += &paragraph(if findings.drives_unique {
-        "Driving forces are unique (friction apart)."
+        "Actuator efforts are unique (without friction)."
     } else {
-        "Driving forces are not unique (friction apart)."
+        "Actuator efforts are not unique (without friction)."
     });
     section("Redundancy and uniqueness", &inner)
 }
@@ -85,8 +85,8 @@ fn undetermined(findings: &Findings) -> String {
     let head = [("joint", Column::Text), ("not determined by statics", Column::Text)];
     table(&head, &rows)
         + &note(
-            "These components of reactions depend on the stiffness of parts and on errors of \
-             manufacture, not on loads alone. Where such a reaction presses a sliding surface, its \
+            "These components of reactions depend on the stiffness of parts and on manufacturing \
+             errors, not on loads alone. Where such a reaction presses a sliding surface, its \
              friction is not determined either.",
         )
 }

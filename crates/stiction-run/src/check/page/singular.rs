@@ -42,9 +42,9 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
         inner += &paragraph(&capitalised(sentence));
     }
     inner += &note(&format!(
-        "A distance is the smallest singular value of the balance of all bodies, without units: \
-         lengths count in units of {:.1} mm. Zero is singular; there is no upper limit. Compare it \
-         along a motion, or between variants of one robot.",
+        "A singularity index is the smallest singular value of the dimensionless balance of all \
+         bodies, with lengths in units of {:.1} mm. Zero is singular; there is no upper limit. \
+         Compare it along a motion, or between variants of one robot.",
         job.model.mechanism.characteristic_length() * 1e3
     ));
     section("Nearest singular positions", &inner)
@@ -52,9 +52,9 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
 
 fn row(kind: Kind, nearness: &Nearness, samples: usize) -> Vec<String> {
     let meaning = match kind {
-        Kind::Actuation => "something can move although all actuators stand still",
-        Kind::Constraint => "the constraints leave more than the motions of finite size",
-        Kind::Leg => "a leg's bodies can move although the bodies where legs end stand still",
+        Kind::Actuation => "something can move although all actuators are locked",
+        Kind::Constraint => "the constraints permit more than the finite motions",
+        Kind::Leg => "bodies of a leg can move although the bodies at its ends are fixed",
     };
     let Nearness { least, time, singular_samples, weakness, crossings, .. } = nearness;
     let is_singular = *singular_samples > 0 || !crossings.is_empty();

@@ -23,7 +23,9 @@ impl Writer<'_> {
             return;
         }
         self.xml.open("equality", &[]);
-        self.xml.comment(&["MuJoCo's equalities are soft: solref and solimp say how far."]);
+        self.xml
+            .comment(&["MuJoCo's equality constraints are soft: solref and solimp define how \
+                            soft."]);
         if closings.iter().any(|(_, closing)| *closing == Closing::Part) {
             self.xml.comment(&[
                 "A body behind a joint that closes a loop is in two parts, one of which hangs by that joint",

@@ -18,6 +18,7 @@ pub(super) fn damping(joint: &Joint) -> Vec<f64> {
                 [way * way; 3]
             }
             InterfaceShape::Guide { .. } | InterfaceShape::Shaft { .. } => [1.0; 3],
+            InterfaceShape::Sleeve => [radius * radius, 1.0, 1.0],
             InterfaceShape::Pin { .. } | InterfaceShape::Ball => [radius * radius; 3],
         };
         for (dof, square) in shape.dofs().zip(squares) {

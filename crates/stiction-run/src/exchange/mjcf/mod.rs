@@ -34,15 +34,15 @@ pub struct Mjcf {
 #[non_exhaustive]
 pub enum Unfit {
     /// A moving body has no mass.
-    #[error("MuJoCo takes no moving body without mass, such as `{body}`")]
+    #[error("MuJoCo rejects moving bodies without mass, such as `{body}`")]
     Massless {
         /// The body.
         body: String,
     },
     /// A joint closes a loop, and neither of its bodies has mass, so that neither can be split.
     #[error(
-        "joint `{joint}` closes a loop, for which MuJoCo needs a part of a body beside it, and \
-         neither of them has mass"
+        "joint `{joint}` closes a loop, for which one of its bodies must be split, and neither \
+         of them has mass"
     )]
     CannotClose {
         /// The joint.

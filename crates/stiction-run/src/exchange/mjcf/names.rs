@@ -30,7 +30,7 @@ mod tests {
     use super::Names;
 
     #[test]
-    fn what_is_taken_gets_a_number() {
+    fn duplicate_names_get_numbers() {
         let mut names = Names::default();
         names.reserve("world");
         let taken = ["arm", "world", "arm", "arm_2", "arm"].map(|name| names.take(name));

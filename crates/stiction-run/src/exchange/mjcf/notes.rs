@@ -16,9 +16,9 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     }
     if left_out > 0 {
         notes.push(format!(
-            "friction is left out at {left_out} of {all} friction interfaces: MJCF has none that grows with \
-             the load or is different backward, and none where a ball closes a loop; viscous \
-             friction elsewhere is there as damping"
+            "friction is omitted at {left_out} of {all} friction interfaces: MJCF has no \
+             friction that depends on the load or the direction, and none in a ball that closes \
+             a loop; other viscous friction becomes damping"
         ));
     }
     let length = mechanism.characteristic_length();
@@ -31,13 +31,14 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
         .collect();
     if !raised.is_empty() {
         notes.push(format!(
-            "the least moments of inertia of {} are raised, since MuJoCo takes none that no body \
-             can have; this changes nothing as long as they turn about their other axes only",
+            "the smallest moments of inertia of {} are increased, because MuJoCo rejects those \
+             that no mass distribution has; this has no effect as long as the bodies turn about \
+             their other axes only",
             raised.join(", ")
         ));
     }
     if mechanism.joints().iter().any(|joint| joint.compliance.is_some()) {
-        notes.push("compliances of joints are left out".to_owned());
+        notes.push("compliances of joints are omitted".to_owned());
     }
     let trains = mechanism.drive_trains();
     let has_steps = |train: &&DriveTrain| tree.parts.iter().any(|p| p.joint == train.joint.0);

@@ -14,11 +14,16 @@ pub(super) fn table(joint: &Joint) -> Result<Option<Table>, Unwritable> {
     }
     let places = interfaces_of(joint.joint_type);
     let of_place = |place: usize| joint.friction.iter().find(|interface| interface.place == place);
-    if let ([_], Some(interface)) = (places, of_place(0)) {
+    // A joint's only surface has no name.
+    if let [interface] = &joint.friction[..]
+        && places[interface.place].0.is_empty()
+    {
         return interface_table(joint, interface).map(Some);
     }
     let mut all = Table::new();
-    for (place, (name, shape)) in places.iter().enumerate() {
+    for (place, (name, shape)) in
+        places.iter().enumerate().filter(|(_, (name, _))| !name.is_empty())
+    {
         let interface = match of_place(place) {
             Some(interface) => interface_table(joint, interface)?,
             None => frictionless(*shape),

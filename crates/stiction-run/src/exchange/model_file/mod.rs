@@ -15,7 +15,8 @@ use toml::{Table, Value};
 /// cause it.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "the friction of `{joint}` backward is of another kind than forward, which no model file says"
+    "the backward friction of `{joint}` differs in kind from its forward friction, which a model \
+     file cannot express"
 )]
 pub struct Unwritable {
     /// Name of the joint.

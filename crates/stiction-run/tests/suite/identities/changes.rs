@@ -387,7 +387,7 @@ fn mirror_images() {
 
 /// A model file describes the same mechanism as the one from which it was written.
 #[test]
-fn written_down_and_read() {
+fn written_models_are_read_back() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
         let case = specimen.case();
         let expected = solve(&case)?.numbers();

@@ -77,8 +77,8 @@ fn weaken(law: &mut Law, factor: f64) {
     }
 }
 
-/// Friction at rest is between that of starting forward and of starting backward: the actuator
-/// forces of a slow forward motion are in the interval at rest.
+/// The actuator forces of a slow forward motion lie in the interval at rest, because static
+/// friction can have any value between those of slow forward and slow backward sliding.
 #[test]
 fn slow_motions_are_within_the_interval_at_rest() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {

@@ -17,7 +17,7 @@ fn friction_costs(specimen: &Specimen) -> Result<Verdict, Verdict> {
 }
 
 #[test]
-fn a_wrong_law_comes_down_to_a_joint() {
+fn a_wrong_law_is_reduced_to_a_joint() {
     let mut found = 0;
     for class in [Class::Tree, Class::Nested, Class::Parallel] {
         let mut specimens = (0..20).map(|seed| Specimen::random(class, seed));

@@ -74,6 +74,52 @@ fn a_plate_that_slides_and_turns() {
     }
 }
 
+/// A sleeve has one friction along its surface velocity, `mu N` in all; a pin and a guide named apart
+/// have one each. A viscous coefficient in N m s/rad is divided by the square of the radius.
+#[test]
+fn a_sleeve_that_slides_and_turns() {
+    let (mu, radius, weight) = (0.15, 0.01, 2.0 * G);
+    let parts = |more: &str| {
+        format!(
+            r#"{}
+            [joints.sleeve]
+            type = "C"
+            from = "ground"
+            to = "shaft"
+            axis = "x"
+            actuated = true
+            friction = {{ mu = {mu:?}, radius = {radius:?}, {more} }}
+            "#,
+            body("shaft", 2.0)
+        )
+    };
+    for [slide, spin] in [[0.02, 8.0], [-0.3, 0.0], [0.0, -5.0], [0.05, -2.0]] {
+        let motion =
+            format!("sleeve.slide = \"{slide:?} m/s*t\"\nsleeve.angle = \"{spin:?} rad/s*t\"");
+        let turn = radius * spin;
+        let speed = f64::hypot(slide, turn);
+        let along = |v: f64, over: f64| if v == 0.0 { 0.0 } else { mu * weight * v / over };
+        for (more, damping, [slide_over, turn_over]) in [
+            ("", 0.0, [speed; 2]),
+            ("viscous = \"0.3 mN m s/rad\"", 0.3e-3 / (radius * radius), [speed; 2]),
+            ("viscous = \"3 N s/m\"", 3.0, [speed; 2]),
+            ("angle = {}, slide = {}", 0.0, [slide.abs(), turn.abs()]),
+        ] {
+            let found = run(&model(&parts(more), &motion)).unwrap();
+            let at = |name: &str| found.inverse.column(name)[0];
+            for (found, expected) in [
+                (at("sleeve.slide.drive [N]"), along(slide, slide_over) + damping * slide),
+                (
+                    at("sleeve.angle.drive [N m]"),
+                    radius * (along(turn, turn_over) + damping * turn),
+                ),
+            ] {
+                assert!((found - expected).abs() < 1e-12, "{more}: {found} {expected}");
+            }
+        }
+    }
+}
+
 /// A shoe on a lever brakes a straight rope that is pulled past it. The pin of the shoe is at the
 /// distance `a` from the lever's pivot along the rope and `c` across. With the force `P` at the arm
 /// `l`, the normal load of the shoe is `N = P l / (a - mu c)` if the rope pulls it away from the

@@ -13,7 +13,7 @@ use crate::graph::{Graph, Node, Op};
 use crate::motions::run;
 use crate::quantity::Quantity;
 use crate::recorded::Recorded;
-use crate::recording::{Followed, Recipe};
+use crate::recording::{Followed, RecordingSource};
 use crate::slopes::slopes;
 use crate::stages::with_inputs_replaced;
 use crate::wrench::from_components;
@@ -28,29 +28,29 @@ use stiction_core::spatial::Wrench;
 /// dynamics, in this order: the six components of the reaction of each joint with friction
 /// interfaces; the slopes of all quantities; and, during the recording only, the differentiated
 /// parameters of the mechanism.
-pub(crate) struct Asked<'a> {
+pub(crate) struct DerivativeInputs<'a> {
     quantities: &'a [Quantity],
     /// Differentiated parameters of the mechanism, with their values.
     numbers: Vec<(Quantity, f64)>,
     /// Joints with friction interfaces, whose reactions cause friction.
-    rubbing: Vec<usize>,
+    interface_joints: Vec<usize>,
     first_target: usize,
     first: usize,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> DerivativeInputs<'a> {
     /// Assigns inputs. `first_target` is the index of the first prescribed value among the inputs,
     /// `first` that of the first input for derivatives. Fails if a quantity does not exist.
     pub(crate) fn new(
-        recipe: &Recipe<'_>,
+        source: &RecordingSource<'_>,
         quantities: &'a [Quantity],
         first_target: usize,
         first: usize,
     ) -> Result<Self, RecordError> {
         let mut numbers = Vec::new();
-        let mut parameters = recipe.solver.parameters().clone();
+        let mut parameters = source.solver.parameters().clone();
         let none = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
-        let mut targets = vec![none; recipe.counts(0).targets];
+        let mut targets = vec![none; source.counts(0).targets];
         for quantity in quantities {
             match quantity.of_mechanism(&mut parameters) {
                 Some(number) => numbers.push((*quantity, *number)),
@@ -62,19 +62,19 @@ impl<'a> Asked<'a> {
         }
         let has_interfaces = |joint: &usize| !parameters.interfaces_at[*joint].is_empty();
         let joints = if quantities.is_empty() { 0 } else { parameters.interfaces_at.len() };
-        let rubbing = (0..joints).filter(has_interfaces).collect();
-        Ok(Self { quantities, numbers, rubbing, first_target, first })
+        let interface_joints = (0..joints).filter(has_interfaces).collect();
+        Ok(Self { quantities, numbers, interface_joints, first_target, first })
     }
 
     /// Inputs of the slopes.
     pub(crate) fn slopes(&self) -> Range<usize> {
-        let first = self.first + 6 * self.rubbing.len();
+        let first = self.first + 6 * self.interface_joints.len();
         first..first + self.quantities.len()
     }
 
     /// Joints with friction interfaces, each with the first input of its reaction.
     pub(crate) fn reactions(&self) -> Vec<(usize, usize)> {
-        self.rubbing.iter().copied().zip((self.first..).step_by(6)).collect()
+        self.interface_joints.iter().copied().zip((self.first..).step_by(6)).collect()
     }
 
     /// Number of all inputs during the recording, those of inverse dynamics included.
@@ -85,7 +85,7 @@ impl<'a> Asked<'a> {
     /// Random reactions and slopes; `length` scales moments.
     pub(crate) fn any(&self, length: f64, random: &mut Random) -> Vec<f64> {
         let mut numbers = Vec::new();
-        for _ in &self.rubbing {
+        for _ in &self.interface_joints {
             numbers.extend((0..3).map(|_| 50.0 * random.number()));
             numbers.extend((0..3).map(|_| 50.0 * length * random.number()));
         }
@@ -98,40 +98,40 @@ impl<'a> Asked<'a> {
     /// prescribed values and of the differentiated parameters.
     pub(crate) fn follow(
         &self,
-        recipe: &Recipe<'_>,
+        source: &RecordingSource<'_>,
         followed: &Followed,
         inputs: &[Recorded],
     ) -> Vec<Recorded> {
         if self.quantities.is_empty() {
             return Vec::new();
         }
-        let mut parameters = Parameters::new(recipe.solver.mechanism());
+        let mut parameters = Parameters::new(source.solver.mechanism());
         for ((quantity, _), input) in self.numbers.iter().zip(&inputs[self.slopes().end..]) {
             if let Some(number) = quantity.of_mechanism(&mut parameters) {
                 *number = *input;
             }
         }
         let Followed { coordinates, targets, loads } = followed;
-        let like = recipe.solver.state();
+        let like = source.solver.state();
         // An angle computed from poses is known modulo full turns, but a prescribed one is
         // continuous. The position correction uses their difference, which must contribute only its
         // slope.
-        let angles = recipe.solver.constraints().tree_angles(recipe.solver.topology());
+        let angles = source.solver.constraints().tree_angles(source.solver.topology());
         let targets = targets.iter().zip(angles).map(|(target, angle)| match angle {
             Some(place) => Target { value: nearest(target.value, coordinates[place]), ..*target },
             None => *target,
         });
         let targets: Vec<Target<Recorded>> = targets.collect();
         let given = (&targets[..], &loads[..]);
-        let mut ran = run(recipe.model, &parameters, like, coordinates, given, 1);
+        let mut ran = run(source.model, &parameters, like, coordinates, given, 1);
         let bodies = &ran.kinematics.bodies;
-        let mut wrenches = vec![Wrench::zero(); recipe.counts(0).joints];
-        for (&joint, reaction) in self.rubbing.iter().zip(inputs[self.first..].chunks(6)) {
+        let mut wrenches = vec![Wrench::zero(); source.counts(0).joints];
+        for (&joint, reaction) in self.interface_joints.iter().zip(inputs[self.first..].chunks(6)) {
             let Wrench { force, moment } = from_components(reaction);
             let moment = moment + bodies.frame_j[joint].position.cross(force);
             wrenches[joint] = Wrench { force, moment }.held();
         }
-        ran.inverse.step_at(recipe.model, &parameters, bodies, &wrenches);
+        ran.inverse.step_at(source.model, &parameters, bodies, &wrenches);
         ran.inverse.efforts().to_vec()
     }
 

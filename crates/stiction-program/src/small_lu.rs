@@ -110,7 +110,7 @@ mod tests {
     use stiction_core::random::Random;
 
     #[test]
-    fn systems_are_solved_whatever_has_to_be_the_pivot() {
+    fn systems_are_solved_for_any_pivot() {
         let mut random = Random::new(3);
         for size in 1..7 {
             let mut matrix: Vec<Vec<f64>> =

@@ -1,19 +1,19 @@
 //! Recording, compilation and verification of programs of inverse dynamics.
 
-use super::{Beside, InverseProgram, Places};
+use super::{DerivativeCode, InverseProgram, Places};
 use crate::code::{Part, Slots, compile};
 use crate::compiled::Compiled;
 use crate::error::RecordError;
 use crate::graph::{Node, Op, needed};
-use crate::inverse_recipe::InverseStages;
+use crate::inverse_stages::InverseStages;
 use crate::loaded::{LoadPlace, place_of};
 use crate::machine::fuses;
-use crate::program_inputs::Given;
+use crate::program_inputs::InputLayout;
 use crate::quantity::Quantity;
-use crate::recording::{Counts, Recipe};
+use crate::recording::{Counts, RecordingSource};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::{Sample, samples, seeded_samples};
-use crate::stages::{early, handed};
+use crate::stages::{early, passed_on};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction_core::kinematics::Target;
 
@@ -50,29 +50,29 @@ impl InverseProgram {
         loads: &[AppliedLoad<f64>],
         machine: bool,
     ) -> Result<Self, RecordError> {
-        let made = Self::record_beside(solver, signal, loads, &[], machine)?;
+        let made = Self::record_with_derivatives(solver, signal, loads, &[], machine)?;
         Ok(made.0)
     }
 
     /// Records also the derivatives of all actuator forces with respect to these quantities, at the
     /// last evaluated state.
-    pub(crate) fn record_beside(
+    pub(crate) fn record_with_derivatives(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
         quantities: &[Quantity],
         machine: bool,
-    ) -> Result<(Self, Beside), RecordError> {
+    ) -> Result<(Self, DerivativeCode), RecordError> {
         let model = solver.model().map_err(|_| RecordError::NoPlan)?;
         let samples = samples(solver, signal, loads)?;
         let positions: Vec<Vec<f64>> =
             samples.iter().map(|sample| sample.state.coordinates.clone()).collect();
-        let given = Given::new(solver, &positions, loads.len());
-        let samples: Vec<Vec<f64>> = samples.iter().map(|sample| given.row(sample)).collect();
-        let recipe = Recipe { model: &model, solver, loads };
-        let recorded = recipe.record_inverse(&given, &samples, quantities)?;
+        let layout = InputLayout::new(solver, &positions, loads.len());
+        let samples: Vec<Vec<f64>> = samples.iter().map(|sample| layout.row(sample)).collect();
+        let source = RecordingSource { model: &model, solver, loads };
+        let recorded = source.record_inverse(&layout, &samples, quantities)?;
         let places = loads.iter().map(place_of).collect();
-        let made = Self::compile(recipe.counts(0), &recorded, given, places, machine)?;
+        let made = Self::compile(source.counts(0), &recorded, layout, places, machine)?;
         let others = seeded_samples(9, solver, signal, loads)?;
         if made.0.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
@@ -114,19 +114,19 @@ impl InverseProgram {
     fn compile(
         counts: Counts,
         recorded: &InverseStages,
-        given: Given,
+        layout: InputLayout,
         loaded: Vec<LoadPlace>,
         machine: bool,
-    ) -> Result<(Self, Beside), RecordError> {
+    ) -> Result<(Self, DerivativeCode), RecordError> {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
-        let inputs = given.count();
+        let inputs = layout.count();
         let mut slots = Slots::of_inputs(ops, 0..recorded.slope_inputs.start);
         let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
         let ideal = with(&recorded.ideal, recorded.guards[0]);
         let last = with(&recorded.rest, recorded.guards[1]);
         let step = [&recorded.next[..], &recorded.control].concat();
-        let prescribed = given.first_prescribed() as u32..given.count() as u32;
+        let prescribed = layout.first_prescribed() as u32..layout.count() as u32;
         let reads = |(op, needed): (&Op, bool)| matches!(op, Op::Input(place) if needed && prescribed.contains(place));
         let all = [&ideal[..], &recorded.begin, &step, &last, &recorded.slopes].concat();
         let reads_targets = ops.iter().zip(needed(ops, &all)).any(reads);
@@ -148,13 +148,13 @@ impl InverseProgram {
         let mut first = early(ops, &[&step[..], &last, &prepared].concat(), is_late);
         first.extend(&recorded.begin);
         stages[1] = compile(ops, &first, &mut slots, fuse);
-        let second = [&step[..], &handed(ops, &step, &last, is_late)].concat();
+        let second = [&step[..], &passed_on(ops, &step, &last, is_late)].concat();
         stages[2] = compile(ops, &second, &mut slots, fuse);
         stages[3] = compile(ops, &last, &mut slots, fuse);
         let preparation = compile(ops, &prepared, &mut slots, fuse);
         let mut wide = Slots::of_inputs(ops, recorded.slope_inputs.clone());
         for node in shared {
-            wide.put_common(node, slots.place(node)?);
+            wide.assign_common(node, slots.place(node)?);
         }
         let directions = compile(ops, &recorded.slopes, &mut wide, fuse);
         let [change, size, determinant] = recorded.control;
@@ -182,7 +182,7 @@ impl InverseProgram {
         };
         let code = Compiled::new(&stages, slots.count(), machine);
         let operations = |parts: &[Part]| parts.iter().map(Part::operations).sum();
-        let beside = Beside {
+        let derivatives = DerivativeCode {
             operations: [operations(&preparation), operations(&directions)],
             preparation: Runner::new(&preparation, 1, slots.count(), machine),
             directions: Runner::new(&directions, natural_lanes(), wide.count(), machine),
@@ -192,6 +192,6 @@ impl InverseProgram {
             guard: if prepared.is_empty() { 0 } else { slots.place(recorded.guards[2])? },
             reactions: recorded.reactions.clone(),
         };
-        Ok((Self { given, loaded, reads_targets, counts, places, code }, beside))
+        Ok((Self { layout, loaded, reads_targets, counts, places, code }, derivatives))
     }
 }

@@ -16,9 +16,9 @@
 use crate::graph::{Graph, Node};
 use crate::loads::Loads;
 use crate::motions::{Inertial, run};
-use crate::peephole::{Factors, diagonal, largest_pivots};
-use crate::recorded::{Recorded, go_on, record_groups};
-use crate::recording::{Counts, Recipe};
+use crate::recorded::{Recorded, extend_graph, record_groups};
+use crate::recording::{Counts, RecordingSource};
+use crate::small_lu::{Factors, diagonal, largest_pivots};
 use crate::stages::{holds, with_inputs_replaced};
 use crate::value_numbering::{Merged, merge};
 use crate::wrench::{local, reaction};
@@ -54,7 +54,7 @@ pub(crate) struct ForwardStages {
 }
 
 /// Recorded evaluation of the kernel, and its linear responses.
-struct Ground {
+struct KernelResponses {
     parameters: Parameters<Recorded>,
     base: Data<Recorded>,
     units: Vec<Inertial<Recorded>>,
@@ -65,7 +65,7 @@ struct Ground {
     coordinates: Vec<Recorded>,
 }
 
-impl Recipe<'_> {
+impl RecordingSource<'_> {
     /// Order of pivots for the matrix of actuator forces per unit acceleration; `None` if actuator
     /// forces do not determine the accelerations.
     pub(crate) fn mass_pivots(&self, samples: &[Vec<f64>]) -> Option<Vec<(usize, usize)>> {
@@ -110,9 +110,9 @@ impl Recipe<'_> {
             })
             .collect();
         let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
-        let [ideal, begin, matrix, misfit, misfit_later, presses, rest, influence, solutions] =
+        let [ideal, begin, matrix, residual, residual_later, estimates, rest, influence, solutions] =
             groups.each_ref().map(Vec::as_slice);
-        let with_friction = [solutions, begin, matrix, misfit, misfit_later, rest].concat();
+        let with_friction = [solutions, begin, matrix, residual, residual_later, rest].concat();
         let without = [solutions, ideal].concat();
         let guards =
             [&without, &with_friction].map(|s: &Vec<Node>| holds(&graph, s, &guards, &mut merged));
@@ -124,17 +124,17 @@ impl Recipe<'_> {
             new(nodes).iter().map(|node| newer_of[*node as usize]).collect()
         };
         let count = coupled.len();
-        let system = now(&[matrix, misfit, misfit_later, presses].concat());
-        let (graph, mut newton) = go_on(graph, &system, |system| {
+        let system = now(&[matrix, residual, residual_later, estimates].concat());
+        let (graph, mut newton) = extend_graph(graph, &system, |system| {
             let (matrix, rest) = system.split_at(count * count);
             let rows: Vec<Vec<Recorded>> =
                 (0..count).map(|row| matrix[row * count..][..count].to_vec()).collect();
             let factors = Factors::new(&rows, diagonal(count));
-            let (misfits, presses) = rest.split_at(2 * count);
+            let (residuals, estimates) = rest.split_at(2 * count);
             let step = |k: usize| {
-                let change = factors.solve(&misfits[k * count..][..count]);
-                let presses = &presses[k * count..][..count];
-                presses.iter().zip(change).map(|(press, change)| *press - change).collect()
+                let change = factors.solve(&residuals[k * count..][..count]);
+                let estimates = &estimates[k * count..][..count];
+                estimates.iter().zip(change).map(|(estimate, change)| *estimate - change).collect()
             };
             let [mut steps, later]: [Vec<Recorded>; 2] = [step(0), step(1)];
             steps.push(factors.determinant);
@@ -154,7 +154,11 @@ impl Recipe<'_> {
         }
     }
 
-    fn ground(&self, counts: &Counts, inputs: &mut dyn Iterator<Item = Recorded>) -> Ground {
+    fn kernel_responses(
+        &self,
+        counts: &Counts,
+        inputs: &mut dyn Iterator<Item = Recorded>,
+    ) -> KernelResponses {
         // The mechanism's numbers are constants of the program.
         let parameters = Parameters::<Recorded>::new(self.solver.mechanism());
         let like = self.solver.state();
@@ -183,7 +187,7 @@ impl Recipe<'_> {
         let bodies = &base.kinematics.bodies;
         let responses = Sharing::new(model).responses(model, &parameters, bodies, &base.inverse);
         let units = Inertial::all(self.model, &parameters, like, &coordinates, &targets);
-        Ground { parameters, base, units, responses, efforts, targets, loads, coordinates }
+        KernelResponses { parameters, base, units, responses, efforts, targets, loads, coordinates }
     }
 
     /// Results of the stages, and the influence matrix of the normal loads.
@@ -195,15 +199,15 @@ impl Recipe<'_> {
         inputs: &[Recorded],
     ) -> [Vec<Recorded>; 9] {
         let mut inputs = inputs.iter().copied();
-        let ground = self.ground(counts, &mut inputs);
+        let kernel = self.kernel_responses(counts, &mut inputs);
         let mut take = |count: usize| -> Vec<Recorded> { inputs.by_ref().take(count).collect() };
-        let [presses, presses_later] = [take(coupled.len()), take(coupled.len())];
+        let [estimates, estimates_later] = [take(coupled.len()), take(coupled.len())];
         // Accelerations without friction.
         let free = take(counts.targets);
         // For each actuator, the accelerations per unit effort.
         let mobilities: Vec<Vec<Recorded>> =
             (0..counts.targets).map(|_| take(counts.targets)).collect();
-        let Ground { parameters, base, units, responses, efforts, .. } = &ground;
+        let KernelResponses { parameters, base, units, responses, efforts, .. } = &kernel;
         let (bodies, inverse) = (&base.kinematics.bodies, &base.inverse);
 
         let masses = Factors::new(&rows_by_units(units, counts.drives), pivots.to_vec());
@@ -250,16 +254,16 @@ impl Recipe<'_> {
         // The friction of the frictionless normal loads is closer to the solution than zero
         // friction.
         let values = |loads: Vec<Load<Recorded>>| loads.iter().map(|load| load.value).collect();
-        let begin = values(loads.all_under(&loads.forces(&loads.at_first())));
+        let begin = values(loads.all_under(&loads.forces(&loads.initial_loads())));
         // Normal loads that follow from the input loads.
-        let found = loads.all_under(&loads.forces(&presses));
-        let found_later = loads.all_under(&loads.forces(&presses_later));
-        let misfit = Loads::misfits(&presses, &found);
-        let misfit_later = Loads::misfits(&presses_later, &found_later);
+        let found = loads.all_under(&loads.forces(&estimates));
+        let found_later = loads.all_under(&loads.forces(&estimates_later));
+        let residual = Loads::residuals(&estimates, &found);
+        let residual_later = Loads::residuals(&estimates_later, &found_later);
         let matrix = loads.matrix(&found).concat();
-        let forces = loads.forces(&presses_later);
+        let forces = loads.forces(&estimates_later);
         let influence = loads.influences(&forces);
-        let all_loads = loads.of_all(&presses_later, &forces);
+        let all_loads = loads.of_all(&estimates_later, &forces);
         let all_forces = loads.forces_of_all(&all_loads);
         let mut taken = vec![Recorded::zero(); counts.drives];
         for (response, force) in responses.iter().zip(&all_forces) {
@@ -273,24 +277,24 @@ impl Recipe<'_> {
                 *acceleration -= *unit * *taken;
             }
         }
-        let ideal = self.finish(&ground, &free, None);
-        let mut rest = self.finish(&ground, &accelerations, Some(&all_forces));
+        let ideal = self.finish(&kernel, &free, None);
+        let mut rest = self.finish(&kernel, &accelerations, Some(&all_forces));
         rest.extend(&all_loads);
         rest.extend(states.iter().map(|state| state.velocity));
         rest.extend(&all_forces);
-        let presses = [presses, presses_later].concat();
-        [ideal, begin, matrix, misfit, misfit_later, presses, rest, influence, solutions]
+        let estimates = [estimates, estimates_later].concat();
+        [ideal, begin, matrix, residual, residual_later, estimates, rest, influence, solutions]
     }
 
     /// Accelerations of the coordinates and of the tree, and all reactions, under these
     /// accelerations and frictions.
     fn finish(
         &self,
-        ground: &Ground,
+        kernel: &KernelResponses,
         accelerations: &[Recorded],
         frictions: Option<&[Recorded]>,
     ) -> Vec<Recorded> {
-        let Ground { parameters, targets, loads, coordinates, .. } = ground;
+        let KernelResponses { parameters, targets, loads, coordinates, .. } = kernel;
         let moving: Vec<Target<Recorded>> = targets
             .iter()
             .zip(accelerations)

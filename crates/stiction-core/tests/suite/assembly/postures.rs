@@ -1,35 +1,32 @@
-//! Assembly from homes and starts with few digits: the generating assembly mode is found wherever the next
-//! one is at least three times as far away, elsewhere a note names both.
+//! Closed configurations of robots, built from their geometry.
 
 use crate::common::{along, v};
-use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::joint::JointType::{self, *};
-use stiction_core::kinematics::{AssemblyError, AssemblyReport, Coordinate, Target};
-use stiction_core::mechanism::{BodyId, BodySpec, JointId, JointSpec, Mechanism, MechanismBuilder};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::mechanism::{BodySpec, JointId, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::random::Random;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
-use stiction_core::topology::TreeRule;
 
 /// A joint between two bodies (0 is the ground), with its frame in the world.
-struct Hinge {
-    name: String,
-    joint_type: JointType,
-    ends: (usize, usize),
-    frame: Pose<f64>,
-    actuated: bool,
+pub(super) struct Hinge {
+    pub(super) name: String,
+    pub(super) joint_type: JointType,
+    pub(super) ends: (usize, usize),
+    pub(super) frame: Pose<f64>,
+    pub(super) actuated: bool,
 }
 
 /// A closed configuration: poses of the bodies, ground first, and the joints between them. Its coordinates are
 /// zero where joint frames coincide in a reference position, from which `turned` frames deviate.
-struct Posture {
-    class: &'static str,
-    poses: Vec<Pose<f64>>,
-    joints: Vec<Hinge>,
+pub(super) struct Posture {
+    pub(super) class: &'static str,
+    pub(super) poses: Vec<Pose<f64>>,
+    pub(super) joints: Vec<Hinge>,
     /// For each joint a rotation of frame J about its own axes, so that coordinates are not zero.
-    turned: Vec<Vec<f64>>,
+    pub(super) turned: Vec<Vec<f64>>,
 }
 
-fn joint(
+pub(super) fn joint(
     posture: &mut Posture,
     joint_type: JointType,
     ends: (usize, usize),
@@ -54,7 +51,7 @@ fn joint(
 }
 
 impl Posture {
-    fn new(class: &'static str, poses: Vec<Pose<f64>>) -> Self {
+    pub(super) fn new(class: &'static str, poses: Vec<Pose<f64>>) -> Self {
         let mut all = vec![Pose::identity()];
         all.extend(poses);
         Self { class, poses: all, joints: Vec::new(), turned: Vec::new() }
@@ -62,7 +59,7 @@ impl Posture {
 
     /// The mechanism, with starts by `start` (of joint, coordinates), and with each joint frame J such that the
     /// posture has the coordinates `turned`.
-    fn mechanism(&self, start: impl Fn(usize, &[f64]) -> Option<Vec<f64>>) -> Mechanism {
+    pub(super) fn mechanism(&self, start: impl Fn(usize, &[f64]) -> Option<Vec<f64>>) -> Mechanism {
         let mut builder = MechanismBuilder::new(self.class);
         for body in 1..self.poses.len() {
             builder = builder.body(BodySpec::new(format!("b{body}")).mass(1.0));
@@ -91,8 +88,16 @@ impl Posture {
         builder.build().unwrap()
     }
 
+    /// The body that homes of platforms are about.
+    pub(super) fn platform(&self) -> usize {
+        match self.class {
+            "four-bar" | "five-bar" => 2,
+            _ => 1,
+        }
+    }
+
     /// The actuated coordinates with their values in the posture.
-    fn prescribed(&self) -> (Vec<Coordinate>, Vec<Target<f64>>) {
+    pub(super) fn prescribed(&self) -> (Vec<Coordinate>, Vec<Target<f64>>) {
         let actuated = self.joints.iter().enumerate().filter(|(_, joint)| joint.actuated);
         actuated
             .map(|(index, _)| {
@@ -104,7 +109,7 @@ impl Posture {
     }
 }
 
-fn planar(x: f64, y: f64, angle: f64) -> Pose<f64> {
+pub(super) fn planar(x: f64, y: f64, angle: f64) -> Pose<f64> {
     Pose { position: v(x, y, 0.0), rotation: Mat3::about_axis(2, angle.sin_cos()) }
 }
 
@@ -128,7 +133,7 @@ fn pin(at: Vec3<f64>) -> Pose<f64> {
     Pose::at(at)
 }
 
-fn four_bar(random: &mut Random) -> Posture {
+pub(super) fn four_bar(random: &mut Random) -> Posture {
     let crank = planar(0.0, 0.0, 3.0 * random.number());
     let tip = crank.apply(v(0.3 + 0.1 * random.number(), 0.0, 0.0));
     let base = v(1.0 + 0.2 * random.number(), 0.1 * random.number(), 0.0);
@@ -142,7 +147,7 @@ fn four_bar(random: &mut Random) -> Posture {
     posture
 }
 
-fn five_bar(random: &mut Random) -> Posture {
+pub(super) fn five_bar(random: &mut Random) -> Posture {
     let crank = |x: f64, random: &mut Random| planar(x, 0.0, 3.0 * random.number());
     let (left, right) = (crank(0.0, random), crank(0.6, random));
     let tips = [left, right].map(|crank| crank.apply(v(0.4, 0.0, 0.0)));
@@ -157,7 +162,7 @@ fn five_bar(random: &mut Random) -> Posture {
     posture
 }
 
-fn platform_3rrr(random: &mut Random) -> Posture {
+pub(super) fn platform_3rrr(random: &mut Random) -> Posture {
     let platform = planar(0.15 * random.number(), 0.15 * random.number(), 0.8 * random.number());
     let mut posture = Posture::new("3-RRR", vec![platform]);
     for leg in 0..3 {
@@ -175,7 +180,7 @@ fn platform_3rrr(random: &mut Random) -> Posture {
 }
 
 /// A platform above the ground on three legs R P S, tangential hinges at the feet.
-fn platform_3rps(random: &mut Random) -> Posture {
+pub(super) fn platform_3rps(random: &mut Random) -> Posture {
     let ball = |leg: i32, platform: &Pose<f64>| {
         let turn = planar(0.0, 0.0, 2.0 * core::f64::consts::FRAC_PI_3 * f64::from(leg));
         (turn, platform.apply(turn.apply(v(0.2, 0.0, 0.0))))
@@ -213,7 +218,7 @@ fn platform_3rps(random: &mut Random) -> Posture {
 }
 
 /// A general hexapod with legs U P S.
-fn gough(random: &mut Random) -> Posture {
+pub(super) fn gough(random: &mut Random) -> Posture {
     let axis = v(random.number(), random.number(), random.number());
     let platform = Pose {
         position: v(0.3 * random.number(), 0.3 * random.number(), 0.8 + 0.2 * random.number()),
@@ -242,7 +247,7 @@ fn gough(random: &mut Random) -> Posture {
 }
 
 /// A delta robot with legs R U U: the rods as single bars.
-fn delta(random: &mut Random) -> Posture {
+pub(super) fn delta(random: &mut Random) -> Posture {
     let position = v(0.2 * random.number(), 0.2 * random.number(), -0.9 + 0.1 * random.number());
     let platform = Pose::at(position);
     let mut posture = Posture::new("delta", vec![platform]);
@@ -270,108 +275,4 @@ fn delta(random: &mut Random) -> Posture {
         joint(&mut posture, Universal, (1, first + 1), frame(tip), false, random);
     }
     posture
-}
-
-/// A number with an error of one per cent of `size` at most, and three digits.
-fn rough(x: f64, size: f64, random: &mut Random) -> f64 {
-    format!("{:.2e}", x + 0.01 * size * random.number()).parse().unwrap()
-}
-
-/// Root mean square displacement of bodies, as in [`AssemblyReport::distance`].
-fn apart(a: &[Pose<f64>], b: &[Pose<f64>], length: f64) -> f64 {
-    let each = a.iter().zip(b).skip(1).map(|(a, b)| {
-        let apart = a.inverse() * *b;
-        (apart.position.norm() / length).powi(2) + apart.rotation.rotation_vector().norm_squared()
-    });
-    (each.sum::<f64>() / (a.len() - 1) as f64).sqrt()
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Hint {
-    /// Homes of all bodies.
-    Homes,
-    /// Starts of all joints with scalar coordinates.
-    Starts,
-}
-
-/// Assembles a posture from a hint; its distance from the posture, and the report.
-fn found(
-    posture: &Posture,
-    hint: Hint,
-    random: &mut Random,
-) -> Result<(f64, AssemblyReport), AssemblyError> {
-    let mut starts: Vec<Option<Vec<f64>>> = Vec::new();
-    for (joint, turned) in posture.joints.iter().zip(&posture.turned) {
-        let wants = match hint {
-            Hint::Homes => false,
-            Hint::Starts => !turned.is_empty(),
-        };
-        let size = if joint.joint_type == Prismatic { turned[0] } else { 1.0 };
-        starts.push(wants.then(|| turned.iter().map(|q| rough(*q, size, random)).collect()));
-    }
-    let mechanism = posture.mechanism(|joint, _| starts[joint].clone());
-    let mut homes = Vec::new();
-    for (body, pose) in posture.poses.iter().enumerate().skip(1) {
-        if matches!(hint, Hint::Homes) {
-            let position = pose.position.to_array().map(|x| rough(x, 1.0, random));
-            let turn = v(random.number(), random.number(), random.number()) * 0.01;
-            let rotation = Mat3::rotation(turn, turn.norm()) * pose.rotation;
-            homes.push((BodyId(body), Pose { position: Vec3::from(position), rotation }));
-        }
-    }
-    let (coordinates, targets) = posture.prescribed();
-    // The spanning tree must not matter.
-    let seed = (random.number() * 1e9).abs() as u64;
-    let rule = if seed.is_multiple_of(2) { TreeRule::Structure } else { TreeRule::Random(seed) };
-    let length = mechanism.characteristic_length();
-    let settings = Settings::default();
-    let solver =
-        InverseDynamics::with_tree(mechanism, rule, &homes, &coordinates, &targets, settings)?;
-    let ground = solver.bodies().pose[0];
-    let poses: Vec<Pose<f64>> =
-        solver.bodies().pose.iter().map(|pose| ground.inverse() * *pose).collect();
-    let error = apart(&posture.poses, &poses, length);
-    Ok((error, solver.assembly_report().clone()))
-}
-
-#[test]
-fn the_generating_mode_is_found() {
-    let classes: [fn(&mut Random) -> Posture; 6] =
-        [four_bar, five_bar, platform_3rrr, platform_3rps, gough, delta];
-    let (mut all, mut singular, mut near) = (0, 0, 0);
-    let mut lost = Vec::new();
-    for seed in (0..360_u64).filter(|seed| (seed / 6) % 3 < 2) {
-        let mut random = Random::new(seed);
-        random.number();
-        let posture = classes[seed as usize % 6](&mut random);
-        let hint = [Hint::Homes, Hint::Starts][(seed as usize / 6) % 3];
-        all += 1;
-        let (error, report) = match found(&posture, hint, &mut random) {
-            Ok(found) => found,
-            Err(AssemblyError::Open { .. } | AssemblyError::Undetermined { .. }) => {
-                singular += 1;
-                continue;
-            }
-            Err(error) => {
-                println!("{} {seed} {hint:?}: {error}", posture.class);
-                lost.push((posture.class, seed));
-                continue;
-            }
-        };
-        // Modes that differ by less than the errors of the hints are one.
-        if error < 0.01 {
-            continue;
-        }
-        // Another mode: it must be nearer than three times the generating one, and noted.
-        let distance = report.distance.unwrap();
-        println!("{} {seed} {hint:?}: {error:.3e} from the posture, {report:?}", posture.class);
-        let is_near = report.other_modes.iter().any(|other| *other < 3.0 * distance);
-        match is_near && !report.notes().is_empty() {
-            true => near += 1,
-            false => lost.push((posture.class, seed)),
-        }
-    }
-    println!("{all} postures, {singular} singular, {near} with a mode as near, lost {lost:?}");
-    assert!(lost.is_empty(), "{lost:?}");
-    assert!(near * 20 <= all && singular * 20 <= all, "{near} and {singular} of {all}");
 }

@@ -7,13 +7,13 @@
 //!
 //! Equation (P3) of the book's theory.
 
-use crate::derivative_recipe::Asked;
+use crate::derivative_stages::DerivativeInputs;
 use crate::error::RecordError;
 use crate::graph::{Graph, Node, Op, needed};
-use crate::program_inputs::Given;
+use crate::program_inputs::InputLayout;
 use crate::quantity::Quantity;
-use crate::recorded::{Recorded, go_on, record_groups, with_slopes};
-use crate::recording::{Followed, Recipe};
+use crate::recorded::{Recorded, extend_graph, record_groups, with_slopes};
+use crate::recording::{Followed, RecordingSource};
 use crate::stages::holds;
 use crate::value_numbering::{Merged, merge};
 use crate::wrench::{components, reaction};
@@ -27,7 +27,7 @@ use stiction_core::spatial::{Vec3, Wrench};
 
 /// Stages as results of one graph. Its inputs are those of the program, then those of a step: the
 /// components of each cut joint's wrench and the accelerations of local passive DOFs; then those of
-/// derivatives, see [`Asked`].
+/// derivatives, see [`DerivativeInputs`].
 pub(crate) struct InverseStages {
     pub(crate) graph: Graph,
     /// Actuator forces and reactions without friction.
@@ -54,28 +54,32 @@ pub(crate) struct InverseStages {
     pub(crate) guards: [Node; 3],
 }
 
-impl Recipe<'_> {
+impl RecordingSource<'_> {
     /// Records and merges all stages, and derivatives with respect to these quantities. Fails if a
     /// quantity does not exist.
     pub(crate) fn record_inverse(
         &self,
-        given: &Given,
+        layout: &InputLayout,
         samples: &[Vec<f64>],
         quantities: &[Quantity],
     ) -> Result<InverseStages, RecordError> {
         let model = self.model;
         let (cuts, spins) = (model.topology().cut_joints(), model.constraints().spins().len());
-        let first = given.count();
-        let asked =
-            Asked::new(self, quantities, given.first_prescribed(), first + 6 * cuts + spins)?;
+        let first = layout.count();
+        let derivatives = DerivativeInputs::new(
+            self,
+            quantities,
+            layout.first_prescribed(),
+            first + 6 * cuts + spins,
+        )?;
         let (graph, [ideal, begin, next, plain, tilted, rest, drives]) =
-            record_groups(asked.inputs(), |inputs| {
+            record_groups(derivatives.inputs(), |inputs| {
                 let ([ideal, begin, next, plain, tilted, rest], followed) =
-                    self.follow(given, inputs);
-                let drives = with_slopes(|| asked.follow(self, &followed, inputs));
+                    self.follow(layout, inputs);
+                let drives = with_slopes(|| derivatives.follow(self, &followed, inputs));
                 [ideal, begin, next, plain, tilted, rest, drives]
             });
-        let (graph, of_recorded, slopes) = asked.differentiated(graph, &drives);
+        let (graph, of_recorded, slopes) = derivatives.differentiated(graph, &drives);
         let groups = [ideal, begin, next, plain, tilted, rest].map(|nodes| -> Vec<Node> {
             nodes.iter().map(|node| of_recorded[*node as usize]).collect()
         });
@@ -88,7 +92,7 @@ impl Recipe<'_> {
             .map(|sample| {
                 let mut sample = sample.clone();
                 sample.extend((0..6 * cuts + spins).map(|k| 50.0 * unit(k) * random.number()));
-                sample.extend(asked.any(length, &mut random));
+                sample.extend(derivatives.any(length, &mut random));
                 sample
             })
             .collect();
@@ -100,7 +104,7 @@ impl Recipe<'_> {
         };
         let slopes = new(&slopes);
         let [ideal, begin, next, plain, tilted, rest] = groups.each_ref().map(new);
-        let matter = matter(merged.ops(), first, &next, &rest);
+        let matter = influential_inputs(merged.ops(), first, &next, &rest);
         let of = |nodes: &[Node]| -> Vec<Node> { matter.iter().map(|k| nodes[*k]).collect() };
         let (begin, next) = (of(&begin), of(&next));
         let from: Vec<u32> = matter.iter().map(|k| (first + k) as u32).collect();
@@ -115,7 +119,7 @@ impl Recipe<'_> {
         let plain: Vec<Node> = pivots.iter().map(|pivot| pivot.0).collect();
         let tilted: Vec<Node> = pivots.iter().map(|pivot| pivot.1).collect();
         let system = [&before[..], &next, &plain, &tilted].concat();
-        let (graph, control) = go_on(merged, &system, |system| {
+        let (graph, control) = extend_graph(merged, &system, |system| {
             let (before, rest) = system.split_at(matter.len());
             let (next, rest) = rest.split_at(matter.len());
             let (plain, tilted) = rest.split_at(pivots.len());
@@ -134,7 +138,7 @@ impl Recipe<'_> {
             vec![change, size, determinant]
         });
         let control = [control[0], control[1], control[2]];
-        let (slope_inputs, reactions) = (asked.slopes(), asked.reactions());
+        let (slope_inputs, reactions) = (derivatives.slopes(), derivatives.reactions());
         Ok(InverseStages {
             graph,
             ideal,
@@ -153,7 +157,7 @@ impl Recipe<'_> {
     /// Results of the stages: actuator forces and reactions without friction; values with which the
     /// first step begins; those after a step from the inputs; reciprocal pivots without friction
     /// and in the step; and the remaining results. Also returns the recorded inputs.
-    fn follow(&self, given: &Given, inputs: &[Recorded]) -> ([Vec<Recorded>; 6], Followed) {
+    fn follow(&self, layout: &InputLayout, inputs: &[Recorded]) -> ([Vec<Recorded>; 6], Followed) {
         let mechanism = self.solver.mechanism();
         // The mechanism's numbers are constants of the program.
         let parameters = Parameters::<Recorded>::new(mechanism);
@@ -164,7 +168,7 @@ impl Recipe<'_> {
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         // The kernel computes rates and accelerations again, from the targets, by more operations;
         // value numbering identifies them and keeps those of `read`, which come first.
-        given.read(mechanism, &mut data.state, &mut next);
+        layout.read(mechanism, &mut data.state, &mut next);
         let coordinates = data.state.coordinates.clone();
         let mut vector = || Vec3::new(next(), next(), next());
         let loads: Vec<AppliedLoad<Recorded>> = self
@@ -214,7 +218,7 @@ impl Recipe<'_> {
 
 /// Indices, relative to the input `first`, of the step inputs on which `rest` depends, directly or
 /// through their values in the next step.
-fn matter(ops: &[Op], first: usize, next: &[Node], rest: &[Node]) -> Vec<usize> {
+fn influential_inputs(ops: &[Op], first: usize, next: &[Node], rest: &[Node]) -> Vec<usize> {
     let mut matters: Vec<usize> = Vec::new();
     loop {
         let by: Vec<Node> =

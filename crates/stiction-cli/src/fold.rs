@@ -1,0 +1,62 @@
+//! Line breaks in text for the terminal.
+
+/// Maximum width of a line, columns.
+const WIDTH: usize = 100;
+
+/// Breaks long lines between words, but not between a number and its unit; continuation lines are
+/// indented by two more columns. Rows of tables, recognised by adjacent blanks, stay in one line.
+pub(crate) fn folded(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let (line, end) = line.strip_suffix('\n').map_or((line, ""), |line| (line, "\n"));
+        let content = line.trim_start();
+        let indent = " ".repeat(line.len() - content.len() + 2);
+        if content.contains("  ") {
+            out.push_str(line);
+        } else {
+            let options =
+                textwrap::Options::new(WIDTH).subsequent_indent(&indent).break_words(false);
+            out.push_str(&textwrap::fill(&joined(line), options).replace(TIE, " "));
+        }
+        out.push_str(end);
+    }
+    out
+}
+
+/// A blank at which lines are not broken.
+const TIE: &str = "\u{a0}";
+
+/// Ties numbers to the words of up to three letters behind them, such as `N m` or `%`.
+fn joined(line: &str) -> String {
+    let mut out = String::with_capacity(line.len());
+    let mut tied = 0;
+    for (k, word) in line.split(' ').enumerate() {
+        tied = if word.len() <= 3 { tied } else { 0 };
+        if k > 0 {
+            out.push_str(if tied > 0 { TIE } else { " " });
+        }
+        out.push_str(word);
+        let is_number = word.ends_with(|c: char| c.is_ascii_digit());
+        tied = if is_number { 2 } else { usize::saturating_sub(tied, 1) };
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::folded;
+
+    #[test]
+    fn long_lines_are_broken_between_words() {
+        let sentence = "  12 words of seven".to_owned() + &" letters".repeat(20) + "\nshort\n";
+        let lines: Vec<String> = folded(&sentence).lines().map(str::to_owned).collect();
+        assert_eq!(lines.len(), 3, "{lines:?}");
+        assert!(lines.iter().all(|line| line.len() <= 100), "{lines:?}");
+        assert!(lines[1].starts_with("    letters"), "{lines:?}");
+        assert_eq!(folded(&sentence).replace("\n    ", " "), sentence);
+        let number = "x".repeat(90) + " of 12.5 N m in all";
+        assert_eq!(folded(&number), "x".repeat(90) + " of\n  12.5 N m in all");
+        let row = "leg1.P  ".repeat(20);
+        assert_eq!(folded(&row), row);
+    }
+}

@@ -1,0 +1,246 @@
+//! States between the ends of steps.
+//!
+//! The length of a step depends on the mechanism and its inputs only, never on the times at which
+//! results are requested. Results within a step come from its interpolation.
+
+use super::checkpoint::Tape;
+use super::{Energies, Simulation};
+use crate::forward::error::ForwardError;
+use crate::forward::inputs::Inputs;
+use crate::forward::instant::{Account, Instant};
+use crate::kinematics::State;
+
+/// Interpolation of the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Course {
+    /// By the dense output of the Runge-Kutta method.
+    #[default]
+    Curve,
+    /// Linear with the rates at the start: a plate or ball arrives at its stop.
+    Line,
+    /// The mechanism is at rest; only forces change.
+    Rest,
+    /// A time step: rates change linearly, forces are means.
+    Chord,
+}
+
+/// The start of the last step and a simulation that shows an instant within the step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LastStep<'a> {
+    /// State at the start, see [`Simulation::checkpoint`].
+    pub(super) numbers: Vec<f64>,
+    /// Number of events at the start.
+    pub(super) events: usize,
+    pub(super) course: Course,
+    /// The step crosses a singular position.
+    pub(super) crosses: bool,
+    /// Copy with the state at the requested instant, kept for its memory.
+    copy: Option<Box<Simulation<'a>>>,
+    /// The copy has the dense output of this step.
+    has_curve: bool,
+    /// The requested instant is that of the copy.
+    pub(super) shows: bool,
+}
+
+/// Part of a step over which the interpolated rates are differentiated.
+const BESIDE: f64 = 1e-4;
+
+impl<'a> Simulation<'a> {
+    /// Records the state at the start of a step.
+    pub(super) fn begin_step(&mut self) {
+        let mut numbers = std::mem::take(&mut self.last_step.numbers);
+        numbers.clear();
+        self.pass(&mut Tape::Out(&mut numbers));
+        let events = self.events.len();
+        let LastStep { numbers: kept, events: count, has_curve, shows, .. } = &mut self.last_step;
+        (*kept, *count, *has_curve, *shows) = (numbers, events, false, false);
+    }
+
+    /// The simulation at the requested instant.
+    pub(super) fn shown(&self) -> &Simulation<'a> {
+        match &self.last_step.copy {
+            Some(copy) if self.last_step.shows => copy,
+            _ => self,
+        }
+    }
+
+    /// Shows an instant within the last step, s.
+    pub(super) fn show(&mut self, time: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        let mut copy = match self.last_step.copy.take() {
+            Some(copy) => copy,
+            None => {
+                let mut copy = Box::new(self.clone());
+                copy.events = Vec::new();
+                copy.last_step = LastStep::default();
+                copy
+            }
+        };
+        let done = self.copy_at(time, &mut copy, inputs);
+        self.last_step.copy = Some(copy);
+        self.last_step.shows = done.is_ok();
+        done
+    }
+
+    /// Writes the state at an instant within the last step, s.
+    fn copy_at(
+        &mut self,
+        time: f64,
+        copy: &mut Simulation<'a>,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let LastStep { numbers, course, crosses, has_curve, .. } = &mut self.last_step;
+        copy.events.clear();
+        copy.take_state(numbers);
+        copy.workspace.loads.clear();
+        copy.look_along();
+        let from = copy.now.time;
+        let mut y = copy.list();
+        match course {
+            Course::Chord => {
+                let part = (time - from) / (self.now.time - from);
+                let instant = copy.on_chord(time, part, self, inputs)?;
+                let span = self.now.time - from;
+                copy.energies.blend(&self.energies, &self.now.account, (part, span));
+                copy.modes.clone_from(&self.modes);
+                copy.stepping.clone_from(&self.stepping);
+                copy.become_now(instant);
+            }
+            Course::Rest => {
+                copy.pack_into(&mut y);
+                let instant = copy.evaluate(time, &y, inputs, true)?;
+                copy.become_now(instant);
+                copy.still();
+            }
+            Course::Line => {
+                let mut rates = copy.list();
+                copy.pack_into(&mut y);
+                copy.derivative_into(&copy.now, &mut rates);
+                y.iter_mut().zip(&rates).for_each(|(y, rate)| *y += (time - from) * rate);
+                copy.lists.push(rates);
+                let arrived = copy.arrive(time, &y, inputs)?;
+                copy.commit(&y, arrived);
+            }
+            Course::Curve => {
+                if !*has_curve {
+                    copy.steps.clone_from(&self.steps);
+                    copy.workspace.crosses = crosses.then_some(0.0);
+                    copy.prepare_curve(from, inputs)?;
+                    *has_curve = true;
+                    // The same start of Newton's method for all instants of the step.
+                    copy.workspace.loads.clear();
+                }
+                copy.workspace.crosses = crosses.then_some(0.0);
+                let part = (time - from) / copy.steps.step;
+                copy.steps.at(part, &mut y);
+                let arrived = match crosses {
+                    true => copy.arrive_beside(time, part, &y, inputs)?,
+                    false => copy.arrive(time, &y, inputs)?,
+                };
+                copy.commit(&y, arrived);
+            }
+        }
+        copy.lists.push(y);
+        copy.count_turns();
+        Ok(())
+    }
+
+    /// Prepares the dense output of a step that began at `from`, s, in the modes of that step.
+    fn prepare_curve(&mut self, from: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        let end = self.steps.end.clone();
+        let arrived = self.arrive_with(from + self.steps.step, &end, inputs, false)?;
+        let mut last = self.list();
+        self.derivative_into(&arrived, &mut last);
+        self.workspace.spare(arrived);
+        let mut steps = std::mem::take(&mut self.steps);
+        let prepared =
+            steps.interpolate(from, &last, |t, y, rates| self.derivative(t, y, rates, inputs));
+        self.steps = steps;
+        self.lists.push(last);
+        prepared
+    }
+
+    /// Instant at a part of a step across a singular position. Near that position the loops do not
+    /// determine the motion to rounding; the interpolation does.
+    fn arrive_beside(
+        &mut self,
+        time: f64,
+        part: f64,
+        y: &[f64],
+        inputs: &mut dyn Inputs,
+    ) -> Result<Instant, ForwardError> {
+        let mut instant = self.evaluate(time, y, inputs, false)?;
+        if self.is_resolved_at(instant.distance) {
+            return self.arrive(time, y, inputs);
+        }
+        let (mut before, mut after) = (self.list(), self.list());
+        self.steps.at(part - BESIDE, &mut before);
+        self.steps.at(part + BESIDE, &mut after);
+        let first = instant.state.coordinates.len();
+        let span = 2.0 * BESIDE * self.steps.step;
+        for (k, acceleration) in instant.state.accelerations.iter_mut().enumerate() {
+            *acceleration = (after[first + k] - before[first + k]) / span;
+        }
+        self.lists.extend([before, after]);
+        let topology = &self.model.topology;
+        instant.bodies.accelerate(topology, &instant.state.accelerations);
+        Ok(instant)
+    }
+
+    /// Instant at a part of the time step that leads from here to `end`.
+    fn on_chord(
+        &self,
+        time: f64,
+        part: f64,
+        end: &Simulation<'a>,
+        inputs: &mut dyn Inputs,
+    ) -> Result<Instant, ForwardError> {
+        let (model, to) = (self.model, &end.now);
+        let span = to.time - self.now.time;
+        let mut state = self.now.state.clone();
+        let State { coordinates, rates, accelerations } = &mut state;
+        let mut change = vec![0.0; coordinates.len()];
+        let mut change_after = change.clone();
+        model.coordinate_rates(coordinates, rates, &mut change);
+        model.coordinate_rates(&to.state.coordinates, &to.state.rates, &mut change_after);
+        let bend = 0.5 * span * part * (part - 1.0);
+        for (k, q) in coordinates.iter_mut().enumerate() {
+            *q += part * (to.state.coordinates[k] - *q) + bend * (change_after[k] - change[k]);
+        }
+        rates.iter_mut().zip(&to.state.rates).for_each(|(a, b)| *a += part * (b - *a));
+        accelerations.clone_from(&to.state.accelerations);
+        let targets = model.targets(time, inputs);
+        model.project(time, &mut state, &targets, &end.anchors, &end.frozen)?;
+        let data = model.data(time, state, &end.bristles, (&[], &[]), inputs);
+        let mut instant = Instant { time, state: data.state.clone(), ..to.clone() };
+        instant.bodies = data.bodies.clone();
+        instant.bodies.accelerate(&model.topology, &instant.state.accelerations);
+        for (interface, velocity) in instant.interfaces.iter_mut().zip(&data.velocities) {
+            interface.velocity = *velocity;
+        }
+        let acting = (&data.masses, &data.loads[..]);
+        let Instant { account, bodies, drives, interfaces, .. } = &mut instant;
+        account.update(model, acting, bodies, drives, interfaces);
+        Ok(instant)
+    }
+}
+
+impl Energies {
+    /// Moves by a part of a time step of `span` s towards the values at its end, where `account`
+    /// holds the powers; powers change linearly over the step.
+    fn blend(&mut self, to: &Self, account: &Account, (part, span): (f64, f64)) {
+        let between = |a: &mut f64, b: &f64, power: &f64| {
+            let all = b - *a;
+            // A mean force over a jump has no power at its end.
+            let last = (span * power).clamp((2.0 * all).min(0.0), (2.0 * all).max(0.0));
+            *a += part * (2.0 * all - last + part * (last - all));
+        };
+        let each = |a: &mut [f64], b: &[f64], powers: &[f64]| {
+            a.iter_mut().zip(b).zip(powers).for_each(|((a, b), power)| between(a, b, power));
+        };
+        each(&mut self.drives, &to.drives, &account.drives);
+        each(&mut self.interfaces, &to.interfaces, &account.interfaces);
+        between(&mut self.loads, &to.loads, &account.loads);
+        between(&mut self.dampers, &to.dampers, &account.dampers);
+        self.turnover += part * (to.turnover - self.turnover);
+    }
+}

@@ -1,0 +1,131 @@
+//! Steps across singular positions.
+//!
+//! At the distance `s` from a singular position of the loops, rounding of the closure moves the
+//! positions by `e / s`, the rates by `e / s^2` and the accelerations by `e / s^3`: the constraints
+//! do not distinguish the branches that meet there. On its branch the motion is smooth all the
+//! same. A step therefore crosses the singular position as a whole, with its stages as far from it
+//! as possible.
+
+use super::Simulation;
+use crate::forward::integrator::NODES_OF_OUTPUT;
+
+/// Singularity distance below which a passage may lie ahead.
+const NEAR: f64 = 0.5;
+/// Smallest singularity distance of a passage.
+const NARROW: f64 = 0.02;
+/// The distance at both ends of the interval exceeds that of the passage by this factor.
+const RISES: f64 = 3.0;
+/// Parts of the interval at which the distance is sampled.
+const LOOKS: usize = 24;
+/// Interval that is searched, in units of the step.
+const AHEAD: f64 = 1.7;
+/// Lengths of a step that are compared.
+const LENGTHS: usize = 100;
+/// Shortest of them, as a part of the longest.
+const SHORTEST: f64 = 0.25;
+/// Distance of the crossing from the nearest stage in the best case, as a part of the step.
+const BEST: f64 = 0.13;
+/// Part of the best distance that a longer step may give up.
+const GIVEN_UP: f64 = 0.75;
+/// Round-off of the relative closure, with the magnification of a step.
+const ROUNDING: f64 = 2e-14;
+/// Smallest relative tolerance that is compared with rounding.
+const FINE: f64 = 1e-10;
+/// Largest factor by which a crossing step exceeds the step that the tolerance permits.
+const LONGER: f64 = 2.0;
+
+impl Simulation<'_> {
+    /// Length of the next step, s, for a step that would have the length `wish`: away from
+    /// singular positions `wish` itself.
+    pub(super) fn length_across(&mut self, wish: f64, longest: f64) -> f64 {
+        let far = 2.0 * wish * self.fastest_rate;
+        let distance = self.now.distance;
+        self.workspace.crosses = None;
+        if self.model.topology.constraints == 0 || distance > NEAR.min(far.max(0.2)) {
+            return wish;
+        }
+        let Some((crossing, slope)) = self.crossing_ahead(AHEAD * wish) else { return wish };
+        // A longer step passes at a greater distance: equal errors of truncation and rounding.
+        let passed = BEST * wish * slope;
+        let rounding = ROUNDING / (passed * passed);
+        let longer = (rounding / self.settings.relative).powf(0.1).clamp(1.0, LONGER);
+        let most = (longer * wish).min(longest);
+        let mut options = [(0.0, 0.0); LENGTHS];
+        for (k, (length, value)) in options.iter_mut().enumerate() {
+            let part = 1.0 - (1.0 - SHORTEST) * k as f64 / LENGTHS as f64;
+            *length = part * most;
+            let rest = crossing - *length;
+            let nearest = NODES_OF_OUTPUT.iter().map(|node| (crossing - node * *length).abs());
+            let nearest = nearest.fold(f64::INFINITY, f64::min);
+            *value = match rest > 0.0 {
+                // The next step crosses from here.
+                true if *length > wish => 0.0,
+                true => (0.28 * rest).min(BEST * most),
+                false => nearest.min(BEST * most),
+            };
+        }
+        let best = options.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+        let chosen = options.iter().find(|(_, value)| *value >= GIVEN_UP * best);
+        let Some(&(length, _)) = chosen else { return wish };
+        if length > crossing {
+            let passed = BEST * length * slope;
+            self.workspace.crosses = Some(2.0 * ROUNDING / (passed * passed));
+        }
+        length
+    }
+
+    /// Time until the next singular position within `time` s, and the slope of the singularity
+    /// distance beside it, 1/s; by extrapolation with the present accelerations.
+    fn crossing_ahead(&mut self, time: f64) -> Option<(f64, f64)> {
+        let (model, state) = (self.model, &self.now.state);
+        let ranks = &mut self.workspace.ranks;
+        let mut distance = |t: f64| {
+            let mut ahead = state.clone();
+            let rates = state.rates.iter().zip(&state.accelerations);
+            let by: Vec<f64> = rates.map(|(v, a)| t * (v + 0.5 * t * a)).collect();
+            ahead.advance(&model.topology, &by);
+            ranks.at(model, &ahead).1
+        };
+        let spacing = time / LOOKS as f64;
+        let values: Vec<f64> = (0..=LOOKS).map(|k| distance(k as f64 * spacing)).collect();
+        let golden = 0.5 * (5_f64.sqrt() - 1.0);
+        let is_least = |k: &usize| values[*k] <= values[k - 1] && values[*k] <= values[k + 1];
+        (1..LOOKS).filter(is_least).find_map(|k| {
+            // Golden-section search.
+            let (mut low, mut high) = ((k - 1) as f64 * spacing, (k + 1) as f64 * spacing);
+            let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
+            let (mut at_a, mut at_b) = (distance(a), distance(b));
+            while high - low > 1e-3 * spacing {
+                if at_a < at_b {
+                    (high, b, at_b) = (b, a, at_a);
+                    a = high - golden * (high - low);
+                    at_a = distance(a);
+                } else {
+                    (low, a, at_a) = (a, b, at_b);
+                    b = low + golden * (high - low);
+                    at_b = distance(b);
+                }
+            }
+            let (crossing, narrow) = (0.5 * (low + high), at_a.min(at_b));
+            let beside = [-2.0, 2.0].map(|k| distance(crossing + k * spacing));
+            let beside = beside[0].min(beside[1]);
+            (narrow < NARROW && beside > RISES * narrow)
+                .then_some((crossing, (beside - narrow) / (2.0 * spacing)))
+        })
+    }
+
+    /// Returns whether rounding of the closure keeps the tolerance at this singularity distance.
+    pub(super) fn is_resolved_at(&self, distance: f64) -> bool {
+        ROUNDING / (distance * distance) < self.settings.relative.max(FINE)
+    }
+
+    /// Relative tolerance that rounding allows at the stages of the last step.
+    pub(super) fn attainable_tolerance(&self) -> f64 {
+        let nearest = self.workspace.nearest;
+        let rounding = (ROUNDING / (nearest * nearest)).max(self.workspace.crosses.unwrap_or(0.0));
+        self.settings.relative.max(rounding.min(COARSEST))
+    }
+}
+
+/// Coarsest relative tolerance of a step through a singular passage.
+const COARSEST: f64 = 1e-6;

@@ -1,0 +1,108 @@
+//! Poses of bodies by chains of given coordinates, from prescribed poses and from homes.
+
+use super::metric::displacement;
+use super::prescribed_pose::PrescribedPose;
+use super::reference::{Given, JointCoordinates};
+use super::report::Conflict;
+use crate::spatial::Pose;
+use core::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Path costs for the choice of a body's pose: across a joint with given coordinates, by the body's
+/// home, and across a joint without any information.
+const ACROSS: u64 = 1;
+const HOME: u64 = 1 << 20;
+const UNKNOWN: u64 = 1 << 40;
+/// Differences between given quantities beyond this are conflicts, rad or characteristic lengths.
+pub(super) const CONFLICT: f64 = 1.0;
+
+/// Poses of all bodies relative to the reference point.
+pub(super) struct BodyPoses {
+    pub(super) poses: Vec<Pose<f64>>,
+    /// Bodies with poses determined by the given data.
+    pub(super) is_known: Vec<bool>,
+    /// Known bodies, and bodies with poses that close loops as far as possible.
+    pub(super) is_placed: Vec<bool>,
+    /// All bodies but the ground, each after the one from which it hangs: by a joint or, if its
+    /// pose is known, by none.
+    pub(super) paths: Vec<(usize, Option<usize>)>,
+}
+
+impl Given<'_> {
+    /// Poses of all bodies relative to the reference point, along the cheapest paths from the
+    /// ground, from prescribed poses and from homes.
+    pub(super) fn body_poses(
+        &self,
+        prescribed: bool,
+        joints: &[JointCoordinates],
+        conflicts: &mut Vec<Conflict>,
+    ) -> BodyPoses {
+        let bodies = self.mechanism.bodies();
+        let ground = self.parameters.ground;
+        let prescribed_poses =
+            PrescribedPose::of_bodies(bodies.len(), self.coordinates, self.targets);
+        let mut pose = vec![ground; bodies.len()];
+        let mut cost = vec![u64::MAX; bodies.len()];
+        let mut via = vec![None; bodies.len()];
+        let mut paths = Vec::with_capacity(bodies.len());
+        let mut queue = BinaryHeap::new();
+        let mut homes = vec![None; bodies.len()];
+        cost[0] = 0;
+        queue.push(Reverse((0, 0)));
+        for &(body, home) in self.homes {
+            homes[body.0] = Some(ground * home);
+            (pose[body.0], cost[body.0]) = (ground * home, HOME);
+            queue.push(Reverse((HOME, body.0)));
+        }
+        for (body, parts) in prescribed_poses.iter().enumerate() {
+            if prescribed && parts.is_whole() {
+                cost[body] = 0;
+                queue.push(Reverse((0, body)));
+            }
+        }
+        let mut at = vec![Vec::new(); bodies.len()];
+        for (joint, (predecessor, successor)) in self.topology.ends.iter().enumerate() {
+            at[*predecessor].push(joint);
+            at[*successor].push(joint);
+        }
+        let mut is_done = vec![false; bodies.len()];
+        while let Some(Reverse((_, body))) = queue.pop() {
+            if core::mem::replace(&mut is_done[body], true) {
+                continue;
+            }
+            if body > 0 {
+                paths.push((body, via[body].filter(|_| cost[body] >= UNKNOWN)));
+            }
+            if prescribed && body > 0 {
+                let seen = prescribed_poses[body].applied_to(ground.inverse() * pose[body]);
+                pose[body] = ground * seen;
+            }
+            if let Some(home) = homes[body] {
+                let by = displacement(&home, &pose[body], self.parameters.length);
+                if by > CONFLICT {
+                    let body = bodies[body].name.clone();
+                    conflicts.push(Conflict::Home { body, by: by * self.parameters.length });
+                }
+            }
+            for &joint in &at[body] {
+                let across = if joints[joint].are_given { ACROSS } else { UNKNOWN };
+                let (predecessor, successor) = self.topology.ends[joint];
+                let other = if predecessor == body { successor } else { predecessor };
+                let through = cost[body].saturating_add(across);
+                if is_done[other] || through >= cost[other] {
+                    continue;
+                }
+                let joint_type = self.topology.joint_types[joint];
+                let q = &joints[joint].values;
+                let step = self.parameters.frame_j[joint]
+                    * joint_type.pose(q, self.parameters.pitch[joint])
+                    * self.parameters.frame_k[joint].inverse();
+                let step = if other == successor { step } else { step.inverse() };
+                (pose[other], cost[other], via[other]) = (pose[body] * step, through, Some(joint));
+                queue.push(Reverse((through, other)));
+            }
+        }
+        let is_known: Vec<bool> = cost.iter().map(|cost| *cost < UNKNOWN).collect();
+        BodyPoses { poses: pose, is_placed: is_known.clone(), is_known, paths }
+    }
+}

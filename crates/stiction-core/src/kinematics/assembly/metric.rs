@@ -1,0 +1,75 @@
+//! Distances between configurations: root mean square displacements of bodies.
+
+use super::super::bodies::Bodies;
+use crate::spatial::{Mat3, Pose, Quaternion, Vec3};
+
+/// Metric of configurations, with passive spins ignored.
+pub(super) struct Metric<'a> {
+    /// Characteristic length, m.
+    pub(super) length: f64,
+    /// Centres of mass of the bodies, in their frames.
+    pub(super) com: &'a [Vec3<f64>],
+    /// For each body that moves in passive spins, their axis through its centre of mass, in its
+    /// frame.
+    pub(super) spin_axes: Vec<Option<Vec3<f64>>>,
+}
+
+/// Displacement of a body between two poses over the characteristic length: the distance of its
+/// origins and, as an orthogonal component, the rotation angle times the characteristic length.
+pub(super) fn displacement(a: &Pose<f64>, b: &Pose<f64>, length: f64) -> f64 {
+    let apart = a.inverse() * *b;
+    (apart.position.norm() / length).hypot(apart.rotation.rotation_vector().norm())
+}
+
+/// Root mean square; `None` of no numbers.
+pub(super) fn rms(numbers: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = numbers.fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
+    (count > 0).then(|| (sum / f64::from(count)).sqrt())
+}
+
+impl Metric<'_> {
+    /// Displacement of a body between two poses, m and rad. Of a body with a passive spin, the
+    /// displacement of its centre of mass and the angle between the axes count.
+    pub(super) fn parts(&self, body: usize, a: &Pose<f64>, b: &Pose<f64>) -> (f64, f64) {
+        match self.spin_axes[body] {
+            None => {
+                let apart = a.inverse() * *b;
+                (apart.position.norm(), apart.rotation.rotation_vector().norm())
+            }
+            Some(axis) => {
+                let moved = b.apply(self.com[body]) - a.apply(self.com[body]);
+                let (from, to) = (a.rotation * axis, b.rotation * axis);
+                (moved.norm(), from.cross(to).norm().atan2(from.dot(to)))
+            }
+        }
+    }
+
+    /// Displacement of a body between two poses, over the characteristic length.
+    pub(super) fn displacement(&self, body: usize, a: &Pose<f64>, b: &Pose<f64>) -> f64 {
+        let (moved, turned) = self.parts(body, a, b);
+        (moved / self.length).hypot(turned)
+    }
+
+    /// Root mean square displacement between two placements of all bodies.
+    pub(super) fn between(&self, a: &Bodies<f64>, b: &Bodies<f64>) -> f64 {
+        let pairs = a.pose.iter().zip(&b.pose).enumerate().skip(1);
+        rms(pairs.map(|(body, (a, b))| self.displacement(body, a, b))).unwrap_or(0.0)
+    }
+
+    /// `found` turned about the axis of its passive spin to the angle nearest to `given`; `None`
+    /// without a passive spin.
+    pub(super) fn turned(
+        &self,
+        body: usize,
+        given: &Pose<f64>,
+        found: &Pose<f64>,
+    ) -> Option<Pose<f64>> {
+        let axis = self.spin_axes[body]?;
+        let apart = Quaternion::from_rotation((found.inverse() * *given).rotation);
+        let along = apart.v.dot(axis);
+        let angle = 2.0 * along.atan2(apart.w);
+        let rotation = found.rotation * Mat3::rotation(axis, angle);
+        let com = self.com[body];
+        Some(Pose { position: found.apply(com) - rotation * com, rotation })
+    }
+}

@@ -1,0 +1,217 @@
+//! Poses of bodies that the given data determine only together with the closure of loops.
+
+use super::super::bodies::{Bodies, State, write_floating};
+use super::super::coordinate::{Coordinate, Target};
+use super::super::least_squares::PositionEquations;
+use super::super::motion_constraints::MotionConstraints;
+use super::super::system::Kinematics;
+use super::known_poses::BodyPoses;
+use super::reference::{Given, JointCoordinates};
+use crate::linalg::StaticLu;
+use crate::mechanism::JointId;
+use crate::random::Random;
+use crate::topology::{Link, Role, Topology};
+use core::f64::consts::PI;
+
+/// Closure tolerance, rad or characteristic lengths: homes and starts have few digits.
+const ROUGHLY_CLOSED: f64 = 0.05;
+/// Number of starts of the search for the coordinates of a group, and of steps per start.
+const STARTS: usize = 16;
+const STEPS: usize = 60;
+/// Degrees of freedom of a group above which its loops are closed one after the other.
+const LARGE: usize = 60;
+
+/// Open coordinates that loops determine together.
+#[derive(Default)]
+struct Group {
+    /// Nodes with open coordinates.
+    nodes: Vec<usize>,
+    /// Rows of the position equations.
+    rows: Vec<usize>,
+}
+
+impl Given<'_> {
+    /// Places bodies without known poses by the closure of loops with known bodies. Bodies are
+    /// known afterwards if these loops close.
+    ///
+    /// The bodies hang from known ones along [`BodyPoses::paths`]: the result does not depend on
+    /// the mechanism's own tree.
+    pub(super) fn close_loops(
+        &self,
+        prescribed: bool,
+        joints: &[JointCoordinates],
+        bodies: &mut BodyPoses,
+    ) {
+        if bodies.is_known.iter().all(|is_known| *is_known) {
+            return;
+        }
+        let topology = &Topology::with_paths(self.mechanism, &bodies.paths);
+        let mut state = State::new(topology);
+        let mut is_open = vec![false; topology.nodes.len()];
+        for (open, node) in is_open.iter_mut().zip(&topology.nodes) {
+            let q = &mut state.coordinates[node.coordinates.clone()];
+            match node.link {
+                Link::Floating => write_floating(bodies.poses[node.body], q),
+                Link::Joint { joint, .. } => {
+                    q.copy_from_slice(&joints[joint].values);
+                    *open = !joints[joint].are_given;
+                }
+            }
+        }
+        let (coordinates, targets) = self.given_coordinates(prescribed, topology, joints);
+        let constraints = MotionConstraints::new(topology, &coordinates, &[]);
+        let mut kinematics = Kinematics::new(topology, &constraints, &StaticLu::default());
+        let mut is_closed: Vec<bool> = is_open.iter().map(|open| !open).collect();
+        let mut is_solved = is_closed.clone();
+        let mut random = Random::new(11);
+        for group in groups(topology, &constraints, &is_open) {
+            let moves = self.moving_dofs(topology, &coordinates, &group);
+            let mut counts = vec![0.0; constraints.row_count()];
+            group.rows.iter().for_each(|row| counts[*row] = 1.0);
+            let equations =
+                PositionEquations::new(topology, self.parameters, &constraints, &targets)
+                    .weighted(|row| counts[row])
+                    .moving(|dof| moves[dof]);
+            let jump = |random: &mut Random| -> Vec<f64> {
+                let size = |dof| match topology.tree_dof_translates(dof) {
+                    true => self.parameters.length,
+                    false => PI,
+                };
+                let each = topology.tree_dofs.iter().zip(&moves);
+                each.map(|(dof, moves)| if *moves { size(dof) * random.number() } else { 0.0 })
+                    .collect()
+            };
+            // From the present coordinates, then from random ones.
+            let mut best: Option<(f64, State<f64>)> = None;
+            for attempt in 0..STARTS {
+                let mut trial = state.clone();
+                if attempt > 0 {
+                    trial.advance(topology, &jump(&mut random));
+                }
+                let error = equations.solve(&mut kinematics, &mut trial, 1e-9, STEPS).error;
+                if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                    best = Some((error, trial));
+                }
+                if error < ROUGHLY_CLOSED {
+                    break;
+                }
+            }
+            let Some((error, found)) = best else { continue };
+            state = found;
+            for &node in &group.nodes {
+                (is_solved[node], is_closed[node]) = (true, error < ROUGHLY_CLOSED);
+            }
+        }
+        let mut placed = Bodies::new(topology);
+        placed.place(topology, self.parameters, &state.coordinates);
+        for (node, content) in topology.nodes.iter().enumerate() {
+            if content.link != Link::Floating {
+                let (body, parent) =
+                    (content.body, content.parent.map_or(0, |parent| topology.nodes[parent].body));
+                bodies.poses[body] = placed.pose[body];
+                bodies.is_placed[body] = is_solved[node] && bodies.is_placed[parent];
+                bodies.is_known[body] = is_closed[node] && bodies.is_known[parent];
+            }
+        }
+    }
+
+    /// Prescribed coordinates, and starts of cut joints, which are not coordinates of the tree.
+    fn given_coordinates(
+        &self,
+        prescribed: bool,
+        topology: &Topology,
+        joints: &[JointCoordinates],
+    ) -> (Vec<Coordinate>, Vec<Target<f64>>) {
+        let (mut coordinates, mut targets) = match prescribed {
+            true => (self.coordinates.to_vec(), self.targets.to_vec()),
+            false => (Vec::new(), Vec::new()),
+        };
+        for cut in &topology.cuts {
+            let joint_type = topology.joint_types[cut.joint];
+            if !joints[cut.joint].are_given || !joint_type.has_scalar_coordinates() {
+                continue;
+            }
+            for (dof, &value) in joints[cut.joint].values.iter().enumerate() {
+                let coordinate = Coordinate::Joint { joint: JointId(cut.joint), dof };
+                if !coordinates.contains(&coordinate) {
+                    coordinates.push(coordinate);
+                    targets.push(Target { value, rate: 0.0, acceleration: 0.0 });
+                }
+            }
+        }
+        (coordinates, targets)
+    }
+
+    /// Marks the degrees of freedom of a group without a given coordinate.
+    fn moving_dofs(
+        &self,
+        topology: &Topology,
+        coordinates: &[Coordinate],
+        group: &Group,
+    ) -> Vec<bool> {
+        let mut moves = vec![false; topology.dofs()];
+        for &node in &group.nodes {
+            moves[topology.nodes[node].tree_dofs.clone()].fill(true);
+        }
+        for coordinate in coordinates {
+            if let Coordinate::Joint { joint, dof } = coordinate
+                && let Role::Tree { node } = topology.role[joint.0]
+            {
+                moves[topology.nodes[node].tree_dofs.start + dof] = false;
+            }
+        }
+        moves
+    }
+}
+
+/// Groups of open nodes that rows connect, each with all its rows; large groups in parts, with the
+/// rows that add no further node.
+fn groups(topology: &Topology, constraints: &MotionConstraints, is_open: &[bool]) -> Vec<Group> {
+    let open_nodes: Vec<Vec<usize>> = constraints
+        .rows
+        .iter()
+        .map(|row| row.path.iter().map(|(node, _)| *node).filter(|node| is_open[*node]).collect())
+        .collect();
+    let mut group_of: Vec<usize> = (0..is_open.len()).collect();
+    for nodes in &open_nodes {
+        for pair in nodes.windows(2) {
+            let (one, other) = (group_of[pair[0]], group_of[pair[1]]);
+            group_of.iter_mut().filter(|group| **group == other).for_each(|group| *group = one);
+        }
+    }
+    let dofs = |group: usize| -> usize {
+        let nodes = topology.nodes.iter().zip(&group_of).zip(is_open);
+        nodes
+            .filter(|((_, of), open)| **of == group && **open)
+            .map(|((n, _), _)| n.tree_dofs.len())
+            .sum()
+    };
+    let is_large: Vec<bool> = (0..is_open.len()).map(|group| dofs(group) > LARGE).collect();
+    // The part of each node, and of each small group.
+    let mut part_of = vec![None; is_open.len()];
+    let mut whole = vec![None; is_open.len()];
+    let mut parts: Vec<Group> = Vec::new();
+    for (row, nodes) in open_nodes.iter().enumerate() {
+        let Some(&first) = nodes.first() else { continue };
+        let group = group_of[first];
+        let known = if is_large[group] {
+            let each: Option<Vec<usize>> = nodes.iter().map(|node| part_of[*node]).collect();
+            each.and_then(|each| each.into_iter().max())
+        } else {
+            whole[group]
+        };
+        let part = known.unwrap_or(parts.len());
+        if part == parts.len() {
+            parts.push(Group::default());
+            whole[group] = Some(part);
+        }
+        parts[part].rows.push(row);
+        for &node in nodes {
+            if part_of[node].is_none() {
+                part_of[node] = Some(part);
+                parts[part].nodes.push(node);
+            }
+        }
+    }
+    parts
+}

@@ -1,0 +1,41 @@
+//! The assembly mode that meets the present one at a nearby singular position.
+
+use super::super::bodies::State;
+use super::super::least_squares::PositionEquations;
+use super::super::system::Kinematics;
+use super::Assembly;
+use crate::linalg::Svd;
+use crate::parameters::Parameters;
+
+/// Step of the central difference, rad and characteristic lengths.
+const DIFFERENCE: f64 = 1e-3;
+/// Largest distance of the other mode, in these units, at which a quadratic equation represents it.
+const NEARBY: f64 = 1.0;
+
+impl Assembly {
+    /// State near another mode: with the smallest singular value `d` of the position equations and
+    /// their second derivative `h` along its right singular vector, both as components along the
+    /// left one, the equation `d s + h s^2 / 2 = 0` has a second root `s = -2 d / h`. `None` if
+    /// this root is far away.
+    pub(super) fn twin(&self, parameters: &Parameters<f64>) -> Option<State<f64>> {
+        let (topology, constraints) = (&*self.model.topology, &*self.model.constraints);
+        let mut kinematics = Kinematics::new(topology, constraints, &self.model.rates);
+        let equations = PositionEquations::new(topology, parameters, constraints, &self.targets);
+        let at_rest = equations.errors(&mut kinematics, &self.state);
+        let jacobian = equations.jacobian(&mut kinematics);
+        let last = topology.dofs().checked_sub(1)?;
+        if jacobian.nrows() <= last {
+            return None;
+        }
+        let svd = Svd::new(&jacobian);
+        let (u, v) = (svd.u.column(last).into_owned(), svd.v.column(last).into_owned());
+        let mut moved = |by: f64| {
+            let mut state = self.state.clone();
+            state.advance(topology, &equations.unscaled(&(&v * by)));
+            (equations.errors(&mut kinematics, &state), state)
+        };
+        let both = moved(DIFFERENCE).0 + moved(-DIFFERENCE).0 - at_rest * 2.0;
+        let root = -2.0 * svd.singular_values[last] * DIFFERENCE.powi(2) / u.dot(&both);
+        (root.abs() < NEARBY).then(|| moved(root).1)
+    }
+}

@@ -1,0 +1,97 @@
+//! A motion of a mechanism over a finite distance, as evidence for its finite mobility.
+//!
+//! Equation (M3) of the book's theory.
+
+use super::bodies::{Bodies, State};
+use super::least_squares::damped_step;
+use super::tracing::Loops;
+use nalgebra::DVector;
+
+/// Size of a step, rad and characteristic lengths, and the number of steps.
+const STRIDE: f64 = 0.05;
+const STRIDES: usize = 20;
+/// Corrections after each step, with a damping that ignores singular values below 1e-6.
+const CORRECTIONS: usize = 8;
+const DAMPING: f64 = 1e-12;
+/// Largest scaled error of the loops on the way: dimensions with six digits.
+const OPEN: f64 = 1e-6;
+/// Smallest displacement that remains of a step after the corrections.
+const REMAINS: f64 = 0.5;
+
+/// A motion over a finite distance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FiniteMotion {
+    /// The body that moves farthest.
+    pub body: String,
+    /// Displacement of its origin, m.
+    pub moved: f64,
+    /// Rotation of this body, rad.
+    pub turned: f64,
+    /// Largest error of the loops on the way, rad and characteristic lengths.
+    pub closure: f64,
+}
+
+/// The last state of a motion and the largest error on the way.
+pub(super) struct Path {
+    pub(super) state: State<f64>,
+    pub(super) length: f64,
+    pub(super) closure: f64,
+}
+
+impl Loops<'_> {
+    /// Follows a motion in an open direction as far as the loops stay closed to the accuracy of
+    /// dimensions with few digits, which make an overconstrained mechanism strictly rigid.
+    pub(super) fn follow(&mut self, from: &State<f64>, direction: &DVector<f64>) -> Path {
+        let mut path = Path { state: from.clone(), length: 0.0, closure: 0.0 };
+        let mut heading = direction.normalize();
+        for _ in 0..STRIDES {
+            let Some((state, moved, closure)) = self.stride(&path.state, &(&heading * STRIDE))
+            else {
+                break;
+            };
+            let length = moved.norm();
+            if closure > OPEN || moved.dot(&heading) < REMAINS * STRIDE || length > 2.0 * STRIDE {
+                break;
+            }
+            path.closure = path.closure.max(closure);
+            path.length += length;
+            path.state = state;
+            heading = moved.normalize();
+        }
+        path
+    }
+
+    /// A step with minimum-norm corrections to the least error; `None` if it is not finite.
+    fn stride(
+        &mut self,
+        from: &State<f64>,
+        step: &DVector<f64>,
+    ) -> Option<(State<f64>, DVector<f64>, f64)> {
+        let (mut state, mut moved) = (from.clone(), step.clone());
+        self.advance(&mut state, step);
+        let mut errors = self.errors(&state);
+        for _ in 0..CORRECTIONS {
+            let correction = damped_step(&self.jacobian(), &errors, DAMPING)?;
+            let mut next = state.clone();
+            self.advance(&mut next, &correction);
+            let next_errors = self.errors(&next);
+            if next_errors.norm().is_nan() || next_errors.norm() >= errors.norm() {
+                self.errors(&state);
+                break;
+            }
+            (state, errors) = (next, next_errors);
+            moved += correction;
+        }
+        Some((state, moved, errors.amax()))
+    }
+}
+
+/// Body with the largest displacement between two placements: its index, m and rad.
+pub(super) fn farthest(a: &Bodies<f64>, b: &Bodies<f64>, length: f64) -> Option<(usize, f64, f64)> {
+    let each = a.pose.iter().zip(&b.pose).enumerate().skip(1).map(|(body, (a, b))| {
+        let apart = a.inverse() * *b;
+        (body, apart.position.norm(), apart.rotation.rotation_vector().norm())
+    });
+    let size = |moved: f64, turned: f64| (moved / length).hypot(turned);
+    each.max_by(|a, b| size(a.1, a.2).total_cmp(&size(b.1, b.2)))
+}
