@@ -23,10 +23,12 @@ pub enum ForwardError {
     /// The mechanism cannot be assembled at its start.
     #[error("{0}")]
     Assembly(#[from] AssemblyError),
-    /// Rigid bodies with Coulomb friction have no acceleration here (Painleve's paradox).
+    /// No acceleration was found that is connected with the frictionless one; usually none exists
+    /// (Painleve's paradox).
     #[error(
-        "at t = {time} s the rigid model with this friction has no acceleration: {at} \
-         the normal loads grow without bound, first in joint `{joint}` ({kind}",
+        "at t = {time} s no acceleration was found for the rigid model with this friction; searched: the \
+         solution continued from zero friction. It ends {at}, where the normal loads grow without bound, \
+         first in joint `{joint}` ({kind}",
         at = if *percent < NO_PART { "with a small fraction of the given coefficients".to_owned() }
             else { format!("at {percent:.1} % of the given coefficients") },
         kind = if *percent < NO_PART { "the position is nearly singular, or the coefficients are too large); \

@@ -3,6 +3,7 @@
 mod between_rows;
 mod given;
 mod motion;
+mod passages;
 mod refusals;
 mod resume;
 

@@ -18,9 +18,16 @@ fn begin(folder: &Folder, arguments: &[&str]) -> std::process::Child {
 
 #[cfg(unix)]
 fn interrupt(child: &std::process::Child) {
-    use std::process::Command;
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(kill.success());
+    assert!(signal(child, "-INT"));
+}
+
+/// Sends a signal; returns `false` if the program has ended before.
+#[cfg(unix)]
+fn signal(child: &std::process::Child, signal: &str) -> bool {
+    use std::process::{Command, Stdio};
+    let mut kill = Command::new("kill");
+    kill.args([signal, &child.id().to_string()]).stderr(Stdio::null());
+    kill.status().unwrap().success()
 }
 
 /// Ctrl-C keeps complete files up to that instant and sets the exit code.
@@ -83,6 +90,61 @@ fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {
             }
         }
     }
+}
+
+/// Two hundred interruptions at random instants, some of them of runs that resume, by SIGINT,
+/// SIGTERM and SIGKILL. `cargo test -p stiction-cli -- --ignored two_hundred`
+#[cfg(unix)]
+#[test]
+#[ignore = "takes minutes"]
+fn two_hundred_random_interruptions_change_no_byte() {
+    use std::time::{Duration, Instant};
+    let cases: [&[&str]; 8] = [
+        &["four-bar", "--drives", "A = 2 N m*sin(9*t)", "--from", "rest", "--step", "0.0007"],
+        &["--controller", "pd", "--drives", "inverse", "--step", "0.0013", "--until", "0.5"],
+        &["four-bar", "--controller", "computed-torque+friction", "--step", "0.002"],
+        &["five-bar", "--method", "time-stepping", "--step", "0.002"],
+        &["--prescribe", "leg1.P", "--controller", "pd", "--step", "0.002", "--until", "0.5"],
+        &["gough", "--controller", "computed-torque", "--step", "0.003", "--friction", "on"],
+        &["slider-crank", "--drives", "none", "--from", "rest", "--friction", "on"],
+        &["3rps", "--drives", "none", "--from", "rest", "--friction", "off", "--step", "0.001"],
+    ];
+    let mut seed = 1_u64;
+    let mut random = |below: u64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) % below
+    };
+    let mut interruptions = 0;
+    for (index, case) in cases.into_iter().enumerate() {
+        let until: &[&str] = if case.contains(&"--until") { &[] } else { &["--until", "1"] };
+        let all = |more: &[&'static str]| {
+            [&["forward"][..], case, until, &["-o", ".", "--checkpoint", "0"], more].concat()
+        };
+        let whole = Folder::new(&format!("forward-random-{index}"));
+        let start = Instant::now();
+        whole.stiction(&all(&[])).succeeds();
+        let takes = start.elapsed().as_millis() as u64;
+        let mut own = 0;
+        while own < 25 {
+            let parted = Folder::new(&format!("forward-random-{index}-parted"));
+            loop {
+                let resumes = parted.files().contains(&"checkpoint.json".to_owned());
+                let run = all(if resumes { &["--resume"] } else { &[] });
+                let mut child = parted.begin(&run, || true);
+                std::thread::sleep(Duration::from_millis(random(takes.max(1))));
+                signal(&child, ["-INT", "-TERM", "-KILL"][random(3) as usize]);
+                if child.wait().unwrap().success() {
+                    break;
+                }
+                own += 1;
+            }
+            for name in whole.files() {
+                assert!(whole.read(&name) == parted.read(&name), "{case:?}: {name}");
+            }
+        }
+        interruptions += own;
+    }
+    assert!(interruptions >= 200);
 }
 
 #[test]

@@ -31,13 +31,11 @@ const GIVEN_UP: f64 = 0.75;
 const ROUNDING: f64 = 2e-14;
 /// Smallest relative tolerance that is compared with rounding.
 const FINE: f64 = 1e-10;
-/// Largest factor by which a crossing step exceeds the step that the tolerance permits.
-const LONGER: f64 = 2.0;
 
 impl Simulation<'_> {
     /// Length of the next step, s, for a step that would have the length `wish`: away from
     /// singular positions `wish` itself.
-    pub(super) fn length_across(&mut self, wish: f64, longest: f64) -> f64 {
+    pub(super) fn length_across(&mut self, wish: f64) -> f64 {
         let far = 2.0 * wish * self.fastest_rate;
         let distance = self.now.distance;
         self.workspace.crosses = None;
@@ -45,23 +43,17 @@ impl Simulation<'_> {
             return wish;
         }
         let Some((crossing, slope)) = self.crossing_ahead(AHEAD * wish) else { return wish };
-        // A longer step passes at a greater distance: equal errors of truncation and rounding.
-        let passed = BEST * wish * slope;
-        let rounding = ROUNDING / (passed * passed);
-        let longer = (rounding / self.settings.relative).powf(0.1).clamp(1.0, LONGER);
-        let most = (longer * wish).min(longest);
         let mut options = [(0.0, 0.0); LENGTHS];
         for (k, (length, value)) in options.iter_mut().enumerate() {
             let part = 1.0 - (1.0 - SHORTEST) * k as f64 / LENGTHS as f64;
-            *length = part * most;
+            *length = part * wish;
             let rest = crossing - *length;
             let nearest = NODES_OF_OUTPUT.iter().map(|node| (crossing - node * *length).abs());
             let nearest = nearest.fold(f64::INFINITY, f64::min);
             *value = match rest > 0.0 {
                 // The next step crosses from here.
-                true if *length > wish => 0.0,
-                true => (0.28 * rest).min(BEST * most),
-                false => nearest.min(BEST * most),
+                true => (0.28 * rest).min(BEST * wish),
+                false => nearest.min(BEST * wish),
             };
         }
         let best = options.iter().map(|(_, value)| *value).fold(0.0, f64::max);

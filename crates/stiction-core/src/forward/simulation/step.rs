@@ -87,12 +87,10 @@ impl Simulation<'_> {
             true => FREQUENT * self.settings.longest_step,
             false => f64::INFINITY,
         };
-        // Length of a step that crosses a singular position and is too long.
-        let mut refused = f64::INFINITY;
         loop {
             let left = end - time;
             let most = longest.min(nearest).min(left);
-            let mut step = self.length_across(self.step.min(most).min(frequent), most.min(refused));
+            let mut step = self.length_across(self.step.min(most).min(frequent));
             // Avoid a tiny last step.
             if left - step < 0.01 * step || left < 1.01 * step {
                 step = left;
@@ -135,14 +133,9 @@ impl Simulation<'_> {
                 }
                 Ok(error) => {
                     let factor = (0.9 * error.powf(-0.125)).clamp(0.1, 0.9);
-                    let factor = if error.is_finite() { factor } else { 0.1 };
-                    if self.workspace.crosses.is_some() && step > self.step {
-                        refused = factor * step;
-                    } else {
-                        self.shrink(step, factor, None)?;
-                    }
+                    self.shrink(step, if error.is_finite() { factor } else { 0.1 }, None)?;
                 }
-                Err(error) => self.shrink(step.min(self.step), 0.25, Some(error))?,
+                Err(error) => self.shrink(step, 0.25, Some(error))?,
             }
         }
     }

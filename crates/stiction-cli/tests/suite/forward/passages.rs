@@ -1,0 +1,61 @@
+//! Singular positions, and results that are independent of the rows.
+
+use crate::program::{Folder, column, json};
+
+/// Released from rest without friction, the 3-RPS passes seven singular positions in 1.4 s.
+const COLLAPSE: [&str; 10] =
+    ["forward", "3rps", "--drives", "none", "--from", "rest", "--friction", "off", "-o", "."];
+
+/// Reference: MuJoCo 4.0, RK4, hardened connects, time steps of 0.1 ms and 0.025 ms, which differ
+/// by 1e-4 and 2e-5 m from the limit.
+#[test]
+fn a_platform_falls_through_singular_positions() {
+    for step in ["0.1", "0.01", "0.0031"] {
+        let folder = Folder::new(&format!("forward-collapse-{step}"));
+        folder.stiction(&[&COLLAPSE[..], &["--until", "1.4", "--step", step]].concat()).succeeds();
+        let bodies = folder.read("bodies.csv");
+        let expected = [("x", 0.055_689), ("y", -0.136_471_4), ("z", -17.612_903_4)];
+        for (axis, expected) in expected {
+            let found = *column(&bodies, &format!("platform.{axis} [m]")).last().unwrap();
+            assert!((found - expected).abs() < 1e-4, "{step} {axis}: {found} {expected}");
+        }
+        let summary = json(&folder.read("summary.json"));
+        assert_eq!(summary["events"]["singular"], 7, "{step}");
+    }
+}
+
+/// Common rows of runs with other `--step` and `--until` are the same, digit by digit.
+#[test]
+fn rows_do_not_influence_the_motion() {
+    let friction: &[&str] =
+        &["forward", "four-bar", "--drives", "A = 2 N m*sin(9*t)", "--from", "rest", "-o", "."];
+    let stepping = [friction, &["--method", "time-stepping", "--tolerance", "1e-8"]].concat();
+    for (case, options) in [&COLLAPSE[..], friction, &stepping].into_iter().enumerate() {
+        let run = |step: &str, until: &str| {
+            let folder = Folder::new(&format!("forward-rows-{case}-{step}-{until}"));
+            folder.stiction(&[options, &["--until", until, "--step", step]].concat()).succeeds();
+            folder.read("bodies.csv")
+        };
+        let coarse = run("0.25", "1");
+        for (step, until) in [("0.05", "1"), ("0.25", "1.25"), ("0.01", "1")] {
+            let fine = run(step, until);
+            for line in coarse.lines() {
+                assert!(fine.lines().any(|other| other == line), "{case} {step} {until}: {line}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_time_limit_ends_a_run_that_resumes() {
+    let folder = Folder::new("forward-time-limit");
+    let run = ["forward", "3rps", "--until", "1000", "--step", "0.001", "-o", "."];
+    let limited = [&run[..], &["--time-limit", "300 ms"]].concat();
+    let said = folder.stiction(&limited);
+    said.fails(1, &["the time limit of 0.3 s ended the run at t = ", "--resume"]);
+    assert!(folder.files().contains(&"checkpoint.json".to_owned()));
+    assert!(folder.read("forward.csv").lines().count() > 2);
+    folder
+        .stiction(&["forward", "3rps", "--time-limit", "-1"])
+        .fails(2, &["--time-limit is -1 s, but must be greater than 0"]);
+}
