@@ -62,6 +62,7 @@ fn checked(job: &Job<'_>) {
     check::write_report(&mut text, job, &findings).expect("a string takes it");
     finite::text("check", &text);
     const EMPTY: &[&str] = &[
+        "finite_motion",
         "leg",
         "weakest",
         "everywhere",
