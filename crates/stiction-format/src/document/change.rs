@@ -16,23 +16,21 @@ pub(super) fn apply(source: &Arc<Source>, document: &mut Document, out: &mut Dia
     let Some(changes) = source.changes() else { return };
     let mut begin = source.begin_of_changes();
     for line in changes.text.split('\n') {
-        if let Err(diagnostic) = change(source, &mut document.root, line, begin) {
+        if let Some(diagnostic) = change(source, &mut document.root, line, begin) {
             out.push(diagnostic);
         }
         begin += line.len() + 1;
     }
 }
 
-fn change(
-    source: &Arc<Source>,
-    root: &mut Table,
-    line: &str,
-    begin: usize,
-) -> Result<(), Diagnostic> {
+/// Applies one change; returns what is wrong with it.
+fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> Option<Diagnostic> {
     let Some((path, value)) = line.split_once('=') else {
-        return Err(Diagnostic::error("change", "a change needs a key and a value")
-            .at(Place::new(source, begin..begin + line.len()), "expected KEY=VALUE")
-            .help("for example `bodies.platform.mass=2kg`"));
+        return Some(
+            Diagnostic::error("change", "a change needs a key and a value")
+                .at(Place::new(source, begin..begin + line.len()), "expected KEY=VALUE")
+                .help("for example `bodies.platform.mass=2kg`"),
+        );
     };
     let value = read_value(value, begin + path.len() + 1);
     let at = begin + path.len() - path.trim_start().len();
@@ -40,16 +38,21 @@ fn change(
     let names = segments(path.trim());
     let target = Target { path: &names, span: &span, value: &value };
     let outcome = match target.in_model(root) {
-        Outcome::Set => return Ok(()),
+        Outcome::Set => return None,
         outcome => outcome,
     };
     let Outcome::Unknown { name, known } = outcome else {
-        return Err(Diagnostic::error("change", "a value in this path has no keys")
-            .at(Place::new(source, span), "ends before"));
+        return Some(
+            Diagnostic::error("change", "a value in this path has no keys")
+                .at(Place::new(source, span), "ends before"),
+        );
     };
-    Err(Diagnostic::error("unknown-key", format!("the model has no {}", quoted(&name)))
-        .at(Place::new(source, span), "unknown key")
-        .maybe_help(did_you_mean(&name, "known here", known.iter().map(String::as_str))))
+    let known = known.iter().map(String::as_str);
+    Some(
+        Diagnostic::error("unknown-key", format!("the model has no {}", quoted(&name)))
+            .at(Place::new(source, span), "unknown key")
+            .maybe_help(did_you_mean(&name, "known here", known)),
+    )
 }
 
 /// The parts of a key path: separated by points, quoted ones whole.

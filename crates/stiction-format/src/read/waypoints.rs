@@ -332,7 +332,7 @@ fn steps(
         {
             let steps = along(values, *axis);
             sums.resize(steps.len(), Vec3::zero());
-            sums.iter_mut().zip(steps).for_each(|(sum, step)| *sum = *sum + step);
+            sums.iter_mut().zip(steps).for_each(|(sum, step)| *sum += step);
         }
     }
     (!sums.is_empty()).then_some((sums, LIMITS))

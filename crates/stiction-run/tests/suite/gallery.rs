@@ -293,7 +293,7 @@ fn the_snu_robot_carries_nothing_that_tilts_it() {
                 // 5 kg at 60 mm from the axis, in a pose where their moment acts about this point; the
                 // motion begins and ends without acceleration.
                 let at_rest = 5.0 * 9.81 * 0.06;
-                assert!(first.contains("2.943"), "{first}");
+                assert!(first.contains("2.94300 N m"), "{first}");
                 let (least, greatest) = missing.range;
                 assert!(least < at_rest && at_rest < greatest, "{missing:?}");
             }
