@@ -122,10 +122,10 @@ fn results_before_a_jam_are_kept() {
         &[
             "no acceleration was found",
             "first in joint `leg",
-            "the results up to t = 0.39 s are in .",
+            "the results up to t = 0.43 s are in .",
         ],
     );
-    assert_eq!(column(&folder.read("forward.csv"), "time [s]").len(), 40);
+    assert_eq!(column(&folder.read("forward.csv"), "time [s]").len(), 44);
     let summary = json(&folder.read("summary.json"));
     assert_eq!(summary["ended"], "failed");
     assert!(summary["ended_because"].as_str().unwrap().contains("no acceleration"));
