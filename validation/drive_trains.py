@@ -19,7 +19,7 @@ LIMIT = 1e-10
 
 ARM = """
 title = "An arm with three geared motors"
-gravity = [0.3, -0.2, "-9.81 m/s^2"]
+gravity = [0.3, -0.2, -9.81]
 [bodies.upper]
 mass = 4
 com = [0.2, 0.01, -0.02]
@@ -75,6 +75,8 @@ quill = "0.05 m*sin(5.7 rad/s*t + 0.4 rad)"
 motion = "wave"
 """
 
+#: of the file; Pinocchio does not read it
+GRAVITY = (0.3, -0.2, -9.81)
 #: motor, joint, transmission, inertia of the rotor, viscous friction
 MOTORS = (
     ("S", "shoulder", 80.0, 3e-5, 4e-5),
@@ -144,6 +146,7 @@ def by_mujoco(mjcf: Path, positions: Array, rates: Array, accelerations: Array) 
 def by_pinocchio(mjcf: Path, positions: Array, rates: Array, accelerations: Array) -> Array:
     """Torques of the motors from bodies of the file, and rotors and gear ratios given to Pinocchio."""
     model = pinocchio.buildModelFromMJCF(str(mjcf))
+    model.gravity.linear[:] = GRAVITY
     index = [model.joints[model.getJointId(joint)].idx_v for _, joint, *_ in MOTORS]
     armature = np.zeros(model.nv)
     for at, (_, _, ratio, inertia, _) in zip(index, MOTORS, strict=True):

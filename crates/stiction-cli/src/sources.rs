@@ -98,8 +98,11 @@ pub(crate) fn near_command(name: &str) -> Option<String> {
     let program = Arguments::command();
     let commands = program.get_subcommands().map(clap::Command::get_name).chain(["help"]);
     commands
-        .map(|command| (strsim::damerau_levenshtein(command, name), command))
+        .map(|command| {
+            let other_letter = command.chars().next() != name.chars().next();
+            (strsim::damerau_levenshtein(command, name), other_letter, command)
+        })
         .min()
-        .filter(|(distance, _)| *distance <= 2)
-        .map(|(_, command)| command.to_owned())
+        .filter(|(distance, ..)| *distance <= 2)
+        .map(|(.., command)| command.to_owned())
 }

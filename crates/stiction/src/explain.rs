@@ -74,6 +74,16 @@ impl From<RunError> for Error {
             RunError::Mark => plain(format!("the checkpoint is damaged: {message}"))
                 .with_help("start again without it")
                 .with_option("resume"),
+            RunError::SpinningPayload { body } => plain(format!(
+                "{message}: the part's inertia force depends on the spin, which no motion prescribes"
+            ))
+            .with_help(format!(
+                "add the part to the mass of [bodies.\"{body}\"], or end the spin: U instead of one S"
+            ))
+            .with_option("load"),
+            RunError::Payload { .. } => plain(message)
+                .with_help("simulate the times before and after apart, with loads of their own")
+                .with_option("load"),
             RunError::Forward(error) => simulation(&error, plain(message)),
             _ => plain(message),
         }

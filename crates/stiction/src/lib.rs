@@ -47,7 +47,6 @@ mod explain;
 mod files;
 pub mod forward;
 mod inverse;
-mod model_text;
 mod names;
 mod request;
 mod robot;
@@ -61,9 +60,8 @@ pub use error::{Error, ErrorKind};
 pub use files::ReadProgress;
 pub use forward::{Forward, Plan, Run, Simulation};
 pub use inverse::{BodyPose, Inverse, InverseDynamics, JointFriction, Reaction, Sample};
-pub use model_text::ModelText;
 pub use request::{Loaded, Request, Sampled, Samples};
-pub use robot::{Robot, RobotBuilder};
+pub use robot::{ModelText, Robot, RobotBuilder};
 
 pub use stiction_core as core;
 pub use stiction_core::dynamics::{Data, FrictionMode, Model, Status};

@@ -1,8 +1,11 @@
 //! A robot: a mechanism with its named motions and loads.
 
+mod model_text;
+
+pub use model_text::ModelText;
+
 use crate::error::Error;
 use crate::files::Files;
-use crate::model_text::ModelText;
 use crate::names::Names;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -37,8 +37,8 @@ pub enum Warning {
     },
     /// Mass that no material of the body's size has.
     #[error(
-        "body `{body}` has {mass} kg, more than a cube of gold with edges of {extent:.3e} m: is its mass \
-         in g?"
+        "body `{body}` has {mass} kg, five times as much as a cube of gold with edges of {extent:.3e} m: \
+         is its mass in g?"
     )]
     UnlikelyMass {
         /// The body.
@@ -109,14 +109,14 @@ impl Mechanism {
             let pairs = points.iter().flat_map(|a| points.iter().map(|b| (*a - *b).norm()));
             let own = pairs.fold(0.0, f64::max);
             let length = self.characteristic_length;
-            let size = own.max(length);
-            if body.mass > DENSEST * size.powi(3) {
+            let radius = if body.mass > 0.0 { (largest / body.mass).sqrt() } else { 0.0 };
+            let size = own.max(length).max(2.0 * radius);
+            if body.mass > 5.0 * DENSEST * size.powi(3) {
                 let (body, mass) = (body.name.clone(), body.mass);
                 warnings.push(Warning::UnlikelyMass { body, mass, extent: size });
             } else if body.mass > 0.0 && largest > 0.0 {
-                let radius = (largest / body.mass).sqrt();
                 let extent = if own > 0.0 { own } else { length };
-                if radius < extent * THINNEST || radius > size / THINNEST {
+                if radius < extent * THINNEST || radius > own.max(length) / THINNEST {
                     let body = body.name.clone();
                     warnings.push(Warning::UnlikelyInertia { body, radius, extent });
                 }

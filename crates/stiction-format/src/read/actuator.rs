@@ -132,7 +132,7 @@ fn read_mesh(mesh: &Record<'_>, lead: Option<f64>) -> Option<Mesh> {
         (Some(_), None) => mesh.quantity("lead_angle"),
         (None, Some(value)) => {
             let radius = mesh.quantity("radius")?;
-            if !(radius > 0.0) || lead.is_none() {
+            if radius <= 0.0 || lead.is_none() {
                 context.push(
                     Diagnostic::error("actuator", "the lead angle of the mesh is not known")
                         .at(context.place(&value.span), "a radius greater than 0 needs a `lead`")

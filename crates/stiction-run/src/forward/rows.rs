@@ -94,8 +94,8 @@ impl Layout {
                 }
             }
         }
-        forward.push("closure [m]".to_owned());
         forward.extend(self.motors.columns());
+        forward.push("closure [m]".to_owned());
         let reactions = columns(self.names.joints.iter().map(String::as_str), &REACTION);
         let interfaces = || self.names.interfaces.iter().map(|(name, _)| name.as_str());
         let friction = columns(interfaces(), &INTERFACE);
@@ -219,12 +219,12 @@ impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
                 row.extend(layout.wanted[actuator].then(|| sample.wanted[actuator].value));
             }
         }
-        row.push(sample.closure);
         layout.motors.write(
             &now.drives,
             |actuator| sample.joints[layout.dof_of_actuator[actuator]].rate,
             row,
         );
+        row.push(sample.closure);
 
         let row = &mut rows.reactions;
         row.clear();

@@ -317,10 +317,7 @@ fn viscous_friction_is_damping() {
         assert!((damping[name] - expected).abs() < 1e-14 * expected, "{name}: {}", damping[name]);
     }
     // Two balls close loops.
-    assert!(
-        notes[0].starts_with("friction is left out at 2 of 6 friction interfaces"),
-        "{notes:?}"
-    );
+    assert!(notes[0].starts_with("friction is omitted at 2 of 6 friction interfaces"), "{notes:?}");
     // The export omits a coefficient, but keeps the viscous part.
     let translational = crate::common::model("3upu");
     let Mjcf { text, notes } = mjcf(&home(&translational)).unwrap();
@@ -328,7 +325,7 @@ fn viscous_friction_is_damping() {
     let guide = document.descendants().find(|node| node.attribute("name") == Some("leg1.P"));
     assert_eq!(numbers(&guide.unwrap(), "damping"), [40.0]);
     assert!(
-        notes[0].starts_with("friction is left out at 15 of 15 friction interfaces"),
+        notes[0].starts_with("friction is omitted at 15 of 15 friction interfaces"),
         "{notes:?}"
     );
 }
@@ -397,7 +394,7 @@ fn loops_are_opened_at_balls() {
 fn planar_inertias_are_those_of_laminas() {
     let model = model("andrews");
     let Mjcf { text, notes } = mjcf(&home(&model)).unwrap();
-    assert!(notes.iter().any(|note| note.contains("K1, K2, K3, K4, K5, K6, K7 are raised")));
+    assert!(notes.iter().any(|note| note.contains("K1, K2, K3, K4, K5, K6, K7 are increased")));
     let document = Document::parse(&text).unwrap();
     let crank = document.descendants().find(|node| node.attribute("name") == Some("K1"));
     let inertial = children(&crank.unwrap(), "inertial").next().unwrap();

@@ -135,7 +135,7 @@ fn the_method_can_be_chosen() {
 }
 
 /// A start with position and rate apart, `x = 0.2 + 0.3 t - 5 t^2` without friction on a slope of 30
-/// degrees, and a rate without its position.
+/// degrees; a rate alone starts at the model's position.
 #[test]
 fn a_start_names_positions_and_rates() {
     let folder = Folder::new("forward-from-rates");
@@ -144,13 +144,16 @@ fn a_start_names_positions_and_rates() {
         let times = ["--until", "0.5", "-o", ".", "--drives", "none", "--from", from];
         folder.stiction(&[&["forward", "slope.toml"][..], &times].concat())
     };
-    for from in ["slope = 200 mm; d(slope) = 0.3 m/s", "d(slope) = 300 mm/s; slope = 0.2 m"] {
+    for (from, start) in [
+        ("slope = 200 mm; d(slope) = 0.3 m/s", 0.2),
+        ("d(slope) = 300 mm/s; slope = 0.2 m", 0.2),
+        ("d(slope) = 0.3 m/s", 0.0),
+    ] {
         run(from).succeeds();
         let found = *column(&folder.read("forward.csv"), "slope.position [m]").last().unwrap();
-        let expected = 0.2 + 0.3 * 0.5 - 0.5 * 10.0 * 0.5 * 0.25;
+        let expected = start + 0.3 * 0.5 - 0.5 * 10.0 * 0.5 * 0.25;
         assert!((found - expected).abs() < 1e-9, "{from}: {found} {expected}");
     }
-    run("d(slope) = 0.3 m/s").fails(2, &["`d(slope)` is given without `slope`", "slope = ..."]);
 }
 
 /// Limits of file sizes, full devices and small stacks: the program says what it could not do.

@@ -92,7 +92,8 @@ fn wrong_input_is_reported_with_a_suggestion() {
 fn a_start_without_solution_writes_no_row() {
     let folder = Folder::new("forward-jammed");
     let hold = ["forward", "gough", "--hold", "leg1.U,leg2.U.second", "--drives", "none"];
-    let run = [&hold[..], &["--until", "0.02", "-o", "."]].concat();
+    let load = "platform.fz = -588.6 N; platform.at = [80 mm, 0 mm, 300 mm]";
+    let run = [&hold[..], &["--load", load, "--until", "0.02", "-o", "."]].concat();
     folder.stiction(&run).fails(1, &["at t = 0 s", "no acceleration", "leg2.S"]);
     assert!(!folder.files().iter().any(|name| name == "forward.csv"), "{:?}", folder.files());
 }

@@ -186,12 +186,6 @@ impl Draft {
                     },
                 });
             }
-            // Half of the cylindrical joints have a sleeve of the pin's radius instead.
-            if joint.joint_type == Cylindrical && (joint.ends.0 + joint.ends.1) % 2 == 0 {
-                let (place, _) = surfaces_of(Cylindrical, true)[0];
-                joint.friction.truncate(1);
-                joint.friction[0].place = place;
-            }
         }
     }
 

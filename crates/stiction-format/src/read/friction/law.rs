@@ -38,7 +38,7 @@ pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> 
 }
 
 /// Reads a viscous coefficient at the surface, N s/m. A data sheet's moment per angular rate, N m
-/// s/rad, is divided by the square of `arm`.
+/// s/rad, is divided by the square of `arm`: equation (L3) of the book.
 fn viscous_of(
     key: &'static str,
     layers: &Layers<'_>,
