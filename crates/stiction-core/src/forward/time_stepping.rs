@@ -274,10 +274,7 @@ impl Forward {
                 velocities[interface][place] = found.rates[i];
                 frictions[interface][place] = found.amounts[i];
                 let rate = self.surface_rate(&data.bodies, &mean, interface, place);
-                // While an interface sticks, its rate is rounding.
-                if !*sticks || from.modes[interface] != InterfaceMode::Sticks {
-                    work.interfaces[interface] += step * found.amounts[i] * rate;
-                }
+                work.interfaces[interface] += step * found.amounts[i] * rate;
             }
             if let (MemberLaw::Smooth(_), Some(own)) = (&member.law, content.law.bristles) {
                 let before = bristles[interface];

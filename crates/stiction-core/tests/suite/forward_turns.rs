@@ -56,7 +56,8 @@ fn a_wheel_in_two_bearings_counts_its_turns() {
         cut += usize::from(within.abs() < 4.0);
         let mut resumed = model.resume(&simulation.checkpoint(), settings).unwrap();
         resumed.advance(1.5, &mut look).unwrap();
-        assert!((resumed.joint_motion(left, 0).value - 1.5 * OMEGA).abs() < far);
+        let angle = resumed.joint_motion(left, 0).value;
+        assert!((angle - 1.5 * OMEGA).abs() < far, "{method:?}: {angle}");
     }
     // About half of the trees are cut at this bearing.
     assert!(cut > 0 && cut < 16, "{cut}");

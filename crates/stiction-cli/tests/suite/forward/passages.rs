@@ -34,7 +34,7 @@ fn rows_do_not_influence_the_motion() {
         let run = |step: &str, until: &str| {
             let folder = Folder::new(&format!("forward-rows-{case}-{step}-{until}"));
             folder.stiction(&[options, &["--until", until, "--step", step]].concat()).succeeds();
-            folder.read("bodies.csv")
+            folder.read("forward.csv")
         };
         let coarse = run("0.25", "1");
         for (step, until) in [("0.05", "1"), ("0.25", "1.25"), ("0.01", "1")] {

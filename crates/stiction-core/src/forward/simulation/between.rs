@@ -8,7 +8,6 @@ use super::{Energies, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, Instant};
-use crate::kinematics::State;
 
 /// Interpolation of the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -197,17 +196,16 @@ impl<'a> Simulation<'a> {
         let (model, to) = (self.model, &end.now);
         let span = to.time - self.now.time;
         let mut state = self.now.state.clone();
-        let State { coordinates, rates, accelerations } = &mut state;
-        let mut change = vec![0.0; coordinates.len()];
-        let mut change_after = change.clone();
-        model.coordinate_rates(coordinates, rates, &mut change);
-        model.coordinate_rates(&to.state.coordinates, &to.state.rates, &mut change_after);
-        let bend = 0.5 * span * part * (part - 1.0);
-        for (k, q) in coordinates.iter_mut().enumerate() {
-            *q += part * (to.state.coordinates[k] - *q) + bend * (change_after[k] - change[k]);
-        }
-        rates.iter_mut().zip(&to.state.rates).for_each(|(a, b)| *a += part * (b - *a));
-        accelerations.clone_from(&to.state.accelerations);
+        let passed = part * span;
+        let by: Vec<f64> = state
+            .rates
+            .iter()
+            .zip(&to.state.rates)
+            .map(|(v, w)| passed * (v + 0.5 * part * (w - v)))
+            .collect();
+        state.advance(&model.topology, &by);
+        state.rates.iter_mut().zip(&to.state.rates).for_each(|(a, b)| *a += part * (b - *a));
+        state.accelerations.clone_from(&to.state.accelerations);
         let targets = model.targets(time, inputs);
         model.project(time, &mut state, &targets, &end.anchors, &end.frozen)?;
         let data = model.data(time, state, &end.bristles, (&[], &[]), inputs);
