@@ -130,7 +130,7 @@ fn burmesters_focal_mechanism() {
     moves(&found, 1);
     // With another point Q it is rigid.
     let mut amiss = hinges;
-    amiss[5].2 = amiss[5].2 + v(0.02, 0.01, 0.0);
+    amiss[5].2 += v(0.02, 0.01, 0.0);
     assert_eq!(mobility(7, &amiss).finite.decided(), Some(0));
 }
 
