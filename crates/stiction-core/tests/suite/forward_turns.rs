@@ -57,7 +57,7 @@ fn a_wheel_in_two_bearings_counts_its_turns() {
         let mut resumed = model.resume(&simulation.checkpoint(), settings).unwrap();
         resumed.advance(1.5, &mut look).unwrap();
         let angle = resumed.joint_motion(left, 0).value;
-        assert!((angle - 1.5 * OMEGA).abs() < far, "{method:?}: {angle}");
+        assert!((angle - 1.5 * OMEGA).abs() < 1.5 * far, "{method:?}: {angle}");
     }
     // About half of the trees are cut at this bearing.
     assert!(cut > 0 && cut < 16, "{cut}");

@@ -242,9 +242,9 @@ pub(super) fn residual(motors: &[Motor], forces: &Forces) -> f64 {
 
 /// A ratio above one in percent, with as many decimals as show it above 100.
 fn excess(ratio: f64) -> String {
-    let mut shown = (0..6).map(|digits| format!("{:.digits$}", ratio * 100.0));
-    let clear = shown.clone().find(|text| text.parse::<f64>().is_ok_and(|shown| shown > 100.0));
-    format!("{} %", clear.or_else(|| shown.next_back()).unwrap_or_default())
+    let shown = |digits: usize| format!("{:.digits$}", ratio * 100.0);
+    let clear = |text: &String| text.parse::<f64>().is_ok_and(|shown| shown > 100.0);
+    format!("{} %", (0..6).map(shown).find(clear).unwrap_or_else(|| shown(6)))
 }
 
 #[cfg(test)]
