@@ -14,6 +14,8 @@ pub(super) struct Steps {
     start: Vec<f64>,
     /// State of the last stage.
     last: Vec<f64>,
+    /// Memory for it while the interpolation is prepared.
+    kept: Vec<f64>,
     pub(super) end: Vec<f64>,
     pub(super) step: f64,
     /// Coefficients of the interpolation, if prepared.
@@ -30,6 +32,16 @@ pub(super) struct Tolerance<'a> {
 }
 
 impl Steps {
+    /// Takes over another step, without its interpolation, in the memory of this one.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        let Self { stages, start, last, kept: _, end, step, curve: _, has_curve } = self;
+        stages.clone_from(&other.stages);
+        start.clone_from(&other.start);
+        last.clone_from(&other.last);
+        end.clone_from(&other.end);
+        (*step, *has_curve) = (other.step, false);
+    }
+
     /// Attempts a step from `start`, where the derivative is `first`. Returns the error in units of
     /// the tolerance. `derivative` writes the derivative at a time and a state.
     pub(super) fn attempt<E>(
@@ -125,11 +137,11 @@ impl Steps {
         self.stages[STAGES].clear();
         self.stages[STAGES].extend_from_slice(last);
         // The estimate of stiffness needs the last stage of the step itself.
-        let kept = self.last.clone();
+        std::mem::swap(&mut self.kept, &mut self.last);
         for stage in STAGES + 1..ALL_STAGES {
             self.evaluate(stage, time, &mut derivative)?;
         }
-        self.last = kept;
+        std::mem::swap(&mut self.kept, &mut self.last);
         let Self { stages, start, end, step: h, curve, .. } = self;
         let first = &stages[0];
         curve.resize_with(3 + INTERPOLATION.len(), Vec::new);

@@ -131,7 +131,8 @@ fn simulations_allocate_nothing_between_events() {
         assert!(doing.iter().all(is), "{doing:?}");
         let (events, evaluations) = (simulation.events().len(), simulation.evaluations());
         let count = allocations(|| (0..4).for_each(|_| go_on(&mut simulation)));
-        assert!(simulation.evaluations() > evaluations + 3);
+        // At rest, rows lie within one long step.
+        assert!(simulation.evaluations() > evaluations + 3 || sticks);
         assert_eq!(simulation.events().len(), events, "the stretch has no event");
         assert_eq!(count, 0, "sticks: {sticks}");
     }

@@ -121,7 +121,7 @@ impl<'a> Simulation<'a> {
             }
             Course::Curve => {
                 if !*has_curve {
-                    copy.steps.clone_from(&self.steps);
+                    copy.steps.copy_from(&self.steps);
                     copy.workspace.crosses = crosses.then_some(0.0);
                     copy.prepare_curve(from, inputs)?;
                     *has_curve = true;
@@ -145,7 +145,8 @@ impl<'a> Simulation<'a> {
 
     /// Prepares the dense output of a step that began at `from`, s, in the modes of that step.
     fn prepare_curve(&mut self, from: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
-        let end = self.steps.end.clone();
+        let mut end = self.list();
+        end.clone_from(&self.steps.end);
         let arrived = self.arrive_with(from + self.steps.step, &end, inputs, false)?;
         let mut last = self.list();
         self.derivative_into(&arrived, &mut last);
@@ -154,7 +155,7 @@ impl<'a> Simulation<'a> {
         let prepared =
             steps.interpolate(from, &last, |t, y, rates| self.derivative(t, y, rates, inputs));
         self.steps = steps;
-        self.lists.push(last);
+        self.lists.extend([last, end]);
         prepared
     }
 
