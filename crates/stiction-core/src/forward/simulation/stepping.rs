@@ -29,6 +29,9 @@ const STILL: f64 = 1e-9;
 /// and one half of the step by nearly as much.
 const JUMP: f64 = 1e-4;
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
+/// Steps that are tried, s, where the shortest one has no solution; the motion over them is reported as a
+/// jump.
+const LONGER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 /// Jumps of joint rates below this fraction of the largest are not listed.
 const SMALL_PART: f64 = 1e-3;
 
@@ -229,6 +232,8 @@ impl Simulation<'_> {
         let (modes, bristles) = (self.modes.clone(), self.bristles.clone());
         let shortest = self.settings.shortest_step.max(16.0 * f64::EPSILON * time.abs());
         let longest = self.longest_step(time, inputs);
+        let mut longer = LONGER.iter().filter(|step| **step <= longest.min(end - time));
+        let mut is_last_resort = false;
         loop {
             let left = end - time;
             let mut step = stepping.step.min(longest).min(left);
@@ -240,11 +245,15 @@ impl Simulation<'_> {
             let tried = self.two_halves(time, half, &from, (&modes, &bristles), inputs);
             let (whole, first, second) = match tried {
                 Ok(tried) => tried,
-                Err(error) => {
+                Err(_) if !is_last_resort && 0.25 * step >= shortest => {
                     stepping.step = 0.25 * step;
-                    if stepping.step < shortest {
-                        return Err(error);
-                    }
+                    continue;
+                }
+                // During an impact no short step may have frictions that satisfy all laws, and a
+                // longer one may.
+                Err(error) => {
+                    stepping.step = *longer.next().ok_or(error)?;
+                    is_last_resort = true;
                     continue;
                 }
             };
@@ -259,12 +268,12 @@ impl Simulation<'_> {
             let slow = self.fastest_rate.max(JUMP * (gravity.norm() / length).sqrt());
             let moves = all > STILL * whole.leap.free_rate;
             let jumps = moves && one > 0.75 * all && all > JUMP * slow;
-            if (error > 1.0 || jumps) && step > SHORTEST_BEFORE_JUMP {
+            if (error > 1.0 || jumps) && step > SHORTEST_BEFORE_JUMP && !is_last_resort {
                 let factor = if error > 1.0 { (0.8 / error.sqrt()).clamp(0.1, 0.7) } else { 0.25 };
                 stepping.step = (step * factor).max(0.9 * SHORTEST_BEFORE_JUMP);
                 continue;
             }
-            if jumps {
+            if jumps || is_last_resort {
                 self.record_jump(&second.leap, &second.state, time, all);
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
