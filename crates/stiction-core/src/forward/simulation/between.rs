@@ -89,7 +89,16 @@ impl<'a> Simulation<'a> {
     ) -> Result<(), ForwardError> {
         let LastStep { numbers, course, crosses, has_curve, .. } = &mut self.last_step;
         copy.events.clear();
+        let is_alike = |copy: &Self| {
+            copy.now.state.coordinates == self.now.state.coordinates
+                && copy.modes == self.modes
+                && copy.grips == self.grips
+                && copy.shares == self.shares
+        };
+        let was_alike = is_alike(copy);
         copy.take_state(numbers);
+        // At rest the decomposed constraints of the row before still hold.
+        copy.workspace.conditions_hold &= was_alike && is_alike(copy);
         copy.workspace.loads.clear();
         copy.look_along();
         let from = copy.now.time;
@@ -106,7 +115,7 @@ impl<'a> Simulation<'a> {
             }
             Course::Rest => {
                 copy.pack_into(&mut y);
-                let instant = copy.evaluate(time, &y, inputs, true)?;
+                let instant = copy.watch(time, &y, true, inputs)?;
                 copy.become_now(instant);
                 copy.still();
             }
