@@ -7,6 +7,7 @@
 //! as possible.
 
 use super::Simulation;
+use super::singular::golden_section;
 use crate::forward::integrator::NODES_OF_OUTPUT;
 
 /// Singularity distance below which a passage may lie ahead.
@@ -80,25 +81,10 @@ impl Simulation<'_> {
         };
         let spacing = time / LOOKS as f64;
         let values: Vec<f64> = (0..=LOOKS).map(|k| distance(k as f64 * spacing)).collect();
-        let golden = 0.5 * (5_f64.sqrt() - 1.0);
         let is_least = |k: &usize| values[*k] <= values[k - 1] && values[*k] <= values[k + 1];
         (1..LOOKS).filter(is_least).find_map(|k| {
-            // Golden-section search.
-            let (mut low, mut high) = ((k - 1) as f64 * spacing, (k + 1) as f64 * spacing);
-            let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-            let (mut at_a, mut at_b) = (distance(a), distance(b));
-            while high - low > 1e-3 * spacing {
-                if at_a < at_b {
-                    (high, b, at_b) = (b, a, at_a);
-                    a = high - golden * (high - low);
-                    at_a = distance(a);
-                } else {
-                    (low, a, at_a) = (a, b, at_b);
-                    b = low + golden * (high - low);
-                    at_b = distance(b);
-                }
-            }
-            let (crossing, narrow) = (0.5 * (low + high), at_a.min(at_b));
+            let bounds = ((k - 1) as f64 * spacing, (k + 1) as f64 * spacing);
+            let (crossing, narrow) = golden_section(bounds, 1e-3 * spacing, &mut distance);
             let beside = [-2.0, 2.0].map(|k| distance(crossing + k * spacing));
             let beside = beside[0].min(beside[1]);
             (narrow < NARROW && beside > RISES * narrow)

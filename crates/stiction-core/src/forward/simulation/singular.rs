@@ -141,23 +141,8 @@ impl Simulation<'_> {
             let (state, _) = self.unpack(&last);
             ranks.at(model, &state).1
         };
-        let golden = 0.5 * (5_f64.sqrt() - 1.0);
-        let (mut low, mut high) = (0.0, 1.0);
-        let (mut a, mut b) = (1.0 - golden, golden);
-        let (mut at_a, mut at_b) = (distance(a), distance(b));
-        while high - low > 1e-12 {
-            if at_a < at_b {
-                (high, b, at_b) = (b, a, at_a);
-                a = high - golden * (high - low);
-                at_a = distance(a);
-            } else {
-                (low, a, at_a) = (a, b, at_b);
-                b = low + golden * (high - low);
-                at_b = distance(b);
-            }
-        }
-        let part = 0.5 * (low + high);
-        if at_a.min(at_b) < PASSED {
+        let (part, least) = golden_section((0.0, 1.0), 1e-12, &mut distance);
+        if least < PASSED {
             self.report_singular(time + part * step, 1);
         }
         Ok(())
@@ -170,4 +155,28 @@ impl Simulation<'_> {
         }
         self.events.push(Event { time, kind: EventKind::Singular { lost } });
     }
+}
+
+/// Minimum of a function with one minimum between two bounds, by golden-section search: its place, to
+/// `fine`, and the least value found.
+pub(super) fn golden_section(
+    (mut low, mut high): (f64, f64),
+    fine: f64,
+    value: &mut impl FnMut(f64) -> f64,
+) -> (f64, f64) {
+    let golden = 0.5 * (5_f64.sqrt() - 1.0);
+    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut at_a, mut at_b) = (value(a), value(b));
+    while high - low > fine {
+        if at_a < at_b {
+            (high, b, at_b) = (b, a, at_a);
+            a = high - golden * (high - low);
+            at_a = value(a);
+        } else {
+            (low, a, at_a) = (a, b, at_b);
+            b = low + golden * (high - low);
+            at_b = value(b);
+        }
+    }
+    (0.5 * (low + high), at_a.min(at_b))
 }
