@@ -20,13 +20,13 @@ pub(crate) struct Arguments {
     pub(crate) messages: Messages,
 }
 
-/// How the program talks.
+/// Options on the messages of the program.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Messages {
     /// Print results, warnings and errors only: no notes and no progress
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
-    /// Colour in messages
+    /// When to print messages in colour
     #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
     pub(crate) color: ColorChoice,
 }

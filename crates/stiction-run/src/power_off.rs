@@ -1,4 +1,4 @@
-//! What keeps a pose while the motors have no power: friction of joints, motors and gears, or brakes.
+//! Holding of a pose while the motors have no power, by friction of joints, motors and gears or by brakes.
 
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
@@ -6,7 +6,7 @@ use stiction_core::dynamics::Forces;
 use stiction_core::mechanism::{DriveTrain, Mechanism};
 use stiction_draw::numbers::number;
 
-/// What one motor's shaft needs to stay at rest with power off.
+/// How the shaft of one motor is held at rest with power off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PowerOff {
     /// Friction holds it.

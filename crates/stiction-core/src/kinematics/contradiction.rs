@@ -68,7 +68,7 @@ impl Kinematics<f64> {
         self.most_missed(model, parameters, state, targets).is_some()
     }
 
-    /// Row that the rates violate most, or if there is none, the accelerations.
+    /// The constraint row that the rates violate most; if they violate none, the row that the accelerations violate most.
     fn most_missed(
         &mut self,
         model: &KinematicModel,

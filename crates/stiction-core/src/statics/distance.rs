@@ -173,7 +173,7 @@ impl<'a> Constraints<'a> {
     }
 }
 
-/// The singular value at an index; zero if there is none.
+/// The singular value with this index; zero if the matrix has fewer singular values.
 fn zero_or(values: &[f64], index: usize) -> f64 {
     let largest = values.first().copied().unwrap_or(0.0);
     values.get(index).copied().filter(|value| *value > RANK_TOLERANCE * largest).unwrap_or(0.0)

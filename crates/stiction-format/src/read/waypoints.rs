@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e-9;
 /// Instants at which the overlap of two moves is checked against the limits.
 const TRIALS: u32 = 400;
 
-/// What is read of waypoints.
+/// Coordinates, duration and description of a motion through waypoints.
 pub(super) struct Waypoints {
     pub(super) coordinates: Vec<(Coordinate, Signal)>,
     pub(super) duration: f64,

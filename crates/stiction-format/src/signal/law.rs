@@ -298,7 +298,7 @@ mod tests {
                 (0..3).filter(|&k| peaks[k].is_finite()).map(|k| peaks[k] / limits[k]).collect();
             let most = ratios.iter().copied().fold(0.0, f64::max);
             assert!((most - 1.0).abs() < 1e-12, "{law:?} {limits:?}: {ratios:?}");
-            // Peaks that are told are those of the course.
+            // The peaks computed from the phases are those of the sampled move.
             let mut seen = [0f64; 2];
             for k in 0..=100_000 {
                 let at = profile.at(profile.duration * f64::from(k) / 1e5);

@@ -10,7 +10,7 @@ use stiction_draw::numbers::{number, order, percent};
 
 /// Largest number of friction interfaces and events listed.
 const LISTED: usize = 6;
-/// Relative error of a step above which it is told.
+/// Relative error of a step above which the summary has a caution.
 const COARSE: f64 = 1e-8;
 
 /// Writes the summary as plain text.

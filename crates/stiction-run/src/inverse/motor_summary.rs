@@ -18,7 +18,7 @@ pub(super) struct MotorSummary {
     actuators: Vec<usize>,
     /// First and last time, s.
     span: Option<(f64, f64)>,
-    /// What keeps the last pose at rest with power off, and its time, s.
+    /// Holding of the last pose at rest with power off, by friction or a brake, and the time of that pose, s.
     power_off: Option<(f64, Vec<PowerOff>)>,
     residual: Size,
 }

@@ -19,7 +19,7 @@ use stiction_format::{Source, gallery};
 #[derive(Clone, Debug)]
 pub struct ModelText {
     source: Source,
-    /// Where files named by the model are looked for; `None` if it can name none.
+    /// Folder in which files that the model names are read; `None` for a built-in model, which names no files.
     folder: Option<PathBuf>,
     files: Files,
     changes: Vec<String>,

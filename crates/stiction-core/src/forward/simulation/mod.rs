@@ -97,7 +97,7 @@ pub struct Simulation<'a> {
     /// Unused lists of numbers, kept to reuse their memory.
     lists: Vec<Vec<f64>>,
     last_step: LastStep<'a>,
-    /// Time of the next change of the inputs, s; infinite if there is none or it is done.
+    /// Time of the next sampled change of the inputs, s; infinite if no change is left.
     change_at: f64,
 }
 

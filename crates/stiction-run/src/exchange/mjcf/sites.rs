@@ -16,7 +16,7 @@ pub(super) struct Site {
     pub(super) part: Option<usize>,
 }
 
-/// All sites.
+/// All sites (named points of bodies) of the exported model.
 #[derive(Clone, Debug)]
 pub(super) struct Sites {
     /// Sites of each body of the mechanism.
