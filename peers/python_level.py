@@ -1,7 +1,7 @@
 """What a Python user gets: closed-loop inverse dynamics with all joint reactions through the engines' Python interfaces.
 
 The same ways as in the C++ harnesses, with numpy between the engines' calls. None of them has a call for many states at
-once, so a batch is a loop. Stiction has no Python package yet; what stands in is what the program takes for each
+once, so a batch is a loop. Of Stiction it has what the program takes for each
 sample, everything written to files.
 """
 

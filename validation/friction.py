@@ -29,7 +29,7 @@ def contact_load(joint: Joint, contact: dict, reaction: Array, poses: dict[str, 
     elif supports != "from":
         raise NotImplementedError(f"{joint.name}: this program does not know such supports")
     # The pin of a U joint's second freedom is about the x axis of K, all others are about the z axis of J.
-    second = joint.kind == "U" and contact["freedoms"] == [joint.freedoms[1].name]
+    second = joint.kind == "U" and contact["dofs"] == [joint.freedoms[1].name]
     axis = frame_k.rotation[:, 0] if second else frame_j.rotation[:, 2]
     moment = reaction[3:]
     along, about = float(axis @ force), float(axis @ moment)
@@ -98,7 +98,7 @@ def friction_by_the_tables(mechanism: Mechanism, sample: Sample) -> dict[str, Ar
                 direction = in_k / speed if speed > 0.0 else in_k
                 efforts[joint.name] -= force * contact["radius"] * direction
             else:
-                k = [freedom.name for freedom in joint.freedoms].index(contact["freedoms"][0])
+                k = [freedom.name for freedom in joint.freedoms].index(contact["dofs"][0])
                 arm = contact["radius"] if contact["shape"] == "pin" else 1.0
                 efforts[joint.name][k] -= force * arm
     return efforts

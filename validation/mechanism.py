@@ -171,7 +171,7 @@ def read_mechanism(path: Path) -> Mechanism:
             Pose.read(j["frame_from"]),
             Pose.read(j["frame_to"]),
             j.get("pitch"),
-            [Freedom(f["name"], f["kind"], f["actuated"]) for f in j["freedoms"]],
+            [Freedom(f["name"], f["kind"], f["actuated"]) for f in j["dofs"]],
             j.get("friction") or [],
         )
         for j in data["joints"]

@@ -166,7 +166,7 @@ def viscous_damping(joint: Joint) -> Array:
     for contact in joint.contacts:
         if contact["law"]["mu"] != 0.0:
             raise ValueError(f"{joint.name} has more than viscous friction")
-        for freedom in contact["freedoms"]:
+        for freedom in contact["dofs"]:
             result[names.index(freedom)] += contact["law"]["viscous"] * (contact["radius"] or 1.0) ** 2
     return result
 

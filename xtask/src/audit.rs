@@ -5,6 +5,7 @@
 //! Most steps need an additional tool. A step whose tool is missing is skipped and does not fail; a table of
 //! all results ends the output.
 
+use crate::dist::{has_target, host};
 use crate::{cargo, succeeds};
 use serde_json::Value;
 use std::env;
@@ -22,8 +23,10 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 10] = [
+const STEPS: [Step; 13] = [
     ("features", "builds with and without optional features", features),
+    ("platforms", "the program on other systems: cargo check for Windows and macOS", platforms),
+    ("packages", "packages as they would be published: cargo package", packaging),
     ("oldest-compiler", "the oldest supported compiler", oldest_compiler),
     ("oldest-versions", "the oldest supported versions of dependencies", oldest_versions),
     ("dependencies", "licences and sources of dependencies (cargo-deny)", dependencies),
@@ -32,6 +35,7 @@ const STEPS: [Step; 10] = [
     ("sanitizer", "the unsafe code under the address sanitizer", sanitizer),
     ("miri", "the unsafe code under Miri, with the interpreter in place of machine code", miri),
     ("arm", "AArch64 machine code in an emulator (QEMU)", arm),
+    ("export", "exported C code of all robots of the gallery, by gcc and clang", export),
     ("fuzz", "one minute of every fuzz target (cargo-fuzz)", fuzz),
 ];
 
@@ -108,6 +112,46 @@ fn features() -> Ended {
         })
     });
     ended(good)
+}
+
+/// Checks that the program compiles for other systems, as far as their standard libraries are installed.
+fn platforms() -> Ended {
+    const TARGETS: [&str; 4] = [
+        "x86_64-pc-windows-gnu",
+        "aarch64-apple-darwin",
+        "x86_64-unknown-linux-musl",
+        "aarch64-unknown-linux-musl",
+    ];
+    let (installed, missing): (Vec<&str>, Vec<&str>) =
+        TARGETS.into_iter().partition(|target| has_target(target));
+    let good = installed.iter().all(|target| {
+        eprintln!("   {target}");
+        let arguments =
+            ["check", "--quiet", "-p", "stiction-cli", "-p", "stiction", "--target", target];
+        succeeds(&mut cargo(&arguments))
+    });
+    match (good, missing.as_slice()) {
+        (false, _) => Ended::Failed,
+        (true, []) => Ended::Passed,
+        (true, missing) if installed.is_empty() => {
+            Ended::Skipped(format!("rustup target add {}", missing.join(" ")))
+        }
+        (true, missing) => {
+            eprintln!("   not installed: rustup target add {}", missing.join(" "));
+            Ended::Passed
+        }
+    }
+}
+
+/// Packs all crates as for a registry, without compiling them again.
+fn packaging() -> Ended {
+    ended(succeeds(&mut cargo(&[
+        "package",
+        "--workspace",
+        "--locked",
+        "--no-verify",
+        "--allow-dirty",
+    ])))
 }
 
 /// Version as three numbers; 1.89 gives 1.89.0.
@@ -231,12 +275,7 @@ fn sanitizer() -> Ended {
     if !has_toolchain("nightly") {
         return Ended::Skipped("it needs a nightly toolchain".to_owned());
     }
-    let host = Command::new("rustc").arg("-vV").output().ok();
-    let host = host.and_then(|output| {
-        let text = String::from_utf8(output.stdout).ok()?;
-        text.lines().find_map(|line| line.strip_prefix("host: ").map(str::to_owned))
-    });
-    let Some(host) = host else { return Ended::Failed };
+    let Some(host) = host() else { return Ended::Failed };
     let mut test =
         cargo_of("nightly", &["test", "-p", "stiction-program", "--tests", "--target", &host]);
     test.args(["--target-dir", "target/audit/sanitizer"]).env("RUSTFLAGS", "-Zsanitizer=address");
@@ -256,10 +295,7 @@ fn miri() -> Ended {
 /// Tests recorded programs on AArch64, linked by `rust-lld` and run in an emulator.
 fn arm() -> Ended {
     const TARGET: &str = "aarch64-unknown-linux-musl";
-    let library =
-        Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
-    let library = library.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
-    if !library.is_ok_and(|library| Path::new(&library).is_dir()) {
+    if !has_target(TARGET) {
         return Ended::Skipped(format!("rustup target add {TARGET}"));
     }
     let mut emulators = ["qemu-aarch64", "qemu-aarch64-static"].into_iter();
@@ -271,6 +307,22 @@ fn arm() -> Ended {
     test.env("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_LINKER", "rust-lld")
         .env("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_RUNNER", emulator);
     ended(succeeds(&mut test))
+}
+
+/// Compiles and tests exported code by every compiler that is installed.
+fn export() -> Ended {
+    let compilers = ["gcc", "clang"];
+    let installed = compilers.iter().filter(|name| runs(Command::new(name).arg("--version")));
+    let installed: Vec<_> = installed.collect();
+    if installed.is_empty() {
+        return Ended::Skipped("neither gcc nor clang is installed".to_owned());
+    }
+    let test = ["test", "--release", "-p", "stiction-program", "--test", "suite"];
+    let only = ["--", "--include-ignored", "emit::generated_c"];
+    ended(installed.iter().all(|compiler| {
+        eprintln!("   {compiler}");
+        succeeds(cargo(&[&test[..], &only].concat()).env("STICTION_CC", compiler))
+    }))
 }
 
 fn fuzz() -> Ended {

@@ -1,8 +1,11 @@
 //! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask book`,
-//! `cargo xtask peers`, `cargo xtask counts`, `cargo xtask audit`.
+//! `cargo xtask peers`, `cargo xtask counts`, `cargo xtask audit`, `cargo xtask dist`,
+//! `cargo xtask python`, `cargo xtask wheel`.
 
 mod audit;
 mod counts;
+mod dist;
+mod package;
 mod peers;
 mod python;
 mod validate;
@@ -18,6 +21,9 @@ usage: cargo xtask COMMAND
   test       formatting, lints, documentation, all tests and validation: the steps of the
              continuous integration, with the time of each
   validate   compare forces, reactions and motions with other engines, see validation/README.md
+  python     tests of the Python package, a part of `test`
+  wheel      build the Python package into target/wheels and try it in an empty environment
+             --profile NAME  profile of the native module, release by default
   book       write the generated parts of the book: model file reference and pictures
   peers      compare speed with other engines, see peers/README.md
              --json FILE     write all numbers
@@ -28,6 +34,8 @@ usage: cargo xtask COMMAND
   audit      checks to run now and then: dependencies, oldest compiler and versions, features,
              memory, fuzzing
              STEP...         run only these steps
+  dist       pack the program with manual page, completions, licences and checksums into target/dist
+             TARGET...       for these targets, by default a static one on Linux
 ";
 
 fn main() -> ExitCode {
@@ -40,6 +48,12 @@ fn main() -> ExitCode {
         Some("book") => book(),
         Some("counts") => counts::counts(env::args().skip(2)),
         Some("audit") => audit::audit(env::args().skip(2)),
+        Some("dist") => dist::dist(env::args().skip(2)),
+        Some("python") => match package::test() {
+            Outcome::Passed | Outcome::Skipped => ExitCode::SUCCESS,
+            Outcome::Failed => ExitCode::FAILURE,
+        },
+        Some("wheel") => package::wheel(env::args().skip(2)),
         Some("peers") => peers::peers(env::args().skip(2)),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
@@ -114,6 +128,14 @@ fn test_timed(durations: &mut Vec<(&'static str, Duration)>) -> Outcome {
             eprintln!("\n== {} failed", step.name);
             return Outcome::Failed;
         }
+    }
+    eprintln!("\n== tests of the Python package");
+    let start = Instant::now();
+    let outcome = package::test();
+    durations.push(("Python package", start.elapsed()));
+    if outcome == Outcome::Failed {
+        eprintln!("\n== tests of the Python package failed");
+        return Outcome::Failed;
     }
     eprintln!("\n== validation: cargo xtask validate");
     let start = Instant::now();

@@ -3,7 +3,7 @@
 //! The engines are Python packages in a virtual environment of the project. Without Python or network the
 //! comparison is skipped with a message; in the continuous integration it fails.
 
-use crate::python::environment;
+use crate::python::engines;
 use crate::{cargo, succeeds};
 use std::env;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ pub(crate) enum Program {
 pub(crate) fn validate(program: Program) -> Outcome {
     let xtask = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = xtask.parent().unwrap_or(xtask).join("validation");
-    let python = match environment(&folder) {
+    let python = match engines(&folder) {
         Ok(python) => python,
         Err(what) => return missing(&what),
     };

@@ -17,7 +17,7 @@ pub(crate) fn run(options: &Check) -> Result<(), Failure> {
 }
 
 fn execute(options: &Check) -> Result<(), Failure> {
-    let robot = sources::robot_or_default(&options.model)?;
+    let robot = sources::filtered_robot(&options.model, &options.filter)?;
     if !options.json {
         warn(robot.warnings());
     }
@@ -29,6 +29,7 @@ fn execute(options: &Check) -> Result<(), Failure> {
         request = request.step(step);
     }
     let job = request.job()?;
+    sources::refuse_filter(&options.filter, Some((&job.motion_name, job.motion)))?;
     let interrupted = listen_for_interrupt();
     // Reject an unwritable folder before the computation.
     let mut outputs =
@@ -61,7 +62,7 @@ fn execute(options: &Check) -> Result<(), Failure> {
     let names = outputs.complete(&[])?;
     if !options.json {
         let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-        note!("\nwrote {}", names.join(", "));
+        note!("{}", folded(&format!("\nwrote {}", names.join(", "))));
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `stiction convert`: the mechanism in formats of other programs.
+//! `stiction convert`: the mechanism from and to formats of other programs.
 
 use crate::arguments::{Convert, Format};
 use crate::failure::Failure;
@@ -8,44 +8,81 @@ use crate::print;
 use crate::sources::{self, warn};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use stiction::Error;
-use stiction_run::exchange::{Home, Instant, json_text, mjcf, model_file};
+use stiction::{Conversion, Converted, Import, Robot};
 
 pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
-    let robot = sources::robot(&options.model, &options.set)?;
+    let import = Import { literal: options.literal, package_paths: options.package_path.clone() };
+    let text = sources::model_text(&options.model, &import)?;
+    for remark in text.notes() {
+        note!("{}", folded(&format!("note: {}", remark.line())));
+    }
+    let is_import = text.is_imported();
+    let own = text.as_text().to_owned();
+    let robot = options.set.iter().fold(text, |text, change| text.with(change)).read()?;
     warn(robot.warnings());
+    let format = format(options, is_import)?;
+    // The text of an import says more than the mechanism: comments, units and legs.
+    let is_text =
+        format == Format::Model && is_import && options.set.is_empty() && options.motion.is_none();
+    let Converted { text, beside, .. } = match is_text {
+        true => Converted { text: own, beside: None, notes: Vec::new() },
+        false => converted(options, &robot, format)?,
+    };
+    match &options.output {
+        None => {
+            if beside.is_some() {
+                note!("note: loops and motors are in a YAML file, which -o writes");
+            }
+            print(&text)
+        }
+        Some(path) => {
+            write(path, &text, robot.files_read())?;
+            match beside {
+                Some(beside) => write(&path.with_extension("yaml"), &beside, robot.files_read()),
+                None => Ok(()),
+            }
+        }
+    }
+}
+
+/// The format asked for, or that of the ending of the output.
+fn format(options: &Convert, is_import: bool) -> Result<Format, Failure> {
+    if let Some(format) = options.to {
+        return Ok(format);
+    }
+    let ending = options.output.as_deref().and_then(Path::extension).and_then(|e| e.to_str());
+    match ending.map(str::to_ascii_lowercase).as_deref() {
+        Some("toml") => Ok(Format::Model),
+        Some("json") => Ok(Format::Json),
+        Some("xml" | "mjcf") => Ok(Format::Mjcf),
+        Some("urdf") => Ok(Format::Urdf),
+        Some("sdf") => Ok(Format::Sdf),
+        None if is_import => Ok(Format::Model),
+        _ => {
+            let help = "give it by --to, or by the ending of the file of -o: .toml, .urdf, .sdf, \
+                        .xml, .json";
+            Err(Failure::input("the format of the output is not known").help(help))
+        }
+    }
+}
+
+/// The mechanism in another format.
+fn converted(options: &Convert, robot: &Robot, format: Format) -> Result<Converted, Failure> {
     let mut request = robot.check_along();
     if let Some(motion) = &options.motion {
         request = request.motion(motion)?;
     }
-    let job = request.job()?;
-    let home = Home::of(&job).map_err(Error::from)?;
-    let text = match options.to {
-        Format::Json => json_text(&home),
-        Format::Model => {
-            let instant = Instant {
-                motion: &home.motion,
-                loads: &[],
-                friction: robot.model().default_friction,
-            };
-            model_file(&home.mechanism, robot.title(), instant).map_err(|unwritable| {
-                Failure::input(unwritable.to_string())
-                    .help("use the same law in both directions; the coefficients may differ")
-            })?
-        }
-        Format::Mjcf => {
-            let converted = mjcf(&home)
-                .map_err(|unfit| Failure::input(unfit.to_string()).help(unfit.help()))?;
-            for note in &converted.notes {
-                note!("{}", folded(&format!("note: {note}")));
-            }
-            converted.text
-        }
-    };
-    match &options.output {
-        None => print(&text),
-        Some(path) => write(path, &text, robot.files_read()),
+    let converted = request.convert(match format {
+        Format::Json => Conversion::Json,
+        Format::Model => Conversion::Model,
+        Format::Mjcf => Conversion::Mjcf,
+        Format::Urdf => Conversion::Urdf,
+        Format::Sdf => Conversion::Sdf,
+    })?;
+    for note in &converted.notes {
+        note!("{}", folded(&format!("note: {note}")));
     }
+    Ok(converted)
 }
 
 /// Writes a file atomically. Pipes and devices receive the text directly.

@@ -1,6 +1,6 @@
 //! Failures of the program: their text, their JSON and their exit codes.
 
-use crate::fold::folded;
+use crate::fold::{folded, folded_diagnostics};
 use crate::manners;
 use serde_json::json;
 use std::process::ExitCode;
@@ -11,6 +11,10 @@ use stiction::{Error, ErrorKind};
 pub(crate) struct Failure {
     error: Error,
     json: bool,
+    /// One of several runs or models, in words.
+    run: Option<String>,
+    /// Further lines.
+    notes: Vec<String>,
 }
 
 impl Failure {
@@ -34,9 +38,15 @@ impl Failure {
         Self { error: self.error.with_help(text), ..self }
     }
 
-    /// Sets the machine-readable details of the message.
-    pub(crate) fn details(self, value: serde_json::Value) -> Self {
-        Self { error: self.error.with_details(value), ..self }
+    /// Names the one of several runs or models that fails.
+    pub(crate) fn in_run(self, run: impl Into<String>) -> Self {
+        Self { run: Some(run.into()), ..self }
+    }
+
+    /// Adds a line to the message.
+    pub(crate) fn note(mut self, line: impl Into<String>) -> Self {
+        self.notes.push(line.into());
+        self
     }
 
     /// Chooses between JSON on standard output and text on standard error.
@@ -47,20 +57,32 @@ impl Failure {
     /// Prints the failure: text on standard error, or JSON on standard output.
     pub(crate) fn print(&self) {
         if self.json {
-            let text = format!("{:#}\n", json!({ "error": self.error.to_json() }));
+            let mut error = self.error.to_json();
+            if let Some(run) = &self.run {
+                error["run"] = json!(run);
+            }
+            if !self.notes.is_empty() {
+                error["notes"] = json!(self.notes);
+            }
+            let text = format!("{:#}\n", json!({ "error": error }));
             // Standard error may still be open if standard output is closed.
             if let Err(failure) = crate::print(&text) {
                 failure.print();
             }
             return;
         }
+        let run = self.run.as_ref().map_or(String::new(), |run| format!("{run}: "));
+        let notes = || self.notes.iter().map(|note| format!("\n  {note}")).collect::<String>();
         match self.error.diagnostics() {
             Some(diagnostics) => {
-                let text = diagnostics.render(manners::coloured());
-                message!("{}", text.trim_end_matches('\n'));
+                if self.run.is_some() {
+                    message!("{}", folded(run.trim_end()));
+                }
+                let text = folded_diagnostics(&diagnostics.render(manners::coloured()));
+                message!("{}{}", text.trim_end_matches('\n'), folded(&notes()));
             }
             None => {
-                let mut text = format!("error: {}", self.error.message());
+                let mut text = format!("error: {run}{}{}", self.error.message(), notes());
                 if let Some(help) = self.error.help() {
                     text += &format!("\nhelp: {help}");
                     if let Some(option) = self.error.option() {
@@ -89,6 +111,6 @@ impl std::fmt::Display for Failure {
 
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
-        Self { error, json: false }
+        Self { error, json: false, run: None, notes: Vec::new() }
     }
 }

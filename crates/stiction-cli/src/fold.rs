@@ -23,6 +23,35 @@ pub(crate) fn folded(text: &str) -> String {
     out
 }
 
+/// Breaks long messages of diagnostics and their help; lines of the text that they show stay as they are.
+pub(crate) fn folded_diagnostics(text: &str) -> String {
+    let plain = |line: &str| -> String {
+        // Escape sequences of colours end with `m`.
+        let mut pieces = line.split('\u{1b}');
+        let first = pieces.next().unwrap_or_default().to_owned();
+        pieces.fold(first, |all, piece| all + piece.split_once('m').map_or("", |(_, rest)| rest))
+    };
+    let mut out = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let content = line.trim_end_matches('\n');
+        let bare = plain(content);
+        let indent = match (bare.find("= help: "), bare.find("]: ")) {
+            (Some(at), _) if bare[..at].trim().is_empty() => at + "= help: ".len(),
+            (_, Some(_)) if bare.starts_with("error[") || bare.starts_with("warning[") => 2,
+            _ => 0,
+        };
+        if indent == 0 || bare.chars().count() <= WIDTH {
+            out.push_str(line);
+            continue;
+        }
+        let blanks = " ".repeat(indent);
+        let options = textwrap::Options::new(WIDTH).subsequent_indent(&blanks).break_words(false);
+        out.push_str(&textwrap::fill(&joined(content), options).replace(TIE, " "));
+        out.push_str(&line[content.len()..]);
+    }
+    out
+}
+
 /// A blank at which lines are not broken.
 const TIE: &str = "\u{a0}";
 
@@ -44,7 +73,20 @@ fn joined(line: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::folded;
+    use super::{folded, folded_diagnostics};
+
+    #[test]
+    fn help_of_diagnostics_is_broken_and_shown_text_is_not() {
+        let long = "word ".repeat(30);
+        let text = format!("error[x]: {long}\n  --> a.toml:1:1\n12 | {long}\n   = help: {long}\n");
+        let folded = folded_diagnostics(&text);
+        let shown = format!("12 | {long}");
+        for line in folded.lines().filter(|line| *line != shown) {
+            assert!(line.chars().count() <= 100, "{line}");
+        }
+        assert!(folded.contains(&shown));
+        assert!(folded.contains("\n           word"), "{folded}");
+    }
 
     #[test]
     fn long_lines_are_broken_between_words() {

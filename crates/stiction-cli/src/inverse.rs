@@ -1,25 +1,31 @@
 //! `stiction inverse`: inverse dynamics along a motion.
 
-use crate::arguments::Inverse;
+use crate::arguments::{Filter, Formats, Friction, Inverse, Report};
+use crate::cases::{self, Done};
 use crate::failure::Failure;
 use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
+use crate::report;
 use crate::sources::{self, DEFAULT_MODEL, note_frictionless, warn};
+use crate::written::note_files;
+use serde_json::Value;
 use std::fs::File;
-use std::io::{BufWriter, IsTerminal};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use stiction::{Error, FrictionMode};
-use stiction_run::inverse::{Curves, Summary, Tables, write_summary};
+use stiction::{Error, FrictionMode, Robot};
+use stiction_run::comparison::{EffortCurves, Headline};
+use stiction_run::inverse::{Animation, Curves, Summary, Tables, draw_report, write_summary};
 
 pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.into_json(options.json))
 }
 
 fn execute(options: &Inverse) -> Result<(), Failure> {
-    let robot = sources::robot_or_default(&options.model)?;
+    let robot = sources::filtered_robot(&options.model, &options.filter)?;
     if options.model.name.is_none() {
         note!(
             "No model given: running `{DEFAULT_MODEL}`, a built-in robot whose three driven legs lift and tilt a\n\
@@ -28,32 +34,131 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         );
     }
     warn(robot.warnings());
-    let mut request = robot.inverse().friction_margin(options.friction_margin);
-    if let Some(motion) = &options.motion {
-        request = request.motion(motion)?;
+    let interrupted = listen_for_interrupt();
+    let choice = Choice {
+        friction: options.friction,
+        step: options.step,
+        threads: options.threads,
+        friction_margin: options.friction_margin,
+        filter: options.filter,
+        formats: options.tables.formats(),
+        report: options.report,
+    };
+    let folder = options.report.folder(options.output.as_deref())?;
+    let lists = [cases::separate(&options.motion), cases::separate(&options.load)];
+    if lists.iter().any(|list| list.len() > 1) {
+        let settings = (options, folder.as_deref());
+        return several(&robot, settings, &cases::cases(&lists), &choice, &interrupted);
     }
-    if let Some(load) = &options.load {
-        request = request.load(load)?;
+    let [motion, load] = lists.each_ref().map(|list| list.first().copied());
+    let request = choice.request(&robot, motion, load)?;
+    let run =
+        along(&robot, &request, &choice, folder.as_deref(), &interrupted, |run| {
+            match options.json {
+                true => print(&format!("{:#}\n", run.json)),
+                false => print(&folded(&run.text)),
+            }
+        })?;
+    if !options.json {
+        note_files(&run.files, folder.is_some());
     }
-    if let Some(friction) = options.friction {
-        request = request.friction(friction.into());
+    options.report.show(folder.as_deref());
+    Ok(())
+}
+
+/// Runs several motions and loads.
+fn several(
+    robot: &Robot,
+    (options, folder): (&Inverse, Option<&Path>),
+    cases: &[cases::Case<'_>],
+    choice: &Choice,
+    interrupted: &AtomicBool,
+) -> Result<(), Failure> {
+    // All inputs are checked before the first computation.
+    let requests = cases
+        .iter()
+        .map(|case| choice.request(robot, case.motion, case.load))
+        .collect::<Result<Vec<_>, _>>()?;
+    let shape = (folder, options.json, options.report);
+    cases::run_all(robot, shape, cases, |index, folder| {
+        let run = along(robot, &requests[index], choice, folder, interrupted, |run| {
+            if options.json { Ok(()) } else { print(&folded(&run.text)) }
+        })?;
+        let Run { json, headlines, efforts, files, .. } = run;
+        Ok(Done { json, headlines, efforts, files })
+    })
+}
+
+/// Options of a run besides model, motion and load.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Choice {
+    pub(crate) friction: Option<Friction>,
+    pub(crate) step: Option<f64>,
+    pub(crate) threads: Option<std::num::NonZeroUsize>,
+    pub(crate) friction_margin: bool,
+    pub(crate) filter: Filter,
+    pub(crate) formats: Formats,
+    pub(crate) report: Report,
+}
+
+impl Choice {
+    /// Maps the options to a request.
+    pub(crate) fn request(
+        &self,
+        robot: &Robot,
+        motion: Option<&str>,
+        load: Option<&str>,
+    ) -> Result<stiction::Inverse, Failure> {
+        let mut request = robot.inverse().friction_margin(self.friction_margin);
+        if let Some(motion) = motion {
+            request = request.motion(motion)?;
+        }
+        if let Some(load) = load {
+            request = request.load(load)?;
+        }
+        if let Some(friction) = self.friction {
+            request = request.friction(friction.into());
+        }
+        if let Some(step) = self.step {
+            request = request.step(step);
+        }
+        if let Some(threads) = self.threads.or_else(|| std::thread::available_parallelism().ok()) {
+            request = request.threads(threads);
+        }
+        Ok(request)
     }
-    if let Some(step) = options.step {
-        request = request.step(step);
-    }
-    if let Some(threads) = options.threads.or_else(|| std::thread::available_parallelism().ok()) {
-        request = request.threads(threads);
-    }
+}
+
+/// Results of a run.
+pub(crate) struct Run {
+    pub(crate) json: Value,
+    /// The summary for the terminal.
+    pub(crate) text: String,
+    pub(crate) headlines: Vec<Headline>,
+    pub(crate) efforts: EffortCurves,
+    /// The files written.
+    pub(crate) files: Vec<PathBuf>,
+}
+
+/// Computes inverse dynamics along a motion, hands the results to `show`, and then gives the files in
+/// `folder` their names.
+pub(crate) fn along(
+    robot: &Robot,
+    request: &stiction::Inverse,
+    choice: &Choice,
+    folder: Option<&Path>,
+    interrupted: &AtomicBool,
+    show: impl FnOnce(&Run) -> Result<(), Failure>,
+) -> Result<Run, Failure> {
     let job = request.job()?;
+    sources::refuse_filter(&choice.filter, Some((&job.motion_name, job.motion)))?;
     let friction = job.friction;
     if friction != FrictionMode::Off {
-        note_frictionless(&robot);
+        note_frictionless(robot);
     }
 
     let count = job.instants().map_err(Error::from)?.count();
-    let interrupted = listen_for_interrupt();
-    let mut outputs =
-        options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+    let mut outputs = folder.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
     let mut tables = match &mut outputs {
         None => None,
@@ -67,9 +172,13 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     };
     let mut summary = Summary::new(&job);
     let mut curves = outputs.is_some().then(|| Curves::new(&job, count));
+    let mut efforts = EffortCurves::new(&job.model.mechanism, count);
+    let has_report = outputs.is_some() && choice.report.is_on();
+    let mut animation = has_report.then(|| Animation::new(&job, count));
 
     let mut progress = Progress::new();
-    let outcome = request.record((&mut summary, &mut curves, &mut tables), |phase, done, of| {
+    let sinks = (&mut summary, (&mut curves, &mut efforts, &mut animation), &mut tables);
+    let outcome = request.record(sinks, |phase, done, of| {
         progress.update(phase, done, of);
         !interrupted.load(Ordering::Relaxed)
     });
@@ -78,7 +187,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     for note in &verdict.assembly_notes {
         note!("{}\n", folded(&format!("note: {note}")));
     }
-    if options.friction_margin && verdict.friction_margin.is_none() {
+    if choice.friction_margin && verdict.friction_margin.is_none() {
         let why = match friction {
             FrictionMode::Off => "friction is off",
             _ => "no joint slides at any regular sample",
@@ -87,40 +196,57 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     }
 
     let json = summary.json(&job, &verdict);
-    if options.json {
-        print(&format!("{json:#}\n"))?;
-    } else {
-        let mut text = String::new();
-        // Writing to a string cannot fail.
-        let _ = write_summary(&mut text, &job, &summary, &verdict);
-        print(&folded(&text))?;
-    }
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_summary(&mut text, &job, &summary, &verdict);
+    let mut run = Run { json, text, headlines: summary.headlines(), efforts, files: Vec::new() };
+    show(&run)?;
     if let (Some(mut outputs), Some(tables), Some(curves)) = (outputs, tables, curves) {
         let files = tables.finish().map_err(|error| outputs.trouble_with_tables(error))?;
-        for (name, file) in Tables::<BufWriter<File>>::files(&job).into_iter().zip(files) {
+        let tables = Tables::<BufWriter<File>>::files(&job);
+        for (name, file) in tables.iter().zip(files) {
             outputs.end(name, file, &[])?;
         }
-        outputs.write("summary.json", format!("{json:#}\n").as_bytes())?;
-        outputs.write_figures(curves.figures())?;
-        let names = outputs.complete(&[
-            "friction.svg",
-            "friction.png",
-            "motors.csv",
-            "motors.svg",
-            "motors.png",
-            "shares.csv",
-            "shares.svg",
-            "shares.png",
-        ])?;
-        if !options.json {
-            let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-            note!("\nwrote {}", names.join(", "));
+        outputs.convert_tables(&tables, choice.formats)?;
+        outputs.write("summary.json", format!("{:#}\n", run.json).as_bytes())?;
+        let figures = curves.figures();
+        let page = animation.map(|animation| {
+            let command = report::command_line();
+            draw_report(&job, (&summary, &verdict), &figures, &animation, Some(&command))
+        });
+        outputs.write_figures(figures)?;
+        if let Some(page) = page {
+            outputs.write(report::FILE, page.as_bytes())?;
         }
-    } else if !options.json && std::io::stderr().is_terminal() {
-        note!("\nTables and plots: add -o DIR");
+        run.files = outputs.complete(&POSSIBLE)?;
     }
-    Ok(())
+    Ok(run)
 }
+
+/// Names of the files that only some runs write.
+const POSSIBLE: [&str; 21] = [
+    report::FILE,
+    "friction.svg",
+    "friction.png",
+    "motors.svg",
+    "motors.png",
+    "contributions.svg",
+    "contributions.png",
+    "inverse.csv",
+    "reactions.csv",
+    "friction.csv",
+    "bodies.csv",
+    "joints.csv",
+    "motors.csv",
+    "contributions.csv",
+    "inverse.npz",
+    "reactions.npz",
+    "friction.npz",
+    "bodies.npz",
+    "joints.npz",
+    "motors.npz",
+    "contributions.npz",
+];
 
 /// Installs handlers for Ctrl-C and SIGTERM that set the returned flag, so that the program ends
 /// cleanly. A second signal ends it immediately.

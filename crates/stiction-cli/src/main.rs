@@ -24,19 +24,27 @@ macro_rules! note {
 
 mod arguments;
 mod breakaway;
+mod cases;
 mod check;
+mod compare;
 mod convert;
+mod export;
 mod failure;
 mod fold;
 mod forward;
 mod inverse;
 mod manners;
 mod models;
+mod operating_point;
 mod outputs;
 mod progress;
+mod report;
 mod shell;
 mod sources;
 mod study;
+mod sweep;
+mod view;
+mod written;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -79,11 +87,17 @@ fn run() -> ExitCode {
     let outcome = match arguments.command {
         None => inverse::run(&arguments.inverse),
         Some(Command::Inverse(options)) => inverse::run(&options),
+        Some(Command::Compare(options)) => compare::run(&options),
         Some(Command::Forward(options)) => forward::run(&options),
+        Some(Command::Sweep(options)) => sweep::run(&options),
         Some(Command::Check(options)) => check::run(&options),
+        Some(Command::View(options)) => view::run(&options),
         Some(Command::Breakaway(options)) => breakaway::run(&options),
+        Some(Command::Equilibrium(options)) => operating_point::run_equilibrium(&options),
+        Some(Command::Linearize(options)) => operating_point::run_linearize(&options),
         Some(Command::Study(options)) => study::run(&options),
         Some(Command::Convert(options)) => convert::run(&options),
+        Some(Command::Export(options)) => export::run(&options),
         Some(Command::Models(options)) => models::run(&options),
         Some(Command::Schema) => print(&format!("{:#}\n", stiction_format::json_schema())),
         Some(Command::Completions { shell }) => shell::completions(shell),

@@ -1,5 +1,6 @@
 //! Output files that appear complete or not at all.
 
+use crate::arguments::Formats;
 use crate::failure::Failure;
 use std::cell::Cell;
 use std::fmt::Display;
@@ -9,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use stiction::{Error, ErrorKind};
 use stiction_run::Figure;
+use stiction_run::exchange::npz_of_csv;
 
 /// Checkpoint from which an interrupted simulation resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.json";
@@ -145,6 +147,11 @@ impl Outputs {
         })
     }
 
+    /// Path of a file of the folder.
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
     /// Text of a file of the folder, if the file exists.
     pub(crate) fn read(&self, name: &str) -> Option<String> {
         fs::read_to_string(self.folder.join(name)).ok()
@@ -191,6 +198,31 @@ impl Outputs {
             file.get_ref().sync_all()
         };
         arrived(&mut file).map_err(|error| self.trouble(name, error))
+    }
+
+    /// Writes complete tables (`NAME.csv`) in other formats, too, and removes them in CSV if that is not asked for.
+    pub(crate) fn convert_tables(
+        &mut self,
+        tables: &[&str],
+        formats: Formats,
+    ) -> Result<(), Failure> {
+        for table in tables {
+            let Some((partial, _)) = self.partial(table) else { continue };
+            if formats.npz {
+                let name = table.replace(".csv", ".npz");
+                let file = self.begin(&name)?;
+                let source = File::open(self.folder.join(partial));
+                let target = file.get_ref().try_clone();
+                source
+                    .and_then(|source| npz_of_csv(source, target?))
+                    .map_err(|error| self.trouble(&name, error))?;
+                self.end(&name, file, &[])?;
+            }
+            if !formats.csv {
+                self.abandon(table);
+            }
+        }
+        Ok(())
     }
 
     /// Removes a file that was begun.

@@ -42,6 +42,11 @@ impl Progress {
         self.update_amount(phase, (done as u64, of as u64), "samples");
     }
 
+    /// Updates the progress of a study after a design.
+    pub(crate) fn update_designs(&mut self, done: u64, of: u64) {
+        self.update_amount("computing designs", (done, of), "designs");
+    }
+
     /// Updates the progress of reading a file, bytes.
     pub(crate) fn update_bytes(&mut self, file: &str, done: u64, of: u64) {
         const MEGA: u64 = 1_000_000;

@@ -1,26 +1,40 @@
 //! Models and names given on the command line.
 
-use crate::arguments::{Arguments, Model};
+use crate::arguments::{Arguments, Filter, Model};
 use crate::failure::Failure;
+use crate::fold::folded_diagnostics;
 use crate::manners;
 use crate::progress::Progress;
 use clap::CommandFactory;
 use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use stiction::{Diagnostics, ModelText, ReadProgress, Robot, gallery};
+use stiction::{Diagnostics, Import, ModelText, ReadProgress, Robot, gallery};
+use stiction_format::Motion;
 
 /// The robot of a model file, of standard input (`-`), or of the gallery, with changed values.
 pub(crate) fn robot(name: &OsStr, changes: &[String]) -> Result<Robot, Failure> {
-    let text = changes.iter().fold(model_text(name)?, |text, change| text.with(change));
-    Ok(text.read()?)
+    Ok(changed(name, changes)?.read()?)
 }
 
-fn model_text(name: &OsStr) -> Result<ModelText, Failure> {
+fn changed(name: &OsStr, changes: &[String]) -> Result<ModelText, Failure> {
+    let text = model_text(name, &Import::default())?;
+    let count = text.notes().len();
+    if count > 0 {
+        let remarks = if count == 1 { "1 remark" } else { &format!("{count} remarks") };
+        let shown = Path::new(name).display();
+        note!("note: {shown} was converted, with {remarks}: see `stiction convert {shown}`\n");
+    }
+    Ok(changes.iter().fold(text, |text, change| text.with(change)))
+}
+
+/// The text of a model, converted from a robot file of another program where it is one.
+pub(crate) fn model_text(name: &OsStr, import: &Import) -> Result<ModelText, Failure> {
     let path = Path::new(name);
+    let file = || ModelText::robot_file(path, Some(read_progress()), import);
     // File names need not be valid UTF-8; names of built-in models are.
     let Some(name) = name.to_str() else {
-        return Ok(ModelText::file(path, Some(read_progress()))?);
+        return Ok(file()?);
     };
     if name == "-" {
         return Ok(ModelText::standard_input(Some(read_progress()))?);
@@ -32,12 +46,39 @@ fn model_text(name: &OsStr) -> Result<ModelText, Failure> {
     if !looks_like_file && !path.exists() {
         return Err(unknown_model(name));
     }
-    Ok(ModelText::file(path, Some(read_progress()))?)
+    Ok(file()?)
 }
 
 /// The robot of an option, or the default one.
 pub(crate) fn robot_or_default(model: &Model) -> Result<Robot, Failure> {
     robot(model.name.as_deref().unwrap_or(OsStr::new(DEFAULT_MODEL)), &model.set)
+}
+
+/// The robot of an option, or the default one, with a filter for its recorded motions.
+pub(crate) fn filtered_robot(model: &Model, filter: &Filter) -> Result<Robot, Failure> {
+    let Some(cutoff) = filter.filter else { return robot_or_default(model) };
+    let name = model.name.as_deref().unwrap_or(OsStr::new(DEFAULT_MODEL));
+    Ok(changed(name, &model.set)?.with_filter(cutoff).read()?)
+}
+
+/// Refuses a filter for a motion that is not recorded.
+pub(crate) fn refuse_filter(
+    filter: &Filter,
+    motion: Option<(&str, &Motion)>,
+) -> Result<(), Failure> {
+    let Some(cutoff) = filter.filter else { return Ok(()) };
+    let (message, help) = match motion {
+        Some((_, motion)) if motion.samples.is_some() => return Ok(()),
+        Some((name, _)) => (
+            format!("--filter is {cutoff} Hz, but the motion `{name}` is not recorded"),
+            "a filter removes the noise of recordings; leave --filter out",
+        ),
+        None => (
+            format!("--filter is {cutoff} Hz, but there is no motion"),
+            "give a recording by --motion",
+        ),
+    };
+    Err(Failure::input(message).help(help))
 }
 
 /// Name of the default built-in robot.
@@ -58,7 +99,7 @@ fn read_progress() -> Arc<ReadProgress> {
 /// Prints warnings to standard error. They never change results.
 pub(crate) fn warn(warnings: &Diagnostics) {
     if !warnings.is_empty() {
-        message!("{}", warnings.render(manners::coloured()));
+        message!("{}", folded_diagnostics(&warnings.render(manners::coloured())));
     }
 }
 

@@ -111,7 +111,8 @@
 //! `d(platform.x) [mm/s]` and `dd(platform.x) [mm/s^2]`. See [`Motion::interpolation`].
 //!
 //! Actuator efforts are keyed by actuator: `leg1.P = 50 N`; a file of efforts has columns like
-//! `leg1.P [N]` or, as in results, `leg1.P.drive [N]`. See [`ModelFile::parse_drives`], [`ModelFile::parse_control`].
+//! `leg1.P [N]` or, as in results, `leg1.P.drive [N]`. Efforts can depend on measured coordinates and rates:
+//! `leg1.P = -2 kN/m*leg1.P - 80 N s/m*d(leg1.P)`; there, `sign` may be used as well. See [`ModelFile::parse_drives`], [`ModelFile::parse_control`].
 //!
 //! A load is keyed by body: `platform = { force = [...], moment = [...], at = [...], axes = "world" }`.
 //!
@@ -123,22 +124,30 @@ mod document;
 mod expression;
 mod fields;
 pub mod gallery;
+mod import;
+mod law;
 mod model_file;
+mod npz;
 mod parameters;
 mod quantity;
 mod read;
 mod signal;
 mod source;
+mod variation;
 
 pub use contents::{Contents, Store, not_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, did_you_mean};
 pub use fields::json_schema;
+pub use import::{FileLoader, ImportOptions, Imported, NAMESPACE, Note, import, is_robot_file};
+pub use law::{Condition, Law};
 pub use model_file::{
     AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, ModelFile,
-    Motion, Payload, Side,
+    Motion, Payload, PayloadChange, Side,
 };
-pub use quantity::seconds;
-pub use read::read;
+pub use npz::csv_of_npz;
+pub use quantity::{Amount, hertz, seconds};
+pub use read::{Draft, read};
 pub use signal::Signal;
 pub use signal::samples::SampleTimes;
 pub use source::{Place, Source};
+pub use variation::{Key, Setting, Values, Variation};

@@ -1,6 +1,7 @@
 //! A model: a mechanism, its motions and its loads.
 
 use crate::diagnostic::Diagnostics;
+use crate::law::Law;
 use crate::parameters::Parameters;
 use crate::signal::Signal;
 use crate::signal::samples::SampleTimes;
@@ -116,13 +117,21 @@ impl Motion {
         self.signals().map(move |signal| signal.at(t))
     }
 
+    /// Doubts about the data of a recording, one sentence each, with what to do.
+    pub fn cautions(&self) -> impl Iterator<Item = String> {
+        self.warnings.iter().map(|doubt| match &doubt.help {
+            Some(help) => format!("{}; {help}", doubt.message),
+            None => doubt.message.clone(),
+        })
+    }
+
     /// Signals of all prescribed coordinates.
     pub fn signals(&self) -> impl Iterator<Item = &Signal> {
         self.coordinates.iter().map(|(_, signal)| signal)
     }
 }
 
-/// Actuator efforts as functions of time.
+/// Actuator efforts as functions of time and, where they are formulas over it, of the measured state.
 #[derive(Clone, Debug, Default)]
 pub struct Drives {
     /// One-line description; may be empty.
@@ -130,10 +139,20 @@ pub struct Drives {
     /// Efforts by actuator index ([`Mechanism::actuators`]), N or N m; those of other actuators are
     /// zero.
     pub efforts: Vec<(usize, Signal)>,
+    /// Efforts as formulas over measured coordinates, by actuator index; no actuator is in both lists.
+    pub laws: Vec<(usize, Law)>,
     /// Times of the samples of a recording, s, strictly increasing.
     pub samples: Option<SampleTimes>,
     /// Description of the interpolation between samples.
     pub interpolation: Option<String>,
+}
+
+impl Drives {
+    /// Indices of all actuators that have an effort.
+    pub fn actuators(&self) -> impl Iterator<Item = usize> {
+        let laws = self.laws.iter().map(|(actuator, _)| *actuator);
+        self.efforts.iter().map(|(actuator, _)| *actuator).chain(laws)
+    }
 }
 
 /// Control law.
@@ -141,6 +160,8 @@ pub struct Drives {
 pub enum ControlType {
     /// Proportional-derivative control of each actuator.
     Pd,
+    /// Proportional-integral-derivative control of each actuator.
+    Pid,
     /// Inverse dynamics for the reference acceleration, corrected by the tracking errors.
     ComputedTorque,
 }
@@ -156,7 +177,7 @@ pub enum FrictionFeed {
     Measured,
 }
 
-/// A sampled controller.
+/// A controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
     /// One-line description; may be empty.
@@ -165,7 +186,7 @@ pub struct Control {
     pub control: ControlType,
     /// Motion for which friction is compensated.
     pub friction: FrictionFeed,
-    /// Sampling period, s.
+    /// Sampling period, s; zero for a controller in continuous time.
     pub period: f64,
     /// Natural frequency of the closed loop without friction, rad/s.
     pub bandwidth: f64,
@@ -179,6 +200,18 @@ pub struct Control {
     pub named: Vec<usize>,
 }
 
+impl Channel {
+    /// No gains, exact measurement, no limit.
+    pub const NONE: Self = Self {
+        proportional: None,
+        derivative: None,
+        integral: None,
+        tracking: None,
+        resolution: 0.0,
+        limit: f64::INFINITY,
+    };
+}
+
 /// Settings of a controller for one actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Channel {
@@ -186,6 +219,10 @@ pub struct Channel {
     pub proportional: Option<f64>,
     /// Rate gain, N s/m or N m s/rad, if given.
     pub derivative: Option<f64>,
+    /// Integral gain, N/(m s) or N m/(rad s), if given.
+    pub integral: Option<f64>,
+    /// Time constant, s, with which the integral part leaves saturation, if given.
+    pub tracking: Option<f64>,
     /// Resolution of the measured position, m or rad; zero for none.
     pub resolution: f64,
     /// Effort limit, N or N m; infinite for none.
@@ -214,6 +251,24 @@ pub struct Payload {
     pub from: f64,
     /// Time at which it is placed, s; infinity without one.
     pub until: f64,
+}
+
+/// A payload that is picked up or placed.
+#[derive(Clone, Copy, Debug)]
+pub struct PayloadChange<'a> {
+    /// Time, s.
+    pub time: f64,
+    /// The payload.
+    pub payload: &'a Payload,
+    /// True if it is picked up, false if it is placed.
+    pub picked_up: bool,
+}
+
+impl PayloadChange<'_> {
+    /// Tests if the change is at this time, s, or before.
+    pub fn is_due(&self, time: f64) -> bool {
+        self.time <= time + SAME_TIME
+    }
 }
 
 /// Sides of an instant, at which a load can jump.
@@ -255,18 +310,36 @@ impl LoadCase {
         mechanism: &Mechanism,
         (start, end): (f64, f64),
     ) -> Result<(Mechanism, Self), &Payload> {
-        let mut loaded = mechanism.clone();
-        for payload in &self.payloads {
-            let at_start = payload.is_carried(start, Side::After);
-            let changes = [payload.from, payload.until];
-            if changes.iter().any(|time| (start + SAME_TIME..end - SAME_TIME).contains(time)) {
-                return Err(payload);
-            }
-            if at_start {
-                loaded = loaded.with_payload(payload.body, &payload.part);
+        if let Some(change) = self.payload_changes((start, end)).first() {
+            return Err(change.payload);
+        }
+        let loaded = self.loaded(mechanism, start);
+        Ok((loaded, Self { payloads: Vec::new(), ..self.clone() }))
+    }
+
+    /// Payloads that are picked up or placed between two times, s, in the order of time; at one
+    /// instant, parts are placed before others are picked up.
+    pub fn payload_changes(&self, (start, end): (f64, f64)) -> Vec<PayloadChange<'_>> {
+        let inside = |time: f64| (start + SAME_TIME..end - SAME_TIME).contains(&time);
+        let mut changes: Vec<PayloadChange<'_>> = Vec::new();
+        for payload in self.payloads.iter().filter(|payload| payload.from < payload.until) {
+            for (time, picked_up) in [(payload.until, false), (payload.from, true)] {
+                if inside(time) {
+                    changes.push(PayloadChange { time, payload, picked_up });
+                }
             }
         }
-        Ok((loaded, Self { payloads: Vec::new(), ..self.clone() }))
+        changes.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.picked_up.cmp(&b.picked_up)));
+        changes
+    }
+
+    /// Returns the mechanism with the payloads that are carried just after `time`, s, fixed to
+    /// their bodies.
+    pub fn loaded(&self, mechanism: &Mechanism, time: f64) -> Mechanism {
+        let carried = self.payloads.iter().filter(|payload| payload.is_carried(time, Side::After));
+        carried.fold(mechanism.clone(), |mechanism, payload| {
+            mechanism.with_payload(payload.body, &payload.part)
+        })
     }
 
     /// Tests if a payload is picked up or placed at an instant, s.
@@ -318,6 +391,12 @@ impl AppliedWrench {
 }
 
 impl ModelFile {
+    /// Parameters with their values and SI units, in the order of the file; an angle is in rad, and the unit
+    /// of a plain number is empty.
+    pub fn parameters(&self) -> impl Iterator<Item = (&str, f64, String)> {
+        self.parameters.all()
+    }
+
     /// The motion with this name.
     pub fn motion(&self, name: &str) -> Option<&Motion> {
         self.motions.iter().find(|(known, _)| known == name).map(|(_, motion)| motion)

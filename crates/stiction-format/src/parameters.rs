@@ -36,6 +36,16 @@ impl Parameters {
         Self { values: vec![None; names.len()], names, index }
     }
 
+    /// Names, values and SI units of all parameters that have a value.
+    pub(crate) fn all(&self) -> impl Iterator<Item = (&str, f64, String)> {
+        let each = self.names.iter().zip(&self.values);
+        each.filter_map(|(name, quantity)| {
+            let Quantity { value, dimension } = (*quantity)?;
+            let unit = if dimension.is_angle() { "rad".to_owned() } else { dimension.units() };
+            Some((name.as_str(), value, unit))
+        })
+    }
+
     /// Name of parameter `index`; empty if the index is out of range.
     pub(crate) fn name(&self, index: usize) -> &str {
         self.names.get(index).map_or("", String::as_str)

@@ -1,6 +1,7 @@
 //! Single quantities with units, for options of programs.
 
-use crate::expression::{Dimension, constant, parse};
+use crate::expression::unit::Scale;
+use crate::expression::{Dimension, Measure, constant, parse, unit_of};
 use crate::parameters::Parameters;
 
 /// A time in seconds: a plain number (`0.01`), or an expression with units (`10 ms`, `1 min + 30 s`).
@@ -16,6 +17,27 @@ use crate::parameters::Parameters;
 /// # Errors
 /// The reason, one line.
 pub fn seconds(text: &str) -> Result<f64, String> {
+    quantity(text, Measure::Time)
+}
+
+/// A frequency in Hz: a plain number (`20`), or an expression with units (`20 Hz`, `1/(50 ms)`).
+///
+/// ```
+/// use stiction_format::hertz;
+///
+/// assert_eq!(hertz("20 Hz"), Ok(20.0));
+/// assert_eq!(hertz("0.2 kHz"), Ok(200.0));
+/// assert_eq!(hertz("3 mm").unwrap_err(), "expected a frequency, found a length");
+/// assert!(hertz("20 rad/s").unwrap_err().contains("2*pi"));
+/// ```
+///
+/// # Errors
+/// The reason, one line.
+pub fn hertz(text: &str) -> Result<f64, String> {
+    quantity(text, Measure::Frequency)
+}
+
+fn quantity(text: &str, measure: Measure) -> Result<f64, String> {
     if let Ok(number) = text.trim().parse() {
         return Ok(number);
     }
@@ -24,8 +46,91 @@ pub fn seconds(text: &str) -> Result<f64, String> {
         .and_then(|program| constant(&program, &scope))
         .map_err(|fault| fault.message)?;
     let dimension = quantity.dimension;
-    match dimension.same(Dimension::TIME) || dimension.same(Dimension::NONE) {
-        true => Ok(quantity.value),
-        false => Err(format!("expected a time, found {}", dimension.describe())),
+    if measure == Measure::Frequency && dimension.has_angle() {
+        return Err("a frequency is in cycles per second: divide an angular frequency by 2*pi rad"
+            .to_owned());
     }
+    match dimension.same(measure.dimension()) || dimension.same(Dimension::NONE) {
+        true => Ok(quantity.value),
+        false => Err(format!("expected {}, found {}", measure.words().noun, dimension.describe())),
+    }
+}
+
+/// A number with a unit, as in `20 mm`; without a unit it is in SI units.
+///
+/// ```
+/// use stiction_format::Amount;
+///
+/// let stroke = Amount::parse("0.3 m").unwrap();
+/// assert_eq!((stroke.number, stroke.unit.as_str()), (0.3, "m"));
+/// assert_eq!(stroke.to_unit("mm"), Ok(300.0));
+/// assert_eq!(stroke.to_unit("kg").unwrap_err(), "a length cannot be in kg");
+/// assert!(Amount::parse("2*l1").is_err());
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Amount {
+    /// The number as written.
+    pub number: f64,
+    /// The unit as written; empty for none.
+    pub unit: String,
+}
+
+impl Amount {
+    /// Parses a finite number, followed by a unit or not.
+    ///
+    /// # Errors
+    /// The reason, one line.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        let is_of_number = |(at, c): &(usize, char)| match c {
+            '0'..='9' | '.' => true,
+            '+' | '-' => *at == 0 || text[..*at].ends_with(['e', 'E']),
+            // An exponent, unless a unit begins with this letter.
+            'e' | 'E' => {
+                text[at + 1..].starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c))
+            }
+            _ => false,
+        };
+        let end = text.char_indices().find(|at| !is_of_number(at)).map_or(text.len(), |(at, _)| at);
+        let (digits, unit) = text.split_at(end);
+        let number = digits.parse::<f64>().ok().filter(|number| number.is_finite());
+        let number = number.ok_or_else(|| format!("`{text}` does not begin with a number"))?;
+        let unit = unit.trim();
+        if !unit.is_empty() {
+            unit_of(unit).map_err(|fault| format!("`{unit}` is not a unit: {}", fault.message))?;
+        }
+        Ok(Self { number, unit: unit.to_owned() })
+    }
+
+    /// The number in another unit of the same dimension, rounded to 15 digits; the number itself in its own.
+    ///
+    /// # Errors
+    /// The reason, one line.
+    pub fn to_unit(&self, unit: &str) -> Result<f64, String> {
+        // Zero needs no unit.
+        if unit == self.unit || (self.unit.is_empty() && self.number == 0.0) {
+            return Ok(self.number);
+        }
+        let read = |unit: &str| match unit {
+            "" => Ok((Scale::ONE, Dimension::NONE)),
+            unit => unit_of(unit).map_err(|fault| format!("`{unit}`: {}", fault.message)),
+        };
+        let ((own, dimension), (other, expected)) = (read(&self.unit)?, read(unit)?);
+        if !dimension.same(expected) || self.unit.is_empty() || unit.is_empty() {
+            return Err(match self.unit.as_str() {
+                "" => format!("{} has no unit, but {unit} is expected", self.number),
+                _ if unit.is_empty() => {
+                    format!("{} {} has a unit, but the others have none", self.number, self.unit)
+                }
+                _ => format!("{} cannot be in {unit}", dimension.describe()),
+            });
+        }
+        let ten = Scale { factor: own.factor / other.factor, ten: own.ten - other.ten };
+        Ok(decimal(ten.apply(self.number)))
+    }
+}
+
+/// The number with 15 significant digits nearest to `x`, without the noise of its last bits.
+pub(crate) fn decimal(x: f64) -> f64 {
+    format!("{x:.14e}").parse().unwrap_or(x)
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 pub(crate) type Span = Range<usize>;
 
 /// A text and the name that messages use for it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     /// File name, or an option such as `--motion`.
     pub name: String,
@@ -17,6 +17,8 @@ pub struct Source {
     begin: Begin,
     /// Changes of single values, one per line.
     changes: Option<Arc<Source>>,
+    /// Cut-off frequency of the filter for recordings that the text names, Hz.
+    filter: Option<f64>,
 }
 
 /// Size of the text before a piece.
@@ -29,12 +31,13 @@ pub(crate) struct Begin {
 impl Source {
     /// Makes a source from a name and a text.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
-        Self { name: name.into(), text: text.into(), begin: Begin::default(), changes: None }
+        let (name, text) = (name.into(), text.into());
+        Self { name, text, begin: Begin::default(), changes: None, filter: None }
     }
 
     /// Makes a piece of whole lines of a text.
     pub(crate) fn piece(name: impl Into<String>, text: String, begin: Begin) -> Self {
-        Self { name: name.into(), text, begin, changes: None }
+        Self { name: name.into(), text, begin, changes: None, filter: None }
     }
 
     /// Size of the text before the piece.
@@ -54,6 +57,17 @@ impl Source {
             changes.into_iter().map(|change| change.as_ref().replace(['\n', '\r'], " ")).collect();
         let changes = (!lines.is_empty()).then(|| Arc::new(Self::new("--set", lines.join("\n"))));
         Self { changes, ..self }
+    }
+
+    /// Sets the cut-off frequency, Hz, of the low-pass filter for all recorded motions that the text
+    /// names. It replaces their own `filter`.
+    pub fn with_filter(self, cutoff: Option<f64>) -> Self {
+        Self { filter: cutoff, ..self }
+    }
+
+    /// Cut-off frequency of the filter for recorded motions, Hz.
+    pub(crate) fn filter(&self) -> Option<f64> {
+        self.filter
     }
 
     /// The changes, one per line.

@@ -1,6 +1,7 @@
 //! Errors of recordings.
 
 use crate::quantity::Quantity;
+use crate::tunable::Tunable;
 use core::fmt;
 use stiction_core::kinematics::AssemblyError;
 
@@ -24,6 +25,12 @@ pub enum RecordError {
     NoQuantity,
     /// The mechanism has no such quantity.
     UnknownQuantity(Quantity),
+    /// The mechanism has no such parameter, or a payload is on a body without mass.
+    NoTunable(Tunable),
+    /// A number of the program is too large for the precision of its source code.
+    TooLarge(f64),
+    /// The mechanism has rigid gearings.
+    Gearings,
     /// Forward dynamics: constraints or actuators are redundant, as are the constraints of a planar
     /// linkage of revolute joints, so that reactions are not unique.
     Redundant,
@@ -62,6 +69,15 @@ impl fmt::Display for RecordError {
             ),
             Self::NoQuantity => write!(f, "no quantity for the derivatives is given"),
             Self::UnknownQuantity(quantity) => write!(f, "the mechanism has no {quantity:?}"),
+            Self::NoTunable(tunable) => {
+                write!(f, "the mechanism has no {tunable:?}, or its body has no mass")
+            }
+            Self::TooLarge(number) => {
+                write!(f, "its number {number:e} is too large for the precision of the code")
+            }
+            Self::Gearings => {
+                write!(f, "programs do not include rigid gearings of joints; use the solver")
+            }
             Self::Redundant => write!(
                 f,
                 "constraints or actuators are redundant, so that reactions are not unique; \

@@ -20,7 +20,7 @@ use crate::wrench::{components, reaction};
 use core::ops::Range;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, Settings};
 use stiction_core::kinematics::Target;
-use stiction_core::parameters::Parameters;
+use stiction_core::parameters::{InterfaceParameters, Parameters};
 use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Vec3, Wrench};
@@ -45,6 +45,10 @@ pub(crate) struct InverseStages {
     /// Actuator forces, reactions, normal loads, sliding velocities and friction forces after a
     /// step.
     pub(crate) rest: Vec<Node>,
+    /// Lengths that must be positive: overlaps of the supports of friction interfaces.
+    pub(crate) overlaps: Vec<Node>,
+    /// Reciprocal pivots of the rate equations.
+    pub(crate) rate_pivots: Vec<Node>,
     /// Derivatives of all actuator forces, if requested, and the inputs of their directions.
     pub(crate) slopes: Vec<Node>,
     pub(crate) slope_inputs: Range<usize>,
@@ -72,15 +76,15 @@ impl RecordingSource<'_> {
             layout.first_prescribed(),
             first + 6 * cuts + spins,
         )?;
-        let (graph, [ideal, begin, next, plain, tilted, rest, drives]) =
+        let (graph, [ideal, begin, next, plain, tilted, rest, checks, drives]) =
             record_groups(derivatives.inputs(), |inputs| {
-                let ([ideal, begin, next, plain, tilted, rest], followed) =
+                let ([ideal, begin, next, plain, tilted, rest, checks], followed) =
                     self.follow(layout, inputs);
                 let drives = with_slopes(|| derivatives.follow(self, &followed, inputs));
-                [ideal, begin, next, plain, tilted, rest, drives]
+                [ideal, begin, next, plain, tilted, rest, checks, drives]
             });
         let (graph, of_recorded, slopes) = derivatives.differentiated(graph, &drives);
-        let groups = [ideal, begin, next, plain, tilted, rest].map(|nodes| -> Vec<Node> {
+        let groups = [ideal, begin, next, plain, tilted, rest, checks].map(|nodes| -> Vec<Node> {
             nodes.iter().map(|node| of_recorded[*node as usize]).collect()
         });
         // The inputs of a step are independent: random values are suitable.
@@ -97,13 +101,17 @@ impl RecordingSource<'_> {
             })
             .collect();
         let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
-        let guards = [&groups[0], &groups[1..].concat(), &slopes]
+        let guards = [&groups[0], &groups[1..6].concat(), &slopes]
             .map(|stage| holds(&graph, stage, &guards, &mut merged));
         let new = |nodes: &Vec<Node>| -> Vec<Node> {
             nodes.iter().map(|node| new_of[*node as usize]).collect()
         };
         let slopes = new(&slopes);
-        let [ideal, begin, next, plain, tilted, rest] = groups.each_ref().map(new);
+        let lengths = self.solver.parameters().interfaces.iter();
+        let overlaps = lengths.filter(|interface| interface.load.overlap(0.0).is_some()).count();
+        let [ideal, begin, next, plain, tilted, rest, checks] = groups.each_ref().map(new);
+        let (overlaps, rate_pivots) = checks.split_at(overlaps);
+        let (overlaps, rate_pivots) = (overlaps.to_vec(), rate_pivots.to_vec());
         let matter = influential_inputs(merged.ops(), first, &next, &rest);
         let of = |nodes: &[Node]| -> Vec<Node> { matter.iter().map(|k| nodes[*k]).collect() };
         let (begin, next) = (of(&begin), of(&next));
@@ -147,6 +155,8 @@ impl RecordingSource<'_> {
             next,
             control,
             rest,
+            overlaps,
+            rate_pivots,
             slopes,
             slope_inputs,
             reactions,
@@ -156,19 +166,21 @@ impl RecordingSource<'_> {
 
     /// Results of the stages: actuator forces and reactions without friction; values with which the
     /// first step begins; those after a step from the inputs; reciprocal pivots without friction
-    /// and in the step; and the remaining results. Also returns the recorded inputs.
-    fn follow(&self, layout: &InputLayout, inputs: &[Recorded]) -> ([Vec<Recorded>; 6], Followed) {
+    /// and in the step; the remaining results; and reciprocal pivots of the rate equations. Also returns the recorded inputs.
+    fn follow(&self, layout: &InputLayout, inputs: &[Recorded]) -> ([Vec<Recorded>; 7], Followed) {
         let mechanism = self.solver.mechanism();
-        // The mechanism's numbers are constants of the program.
-        let parameters = Parameters::<Recorded>::new(mechanism);
-        let settings =
+        // The mechanism's numbers are constants of the program, except tunable ones.
+        let mut parameters = Parameters::<Recorded>::new(mechanism);
+        let mut settings =
             Settings { friction: FrictionMode::Off, position_steps: 0, ..Settings::default() };
+        layout.adapt(&mut settings);
         let mut data = self.model.data(self.solver.state(), settings);
         let mut inputs = inputs.iter().copied();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         // The kernel computes rates and accelerations again, from the targets, by more operations;
         // value numbering identifies them and keeps those of `read`, which come first.
         layout.read(mechanism, &mut data.state, &mut next);
+        layout.tune(&mut parameters, &mut next);
         let coordinates = data.state.coordinates.clone();
         let mut vector = || Vec3::new(next(), next(), next());
         let loads: Vec<AppliedLoad<Recorded>> = self
@@ -183,6 +195,12 @@ impl RecordingSource<'_> {
         self.model.evaluate(&parameters, &mut data, &targets, &loads);
         let (bodies, model) = (&data.kinematics.bodies, self.model);
         let all = 0..mechanism.joints().len();
+        let overlap = |interface: &InterfaceParameters<Recorded>| {
+            let (j, k) = (&bodies.frame_j[interface.joint], &bodies.frame_k[interface.joint]);
+            interface.load.overlap((k.position - j.position).dot(j.rotation.columns[2]))
+        };
+        let mut checks: Vec<Recorded> = parameters.interfaces.iter().filter_map(overlap).collect();
+        checks.extend(model.rate_pivots(&data));
         let inverse = &mut data.inverse;
         let mut ideal: Vec<Recorded> = inverse.efforts().to_vec();
         ideal.extend(all.clone().flat_map(|joint| reaction(inverse, bodies, joint)));
@@ -212,7 +230,10 @@ impl RecordingSource<'_> {
         rest.extend(states.iter().map(|state| state.load()));
         rest.extend(states.iter().map(|state| state.velocity));
         rest.extend(states.iter().map(|state| state.friction()));
-        ([ideal, begin, after, plain, tilted, rest], Followed { coordinates, targets, loads })
+        (
+            [ideal, begin, after, plain, tilted, rest, checks],
+            Followed { coordinates, targets, loads },
+        )
     }
 }
 

@@ -45,9 +45,9 @@ impl<T: Scalar> Inertial<T> {
     ) -> Vec<Self> {
         let mut inert = parameters.clone();
         inert.gravity = Vec3::zero();
-        for spring in &mut inert.springs {
-            (spring.stiffness, spring.damping) = (T::zero(), T::zero());
-        }
+        inert.springs.clear();
+        inert.joint_springs.clear();
+        inert.bushings.clear();
         (0..targets.len())
             .map(|unit| {
                 let mut own = targets.to_vec();

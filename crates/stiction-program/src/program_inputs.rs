@@ -1,8 +1,10 @@
-//! Inputs of a program: motions of floating bodies, coordinates without a closed form, prescribed
-//! values, loads.
+//! Inputs of a program: motions of floating bodies, coordinates without a closed form, parameters
+//! that are tuned at run time, prescribed values, loads.
 
 use crate::samples::Sample;
-use stiction_core::dynamics::{AppliedLoad, InverseDynamics};
+use crate::tunable::Tunable;
+use core::ops::Range;
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Settings};
 use stiction_core::kinematics::{Legs, State, Target};
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::parameters::Parameters;
@@ -95,14 +97,18 @@ fn write_rows<'a, const N: usize, const L: usize>(
 }
 
 /// Layout of a program's inputs, in this order: motions of the floating bodies, tree coordinates
-/// without a closed form, loads, prescribed values.
+/// without a closed form, tunable parameters, loads, prescribed values.
 #[derive(Clone, Debug)]
 pub(crate) struct InputLayout {
     topology: Topology,
     origin: Vec3<f64>,
     legs: Legs,
+    /// `true` if motions of the floating bodies are inputs, `false` if all coordinates of the tree
+    /// are.
+    by_motions: bool,
     /// Coordinates of the tree that neither belong to a floating body nor have a closed form.
     free: Vec<usize>,
+    tunables: Vec<Tunable>,
     count: usize,
     /// Number of inputs that are prescribed values; they come last.
     prescribed: usize,
@@ -119,7 +125,53 @@ impl InputLayout {
         let targets = solver.constraints().coordinates().len();
         let motions = MOTION * topology.floating().count();
         let count = motions + free.len() + 3 * targets + 6 * loads;
-        Self { origin: parameters.origin, topology, legs, free, count, prescribed: 3 * targets }
+        let (origin, tunables) = (parameters.origin, Vec::new());
+        let prescribed = 3 * targets;
+        Self { origin, topology, legs, by_motions: true, free, tunables, count, prescribed }
+    }
+
+    /// Layout with all coordinates of the tree, and with parameters of the mechanism, instead of
+    /// motions of bodies; without loads.
+    pub(crate) fn of_tree(solver: &InverseDynamics, tunables: &[Tunable]) -> Self {
+        let topology = solver.topology().clone();
+        let free: Vec<usize> = (0..topology.coordinates()).collect();
+        let prescribed = 3 * solver.constraints().coordinates().len();
+        let widths: usize = tunables.iter().map(|tunable| tunable.width()).sum();
+        Self {
+            origin: solver.parameters().origin,
+            topology,
+            legs: Legs::default(),
+            by_motions: false,
+            count: free.len() + widths + prescribed,
+            free,
+            tunables: tunables.to_vec(),
+            prescribed,
+        }
+    }
+
+    /// Floating bodies whose motions are inputs, with the ranges of their coordinates and DOFs.
+    fn floating(&self) -> impl Iterator<Item = (BodyId, Range<usize>, Range<usize>)> + '_ {
+        self.topology.floating().filter(|_| self.by_motions)
+    }
+
+    /// Settings for this layout: with coordinates of the tree, however slow rates count as motion,
+    /// because they stand for the direction of motion at rest.
+    pub(crate) fn adapt(&self, settings: &mut Settings) {
+        if !self.by_motions {
+            settings.rest_speed = 0.0;
+        }
+    }
+
+    /// Replaces the tunable parameters by inputs.
+    pub(crate) fn tune<T: Scalar>(
+        &self,
+        parameters: &mut Parameters<T>,
+        next: &mut impl FnMut() -> T,
+    ) {
+        for tunable in &self.tunables {
+            let numbers: Vec<T> = (0..tunable.width()).map(|_| next()).collect();
+            tunable.apply(parameters, &numbers);
+        }
     }
 
     /// Number of inputs.
@@ -134,7 +186,7 @@ impl InputLayout {
 
     /// Bodies whose motions are inputs.
     pub(crate) fn bodies(&self) -> impl Iterator<Item = BodyId> + '_ {
-        self.topology.floating().map(|(body, ..)| body)
+        self.floating().map(|(body, ..)| body)
     }
 
     /// Indices of the coordinates that are inputs.
@@ -178,7 +230,7 @@ impl InputLayout {
         slots: &mut [[f64; L]],
     ) {
         let mut slots = slots.iter_mut();
-        for body in 0..self.topology.floating().count() {
+        for body in 0..self.floating().count() {
             write_rows(&mut slots, states.map(|state| state.bodies[body].to_array()));
         }
         for place in &self.free {
@@ -209,7 +261,7 @@ impl InputLayout {
         let part = |numbers: &[f64], start: usize| {
             Vec3::new(numbers[start], numbers[start + 1], numbers[start + 2])
         };
-        self.topology.floating().map(move |(_, coordinates, dofs)| {
+        self.floating().map(move |(_, coordinates, dofs)| {
             let q = &state.coordinates[coordinates];
             let from_origin = part(q, 0);
             let (v, w) = (&state.rates, dofs.start);
@@ -237,7 +289,7 @@ impl InputLayout {
         next: &mut impl FnMut() -> T,
     ) {
         let mut poses = Vec::new();
-        for (body, coordinates, dofs) in self.topology.floating() {
+        for (body, coordinates, dofs) in self.floating() {
             let motion = BodyMotion::read(next);
             let position = motion.position - self.origin.lift();
             let q = &mut state.coordinates[coordinates];

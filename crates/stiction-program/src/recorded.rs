@@ -12,7 +12,7 @@ thread_local! {
     static WITH_SLOPES: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Unknown number: a node of the graph that this thread records.
+/// Symbolic number: a node of the graph that this thread records.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Recorded(Node);
 

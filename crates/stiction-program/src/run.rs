@@ -21,7 +21,7 @@ pub(crate) struct Runner {
     scratch: usize,
 }
 
-/// Largest number of lanes of any processor, and that of the interpreter.
+/// Largest number of SIMD lanes on any processor. The interpreter always uses this number.
 pub(crate) const MOST_LANES: usize = 8;
 
 /// Number of lanes of this processor, or eight where code is interpreted.

@@ -38,6 +38,9 @@ pub(crate) fn seeded_samples(
     let mut random = Random::new(seed);
     let mut solver = solver.clone();
     let length = solver.mechanism().characteristic_length();
+    if !solver.mechanism().gearings().is_empty() {
+        return Err(RecordError::Gearings);
+    }
     if signal.is_empty() {
         return Err(RecordError::EmptySignal);
     }

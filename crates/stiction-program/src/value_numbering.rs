@@ -108,8 +108,8 @@ fn mixed(a: u64, b: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Assumption of the merged graph: a selection takes the same branch as in all samples, or a root
-/// equals an expression of constant sign.
+/// Assumption made when nodes of the graph were merged: a selection takes the branch that it
+/// took in all samples, or a square root equals an expression of constant sign.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Guard {
     /// Node in the original graph.

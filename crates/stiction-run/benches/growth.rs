@@ -167,8 +167,8 @@ fn panels_of(rows: &[Row]) -> [Panel; 2] {
     let once =
         vec![line("set-up, µs", 3, |row| Some(row.setup)), line("memory, kB", 4, |row| row.memory)];
     [
-        Panel { y_label: "log of µs/body".to_owned(), lines: times },
-        Panel { y_label: "log, per body".to_owned(), lines: once },
+        Panel { y_label: "log of µs/body".to_owned(), lines: times, ..Panel::default() },
+        Panel { y_label: "log, per body".to_owned(), lines: once, ..Panel::default() },
     ]
 }
 

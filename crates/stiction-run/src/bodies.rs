@@ -4,7 +4,7 @@
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::Bodies;
 use stiction_core::mechanism::Mechanism;
-use stiction_core::spatial::{Quaternion, Vec3, Wrench};
+use stiction_core::spatial::{Pose, Quaternion, Vec3, Wrench};
 
 /// Columns of a body.
 const COLUMNS: [&str; 25] = [
@@ -45,6 +45,26 @@ pub(crate) struct BodyRow {
 }
 
 impl BodyRow {
+    /// Number of columns of a body.
+    pub(crate) const WIDTH: usize = COLUMNS.len();
+
+    /// Pose of a body in the world from its columns.
+    pub(crate) fn pose(columns: &[f64]) -> Pose<f64> {
+        Pose {
+            position: Vec3::new(columns[0], columns[1], columns[2]),
+            rotation: Quaternion::from_coordinates(&columns[3..7]).rotation(),
+        }
+    }
+
+    /// External loads on the bodies: force, then moment about the body's origin.
+    pub(crate) fn loads(
+        bodies: &Bodies<f64>,
+        loads: &[AppliedLoad<f64>],
+    ) -> impl Iterator<Item = f64> {
+        let on = |body| load_on(bodies, body, loads).map(Vec3::to_array).concat();
+        (1..bodies.pose.len()).flat_map(on)
+    }
+
     pub(crate) fn new(mechanism: &Mechanism) -> Self {
         // The scalar product with it is the real part, so the first real part is not negative.
         let first = Quaternion::from_coordinates(&[1.0, 0.0, 0.0, 0.0]);
@@ -81,21 +101,26 @@ impl BodyRow {
             // The point of the body at the fixed point O changes with time, which gives the second
             // term.
             let acceleration = change.velocity_at(at) + twist.angular.cross(velocity);
-            let mut load = Wrench::zero();
-            for applied in loads.iter().filter(|load| load.body.0 == body) {
-                load += applied.wrench(bodies);
-            }
+            let load = load_on(bodies, body, loads);
             *last = nearer(Quaternion::from_rotation(pose.rotation), *last);
             let mut orientation = [0.0; 4];
             last.write(&mut orientation);
             let position = (at + origin).to_array();
             let motion = [twist.angular, velocity, change.angular, acceleration];
-            let forces = [load.force, load.moment_about(at)];
-            let vectors = motion.into_iter().chain(forces).flat_map(|vector| vector.to_array());
+            let vectors = motion.into_iter().chain(load).flat_map(|vector| vector.to_array());
             row.extend(position.into_iter().chain(orientation).chain(vectors));
         }
         row
     }
+}
+
+/// Force and moment about the origin of a body's frame of the external loads on the body.
+fn load_on(bodies: &Bodies<f64>, body: usize, loads: &[AppliedLoad<f64>]) -> [Vec3<f64>; 2] {
+    let mut load = Wrench::zero();
+    for applied in loads.iter().filter(|load| load.body.0 == body) {
+        load += applied.wrench(bodies);
+    }
+    [load.force, load.moment_about(bodies.pose[body].position)]
 }
 
 /// Of `q` and `-q`, which are the same rotation, the one nearer to `last`.

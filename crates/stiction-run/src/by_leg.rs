@@ -2,7 +2,7 @@
 
 use crate::names::Names;
 use stiction_core::mechanism::JointId;
-use stiction_draw::figure::{Panel, Trace};
+use stiction_draw::figure::{JumpTrace, Panel, reversal};
 use stiction_format::ModelFile;
 
 /// One curve for each friction interface.
@@ -10,7 +10,9 @@ use stiction_format::ModelFile;
 pub(crate) struct ByLeg {
     panel_names: Vec<String>,
     panel_of_interface: Vec<usize>,
-    traces: Vec<Trace>,
+    traces: Vec<JumpTrace>,
+    /// Last sliding velocity of each interface with its time.
+    last: Vec<Option<(f64, f64)>>,
 }
 
 impl ByLeg {
@@ -32,13 +34,20 @@ impl ByLeg {
         Self {
             panel_names,
             panel_of_interface,
-            traces: vec![Trace::new(count); names.interfaces.len()],
+            traces: vec![JumpTrace::new(count); names.interfaces.len()],
+            last: vec![None; names.interfaces.len()],
         }
     }
 
-    /// Adds a point to each curve.
-    pub(crate) fn add(&mut self, time: f64, values: impl Iterator<Item = f64>) {
-        self.traces.iter_mut().zip(values).for_each(|(trace, value)| trace.push(time, value));
+    /// Adds a point to each curve: sliding velocity, value, and true where the value at rest is unknown.
+    pub(crate) fn add(&mut self, time: f64, values: impl Iterator<Item = (f64, f64, bool)>) {
+        let each = self.traces.iter_mut().zip(&mut self.last).zip(values);
+        for ((trace, last), (velocity, value, rests)) in each {
+            let now = (time, velocity);
+            let crossing = last.and_then(|before| reversal(before, now));
+            trace.push(time, 0.0, value, rests, crossing);
+            *last = Some(now);
+        }
     }
 
     /// True if there is no friction interface.
@@ -49,7 +58,7 @@ impl ByLeg {
     /// Panels of the curves, whose unit is `unit`.
     pub(crate) fn panels(self, names: &Names, unit: &str) -> Vec<Panel> {
         let panel =
-            |name: &String| Panel { y_label: format!("{name} [{unit}]"), lines: Vec::new() };
+            |name: &String| Panel { y_label: format!("{name} [{unit}]"), ..Panel::default() };
         let mut panels: Vec<Panel> = self.panel_names.iter().map(panel).collect();
         let traces = self.traces.into_iter().zip(&names.interfaces);
         for ((trace, (name, _)), &panel) in traces.zip(&self.panel_of_interface) {

@@ -40,6 +40,17 @@ pub enum Error {
         /// Signal, time and cause.
         Box<Diagnostic>,
     ),
+    /// A stop condition has no value in a state, such as the root of a negative number.
+    #[error(
+        "the stop condition `{condition}` has no value at t = {time} s; write it so that it has one \
+         wherever the motion leads"
+    )]
+    NoCondition {
+        /// The condition.
+        condition: String,
+        /// Time, s.
+        time: f64,
+    },
     /// The mechanism cannot be assembled at a pose of the motion.
     #[error("at t = {time} s: {error}")]
     Assembly {
@@ -55,15 +66,15 @@ pub enum Error {
         /// The body.
         body: String,
     },
-    /// A part is picked up or placed during a simulation, which is an impact.
+    /// A part is picked up or placed where an operating point is asked for.
     #[error(
-        "the payload of `{body}` is picked up or placed between t = {from} s and t = {until} s; a \
-         simulation needs payloads that are carried all the time"
+        "the payload of `{body}` is picked up or placed between t = {from} s and t = {until} s; an \
+         operating point needs payloads that are carried all the time"
     )]
     Payload {
         /// The body that carries the part.
         body: String,
-        /// First instant of the simulation, s.
+        /// First instant, s.
         from: f64,
         /// Last instant, s.
         until: f64,
@@ -115,9 +126,21 @@ pub enum Error {
     /// Forward dynamics has no solution.
     #[error(transparent)]
     Forward(ForwardError),
+    /// There is no linear model at an operating point.
+    #[error("there is no linear model: {0}")]
+    NoLinearModel(
+        /// Reason.
+        String,
+    ),
+    /// No position of rest is found.
+    #[error("no static equilibrium is found: {0}")]
+    NoEquilibrium(
+        /// Reason.
+        String,
+    ),
     /// The checkpoint belongs to another simulation.
     #[error("it does not belong to a simulation of this mechanism")]
-    Mark,
+    Checkpoint,
     /// A receiver of the records failed.
     #[error("{0}")]
     Receiver(SinkError),
@@ -130,7 +153,11 @@ impl Error {
     /// True for unusable input, false for a valid problem without a solution.
     pub fn is_bad_input(&self) -> bool {
         match self {
-            Self::Instants(_) | Self::NotFinite(_) | Self::NoSuchTime { .. } | Self::Mark => true,
+            Self::Instants(_)
+            | Self::NotFinite(_)
+            | Self::NoCondition { .. }
+            | Self::NoSuchTime { .. }
+            | Self::Checkpoint => true,
             Self::SpinningPayload { .. } | Self::Payload { .. } => true,
             Self::Controller(_) | Self::ControllerForces(_) => true,
             Self::Assembly { error, .. } | Self::Forward(ForwardError::Assembly(error)) => {
@@ -139,7 +166,7 @@ impl Error {
             Self::Forward(
                 ForwardError::Contradiction { .. }
                 | ForwardError::Blocked { .. }
-                | ForwardError::GearLoss { .. },
+                | ForwardError::UnequalGears { .. },
             ) => true,
             _ => false,
         }

@@ -56,10 +56,22 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Moves to another instant, s, in a single step; false if the step is too long.
-    pub(crate) fn leap_to(&mut self, time: f64) -> bool {
+    /// Moves to another instant, s, at which the coordinates of the tree are known from an earlier
+    /// visit; false, without a move, if they do not fit.
+    pub(crate) fn return_to(&mut self, time: f64, coordinates: &[f64]) -> bool {
         let targets: Vec<Target<f64>> = self.motion.at(time).collect();
-        let arrived = self.solver.leap(time - self.time, &targets);
+        let finite = check_finite(self.motion.signals(), time).is_ok();
+        let arrived = finite && self.solver.return_to(coordinates, &targets);
+        if arrived {
+            self.time = time;
+        }
+        arrived
+    }
+
+    /// Moves to another instant, s, in a single step; false if the step is too long.
+    pub(crate) fn step_to(&mut self, time: f64) -> bool {
+        let targets: Vec<Target<f64>> = self.motion.at(time).collect();
+        let arrived = self.solver.follow_in_one_step(time - self.time, &targets);
         if arrived {
             self.time = time;
         }

@@ -1,4 +1,4 @@
-//! Runs of a mechanism along a motion or through time: records of their samples, and tables,
+//! Runs of a mechanism along a motion or through time, and studies of many: records of their samples, and tables,
 //! summaries and plots made from them.
 //!
 //! The crate opens no files and prints nothing; results go to the caller's receivers.
@@ -45,6 +45,8 @@ mod bodies;
 pub mod breakaway;
 mod by_leg;
 pub mod check;
+pub mod comparison;
+mod comparison_page;
 mod dofs;
 mod error;
 pub mod exchange;
@@ -53,13 +55,19 @@ pub mod forward;
 mod instants;
 pub mod inverse;
 mod job;
+mod motor_load;
 mod names;
+mod ordered;
 mod portrait;
 mod power_off;
+mod ranges;
+mod report;
 mod sink;
 mod statistics;
+pub mod sweep;
 mod table;
 mod undetermined;
+mod view;
 
 pub use error::{Error, Missing, SinkError};
 pub use follower::Follower;
@@ -68,3 +76,5 @@ pub use job::Job;
 pub use portrait::Portrait;
 pub use sink::Sink;
 pub use stiction_draw::figure::Figure;
+pub use table::Table;
+pub use view::{View, draw_view};

@@ -1,17 +1,21 @@
 //! Names of actuators, joints and friction interfaces in columns and messages.
 
-use stiction_core::mechanism::Mechanism;
+use stiction_core::mechanism::{Gearing, Mechanism};
 use stiction_format::ModelFile;
 
 /// Names of actuators, joints and friction interfaces in columns and messages.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
     /// For each actuator its name and the unit of its effort.
     pub(crate) drives: Vec<(String, &'static str)>,
+    /// For each body its name.
+    pub(crate) bodies: Vec<String>,
     /// For each joint its name.
     pub(crate) joints: Vec<String>,
     /// For each friction interface its name and the index of its joint.
     pub(crate) interfaces: Vec<(String, usize)>,
+    /// For each gearing its name and the unit of its effort.
+    pub(crate) gearings: Vec<(String, &'static str)>,
     /// Friction interfaces whose law has an internal state; inverse dynamics computes their steady
     /// sliding only.
     pub(crate) steady: Vec<String>,
@@ -37,7 +41,28 @@ impl Names {
                 interfaces.push((name, index));
             }
         }
-        Self { drives, joints: joints.iter().map(|j| j.name.clone()).collect(), interfaces, steady }
+        let gearing = |gearing: &Gearing| {
+            (gearing.name.clone(), if gearing.is_length() { "N" } else { "N m" })
+        };
+        Self {
+            drives,
+            bodies: mechanism.bodies().iter().map(|body| body.name.clone()).collect(),
+            joints: joints.iter().map(|joint| joint.name.clone()).collect(),
+            interfaces,
+            gearings: mechanism.gearings().iter().map(gearing).collect(),
+            steady,
+        }
+    }
+}
+
+impl Names {
+    /// As [`Self::new`], with the friction interfaces of motors and gears after those of the joints, as simulations have
+    /// them.
+    pub(crate) fn with_shafts(mechanism: &Mechanism) -> Self {
+        let mut names = Self::new(mechanism);
+        let shafts = mechanism.shafts_with_friction().into_iter();
+        names.interfaces.extend(shafts.map(|(name, joint)| (format!("{name}.motor"), joint.0)));
+        names
     }
 }
 

@@ -31,16 +31,17 @@ impl Portrait {
         let first = instants.at(0);
         let mut follower = job.assemble(first)?;
         let start = follower.solver.clone();
-        let mut trail = Trail::new(&start);
-        let mut best = Drawing::new(&start).thickness();
+        let mechanism = &job.model.mechanism;
+        let mut trail = Trail::new(mechanism, &start.bodies().pose);
+        let mut best = Drawing::new(mechanism, &start.bodies().pose).thickness();
         let (mut shown, mut time) = (start.clone(), first);
         let every = (instants.count() / LOOKS).max(1);
         for (k, now) in instants.iter().enumerate().skip(1) {
             follower.go_to(now)?;
             let solver = &follower.solver;
-            trail.add(solver);
+            trail.add(mechanism, &solver.bodies().pose);
             if best < THIN && k.is_multiple_of(every) {
-                let thickness = Drawing::new(solver).thickness();
+                let thickness = Drawing::new(mechanism, &solver.bodies().pose).thickness();
                 if thickness > 2.0 * best + 1e-3 {
                     (best, time) = (thickness, now);
                     shown = solver.clone();
@@ -51,13 +52,18 @@ impl Portrait {
     }
 
     fn drawing(&self) -> Drawing<'_> {
-        Drawing::new(&self.shown).with_trail(&self.trail)
+        Drawing::new(self.shown.mechanism(), &self.shown.bodies().pose).with_trail(&self.trail)
     }
 
     /// Picture in the best view.
     pub fn svg(&self, surface: Surface) -> String {
         let drawing = self.drawing();
         drawing.svg(&drawing.best_view(), Detail::Full, surface)
+    }
+
+    /// Picture in the best view, for a page.
+    pub fn inline_svg(&self) -> String {
+        self.svg(Surface::Inline)
     }
 
     /// Further views with their names; none for a planar mechanism, which is drawn face-on.

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::Forces;
-use stiction_core::mechanism::{DriveTrain, Mechanism};
+use stiction_core::mechanism::{DriveTrain, MotorMap};
 use stiction_draw::numbers::number;
 
 /// How the shaft of one motor is held at rest with power off.
@@ -17,20 +17,12 @@ pub(crate) enum PowerOff {
     Undecided,
 }
 
-/// Index of the actuator of each drive train.
-pub(crate) fn actuators_of(mechanism: &Mechanism) -> Vec<usize> {
-    let actuators: Vec<_> = mechanism.actuators().collect();
-    let trains = mechanism.drive_trains().iter();
-    let find = |train: &DriveTrain| actuators.iter().position(|a| *a == (train.joint, train.dof));
-    trains.filter_map(find).collect()
-}
-
-/// For each drive train on an actuator: what keeps it at rest under these forces at rest.
-pub(crate) fn of(trains: &[DriveTrain], actuators: &[usize], forces: &Forces) -> Vec<PowerOff> {
-    let each = trains.iter().zip(actuators).map(|(train, &actuator)| {
-        let effort = forces.efforts[actuator];
-        let at = |bounds| train.motor(effort, bounds, None, 0.0);
-        let most = at(forces.effort_bounds[actuator]);
+/// For each drive train: what keeps it at rest under these forces at rest.
+pub(crate) fn of(trains: &[DriveTrain], maps: &[MotorMap], forces: &Forces) -> Vec<PowerOff> {
+    let each = trains.iter().zip(maps).map(|(train, map)| {
+        let effort = map.effort(&forces.efforts);
+        let at = |bounds| train.motor(effort, bounds, None, 0.0, 0.0);
+        let most = at(map.effort_bounds(&forces.effort_bounds));
         if !most.holds_without_power() {
             let (low, high) = most.torque_bounds;
             PowerOff::Brake(low.abs().min(high.abs()))

@@ -22,6 +22,49 @@ pub(crate) fn columns<'a>(
     objects.into_iter().flat_map(of).collect()
 }
 
+/// Table of a run in memory, with the columns of its file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Name of the file that contains the same table.
+    pub file: &'static str,
+    /// Header of each column, with its unit in square brackets; the time, s, comes first.
+    pub header: Vec<String>,
+    /// Numbers row by row.
+    values: Vec<f64>,
+}
+
+impl Table {
+    /// Makes tables without rows.
+    pub(crate) fn all(
+        files: impl IntoIterator<Item = &'static str>,
+        headers: impl IntoIterator<Item = Vec<String>>,
+    ) -> Vec<Self> {
+        let each = files.into_iter().zip(headers);
+        each.map(|(file, header)| Self { file, header, values: Vec::new() }).collect()
+    }
+
+    /// Adds a row: the time, s, then the other numbers.
+    pub(crate) fn add(&mut self, time: f64, row: &[f64]) {
+        self.values.push(time);
+        self.values.extend_from_slice(row);
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.values.len() / self.header.len().max(1)
+    }
+
+    /// Numbers column by column: all rows of the first column, then those of the next.
+    pub fn into_columns(self) -> Vec<f64> {
+        let (rows, columns) = (self.rows(), self.header.len());
+        let mut turned = Vec::with_capacity(self.values.len());
+        for column in 0..columns {
+            turned.extend((0..rows).map(|row| self.values[row * columns + column]));
+        }
+        turned
+    }
+}
+
 /// Tables of a run: to each record belongs one row in every table.
 pub(crate) struct Tables<W: io::Write> {
     tables: Vec<csv::Writer<W>>,

@@ -31,6 +31,14 @@ impl Breakaway {
         self
     }
 
+    /// Converts the request to that of `stiction_run`, as its report requires.
+    ///
+    /// # Errors
+    /// The model has no default motion, and none was given.
+    pub fn job(&self) -> Result<Job<'_>, Error> {
+        self.along(FrictionMode::Converged)
+    }
+
     /// Examines the robot at rest at one position; [`samples`](Request::samples) does so at every sample of
     /// the motion.
     ///
@@ -38,8 +46,8 @@ impl Breakaway {
     /// The position is singular or out of reach, or the requested time is after the end of the
     /// motion.
     pub fn run(&self) -> Result<Rest, Error> {
-        let job = self.along(FrictionMode::Converged)?;
-        Ok(Rest::new(&self.robot, &job, breakaway::look(&job, self.task.at)?))
+        let job = self.job()?;
+        Ok(Rest::new(&self.robot, &job, breakaway::evaluate(&job, self.task.at)?))
     }
 }
 

@@ -71,18 +71,24 @@ impl From<RunError> for Error {
             RunError::ControllerAt { time, .. } => plain(message)
                 .with_help("reduce the bandwidth, set a limit, or use a PD controller; the results up to this time show the cause")
                 .with_details(json!({ "time": time })),
-            RunError::Mark => plain(format!("the checkpoint is damaged: {message}"))
+            RunError::NoEquilibrium(_) => plain(message)
+                .with_help("lock joints, give efforts, or start the search elsewhere")
+                .with_option("hold"),
+            RunError::NoLinearModel(_) => plain(message)
+                .with_help("choose another operating point, or switch friction off")
+                .with_option("friction"),
+            RunError::Checkpoint => plain(format!("the checkpoint is damaged: {message}"))
                 .with_help("start again without it")
                 .with_option("resume"),
             RunError::SpinningPayload { body } => plain(format!(
                 "{message}: the part's inertia force depends on the spin, which no motion prescribes"
             ))
             .with_help(format!(
-                "add the part to the mass of [bodies.\"{body}\"], or end the spin: U instead of one S"
+                "add the part to the mass of [bodies.\"{body}\"], or prevent the spin: make one of the link's S joints a U joint"
             ))
             .with_option("load"),
             RunError::Payload { .. } => plain(message)
-                .with_help("simulate the times before and after apart, with loads of their own")
+                .with_help("state a load whose part is carried all the time, without `from` and `until`")
                 .with_option("load"),
             RunError::Forward(error) => simulation(&error, plain(message)),
             _ => plain(message),
@@ -129,7 +135,7 @@ fn cannot_carry(missing: &Missing) -> Error {
 /// Adds suggestions to the plain message of a simulation's error.
 fn simulation(error: &ForwardError, plain: Error) -> Error {
     match error {
-        ForwardError::GearLoss { .. } => plain,
+        ForwardError::UnequalGears { .. } => plain,
         ForwardError::Blocked { .. } => plain
             .with_help("give other rates at the start, or lock other joints")
             .with_option("from"),

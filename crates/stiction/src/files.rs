@@ -42,7 +42,11 @@ impl Files {
 
     fn note(&self, path: &Path) {
         if let Ok(path) = path.canonicalize() {
-            self.read.lock().unwrap_or_else(PoisonError::into_inner).push(path);
+            let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+            // A study may read one file in every row.
+            if !read.contains(&path) {
+                read.push(path);
+            }
         }
     }
 
@@ -52,9 +56,19 @@ impl Files {
     /// # Errors
     /// The reason, as the end of the sentence "cannot read FILE: ".
     pub(crate) fn contents(&self, path: &Path) -> Result<Contents, String> {
+        let has_ending = |ending: &str| {
+            path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
+        };
+        if has_ending("npz") {
+            return stiction_format::csv_of_npz(&self.bytes(path)?).map(Contents::Whole);
+        }
+        if has_ending("mcap") {
+            return Err("MCAP logs are not read; write the positions of its JointState messages as CSV or, by \
+                        numpy.savez, as NPZ, with an array `time` and one for each joint"
+                .to_owned());
+        }
         let metadata = fs::metadata(path).map_err(|error| describe(&error))?;
-        let is_table =
-            path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+        let is_table = has_ending("toml");
         // A pipe cannot be read twice, so it is never a store.
         if metadata.is_file() && metadata.len() > LONG && !is_table {
             let stored = StoredFile::open(path, metadata.len(), self.progress.clone())
@@ -63,6 +77,26 @@ impl Files {
             return Ok(Contents::Stored(Arc::new(stored)));
         }
         self.text(path).map(Contents::Whole)
+    }
+
+    /// Bytes of a file that is no text: a mesh, an archive.
+    ///
+    /// # Errors
+    /// The reason, as the end of the sentence "cannot read FILE: ".
+    pub(crate) fn bytes(&self, path: &Path) -> Result<Vec<u8>, String> {
+        let metadata = fs::metadata(path).map_err(|error| describe(&error))?;
+        if !metadata.is_file() {
+            return Err("it is no file".to_owned());
+        }
+        if metadata.len() > LARGEST {
+            let size = metadata.len() as f64 / 1e9;
+            return Err(format!("it has {size:.1} GB; at most 1 GB is read"));
+        }
+        let mut bytes = Vec::new();
+        let file = File::open(path).map_err(|error| describe(&error))?;
+        file.take(LARGEST).read_to_end(&mut bytes).map_err(|error| describe(&error))?;
+        self.note(path);
+        Ok(bytes)
     }
 
     /// Text of a file.

@@ -15,10 +15,11 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_core::forward::{Known, Method, Settings};
 use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::JointId;
-use stiction_format::{Control, ModelFile};
+use stiction_format::{Condition, Control, ModelFile, Source};
 use stiction_run::SinkError;
 use stiction_run::forward::{
-    Ending, Feed, Job, Mark, Outcome, Sample as Record, Start as JobStart, arrange,
+    ControlLaw, Ending, Feed, Job, Measured, Outcome, RunCheckpoint, Sample as Record,
+    Start as JobStart, arrange,
 };
 
 /// Forward dynamics of a robot: options, then [`run`](Self::run) or [`samples`](Request::samples).
@@ -38,8 +39,10 @@ pub struct Simulation {
     names: Arc<Names>,
     drives: Option<(Efforts, String)>,
     controller: Option<Option<(Control, String)>>,
+    law: Option<ControlLaw>,
     locked: Vec<(JointId, usize)>,
     prescribed: Vec<(JointId, usize)>,
+    stops: Vec<Condition>,
     start: Start,
     friction: bool,
     until: Option<f64>,
@@ -62,8 +65,10 @@ impl Forward {
             names: Arc::clone(robot.names()),
             drives: None,
             controller: None,
+            law: None,
             locked: Vec::new(),
             prescribed: Vec::new(),
+            stops: Vec::new(),
             start: Start::Motion,
             friction: robot.model().default_friction != Some(FrictionMode::Off),
             until: None,
@@ -80,8 +85,8 @@ impl Forward {
         self.task.names = Arc::new(Names::new(&self.task.model.mechanism));
     }
 
-    /// Sets the efforts of actuators: assignments such as `"leg1.P = 50 N; leg2.P = 20 N"`, the name of a
-    /// file, `inverse` (the efforts of inverse dynamics for the motion), or `none`.
+    /// Sets the efforts of actuators: assignments such as `"leg1.P = 50 N; leg2.P = 20 N"`, which may depend
+    /// on measured coordinates and rates (`"A = -200 N m/rad*A - 5 N m s/rad*d(A)"`), the name of a file, `inverse` (the efforts of inverse dynamics for the motion), or `none`.
     ///
     /// # Errors
     /// There is no such actuator, or the file or the assignments are defective.
@@ -96,7 +101,7 @@ impl Forward {
         Ok(self)
     }
 
-    /// Sets the controller: `pd`, `computed-torque`, `computed-torque+friction`, the name of a TOML file,
+    /// Sets the controller: `pd`, `pid`, `computed-torque`, `computed-torque+friction`, the name of a TOML file,
     /// assignments such as `"type = pd; period = 2 ms; leg1.P.limit = 300 N"`, or `none`.
     ///
     /// # Errors
@@ -106,6 +111,26 @@ impl Forward {
             "none" => None,
             text => Some(self.robot.parse_controller(&self.task.model, text)?),
         });
+        Ok(self)
+    }
+
+    /// Sets a control law: a function of the measured state that returns the efforts of all actuators, N or
+    /// N m, in the order of [`Sample::effort`]'s actuators. It is called every `period` seconds; its efforts are
+    /// added to those of [`drives`](Self::drives) and held until the next call.
+    ///
+    /// # Errors
+    /// The period is not positive.
+    pub fn control_law(
+        mut self,
+        period: f64,
+        law: impl Fn(&Measured<'_>) -> Result<Vec<f64>, Error> + Send + Sync + 'static,
+    ) -> Result<Self, Error> {
+        if !(period.is_finite() && period > 0.0) {
+            return Err(Error::input(format!("the period of the control law is {period} s"))
+                .with_help("give a time between its calls, for example 1e-3")
+                .with_option("period"));
+        }
+        self.task.law = Some(ControlLaw::new(period, move |measured| Ok(law(measured)?)));
         Ok(self)
     }
 
@@ -219,12 +244,32 @@ impl Forward {
             });
             self.task.start = Start::Known(known.collect());
         }
+        let mut given: Vec<Coordinate> = Vec::new();
         for (name, rate) in rates {
             // The product with the time has the coordinate's unit.
             let motion = self.robot.parse_state(&format!("{name} = ({rate})*t"))?;
             let target = motion.at(motion.start).next();
-            self.known(&name)?.rate = target.map(|target| target.rate);
+            let known = self.known(&name)?;
+            if given.contains(&known.coordinate) {
+                return Err(Error::input(format!("the rate `d({name})` is given twice"))
+                    .with_help("give each rate once")
+                    .with_option("from"));
+            }
+            given.push(known.coordinate);
+            known.rate = target.map(|target| target.rate);
         }
+        Ok(self)
+    }
+
+    /// Begins at a later time of the motion, s.
+    pub(crate) fn begin_at(mut self, time: f64) -> Result<Self, Error> {
+        let Some((motion, _)) = &mut self.motion else { return Err(self.robot.motion_missing()) };
+        let end = motion.start + motion.duration;
+        if !(motion.start..=end).contains(&time) {
+            let start = motion.start;
+            return Err(stiction_run::Error::NoSuchTime { time, start, end }.into());
+        }
+        (motion.start, motion.duration) = (time, end - time);
         Ok(self)
     }
 
@@ -233,6 +278,19 @@ impl Forward {
     pub fn until(mut self, time: f64) -> Self {
         self.task.until = Some(time);
         self
+    }
+
+    /// Ends the simulation as soon as a condition holds, such as `platform.z < 100 mm` or
+    /// `d(leg1.P) > 0.5 m/s`: over coordinates, their rates and the time `t`. The instant is located to the
+    /// tolerance of the simulation; it is the last sample, and an event. Several conditions: each of them
+    /// ends it.
+    ///
+    /// # Errors
+    /// The condition is defective.
+    pub fn stop(mut self, condition: &str) -> Result<Self, Error> {
+        let source = Source::new("stop", condition);
+        self.task.stops.push(self.task.model.parse_condition(&source)?);
+        Ok(self)
     }
 
     /// Switches joint friction on or off. Default: as the model says, else on.
@@ -275,7 +333,8 @@ impl Forward {
             let is_free =
                 self.task.model.mechanism.actuators().any(|a| !self.task.locked.contains(&a));
             let moves = self.motion.as_ref().is_some_and(|(motion, _)| motion.duration > 0.0);
-            let alone = self.task.drives.is_none() && self.task.prescribed.is_empty();
+            let task = &self.task;
+            let alone = task.drives.is_none() && task.prescribed.is_empty() && task.law.is_none();
             let is_set = matches!(self.task.start, Start::Known(_));
             self = match alone && is_free && moves && !is_set {
                 true => self.controller("computed-torque")?,
@@ -359,6 +418,7 @@ impl Plan {
         let index = |of: &(JointId, usize)| mechanism.actuators().position(|known| known == *of);
         let mut job = Job {
             motion,
+            stops: &task.stops,
             prescribed: task.prescribed.iter().filter_map(index).collect(),
             locked: task.locked.iter().filter_map(index).collect(),
             start,
@@ -381,6 +441,12 @@ impl Plan {
         }
         if let Some(Some((control, name))) = &task.controller {
             (job.control, job.control_name) = (Some(control), name.clone());
+        }
+        if let Some(law) = &task.law {
+            job.law = Some(law);
+            if job.control.is_none() {
+                job.control_name = "of the caller".to_owned();
+            }
         }
         let recorded = match &task.drives {
             Some((Efforts::Given(drives), _)) => {
@@ -405,9 +471,9 @@ impl Plan {
     /// The robot cannot start, or the error of the receiver. Later failures are in the outcome.
     pub fn record(
         &self,
-        receive: impl FnMut(&Record<'_>, &dyn Fn() -> Mark) -> Result<(), SinkError>,
+        receive: impl FnMut(&Record<'_>, &dyn Fn() -> RunCheckpoint) -> Result<(), SinkError>,
         is_stopped: &dyn Fn() -> bool,
-        checkpoint: Option<&Mark>,
+        checkpoint: Option<&RunCheckpoint>,
     ) -> Result<Outcome, Error> {
         Ok(self.job().run(receive, is_stopped, checkpoint)?)
     }
@@ -418,7 +484,7 @@ impl Plan {
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Outcome, Error> {
         let names = &self.request.task.names;
-        let receive = |record: &Record<'_>, _: &dyn Fn() -> Mark| {
+        let receive = |record: &Record<'_>, _: &dyn Fn() -> RunCheckpoint| {
             receive(Sample::new(Arc::clone(names), record))
         };
         self.record(receive, is_stopped, None)

@@ -111,6 +111,7 @@ pub struct Sample {
     efforts_frictionless: Vec<f64>,
     effort_bounds: Vec<(f64, f64)>,
     motors: Vec<Motor>,
+    gearings: Vec<f64>,
     reactions: Vec<Reaction>,
     frictions: Vec<JointFriction>,
     poses: Vec<BodyPose>,
@@ -183,6 +184,7 @@ impl Sample {
             efforts_frictionless: forces.efforts_frictionless.clone(),
             effort_bounds: forces.effort_bounds.clone(),
             motors: sample.motors.clone(),
+            gearings: forces.gearings.clone(),
             reactions: reactions
                 .map(|((force, moment), determined)| Reaction {
                     force: force.to_array(),
@@ -232,7 +234,7 @@ impl Sample {
         Ok(self.effort_bounds[self.names.actuator(actuator)?])
     }
 
-    /// Torque, speed and power of the motor of a drive train, and what it loses.
+    /// Torque, speed, power and losses of the motor of a drive train.
     ///
     /// # Errors
     /// There is no drive train of that name.
@@ -243,6 +245,15 @@ impl Sample {
     /// Efforts of all actuators, N or N m, in the order of [`Robot::actuators`].
     pub fn efforts(&self) -> &[f64] {
         &self.efforts
+    }
+
+    /// Effort of a rigid gearing, N m, or N if its sum is a length: it exerts its coefficient times this effort on each
+    /// of its joints.
+    ///
+    /// # Errors
+    /// There is no gearing of that name.
+    pub fn gearing_effort(&self, gearing: &str) -> Result<f64, Error> {
+        Ok(self.gearings[self.names.gearing(gearing)?])
     }
 
     /// Reaction in a joint.

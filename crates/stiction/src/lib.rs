@@ -21,7 +21,12 @@
 //! | motion under efforts, controllers, loads and locks | [`Robot::forward`] |
 //! | mobility, redundant constraints, singularities | [`Robot::check`] |
 //! | efforts at which a robot at rest begins to move | [`Robot::breakaway`] |
+//! | positions of rest, and their stability | [`Robot::equilibrium`] |
+//! | linear models about an operating point | [`Robot::linearize`] |
 //! | efforts in a control loop, without allocation | [`Robot::control_loop`] |
+//! | the same as source code for a controller | [`Robot::export`] |
+//! | statistics of many designs | [`Robot::sweep`], [`fn@sweep`] |
+//! | efforts, poses, Jacobians, mass matrices of many states | [`Robot::states`] |
 //!
 //! Every failure is one type, [`Error`]: it names the place, the value and the limit, and suggests a cure.
 //! Nothing here panics on bad input, and an unknown name is answered by the nearest known one:
@@ -42,34 +47,54 @@
 mod breakaway;
 mod check;
 mod control_loop;
+mod convert;
 mod error;
 mod explain;
+mod export;
 mod files;
 pub mod forward;
 mod inverse;
 mod names;
+mod operating_point;
 mod request;
 mod robot;
+mod states;
 mod stream;
+mod sweep;
+mod tabulated;
 mod tasks;
 
 pub use breakaway::{Breakaway, Rest, StaticFriction};
 pub use check::{Check, Examination, Mobility, Report, Singularity};
 pub use control_loop::ControlLoop;
+pub use convert::{Conversion, Converted};
 pub use error::{Error, ErrorKind};
+pub use export::Export;
 pub use files::ReadProgress;
 pub use forward::{Forward, Plan, Run, Simulation};
 pub use inverse::{BodyPose, Inverse, InverseDynamics, JointFriction, Reaction, Sample};
+pub use operating_point::{Equilibrium, Linearize, Rests};
 pub use request::{Loaded, Request, Sampled, Samples};
-pub use robot::{ModelText, Robot, RobotBuilder};
+pub use robot::{Import, ModelParts, ModelText, Robot, RobotBuilder};
+pub use states::{
+    Batch, Compile, Compiled, Coordinate, InverseRows, MotionRows, Rows, States, Workers,
+    status_name, status_reason,
+};
+pub use sweep::{Study, Sweep, sweep};
+pub use tabulated::{Tabulated, TabulatedSimulation, energy_lost};
 
 pub use stiction_core as core;
 pub use stiction_core::dynamics::{Data, FrictionMode, Model, Status};
 pub use stiction_core::forward::{EventKind, Method};
-pub use stiction_core::mechanism::{BodySpec, DriveTrainSpec, JointSpec, Motor, SpringSpec};
+pub use stiction_core::mechanism::{
+    BodySpec, BushingSpec, DriveTrainSpec, GasSpring, GearingSpec, JointSpec, JointSpringSpec,
+    Motor, SpringSpec,
+};
 pub use stiction_format as format;
 pub use stiction_format::{Diagnostic, Diagnostics, gallery};
+pub use stiction_program::emit::{Language, Precision, SourceFile};
 pub use stiction_run as run;
+pub use stiction_run::forward::Measured;
 
 /// The examples of the project's front page, compiled as tests.
 #[cfg(doctest)]

@@ -12,6 +12,8 @@ pub(crate) struct Names {
     pub(crate) actuators: Vec<(String, String)>,
     /// Drive trains.
     pub(crate) motors: Vec<String>,
+    /// Rigid gearings.
+    pub(crate) gearings: Vec<String>,
     pub(crate) joints: Vec<String>,
     pub(crate) bodies: Vec<String>,
     /// Scalar joint coordinates: name, joint, index of the degree of freedom.
@@ -44,6 +46,7 @@ impl Names {
         Self {
             actuators,
             motors: mechanism.drive_trains().iter().map(|train| train.name.clone()).collect(),
+            gearings: mechanism.gearings().iter().map(|gearing| gearing.name.clone()).collect(),
             joints: joints.iter().map(|joint| joint.name.clone()).collect(),
             bodies: mechanism.bodies().iter().map(|body| body.name.clone()).collect(),
             coordinates,
@@ -67,6 +70,11 @@ impl Names {
                 .with_help("add a table such as [actuators.motor]"));
         }
         find("drive train", name, &self.motors)
+    }
+
+    /// Index of a gearing.
+    pub(crate) fn gearing(&self, name: &str) -> Result<usize, Error> {
+        find("gearing", name, &self.gearings)
     }
 
     /// Index of a joint.

@@ -2,17 +2,19 @@
 
 mod model_text;
 
-pub use model_text::ModelText;
+pub use model_text::{Import, ModelParts, ModelText};
 
 use crate::error::Error;
 use crate::files::Files;
 use crate::names::Names;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
+use stiction_core::mechanism::{
+    BodySpec, BushingSpec, JointSpec, JointSpringSpec, Mechanism, MechanismBuilder, SpringSpec,
+};
 use stiction_core::spatial::Vec3;
 use stiction_format::{
-    Contents, Control, Diagnostics, Drives, LoadCase, ModelFile, Motion, Source,
+    Contents, Control, Diagnostics, Drives, LoadCase, ModelFile, Motion, Note, Source,
 };
 
 /// A mechanism with its named motions and loads, as a model file describes it.
@@ -28,7 +30,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Reads a model file. Paths in the model are relative to its folder.
+    /// Reads a model file, or a URDF, MJCF or SDF file. Paths in it are relative to its folder.
     ///
     /// # Errors
     /// The file cannot be read, or its content is invalid; the error then lists all defects, each
@@ -131,6 +133,49 @@ impl Robot {
         self.model.loads.iter().map(|(name, _)| name.as_str())
     }
 
+    /// Remarks of the import of a URDF, MJCF or SDF file, each with its places; empty for model files.
+    pub fn import_notes(&self) -> &[Note] {
+        self.text.as_deref().map_or(&[], ModelText::notes)
+    }
+
+    /// Names of the default motion and load, if the model has them.
+    pub fn defaults(&self) -> (Option<String>, String) {
+        (self.default_motion().map(|(_, name)| name), self.default_load().1)
+    }
+
+    /// Units of the actuators' efforts, `N` or `N m`, in the order of [`Self::actuators`].
+    pub fn effort_units(&self) -> impl Iterator<Item = &'static str> {
+        let joints = self.mechanism().joints();
+        self.mechanism().actuators().map(|(id, dof)| joints[id.0].joint_type.dofs()[dof].units().1)
+    }
+
+    /// Parameters of the model with their values and SI units, in the order of the file.
+    pub fn parameters(&self) -> impl Iterator<Item = (&str, f64, String)> {
+        self.model.parameters()
+    }
+
+    /// The text from which the robot was read, with the changes of single values; `None` for a robot
+    /// described by code.
+    pub fn text(&self) -> Option<&ModelText> {
+        self.text.as_deref()
+    }
+
+    /// Drawing of the robot at the most legible instant of its default motion, or at its home position, as
+    /// SVG in light or dark colours by the reader's preference.
+    ///
+    /// # Errors
+    /// The robot cannot be assembled, or cannot follow its motion.
+    pub fn drawing(&self) -> Result<String, Error> {
+        let check = self.check_along();
+        let job = check.job()?;
+        let locked = job.locked_start()?;
+        let job = match &locked {
+            Some((motion, _)) => stiction_run::Job { motion, ..job },
+            None => job,
+        };
+        Ok(stiction_run::Portrait::of(&job)?.inline_svg())
+    }
+
     /// The underlying model, for use with `stiction_core`, `stiction_format` and `stiction_run`.
     pub fn model(&self) -> &ModelFile {
         &self.model
@@ -161,8 +206,9 @@ impl Robot {
     /// A motion by its name in the model, the name of a file, or assignments, and its label in
     /// results.
     pub(crate) fn parse_motion(&self, text: &str) -> Result<(Motion, String), Error> {
-        let motion =
-            self.model.parse_motion(&Source::new("motion", text), &|file| self.contents(file))?;
+        let filter = self.text.as_ref().and_then(|text| text.filter());
+        let source = Source::new("motion", text).with_filter(filter);
+        let motion = self.model.parse_motion(&source, &|file| self.contents(file))?;
         Ok((motion, label(text)))
     }
 
@@ -171,15 +217,19 @@ impl Robot {
         Ok(self.model.parse_motion(&Source::new("from", text), &|file| self.contents(file))?)
     }
 
-    /// The model's default motion, or else its only motion.
-    pub(crate) fn default_motion(&self) -> Option<(Motion, String)> {
-        let model = &*self.model;
-        let only = match model.motions.as_slice() {
+    /// Name of the model's default motion, or else of its only motion.
+    pub(crate) fn default_motion_name(&self) -> Option<&str> {
+        let only = match self.model.motions.as_slice() {
             [(name, _)] => Some(name),
             _ => None,
         };
-        let name = model.default_motion.as_ref().or(only)?;
-        Some((model.motion(name)?.clone(), name.clone()))
+        self.model.default_motion.as_ref().or(only).map(String::as_str)
+    }
+
+    /// The model's default motion, or else its only motion.
+    pub(crate) fn default_motion(&self) -> Option<(Motion, String)> {
+        let name = self.default_motion_name()?;
+        Some((self.model.motion(name)?.clone(), name.to_owned()))
     }
 
     /// Error for a model without a default motion.
@@ -271,7 +321,19 @@ impl RobotBuilder {
         self
     }
 
-    /// Adds a spring.
+    /// Adds a spring on a degree of freedom of a joint.
+    pub fn joint_spring(mut self, spring: JointSpringSpec) -> Self {
+        self.mechanism = self.mechanism.joint_spring(spring);
+        self
+    }
+
+    /// Adds a bushing between frames of two bodies.
+    pub fn bushing(mut self, bushing: BushingSpec) -> Self {
+        self.mechanism = self.mechanism.bushing(bushing);
+        self
+    }
+
+    /// Adds a spring between points of two bodies.
     pub fn spring(mut self, spring: SpringSpec) -> Self {
         self.mechanism = self.mechanism.spring(spring);
         self

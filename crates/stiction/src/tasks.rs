@@ -4,9 +4,13 @@ use crate::breakaway::Breakaway;
 use crate::check::{Check, Report};
 use crate::control_loop::ControlLoop;
 use crate::error::Error;
+use crate::export::Export;
 use crate::forward::Forward;
 use crate::inverse::Inverse;
+use crate::operating_point::{Linearize, Rests};
 use crate::robot::Robot;
+use crate::states::Compile;
+use crate::sweep::Sweep;
 
 impl Robot {
     /// Inverse dynamics along a motion: actuator efforts, joint reactions and joint friction.
@@ -38,6 +42,35 @@ impl Robot {
         Breakaway::of(self)
     }
 
+    /// Static equilibrium without friction: where the robot rests under gravity, springs, loads and given
+    /// efforts, and whether this position is stable.
+    ///
+    /// # Errors
+    /// The options contradict each other.
+    pub fn equilibrium(&self) -> Result<Rests, Error> {
+        Rests::of(self)
+    }
+
+    /// Linear model about an operating point: A, B, C, D in independent coordinates.
+    ///
+    /// ```
+    /// let robot = stiction::Robot::builtin("five-bar")?;
+    /// let model = robot.linearize()?.friction(false).run()?;
+    /// assert_eq!((model.states.len(), model.inputs.len()), (4, 2));
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The options contradict each other.
+    pub fn linearize(&self) -> Result<Linearize, Error> {
+        Linearize::of(self)
+    }
+
+    /// Batches of states: inverse dynamics, poses, Jacobians and mass matrices for rows of coordinates.
+    pub fn states(&self) -> Compile {
+        Compile::of(self)
+    }
+
     /// Inverse dynamics for a control loop: a model compiled at the first instant of the default motion, with
     /// the actuators as independent coordinates, and its data, allocated once.
     ///
@@ -57,5 +90,26 @@ impl Robot {
     /// singular.
     pub fn control_loop(&self) -> Result<ControlLoop, Error> {
         ControlLoop::new(self)
+    }
+
+    /// Source code of inverse dynamics with friction for a controller, from the actuators'
+    /// coordinates.
+    ///
+    /// ```
+    /// let robot = stiction::Robot::builtin("five-bar")?;
+    /// let files = robot.export().vectors(5).files()?;
+    /// assert_eq!((files[0].name.as_str(), files[1].name.as_str()), ("five_bar.h", "five_bar.c"));
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    pub fn export(&self) -> Export {
+        Export::of(self)
+    }
+
+    /// Study of many designs: statistics of inverse dynamics with other values in every row.
+    ///
+    /// # Errors
+    /// The robot was described by code, and has no text with values to be changed.
+    pub fn sweep(&self) -> Result<Sweep, Error> {
+        Sweep::of(self)
     }
 }

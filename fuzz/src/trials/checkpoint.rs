@@ -6,7 +6,7 @@ use std::cell::Cell;
 use stiction_format::{Drives, LoadCase, ModelFile, Source};
 use stiction_run::Sink;
 use stiction_run::forward::{
-    Feed, Job, Mark, Recorder, Start, Summary, Tables, write_events, write_summary,
+    Feed, Job, Recorder, RunCheckpoint, Start, Summary, Tables, write_events, write_summary,
 };
 
 /// A block on a slope with a single coordinate, which sticks and slides.
@@ -40,7 +40,7 @@ fn job<'a>(model: &'a ModelFile, drives: &'a Drives, load: &'a LoadCase) -> Job<
 }
 
 /// Resumes from a checkpoint; returns the checkpoint of the last sample but one.
-fn go_on(mark: Option<&Mark>) -> Option<Value> {
+fn go_on(mark: Option<&RunCheckpoint>) -> Option<Value> {
     let model = model_of(BLOCK).expect("the block is fine");
     let given = Source::new("--drives", "A = 30 N*sin(20*t)");
     let drives = model.parse_drives(&given, &files).expect("the drives are fine");
@@ -83,6 +83,6 @@ pub fn whole() -> String {
 /// The key `mark` of a checkpoint.
 pub fn checkpoint(text: &str) {
     let Ok(value) = serde_json::from_str::<Value>(text) else { return };
-    let Some(mark) = Mark::from_json(&value) else { return };
+    let Some(mark) = RunCheckpoint::from_json(&value) else { return };
     go_on(Some(&mark));
 }

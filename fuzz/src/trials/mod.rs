@@ -12,7 +12,7 @@ pub mod texts;
 pub type Trial = fn(&str);
 
 /// All trials by the name of their fuzz target.
-pub const TRIALS: [(&str, Trial); 8] = [
+pub const TRIALS: [(&str, Trial); 9] = [
     ("model", texts::model),
     ("unit", texts::unit),
     ("expression", texts::expression),
@@ -21,4 +21,5 @@ pub const TRIALS: [(&str, Trial); 8] = [
     ("drives", texts::drives),
     ("checkpoint", checkpoint::checkpoint),
     ("mechanism", runs::mechanism),
+    ("robot_file", texts::robot_file),
 ];

@@ -66,7 +66,7 @@ fn checked(job: &Job<'_>) {
         "leg",
         "weakest",
         "everywhere",
-        "governance",
+        "actuation_of_motion",
         "left",
         "smallest_kept",
         "largest_dropped",
@@ -117,7 +117,7 @@ const SUMMARY_EMPTY: &[&str] = &[
     "interpolation",
     "efficiency",
     "friction_effect",
-    "friction_shares",
+    "friction_contributions",
     "dissipated_part",
     "weighting",
     "friction_coupling",
@@ -133,7 +133,7 @@ const SUMMARY_EMPTY: &[&str] = &[
 ];
 
 fn stopped(job: &Job<'_>) {
-    let Ok(findings) = breakaway::look(job, None) else { return };
+    let Ok(findings) = breakaway::evaluate(job, None) else { return };
     let mut text = String::new();
     breakaway::write_report(&mut text, job, &findings).expect("a string takes it");
     assert!(!text.contains("NaN"), "{text}");

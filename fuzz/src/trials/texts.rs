@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 use stiction_format::{
-    Contents, Diagnostics, ModelFile, Motion, Signal, Source, Store, gallery, read,
+    Contents, Diagnostics, ImportOptions, ModelFile, Motion, Signal, Source, Store, gallery,
+    import, read,
 };
 
 /// Renders messages in all formats.
@@ -35,6 +36,20 @@ pub(crate) fn model_of(text: &str) -> Option<ModelFile> {
     let model = accepted(read(&Source::new("model.toml", text), &files))?;
     render(&model.warnings);
     Some(model)
+}
+
+/// A robot file of another program: converted, or refused with messages. Further files are itself.
+pub fn robot_file(text: &str) {
+    let load = |_: &str| Ok(text.as_bytes().to_vec());
+    for literal in [false, true] {
+        let source = Source::new("robot.xml", text);
+        if let Some(imported) = accepted(import(&source, ImportOptions { literal }, &load)) {
+            for note in &imported.notes {
+                assert!(!note.line().trim().is_empty(), "a remark without words");
+            }
+            assert!(model_of(&imported.text).is_some(), "the model file of an import is refused");
+        }
+    }
 }
 
 /// A robot for motions, loads and efforts; read once.

@@ -3,7 +3,7 @@
 
 use super::Trouble;
 use super::machine::last_core;
-use crate::python::environment;
+use crate::python::engines;
 use crate::{cargo, succeeds};
 use serde_json::Value;
 use std::env;
@@ -52,7 +52,7 @@ impl Tools {
             )
         })?;
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-        let python = environment(&root.join("validation")).map_err(Trouble::Missing)?;
+        let python = engines(&root.join("validation")).map_err(Trouble::Missing)?;
         let packages = ["--package", "stiction-cli", "--package", "stiction-peers"];
         if !succeeds(cargo(&["build", "--release"]).args(packages)) {
             return Err(Trouble::Failed("cargo cannot build our programs".into()));

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
 use std::time::{Duration, Instant};
-use stiction_run::forward::{Job, Mark, checksum};
+use stiction_run::forward::{Job, RunCheckpoint, checksum};
 
 /// Writer of checkpoints at regular intervals of wall-clock time.
 pub(super) struct Journal {
@@ -18,7 +18,7 @@ pub(super) struct Journal {
 
 /// A checkpoint of an interrupted run.
 pub(super) struct Kept {
-    pub(super) mark: Mark,
+    pub(super) checkpoint: RunCheckpoint,
     /// File with the rows of each table, and its valid length in bytes.
     pub(super) files: Vec<(String, u64)>,
 }
@@ -42,7 +42,7 @@ impl Journal {
     pub(super) fn write(
         &mut self,
         outputs: &Outputs,
-        mark: &Mark,
+        checkpoint: &RunCheckpoint,
         files: &[(String, u64); FILES.len()],
     ) -> Result<(), Failure> {
         let tables: Vec<Value> = FILES
@@ -50,13 +50,13 @@ impl Journal {
             .zip(files)
             .map(|(name, (at, bytes))| json!({ "name": name, "at": at, "bytes": bytes }))
             .collect();
-        let mark = mark.json();
+        let checkpoint = checkpoint.json();
         let content = json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
             "fingerprint": format!("{:016x}", self.fingerprint),
-            "checksum": checksum_of(&Value::Array(tables.clone()), &mark),
+            "checksum": checksum_of(&Value::Array(tables.clone()), &checkpoint),
             "tables": tables,
-            "mark": mark,
+            "checkpoint": checkpoint,
         });
         outputs.write_now(CHECKPOINT, format!("{content:#}\n").as_bytes())?;
         outputs.keep();
@@ -86,11 +86,11 @@ impl Journal {
             .help("give the same options, or start again without --resume"));
         }
         // A changed digit would define a different simulation.
-        if value["checksum"] != json!(checksum_of(&value["tables"], &value["mark"])) {
+        if value["checksum"] != json!(checksum_of(&value["tables"], &value["checkpoint"])) {
             return Err(wrong("is damaged"));
         }
-        let mark = Mark::from_json(&value["mark"]).ok_or_else(|| {
-            wrong("is damaged: its `mark`, the state of the simulation, is incomplete")
+        let checkpoint = RunCheckpoint::from_json(&value["checkpoint"]).ok_or_else(|| {
+            wrong("is damaged: its `checkpoint`, the state of the simulation, is incomplete")
         })?;
         let tables = value["tables"].as_array().map_or(&[][..], Vec::as_slice);
         let table = |table: &Value| {
@@ -100,14 +100,14 @@ impl Journal {
         let files: Option<Vec<_>> = tables.iter().map(table).collect();
         let files = files.filter(|files| files.len() == FILES.len());
         Ok(Kept {
-            mark,
+            checkpoint,
             files: files.ok_or_else(|| wrong("is damaged: its list of `tables` is incomplete"))?,
         })
     }
 }
 
-fn checksum_of(tables: &Value, mark: &Value) -> String {
-    format!("{:016x}", checksum(&format!("{tables}{mark}")))
+fn checksum_of(tables: &Value, checkpoint: &Value) -> String {
+    format!("{:016x}", checksum(&format!("{tables}{checkpoint}")))
 }
 
 /// Temporary names and lengths of the tables being written.

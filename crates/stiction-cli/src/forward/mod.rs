@@ -2,25 +2,27 @@
 
 mod journal;
 
-use crate::arguments::{Forward, Method as Asked, Switch};
+use crate::arguments::{Formats, Forward, Method as Asked, Switch};
+use crate::cases::{self, Done};
 use crate::failure::Failure;
 use crate::fold::folded;
 use crate::inverse::listen_for_interrupt;
 use crate::outputs::{CHECKPOINT, Outputs};
 use crate::print;
 use crate::progress::Progress;
+use crate::report;
 use crate::sources::{self, DEFAULT_MODEL, note_frictionless, warn};
 use journal::{Journal, Kept, begin, partials};
-use serde_json::json;
 use std::cell::{Cell, RefCell};
 use std::io::IsTerminal;
 use std::path::Path;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use stiction::{Error, ErrorKind, Method, Robot};
 use stiction_run::Sink;
 use stiction_run::forward::{
-    Curves, Ending, Outcome, Recorder, Rows, Summary, Tables, write_events, write_summary,
+    Animation, Curves, Ending, Outcome, Recorder, RowEfforts, Rows, Summary, Tables, draw_report,
+    write_events, write_summary,
 };
 
 pub(crate) fn run(options: &Forward) -> Result<(), Failure> {
@@ -28,7 +30,11 @@ pub(crate) fn run(options: &Forward) -> Result<(), Failure> {
 }
 
 /// Maps the options to a request.
-fn request(robot: &Robot, options: &Forward) -> Result<stiction::Forward, Failure> {
+fn request(
+    robot: &Robot,
+    options: &Forward,
+    load: Option<&str>,
+) -> Result<stiction::Forward, Failure> {
     let mut request = robot.forward();
     if let Some(friction) = options.friction {
         request = request.friction(friction == Switch::On);
@@ -42,7 +48,7 @@ fn request(robot: &Robot, options: &Forward) -> Result<stiction::Forward, Failur
     if let Some(motion) = &options.motion {
         request = request.motion(motion)?;
     }
-    if let Some(load) = &options.load {
+    if let Some(load) = load {
         request = request.load(load)?;
     }
     if let Some(drives) = &options.drives {
@@ -53,6 +59,9 @@ fn request(robot: &Robot, options: &Forward) -> Result<stiction::Forward, Failur
     }
     if let Some(start) = &options.from {
         request = request.from(start)?;
+    }
+    for condition in &options.stop {
+        request = request.stop(condition)?;
     }
     if let Some(until) = options.until {
         request = request.until(until);
@@ -69,7 +78,7 @@ fn request(robot: &Robot, options: &Forward) -> Result<stiction::Forward, Failur
 }
 
 fn execute(options: &Forward) -> Result<(), Failure> {
-    let robot = sources::robot_or_default(&options.model)?;
+    let robot = sources::filtered_robot(&options.model, &options.filter)?;
     if !options.json {
         if options.model.name.is_none() {
             note!(
@@ -79,30 +88,88 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         }
         warn(robot.warnings());
     }
-    let plan = request(&robot, options)?.plan()?;
+    let loads = cases::separate(&options.load);
+    let (interrupted, limit) = (listen_for_interrupt(), Limit::new(options.time_limit)?);
+    let watch = Watch { interrupted: &interrupted, limit: &limit };
+    let folder = options.report.folder(options.output.as_deref())?;
+    let folder = folder.as_deref();
+    if loads.len() < 2 {
+        let request = request(&robot, options, loads.first().copied())?;
+        single(&robot, options, &request, folder, watch).map(|_| ())
+    } else {
+        several(&robot, (options, folder), &cases::cases(&[Vec::new(), loads]), watch)
+    }
+}
+
+/// Runs several loads.
+fn several(
+    robot: &Robot,
+    (options, folder): (&Forward, Option<&Path>),
+    cases: &[cases::Case<'_>],
+    watch: Watch<'_>,
+) -> Result<(), Failure> {
+    if options.resume {
+        return Err(Failure::input("--resume takes one load")
+            .help("resume the interrupted run alone: its load, and its own folder below the folder of all"));
+    }
+    // All inputs are checked before the first computation.
+    let requests = cases
+        .iter()
+        .map(|case| {
+            let request = request(robot, options, case.load)?;
+            request.clone().plan()?;
+            Ok(request)
+        })
+        .collect::<Result<Vec<_>, Failure>>()?;
+    let shape = (folder, options.json, options.report);
+    cases::run_all(robot, shape, cases, |index, folder| {
+        let run = single(robot, options, &requests[index], folder, watch)?;
+        Ok(run)
+    })
+}
+
+/// Conditions that end a run early: an interrupt and a time limit.
+#[derive(Clone, Copy)]
+struct Watch<'a> {
+    interrupted: &'a AtomicBool,
+    limit: &'a Limit,
+}
+
+/// Runs one simulation, prints its summary, and writes its files into `folder`.
+fn single(
+    robot: &Robot,
+    options: &Forward,
+    request: &stiction::Forward,
+    folder: Option<&Path>,
+    Watch { interrupted, limit }: Watch<'_>,
+) -> Result<Done, Failure> {
+    let is_one_of_many = cases::separate(&options.load).len() > 1;
+    let plan = request.clone().plan()?;
     let job = plan.job();
+    sources::refuse_filter(&options.filter, job.motion.map(|motion| (&*job.motion_name, motion)))?;
     if !options.json && job.friction {
-        note_frictionless(&robot);
+        note_frictionless(robot);
     }
     let count = job.instants().map_err(Error::from)?.count();
-    let interrupted = listen_for_interrupt();
-    let limit = Limit::new(options.time_limit)?;
-    let mut outputs =
-        options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+    let mut outputs = folder.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     let mut journal = Journal::new(&job, options.checkpoint)?;
     let kept = match &outputs {
         Some(outputs) if options.resume => Some(journal.read(outputs)?),
         _ => None,
     };
-    if let Some(kept) = kept.as_ref().filter(|kept| kept.mark.samples > count) {
+    if let Some(kept) = kept.as_ref().filter(|kept| kept.checkpoint.samples > count) {
         return Err(Failure::input(format!(
             "the interrupted run has {} rows, but a run until {} s has only {count}",
-            kept.mark.samples, job.until
+            kept.checkpoint.samples, job.until
         ))
         .help("give a later --until, or start again without --resume"));
     }
     let curves = outputs.is_some().then(|| Curves::new(&job, count));
-    let mut recorder = Recorder::new(&job, (Summary::new(&job), curves, None));
+    let efforts = RowEfforts::new(&job, count);
+    let has_report = outputs.is_some() && options.report.is_on();
+    let animation = has_report.then(|| Animation::new(&job, count));
+    let sinks = (curves, efforts, animation);
+    let mut recorder = Recorder::new(&job, (Summary::new(&job), sinks, None));
     if let Some(outputs) = &mut outputs {
         let files = begin(outputs, kept.as_ref())?;
         recorder.sink.2 = Some(match &kept {
@@ -113,7 +180,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
                 read_again(outputs, kept, &mut recorder)?;
                 // The files of the interrupted run remain until this run has its own
                 // checkpoint.
-                journal.write(outputs, &kept.mark, &partials(outputs)?)?;
+                journal.write(outputs, &kept.checkpoint, &partials(outputs)?)?;
                 for (at, _) in kept.files.iter().filter(|(at, _)| at.ends_with(".partial")) {
                     outputs.remove(at);
                 }
@@ -123,17 +190,17 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     }
 
     let progress = RefCell::new(Progress::new());
-    let done = Cell::new(kept.as_ref().map_or(0, |kept| kept.mark.samples));
+    let done = Cell::new(kept.as_ref().map_or(0, |kept| kept.checkpoint.samples));
     let outcome = plan.record(
-        |sample, mark| {
+        |sample, checkpoint| {
             recorder.add(sample)?;
             done.set(done.get() + 1);
             if let (Some(outputs), Some(tables)) = (&outputs, &mut recorder.sink.2)
                 && journal.is_due()
             {
                 tables.flush()?;
-                let written =
-                    partials(outputs).and_then(|files| journal.write(outputs, &mark(), &files));
+                let written = partials(outputs)
+                    .and_then(|files| journal.write(outputs, &checkpoint(), &files));
                 written.map_err(|failure| failure.to_string())?;
             }
             Ok(())
@@ -143,14 +210,14 @@ fn execute(options: &Forward) -> Result<(), Failure> {
             progress.borrow_mut().update_samples("simulating", done.get(), count);
             interrupted.load(Ordering::Relaxed) || limit.is_passed()
         },
-        kept.as_ref().map(|kept| &kept.mark),
+        kept.as_ref().map(|kept| &kept.checkpoint),
     );
     progress.borrow_mut().clear();
     let outcome = outcome.map_err(|error| match error {
         error if error.kind() == ErrorKind::Interrupted && limit.is_passed() => limit.failure(None),
         error => Outputs::explain(outputs.as_ref(), error),
     })?;
-    let (summary, curves, tables) = recorder.sink;
+    let (summary, (curves, efforts, animation), tables) = recorder.sink;
 
     let json = summary.json(&job, &outcome);
     let failed = matches!(outcome.ending, Ending::Failed(_));
@@ -160,42 +227,60 @@ fn execute(options: &Forward) -> Result<(), Failure> {
         // Writing to a string cannot fail.
         let _ = write_summary(&mut text, &job, &summary, &outcome);
         print(&folded(&text))?;
-    } else if !failed && !cut {
+    } else if !failed && !cut && !is_one_of_many {
         print(&format!("{json:#}\n"))?;
     }
-    let mut kept = None;
+    let (mut kept, mut written) = (None, Vec::new());
     if let (Some(mut outputs), Some(tables), Some(curves)) = (outputs, tables, curves) {
         let files = tables.finish().map_err(|error| outputs.trouble_with_tables(error))?;
         for (name, file) in FILES.into_iter().zip(files) {
             outputs.end(name, file, &[])?;
         }
-        if !outcome.invertible && outcome.mark.is_none() {
+        if !outcome.invertible && outcome.checkpoint.is_none() {
             // Inverse dynamics has no solution for a motion not determined by the actuators.
             outputs.abandon("motion.csv");
         }
+        let tables: Vec<&str> =
+            FILES.into_iter().filter(|name| outputs.partial(name).is_some()).collect();
+        // A simulation resumes from its tables in CSV.
+        let formats = options.tables.formats();
+        let formats = Formats { csv: formats.csv || outcome.checkpoint.is_some(), ..formats };
+        outputs.convert_tables(&tables, formats)?;
         let mut events = Vec::new();
         write_events(&mut events, &summary, &outcome.events)
             .map_err(|error| outputs.trouble("events.csv", error))?;
         outputs.write("events.csv", &events)?;
         outputs.write("summary.json", format!("{json:#}\n").as_bytes())?;
-        outputs.write_figures(curves.figures(&summary, &outcome.events))?;
-        if let Some(mark) = &outcome.mark {
+        let figures = curves.figures(&summary, &outcome.events);
+        let page = animation.map(|animation| {
+            let command = report::command_line();
+            draw_report(&job, (&summary, &outcome), &figures, &animation, Some(&command))
+        });
+        outputs.write_figures(figures)?;
+        if let Some(page) = page {
+            outputs.write(report::FILE, page.as_bytes())?;
+        }
+        if let Some(checkpoint) = &outcome.checkpoint {
             let mut tables = partials(&outputs)?;
             // The tables are about to receive their final names.
             for ((at, _), name) in tables.iter_mut().zip(FILES) {
                 name.clone_into(at);
             }
-            journal.write(&outputs, mark, &tables)?;
+            journal.write(&outputs, checkpoint, &tables)?;
         } else {
             outputs.remove(CHECKPOINT);
         }
-        let names = outputs.complete(&POSSIBLE)?;
-        if !options.json {
-            let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-            note!("\nwrote {}", names.join(", "));
+        written = outputs.complete(&POSSIBLE)?;
+        if !options.json && !is_one_of_many {
+            let names: Vec<String> =
+                written.iter().map(|name| name.display().to_string()).collect();
+            note!("{}", folded(&format!("\nwrote {}", names.join(", "))));
         }
-        kept = options.output.as_deref();
-    } else if !options.json && std::io::stderr().is_terminal() {
+        if !is_one_of_many {
+            options.report.show(folder);
+        }
+        kept = folder;
+    } else if !options.json && !is_one_of_many && std::io::stderr().is_terminal() {
         note!("\nTables and plots: add -o DIR");
     }
     let lost = summary.energy_lost(&job.settings, &outcome.events);
@@ -204,13 +289,13 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     }
     ended(outcome, kept)?;
     match lost {
-        None => Ok(()),
-        Some(part) => Err(Failure::no_answer(format!(
-            "the energy balance does not close: its relative error is {part:.1e}, so these results are wrong by \
-             more than their tolerance"
-        ))
-        .help("give another --tolerance or --method; the column `error` of energy.csv shows when the energy is lost")
-        .details(json!({ "energy_error_relative": part }))),
+        None => Ok(Done {
+            json,
+            headlines: summary.headlines(),
+            efforts: efforts.curves,
+            files: written,
+        }),
+        Some(part) => Err(stiction::energy_lost(part).into()),
     }
 }
 
@@ -270,7 +355,7 @@ fn read_again(
     let Ok([a, b, c, d, e, f]) = <[_; 6]>::try_from(texts) else { return Ok(()) };
     let (mut a, mut b, mut c, mut d, mut e, mut f) = (a, b, c, d, e, f);
     let files: [&mut dyn std::io::Read; 6] = [&mut a, &mut b, &mut c, &mut d, &mut e, &mut f];
-    recorder.read(files, kept.mark.samples).map_err(|error| {
+    recorder.read(files, kept.checkpoint.samples).map_err(|error| {
         Failure::input(format!("the rows of the interrupted run cannot be read: {error}"))
     })
 }
@@ -278,8 +363,20 @@ fn read_again(
 /// Names of the tables.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
 /// Names of the files that only some runs write.
-const POSSIBLE: [&str; 7] = [
+const POSSIBLE: [&str; 19] = [
+    report::FILE,
+    "forward.csv",
+    "reactions.csv",
+    "friction.csv",
+    "bodies.csv",
+    "energy.csv",
     "motion.csv",
+    "forward.npz",
+    "reactions.npz",
+    "friction.npz",
+    "bodies.npz",
+    "energy.npz",
+    "motion.npz",
     "error.svg",
     "error.png",
     "drives.svg",
@@ -294,7 +391,7 @@ fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
         format!("the results up to t = {} s are in {}", outcome.last, folder.display())
     });
     match (outcome.ending, results) {
-        (Ending::Reached, _) => Ok(()),
+        (Ending::Reached | Ending::Stopped(_), _) => Ok(()),
         (Ending::Interrupted, Some(results)) => {
             Err(Error::interrupted(format!("interrupted; {results}"))
                 .with_help("the same command with --resume continues from there")

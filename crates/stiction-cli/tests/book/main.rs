@@ -1,7 +1,7 @@
 //! Tests of the book: its files are accepted, its commands print what the pages show, its pictures
 //! are those of the program, its links have targets, and the tests named by the theory exist.
 //!
-//! A fenced block `toml` whose first line is `# NAME.toml` is a file. A block `console` contains
+//! A fenced block `toml` whose first line is `# NAME.toml`, or `xml` after `<!-- NAME.xml -->`, is a file. A block `console` contains
 //! commands after `$ ` and their output (standard output, then standard error). In it, a line `...`
 //! matches any lines and `[..]` any characters. `console exit=N` gives the exit code of the last
 //! command. A line `<!-- picture NAME.svg: FILE -->` compares a picture with a file that the

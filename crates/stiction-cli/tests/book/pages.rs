@@ -91,7 +91,9 @@ fn split(command: &str) -> Vec<String> {
 
 /// True for a line with the progress of a command, which only slow machines print.
 fn is_progress(line: &str) -> bool {
-    let count = line.rsplit_once(": ").and_then(|(_, count)| count.strip_suffix(" samples"));
+    let count = line
+        .rsplit_once(": ")
+        .and_then(|(_, count)| count.strip_suffix(" samples").or(count.strip_suffix(" designs")));
     count
         .and_then(|count| count.split_once(" of "))
         .is_some_and(|(done, all)| [done, all].iter().all(|number| number.parse::<usize>().is_ok()))
@@ -131,6 +133,12 @@ pub(crate) fn carry_out(path: &Path) -> usize {
         match kind {
             "toml" => {
                 let file = block.lines[0].strip_prefix("# ");
+                let file = file.unwrap_or_else(|| panic!("{place}: the first line names the file"));
+                folder.write(file, &(block.lines.join("\n") + "\n"));
+            }
+            "xml" => {
+                let file = block.lines[0].strip_prefix("<!-- ");
+                let file = file.and_then(|file| file.strip_suffix(" -->"));
                 let file = file.unwrap_or_else(|| panic!("{place}: the first line names the file"));
                 folder.write(file, &(block.lines.join("\n") + "\n"));
             }

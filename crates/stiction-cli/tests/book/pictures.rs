@@ -22,7 +22,7 @@ pub(crate) fn check(folder: &Folder, wish: &str, page: &str) {
                 dashed: false,
             });
             let y_label = format!("error of {joint} [mm]");
-            let panel = Panel { y_label, lines: lines.collect() };
+            let panel = Panel { y_label, lines: lines.collect(), ..Panel::default() };
             Figure { title: String::new(), x_label: "time [s]".into(), panels: vec![panel] }.svg()
         }
     };
@@ -42,7 +42,7 @@ fn errors(table: &str, joint: &str) -> Vec<(f64, f64)> {
         let name = format!("{joint}.{what} [m]");
         names.iter().position(|known| *known == name).unwrap_or_else(|| panic!("no {name}"))
     };
-    let (position, wanted) = (place("position"), place("wanted"));
+    let (position, wanted) = (place("position"), place("reference"));
     let point = |row: &str| {
         let numbers: Vec<f64> = row.split(',').map(|entry| entry.parse().unwrap()).collect();
         (numbers[0], 1e3 * (numbers[position] - numbers[wanted]))
@@ -79,5 +79,5 @@ fn pictures_are_compared() {
     assert!(!same("<g x='1.04'/>", "<g x='1.4'/>"));
     assert!(!same("<g x='1'/>", "<g y='1'/>"));
     assert!(!same("<g/>", "<g/><g/>"));
-    assert_eq!(errors("t,a.position [m],a.wanted [m]\n0,3,1\n", "a"), [(0.0, 2000.0)]);
+    assert_eq!(errors("t,a.position [m],a.reference [m]\n0,3,1\n", "a"), [(0.0, 2000.0)]);
 }

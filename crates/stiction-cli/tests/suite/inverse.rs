@@ -37,7 +37,15 @@ fn the_files_are_complete() {
     folder.stiction(&["inverse", "-o", "new/deep"]).succeeds();
     let inner = Folder(folder.0.join("new/deep"));
     let mut expected: Vec<&str> = TABLES.to_vec();
-    expected.extend(["drives.svg", "friction.svg", "power.svg", "shares.csv", "shares.svg"]);
+    expected.extend([
+        "drives.svg",
+        "friction.svg",
+        "power.svg",
+        "report.html",
+        "singularity.svg",
+        "contributions.csv",
+        "contributions.svg",
+    ]);
     expected.sort_unstable();
     assert_eq!(inner.files(), expected);
 
@@ -60,7 +68,7 @@ fn the_files_are_complete() {
     let along = column(&friction, "leg1.P.power [W]");
     assert!(along.iter().all(|power| *power >= 0.0));
 
-    let shares = inner.read("shares.csv");
+    let shares = inner.read("contributions.csv");
     assert_eq!(column(&shares, "leg1.P.from.leg2.S [N]").len(), 101);
     assert_eq!(shares.lines().next().unwrap().split(',').count(), 1 + 3 * 9);
 
@@ -189,7 +197,7 @@ fn old_files_stay_until_all_new_ones_are_complete() {
     // Files that the last run did not write are removed.
     assert!(folder.files().contains(&"friction.svg".to_owned()));
     folder.stiction(&["inverse", "four-bar", "--friction", "off", "-o", "."]).succeeds();
-    for stale in ["friction.svg", "shares.csv", "shares.svg"] {
+    for stale in ["friction.svg", "contributions.csv", "contributions.svg"] {
         assert!(!folder.files().contains(&stale.to_owned()), "{stale}");
     }
     assert_eq!(folder.read("notes.txt"), "mine too");

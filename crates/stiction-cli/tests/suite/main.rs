@@ -3,14 +3,18 @@
 mod breakaway;
 mod cases;
 mod check;
+mod compare;
 mod convert;
+mod export;
 mod findings;
 mod forward;
 mod hostile;
 mod inverse;
+mod npz;
 mod program;
 mod spared;
 mod study;
+mod sweep;
 #[path = "../../../../fuzz/src/trials/mod.rs"]
 #[allow(unreachable_pub, reason = "the fuzz targets are another crate, which reaches it")]
 mod trials;

@@ -102,7 +102,7 @@ impl InverseDynamics {
             if !found {
                 continue;
             }
-            probe.finish_friction(model.topology(), parameters, bodies);
+            probe.finish_friction(model, parameters, bodies);
             let efforts = probe.efforts().to_vec();
             let scale = efforts.iter().map(|d| d.abs()).fold(f64::MIN_POSITIVE, f64::max);
             let differs = |other: &Vec<f64>| {

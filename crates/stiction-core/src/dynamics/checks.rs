@@ -1,6 +1,5 @@
 //! Checks of loads and of the position, before forces are computed.
 
-use super::spring::SpringForce;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
@@ -18,16 +17,6 @@ pub(super) fn not_finite_load(loads: &[AppliedLoad<f64>], bodies: usize) -> Opti
         );
         let mut numbers = [point, force, moment].into_iter().flat_map(|v| v.to_array());
         !numbers.all(f64::is_finite)
-    })
-}
-
-/// Index of the first spring whose ends coincide although its force needs a direction.
-pub(super) fn spring_without_direction(
-    parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
-) -> Option<usize> {
-    parameters.springs.iter().position(|spring| {
-        !SpringForce::of(spring, bodies).has_direction(spring, parameters.length)
     })
 }
 

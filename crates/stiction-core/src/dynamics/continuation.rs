@@ -2,7 +2,7 @@
 //!
 //! Equation (F8) of the book's theory.
 
-use super::coupling::CouplingWorkspace;
+use super::coupling::FrictionCoupling;
 use super::inverse::Inverse;
 use super::model::Model;
 use super::settings::Settings;
@@ -66,14 +66,14 @@ pub(super) fn follow_friction(
 ) -> Result<(), Lock> {
     inverse.begin(model, parameters, kinematics, applied, settings);
     let bodies = &kinematics.bodies;
-    let bound = CouplingWorkspace::default().bound(inverse, model, parameters, bodies);
+    let bound = FrictionCoupling::default().begin(inverse, model, parameters, bodies);
     let start = loads(inverse);
     let limit = UNBOUNDED * start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let accepted = inverse.clone();
     let mut branch =
         BalanceBranch { inverse, accepted, model, parameters, bodies, settings, start, limit };
     follow(&mut branch, STEPS.with_bound(bound, until), until)?;
-    inverse.finish_friction(model.topology(), parameters, bodies);
+    inverse.finish_friction(model, parameters, bodies);
     inverse.spin_up(model, kinematics);
     Ok(())
 }

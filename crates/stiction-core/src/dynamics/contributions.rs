@@ -15,7 +15,6 @@ use super::balance::Balance;
 use super::interfaces::InterfaceState;
 use super::inverse::Inverse;
 use super::model::Model;
-use crate::friction::Resistance;
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
@@ -25,14 +24,14 @@ use crate::spatial::Wrench;
 /// effort add up to the difference between the efforts with and without friction. Interfaces at
 /// rest contribute nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shares<T> {
+pub struct Contributions<T> {
     actuators: usize,
     interfaces: usize,
     /// All actuators for the first interface, then for the next.
     values: Vec<T>,
 }
 
-impl<T: Scalar> Shares<T> {
+impl<T: Scalar> Contributions<T> {
     /// Contributions of a frictionless mechanism: all zero.
     pub fn new(actuators: usize, interfaces: usize) -> Self {
         Self { actuators, interfaces, values: vec![T::zero(); actuators * interfaces] }
@@ -50,12 +49,17 @@ impl<T: Scalar> Shares<T> {
         (0..self.interfaces).map(move |interface| self.of(actuator, interface))
     }
 
+    /// Sets all contributions to zero.
+    pub(super) fn clear(&mut self) {
+        self.values.fill(T::zero());
+    }
+
     /// Sets the contributions of one interface.
     pub(super) fn set_interface(&mut self, interface: usize, efforts: &[T]) {
         self.row(interface).copy_from_slice(efforts);
     }
 
-    fn row(&mut self, interface: usize) -> &mut [T] {
+    pub(super) fn row(&mut self, interface: usize) -> &mut [T] {
         &mut self.values[interface * self.actuators..][..self.actuators]
     }
 }
@@ -69,7 +73,7 @@ pub struct Response<T> {
     pub efforts: Vec<T>,
 }
 
-/// Buffers to compute [`Shares`], allocated once. One factorisation serves all interfaces.
+/// Buffers to compute [`Contributions`], allocated once. One factorisation serves all interfaces.
 #[derive(Clone, Debug)]
 pub struct Sharing<T> {
     balance: Balance<T>,
@@ -93,15 +97,13 @@ impl<T: Scalar> Sharing<T> {
     ) -> Vec<Response<T>> {
         self.balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
         let of = |(interface, state): (&InterfaceParameters<T>, &InterfaceState<T>)| {
-            let resistance = Resistance { coefficient: T::zero(), constant: T::one() };
-            let unit = InterfaceState { resistance, ..*state };
             let mut efforts = vec![T::zero(); inverse.efforts().len()];
             self.balance.apply_friction_alone(
                 &model.balance,
                 parameters,
                 bodies,
                 interface,
-                &unit,
+                (state.against, T::one()),
                 &mut efforts,
             );
             Response { wrenches: self.balance.joint_wrenches.clone(), efforts }
@@ -117,10 +119,10 @@ impl<T: Scalar> Sharing<T> {
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         inverse: &Inverse<T>,
-        shares: &mut Shares<T>,
+        shares: &mut Contributions<T>,
     ) {
         if !inverse.has_friction() {
-            shares.values.fill(T::zero());
+            shares.clear();
             return;
         }
         self.balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
@@ -132,7 +134,7 @@ impl<T: Scalar> Sharing<T> {
                 parameters,
                 bodies,
                 interface,
-                state,
+                (state.against, state.friction()),
                 efforts,
             );
         }

@@ -7,7 +7,8 @@ use super::forces::{BALANCED, InterfaceForce};
 use super::model::Model;
 use super::power::Power;
 use super::settings::FrictionMode;
-use crate::kinematics::Target;
+use super::spring::SpringFault;
+use crate::kinematics::{State, Target};
 use crate::parameters::Parameters;
 use crate::spatial::Vec3;
 use crate::statics::AppliedLoad;
@@ -45,6 +46,13 @@ pub enum Status {
     SpringWithoutDirection {
         /// Index in [`Parameters::springs`].
         spring: usize,
+    },
+    /// A bushing, or a spring on a joint that closes a loop, is turned too far for its moment to be defined.
+    SpringTurned {
+        /// Index in [`Parameters::bushings`] or, if `on_joint`, in [`Parameters::joint_springs`].
+        spring: usize,
+        /// True for a spring on a joint.
+        on_joint: bool,
     },
     /// The two supports of this friction interface have passed each other.
     NoOverlap {
@@ -118,22 +126,39 @@ impl Model {
         a: &[f64],
         loads: &[AppliedLoad<f64>],
     ) -> Status {
-        let count = data.targets.len();
-        let lengths = [q.len(), v.len(), a.len()];
-        assert_eq!(lengths, [count; 3], "positions, rates, accelerations of {count} coordinates");
-        for (target, ((value, rate), acceleration)) in
-            data.targets.iter_mut().zip(q.iter().zip(v).zip(a))
-        {
-            *target = Target { value: *value, rate: *rate, acceleration: *acceleration };
-        }
-        let outcome = self.solve_for_motion(parameters, data, loads);
-        if matches!(outcome, Err(Status::LoopsOpen { .. } | Status::Singular)) {
-            data.state.clone_from(&data.closed);
-        }
+        data.set_targets(q, v, a);
+        let outcome = self.solve_for_motion_or_return(parameters, data, loads);
         match outcome.and_then(|()| self.solve_for_forces(parameters, data, loads)) {
             Ok(()) => Status::Converged,
             Err(status) => status,
         }
+    }
+
+    /// Closes the loops and computes the motion of all bodies, [`Data::kinematics`], as
+    /// [`Self::inverse_dynamics`] does before it computes forces.
+    ///
+    /// # Panics
+    /// If the length of `q`, `v` or `a` differs from the number of coordinates.
+    pub fn move_to(&self, data: &mut Data<f64>, q: &[f64], v: &[f64], a: &[f64]) -> Status {
+        data.set_targets(q, v, a);
+        match self.solve_for_motion_or_return(&self.parameters, data, &[]) {
+            Ok(()) => Status::Converged,
+            Err(status) => status,
+        }
+    }
+
+    /// Solves for the motion; after a failure the next call starts from the last closed configuration.
+    fn solve_for_motion_or_return(
+        &self,
+        parameters: &Parameters<f64>,
+        data: &mut Data<f64>,
+        loads: &[AppliedLoad<f64>],
+    ) -> Result<(), Status> {
+        let outcome = self.solve_for_motion(parameters, data, loads);
+        if matches!(outcome, Err(Status::LoopsOpen { .. } | Status::Singular)) {
+            data.state.clone_from(&data.closed);
+        }
+        outcome
     }
 
     /// Closes the loops and solves for rates and accelerations.
@@ -189,8 +214,17 @@ impl Model {
         loads: &[AppliedLoad<f64>],
     ) -> Result<(), Status> {
         let Data { kinematics, inverse, settings, forces, .. } = data;
-        if let Some(spring) = checks::spring_without_direction(parameters, &kinematics.bodies) {
-            return Err(Status::SpringWithoutDirection { spring });
+        match SpringFault::first(&self.kinematic.topology, parameters, &kinematics.bodies) {
+            None => {}
+            Some(SpringFault::NoDirection(spring)) => {
+                return Err(Status::SpringWithoutDirection { spring });
+            }
+            Some(SpringFault::Twisted(spring, _)) => {
+                return Err(Status::SpringTurned { spring, on_joint: false });
+            }
+            Some(SpringFault::Uncounted(spring, _)) => {
+                return Err(Status::SpringTurned { spring, on_joint: true });
+            }
         }
         if settings.friction != FrictionMode::Off
             && let Some((interface, _)) = checks::parted_supports(parameters, &kinematics.bodies)
@@ -205,7 +239,7 @@ impl Model {
             });
         }
         let bodies = &kinematics.bodies;
-        forces.read(bodies, inverse);
+        forces.read(self, parameters, bodies, inverse);
         let dissipated = forces.interfaces.iter().map(|interface| interface.power);
         let efforts = &forces.efforts;
         forces.power = Power::new(self.topology(), parameters, bodies, efforts, dissipated, loads);
@@ -218,6 +252,31 @@ impl Model {
 }
 
 impl Data<f64> {
+    /// Sets the configuration from which the next computation starts, without allocation.
+    ///
+    /// # Panics
+    /// If `state` belongs to another spanning tree.
+    pub fn start_from(&mut self, state: &State<f64>) {
+        assert_eq!(
+            state.coordinates.len(),
+            self.state.coordinates.len(),
+            "a state of another tree"
+        );
+        self.state.clone_from(state);
+        self.closed.clone_from(state);
+    }
+
+    fn set_targets(&mut self, q: &[f64], v: &[f64], a: &[f64]) {
+        let count = self.targets.len();
+        let lengths = [q.len(), v.len(), a.len()];
+        assert_eq!(lengths, [count; 3], "positions, rates, accelerations of {count} coordinates");
+        for (target, ((value, rate), acceleration)) in
+            self.targets.iter_mut().zip(q.iter().zip(v).zip(a))
+        {
+            *target = Target { value: *value, rate: *rate, acceleration: *acceleration };
+        }
+    }
+
     /// Actuator forces, N, and torques, N m, in the order of
     /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators), of the last
     /// [`Model::inverse_dynamics`] that converged.

@@ -1,92 +1,378 @@
-//! Bound on the coupling of friction and reactions, by the sparse balance of inverse dynamics.
+//! Coupling of friction and normal loads by the responses to unit frictions: bound on the coupling,
+//! and frictions whose normal loads agree with them.
 //!
-//! Equations (F6) and (F7) of the book's theory.
+//! Equations (F6), (F7) and (D3) of the book's theory.
 
-use super::balance::Balance;
 use super::interfaces::InterfaceState;
 use super::inverse::Inverse;
 use super::model::Model;
-use crate::friction::Resistance;
+use super::responses::Responses;
+use crate::friction::{OwnFriction, Resistance};
 use crate::friction_problem::influence::Influence;
+use crate::friction_problem::load_problem::{LoadProblem, LoadWorkspace};
+use crate::friction_problem::newton::{UNBOUNDED, largest};
 use crate::friction_problem::normal_load::Configuration;
 use crate::friction_problem::uniqueness::{self, BoundWorkspace};
 use crate::kinematics::Bodies;
-use crate::parameters::Parameters;
-use crate::spatial::Wrench;
+use crate::parameters::{InterfaceParameters, Parameters};
+use crate::spatial::{Twist, Wrench};
 
-/// Buffers for the bound on the coupling.
+/// Largest number of interfaces for which all responses are stored and the normal loads solved as a
+/// dense problem: its cost grows with the cube of their number.
+const DENSE: usize = 64;
+
+/// Friction that acts at one interface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Acting {
+    pub(super) resistance: Resistance<f64>,
+    pub(super) sense: f64,
+    /// Amount of each of its components, in units of the friction force.
+    pub(super) parts: [f64; 3],
+}
+
+impl Acting {
+    /// Kinetic friction of a sliding interface, static friction along `held` at rest.
+    pub(super) fn of(state: &InterfaceState<f64>, held: [f64; 3]) -> Self {
+        let slides = state.sliding > 0.0;
+        let parts = if slides { [1.0, 0.0, 0.0] } else { held };
+        Self { resistance: state.resistance, sense: state.sense, parts }
+    }
+
+    /// Friction of a sliding interface in the opposite motion.
+    fn reversed(state: &InterfaceState<f64>, interface: &InterfaceParameters<f64>) -> Self {
+        let reversed = state.reversed(interface);
+        let parts = if state.sliding > 0.0 { [-1.0, 0.0, 0.0] } else { [0.0; 3] };
+        Self { resistance: reversed.resistance, sense: reversed.sense, parts }
+    }
+
+    fn is_coupled(&self) -> bool {
+        self.resistance.coefficient > 0.0 && self.parts != [0.0; 3]
+    }
+}
+
+/// Normal loads from which Newton's method starts.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Start<'a> {
+    /// Those without friction.
+    Uncoupled,
+    /// Those of the last solution, if the same interfaces act.
+    Last,
+    /// Those of the opposite frictions, mirrored at the ones without friction.
+    Opposite(&'a [InterfaceState<f64>]),
+}
+
+/// Responses at one position, the forces without friction, and buffers for frictions there.
 #[derive(Clone, Debug, Default)]
-pub(super) struct CouplingWorkspace {
-    balance: Option<Balance<f64>>,
+pub(super) struct FrictionCoupling {
+    responses: Responses,
+    /// True if the responses belong to the present position, and if they contain wrenches.
+    is_current: bool,
+    is_stored: bool,
+    /// Forces without friction.
+    wrenches: Vec<Wrench<f64>>,
     efforts: Vec<f64>,
-    sliding: Vec<usize>,
+    acting: Vec<Acting>,
+    /// Interfaces whose friction depends on their normal loads, and these loads.
+    unknowns: Vec<usize>,
+    loads: Vec<f64>,
+    /// Friction of each component, N.
+    frictions: Vec<f64>,
+    start: Vec<Wrench<f64>>,
+    problem: LoadProblem,
+    workspace: LoadWorkspace,
     bound: BoundWorkspace,
+    /// Sensitivities to the normal loads.
+    weights: Vec<f64>,
+    gradients: Vec<Twist<f64>>,
+    gains: Vec<Twist<f64>>,
 }
 
-/// Influence of the normal loads of sliding interfaces. Each column is a solution of the
-/// frictionless balance, whose matrix is factored once.
-struct BalanceInfluence<'a> {
-    inverse: &'a Inverse<f64>,
-    model: &'a Model,
-    at: Configuration<'a>,
-    sliding: &'a [usize],
-    balance: &'a mut Balance<f64>,
-    efforts: &'a mut [f64],
+/// Wrenches per newton of normal load at the unknowns, from stored responses.
+struct StoredInfluence<'a> {
+    responses: &'a Responses,
+    acting: &'a [Acting],
+    unknowns: &'a [usize],
+    parameters: &'a Parameters<f64>,
 }
 
-impl Influence for BalanceInfluence<'_> {
+impl Influence for StoredInfluence<'_> {
     fn visit(&mut self, mut put: impl FnMut(usize, usize, Wrench<f64>)) {
-        let Self { inverse, model, at, sliding, balance, efforts } = self;
-        let Configuration { parameters, bodies } = *at;
-        balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
-        for (column, &from) in sliding.iter().enumerate() {
-            let state = &inverse.interfaces()[from];
-            let constant = state.resistance.coefficient;
-            let resistance = Resistance { coefficient: 0.0, constant };
-            let unit = InterfaceState { resistance, ..*state };
-            let interface = &parameters.interfaces[from];
-            balance.apply_friction_alone(
-                &model.balance,
-                parameters,
-                bodies,
-                interface,
-                &unit,
-                efforts,
-            );
-            for (row, &to) in sliding.iter().enumerate() {
-                put(row, column, balance.joint_wrenches[at.joint(to)]);
+        let Self { responses, acting, unknowns, parameters } = self;
+        for (column, &from) in unknowns.iter().enumerate() {
+            let Acting { resistance, parts, .. } = acting[from];
+            for (row, &to) in unknowns.iter().enumerate() {
+                let joint = parameters.interfaces[to].joint;
+                let mut sum = Wrench::zero();
+                for (component, part) in responses.components(from).zip(parts) {
+                    sum += responses.wrench(component, joint) * (part * resistance.coefficient);
+                }
+                put(row, column, sum);
             }
         }
     }
 }
 
-impl CouplingWorkspace {
-    /// Computes the bound on the coupling of friction and normal loads at the solution in
-    /// `inverse`: below one the solution is unique.
-    pub(super) fn bound(
+/// Influence of sliding interfaces on normal loads while the responses are computed, without storing them.
+struct ComputedInfluence<'a> {
+    responses: &'a mut Responses,
+    inverse: &'a Inverse<f64>,
+    model: &'a Model,
+    at: Configuration<'a>,
+    unknowns: &'a [usize],
+}
+
+impl Influence for ComputedInfluence<'_> {
+    fn visit(&mut self, mut put: impl FnMut(usize, usize, Wrench<f64>)) {
+        let Self { responses, inverse, model, at, unknowns } = self;
+        let Configuration { parameters, bodies } = *at;
+        // Components and unknowns are in the order of the interfaces.
+        let mut column = 0;
+        responses.update(inverse, model, parameters, bodies, false, |interface, response| {
+            if unknowns.get(column) != Some(&interface) {
+                return;
+            }
+            let coefficient = inverse.interfaces()[interface].resistance.coefficient;
+            for (row, &to) in unknowns.iter().enumerate() {
+                put(row, column, response.wrenches[at.joint(to)] * coefficient);
+            }
+            column += 1;
+        });
+    }
+}
+
+impl FrictionCoupling {
+    /// Marks the responses as those of another position.
+    pub(super) fn leave(&mut self) {
+        self.is_current = false;
+    }
+
+    /// Copies the forces in `inverse`, a solution without friction, at another position.
+    pub(super) fn start_from(&mut self, inverse: &Inverse<f64>) {
+        self.is_current = false;
+        self.wrenches.clear();
+        self.wrenches.extend_from_slice(inverse.joint_wrenches());
+        self.efforts.clear();
+        self.efforts.extend_from_slice(inverse.efforts());
+    }
+
+    /// Responses at the position of `inverse`: with efforts at least, and with joint wrenches if
+    /// `with_wrenches`.
+    pub(super) fn responses(
+        &mut self,
+        inverse: &Inverse<f64>,
+        model: &Model,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        with_wrenches: bool,
+    ) -> &Responses {
+        if !self.is_current || with_wrenches && !self.is_stored {
+            self.responses.update(inverse, model, parameters, bodies, with_wrenches, |_, _| {});
+            (self.is_current, self.is_stored) = (true, with_wrenches);
+        }
+        &self.responses
+    }
+
+    /// Computes responses, and the bound on the coupling of friction and normal loads: below one
+    /// the solution is unique. `inverse` contains the solution without friction.
+    pub(super) fn begin(
         &mut self,
         inverse: &Inverse<f64>,
         model: &Model,
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
     ) -> f64 {
-        let Self { balance, efforts, sliding, bound } = self;
-        sliding.clear();
-        sliding.extend((0..parameters.interfaces.len()).filter(|&interface| {
-            let state = &inverse.interfaces()[interface];
+        self.start_from(inverse);
+        let at = Configuration { parameters, bodies };
+        let states = inverse.interfaces();
+        if states.len() <= DENSE {
+            self.responses(inverse, model, parameters, bodies, true);
+            self.act(states.iter().map(|state| Acting::of(state, [0.0; 3])), at);
+            return self.problem.coupling_bound(at, &mut self.workspace);
+        }
+        let Self { unknowns, responses, bound, .. } = self;
+        unknowns.clear();
+        unknowns.extend((0..states.len()).filter(|&interface| {
+            let state = &states[interface];
             state.sliding > 0.0 && state.resistance.coefficient > 0.0
         }));
-        let balance = match balance {
-            Some(balance) if balance.fits(inverse.balance()) => balance,
-            other => other.insert(inverse.balance().clone()),
+        let each =
+            unknowns.iter().map(|&unknown| (unknown, states[unknown].resistance.coefficient));
+        let mut influence = ComputedInfluence { responses, inverse, model, at, unknowns };
+        let strength = uniqueness::coupling_bound(at, each, &mut influence, bound);
+        (self.is_current, self.is_stored) = (!self.unknowns.is_empty(), false);
+        strength
+    }
+
+    /// Sets the friction that acts at each interface.
+    pub(super) fn act(&mut self, acting: impl Iterator<Item = Acting>, at: Configuration<'_>) {
+        let Self { responses, wrenches, start, problem, unknowns, .. } = self;
+        self.acting.clear();
+        self.acting.extend(acting);
+        start.clone_from(wrenches);
+        unknowns.clear();
+        problem.clear();
+        for (interface, acting) in self.acting.iter().enumerate() {
+            let constant = acting.resistance.constant;
+            if constant != 0.0 {
+                for (component, part) in responses.components(interface).zip(acting.parts) {
+                    add_multiple(start, responses, component, part * constant);
+                }
+            }
+            if acting.is_coupled() {
+                unknowns.push(interface);
+            }
+        }
+        for &interface in &*unknowns {
+            let Acting { resistance: Resistance { coefficient, constant }, sense, .. } =
+                self.acting[interface];
+            let own = OwnFriction { coefficient, constant, direction: sense };
+            problem.add(interface, own, start[at.joint(interface)]);
+        }
+        let (acting, parameters) = (&*self.acting, at.parameters);
+        problem.set_influence(&mut StoredInfluence { responses, acting, unknowns, parameters });
+    }
+
+    /// Finds the normal loads of the acting frictions by Newton's method; false if it does not
+    /// converge.
+    pub(super) fn settle(&mut self, at: Configuration<'_>, start: Start<'_>) -> bool {
+        let found = match start {
+            Start::Last if self.loads.len() == self.unknowns.len() => {
+                self.newton(at) || self.newton_from_uncoupled(at, None)
+            }
+            Start::Opposite(states) => self.newton_from_uncoupled(at, Some(states)),
+            Start::Last | Start::Uncoupled => self.newton_from_uncoupled(at, None),
         };
-        efforts.resize(inverse.efforts().len(), 0.0);
-        let at = Configuration { parameters, bodies };
-        let coefficient = |&interface: &usize| {
-            (interface, inverse.interfaces()[interface].resistance.coefficient)
-        };
-        let each = sliding.iter().map(coefficient);
-        let mut influence = BalanceInfluence { inverse, model, at, sliding, balance, efforts };
-        uniqueness::coupling_bound(at, each, &mut influence, bound)
+        if !found {
+            return false;
+        }
+        self.frictions.clear();
+        self.frictions.resize(self.responses.len(), 0.0);
+        let mut loads = self.unknowns.iter().zip(&self.loads).peekable();
+        for (interface, acting) in self.acting.iter().enumerate() {
+            let load = loads.next_if(|(unknown, _)| **unknown == interface);
+            let force = acting.resistance.force(load.map_or(0.0, |(_, load)| *load));
+            for (component, part) in self.responses.components(interface).zip(acting.parts) {
+                self.frictions[component] = part * force;
+            }
+        }
+        true
+    }
+
+    /// Newton's method, started from the normal loads without friction or, if `opposite`, from the
+    /// given loads reflected about those without friction.
+    fn newton_from_uncoupled(
+        &mut self,
+        at: Configuration<'_>,
+        opposite: Option<&[InterfaceState<f64>]>,
+    ) -> bool {
+        let Self { problem, loads, unknowns, .. } = self;
+        problem.uncoupled_loads(at, loads);
+        if let Some(opposite) = opposite {
+            for (load, &interface) in loads.iter_mut().zip(&*unknowns) {
+                *load = (2.0 * *load - opposite[interface].load()).max(0.0);
+            }
+        }
+        self.newton(at)
+    }
+
+    /// Newton's method from the present loads.
+    fn newton(&mut self, at: Configuration<'_>) -> bool {
+        let Self { problem, loads, workspace, .. } = self;
+        let limit = UNBOUNDED * largest(loads).max(f64::MIN_POSITIVE);
+        problem.solve_from(at, loads, limit, workspace)
+    }
+
+    /// Wrenches of all joints with the frictions of [`Self::settle`].
+    pub(super) fn joint_wrenches(&mut self) -> &[Wrench<f64>] {
+        self.start.clone_from(&self.wrenches);
+        for (component, friction) in self.frictions.iter().enumerate() {
+            if *friction != 0.0 {
+                add_multiple(&mut self.start, &self.responses, component, *friction);
+            }
+        }
+        &self.start
+    }
+
+    /// Effort of an actuator with the frictions of [`Self::settle`].
+    pub(super) fn effort(&self, actuator: usize) -> f64 {
+        let each = self.frictions.iter().enumerate();
+        let change = each.map(|(k, friction)| self.responses.efforts(k)[actuator] * friction);
+        self.efforts[actuator] + change.sum::<f64>()
+    }
+
+    /// Efforts in the opposite motion at the same position, with the same accelerations and loads.
+    /// `None` if they are not the only ones.
+    pub(super) fn reversed_efforts(
+        &mut self,
+        states: &[InterfaceState<f64>],
+        at: Configuration<'_>,
+    ) -> Option<Vec<f64>> {
+        if !(self.is_current && self.is_stored) {
+            return None;
+        }
+        let interfaces = &at.parameters.interfaces;
+        let pairs = states.iter().zip(interfaces);
+        self.act(pairs.map(|(state, interface)| Acting::reversed(state, interface)), at);
+        // Laws for both directions have other coefficients.
+        let has_other_law = interfaces.iter().any(|interface| interface.backward.is_some());
+        if has_other_law && self.problem.coupling_bound(at, &mut self.workspace) >= 1.0 {
+            return None;
+        }
+        let settled = self.settle(at, Start::Opposite(states));
+        let efforts = (0..self.efforts.len()).map(|actuator| self.effort(actuator));
+        settled.then(|| efforts.collect())
+    }
+
+    /// Derivative of an effort with respect to each component of static friction, in units of the
+    /// friction limit, at the frictions of [`Self::settle`]; zero for sliding interfaces. `None` if
+    /// the coupling is singular.
+    pub(super) fn slopes(
+        &mut self,
+        actuator: usize,
+        at: Configuration<'_>,
+        slopes: &mut Vec<f64>,
+    ) -> Option<()> {
+        self.joint_wrenches();
+        let Self { responses, acting, unknowns, problem, workspace, weights, .. } = self;
+        // Change of the effort per newton of each normal load.
+        weights.clear();
+        weights.extend(unknowns.iter().map(|&interface| {
+            let Acting { resistance, parts, .. } = acting[interface];
+            let components = responses.components(interface).zip(parts);
+            let sum = components.map(|(k, part)| responses.efforts(k)[actuator] * part);
+            sum.sum::<f64>() * resistance.coefficient
+        }));
+        problem.adjoint(at, &self.loads, weights, &mut self.gradients, workspace)?;
+        // Change of the effort per unit of each joint's wrench.
+        let gains = &mut self.gains;
+        gains.clear();
+        gains.resize(self.start.len(), Twist::zero());
+        for ((&unknown, gradient), weight) in unknowns.iter().zip(&self.gradients).zip(&*weights) {
+            gains[at.joint(unknown)] += *gradient * *weight;
+        }
+        slopes.clear();
+        for component in 0..responses.len() {
+            let interface = responses.interface(component);
+            let acting = &acting[interface];
+            let wrench = self.start[at.joint(interface)];
+            let load = at.normal_load(interface, wrench, OwnFriction::none()).value;
+            let changes = gains.iter().zip(responses.wrenches(component));
+            let slope = responses.efforts(component)[actuator]
+                + changes.map(|(gain, wrench)| gain.power(*wrench)).sum::<f64>();
+            slopes.push(slope * acting.resistance.force(load));
+        }
+        Some(())
+    }
+
+    /// Components of an interface.
+    pub(super) fn components(&self, interface: usize) -> core::ops::Range<usize> {
+        self.responses.components(interface)
+    }
+}
+
+/// Adds a friction of this amount to the wrenches of all joints.
+fn add_multiple(wrenches: &mut [Wrench<f64>], of: &Responses, component: usize, amount: f64) {
+    for (wrench, unit) in wrenches.iter_mut().zip(of.wrenches(component)) {
+        *wrench += *unit * amount;
     }
 }

@@ -45,8 +45,11 @@ impl Model {
             settings,
             targets: vec![Target::AT_ZERO.lift(); constraints.coordinates().len()],
             forces: Forces::new(
-                topology.actuators.len(),
-                self.mechanism.joints().len(),
+                [
+                    topology.actuators.len(),
+                    self.mechanism.joints().len(),
+                    self.mechanism.gearings().len(),
+                ],
                 self.parameters.interfaces.len(),
             ),
         }
@@ -73,5 +76,25 @@ impl Model {
         }
         kinematics.differentiate(&self.kinematic, parameters, state, targets);
         inverse.solve(self, parameters, kinematics, loads, settings);
+    }
+
+    /// Kernel of the position problem, over any scalar: takes one Newton step towards closed loops
+    /// and prescribed values. [`Kinematics::scaled_errors`] gives the errors before the step.
+    pub fn approach<T: Scalar>(
+        &self,
+        parameters: &Parameters<T>,
+        data: &mut Data<T>,
+        targets: &[Target<T>],
+    ) {
+        let Data { state, kinematics, .. } = data;
+        kinematics.approach(&self.kinematic, parameters, state, targets);
+    }
+
+    /// Reciprocal pivots of the rate equations after [`Self::evaluate`]. Their product vanishes
+    /// nowhere and grows without bound towards positions where the prescribed coordinates do not
+    /// determine the motion.
+    #[doc(hidden)]
+    pub fn rate_pivots<T: Scalar>(&self, data: &Data<T>) -> Vec<T> {
+        data.kinematics.reciprocal_pivots(&self.kinematic)
     }
 }

@@ -1,7 +1,7 @@
 //! Dense fallback: inverse dynamics by dense decompositions of the Newton-Euler equations, for
 //! positions and mechanisms that the sparse balance cannot solve. It is also its test oracle.
 
-use super::contributions::Shares;
+use super::contributions::Contributions;
 use super::interfaces::{InterfaceState, Interfaces};
 use super::settings::{FrictionMode, Settings};
 use crate::friction_problem::continuation::{Lock, StepPolicy};
@@ -99,10 +99,11 @@ impl Reactions<'_> {
 pub(super) struct DenseForces {
     pub(super) efforts: Vec<f64>,
     pub(super) efforts_frictionless: Vec<f64>,
+    pub(super) gearings: Vec<f64>,
     pub(super) wrenches: Vec<Wrench<f64>>,
     pub(super) interfaces: Interfaces<f64>,
     /// Contribution of each friction force to each effort.
-    pub(super) shares: Shares<f64>,
+    pub(super) shares: Contributions<f64>,
     /// Motion of the bodies, including the accelerations of passive spins.
     pub(super) bodies: Bodies<f64>,
     /// True if friction has converged or locks the mechanism.
@@ -229,7 +230,7 @@ pub(super) fn solve(
             }
         }
     }
-    let mut shares = Shares::new(topology.actuators.len(), parameters.interfaces.len());
+    let mut shares = Contributions::new(topology.actuators.len(), parameters.interfaces.len());
     if settings.friction != FrictionMode::Off {
         // Response to each of these frictions alone, without other loads.
         let nothing = &demand * 0.0;
@@ -252,6 +253,7 @@ pub(super) fn solve(
     Ok(DenseForces {
         efforts: efforts(statics, &unknowns),
         efforts_frictionless,
+        gearings: gearings(statics, parameters, &unknowns),
         wrenches,
         interfaces,
         shares,
@@ -264,4 +266,13 @@ pub(super) fn solve(
 fn efforts(statics: &Statics, unknowns: &DVector<f64>) -> Vec<f64> {
     let pairs = statics.system().unknowns.iter().zip(unknowns.iter());
     pairs.filter(|(u, _)| matches!(u, Unknown::Drive { .. })).map(|(_, &x)| x).collect()
+}
+
+fn gearings(statics: &Statics, parameters: &Parameters<f64>, unknowns: &DVector<f64>) -> Vec<f64> {
+    let pairs = statics.system().unknowns.iter().zip(unknowns.iter());
+    let multiplier = |(unknown, value): (&Unknown, &f64)| match *unknown {
+        Unknown::Gearing { gearing } => Some(value / parameters.gearings[gearing].size),
+        _ => None,
+    };
+    pairs.filter_map(multiplier).collect()
 }

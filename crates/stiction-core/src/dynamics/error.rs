@@ -48,7 +48,7 @@ pub enum InverseError {
     Locked {
         /// Joint whose normal force grows most.
         joint: String,
-        /// Fraction of the friction coefficients at which the solution ends, percent.
+        /// Scale of the friction coefficients at which the solution branch ends, percent.
         percent: f64,
     },
     /// The ends of a spring coincide although its force needs a direction.
@@ -59,6 +59,14 @@ pub enum InverseError {
     SpringWithoutDirection {
         /// Name of the spring.
         spring: String,
+    },
+    /// A spring or bushing is turned too far for its moment to be defined.
+    #[error("spring `{spring}`: {problem}")]
+    Spring {
+        /// Name of the spring or bushing.
+        spring: String,
+        /// The problem in words.
+        problem: String,
     },
     /// The two supports of a guide have passed each other.
     #[error(

@@ -3,8 +3,10 @@
 use super::dense_fallback::DenseForces;
 use super::interfaces::InterfaceState;
 use super::inverse::Inverse;
+use super::model::Model;
 use super::power::Power;
 use crate::kinematics::Bodies;
+use crate::parameters::Parameters;
 use crate::spatial::{Vec3, Wrench};
 
 /// Largest relative power residual of accepted forces. Round-off is about 1e-15; positions near
@@ -60,6 +62,10 @@ pub struct Forces {
     /// For each joint the force that the predecessor exerts on the successor, N, and its moment
     /// about the joint's origin, N m; world axes; constraint, effort and friction together.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
+    /// Effort of each gearing, N m, or N if its sum is a length, in the order of
+    /// [`Mechanism::gearings`](crate::mechanism::Mechanism::gearings): on each degree of freedom it exerts its
+    /// coefficient times this effort.
+    pub gearings: Vec<f64>,
     /// Friction interfaces, in the order of
     /// [`Parameters::interfaces`](crate::parameters::Parameters::interfaces).
     pub interfaces: Vec<InterfaceForce>,
@@ -89,7 +95,7 @@ impl InterfaceForce {
 
 impl Forces {
     /// Forces of a mechanism, all zero.
-    pub(super) fn new(actuators: usize, joints: usize, interfaces: usize) -> Self {
+    pub(super) fn new([actuators, joints, gearings]: [usize; 3], interfaces: usize) -> Self {
         Self {
             efforts: vec![0.0; actuators],
             efforts_frictionless: vec![0.0; actuators],
@@ -97,13 +103,22 @@ impl Forces {
             effort_outer_bounds: vec![(0.0, 0.0); actuators],
             bounds: Bounds::Exact,
             reactions: vec![(Vec3::zero(), Vec3::zero()); joints],
+            gearings: vec![0.0; gearings],
             interfaces: vec![InterfaceForce::NONE; interfaces],
             power: Power::NONE,
         }
     }
 
     /// Copies the results of the kernel, except the power.
-    pub(super) fn read(&mut self, bodies: &Bodies<f64>, inverse: &Inverse<f64>) {
+    pub(super) fn read(
+        &mut self,
+        model: &Model,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        inverse: &Inverse<f64>,
+    ) {
+        let gearings = inverse.gearing_efforts(model, parameters);
+        self.gearings.iter_mut().zip(gearings).for_each(|(to, from)| *to = from);
         self.efforts.copy_from_slice(inverse.efforts());
         self.efforts_frictionless.copy_from_slice(inverse.efforts_frictionless());
         self.read_joints(bodies, inverse.joint_wrenches());
@@ -114,6 +129,7 @@ impl Forces {
     pub(super) fn take(&mut self, bodies: &Bodies<f64>, solution: &DenseForces, friction: bool) {
         self.efforts.copy_from_slice(&solution.efforts);
         self.efforts_frictionless.copy_from_slice(&solution.efforts_frictionless);
+        self.gearings.copy_from_slice(&solution.gearings);
         self.close_bounds();
         self.read_joints(bodies, &solution.wrenches);
         self.read_interfaces(&solution.interfaces.states, friction);

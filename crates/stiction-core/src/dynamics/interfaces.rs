@@ -119,6 +119,16 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
+    /// State in the opposite motion; the normal force is that of the present motion.
+    pub(crate) fn reversed(&self, interface: &InterfaceParameters<T>) -> Self {
+        let mut reversed =
+            Self { against: self.against.map(|against| -against), sense: -self.sense, ..*self };
+        if !(interface.law.is_constant() && interface.backward.is_none()) {
+            reversed.evaluate_law(interface, self.velocity.abs());
+        }
+        reversed
+    }
+
     /// Updates the normal force for the joint's complete wrench. A normal force that depends on the
     /// interface's own friction uses the present one.
     pub(crate) fn update_normal_forces(

@@ -19,7 +19,9 @@ mod inverse;
 mod model;
 mod plan;
 mod power;
+mod responses;
 mod rest;
+mod rotor;
 mod settings;
 mod solver;
 mod spring;
@@ -36,16 +38,19 @@ pub use power::Power;
 pub use rest::{Breakaway, Holding, Rest, Verdict};
 pub use settings::{FrictionMode, Settings};
 pub use solver::InverseDynamics;
+pub(crate) use spring::{SpringFault, spring_powers, spring_wrenches};
 
 // Used by the project's other crates; no part of the stable interface.
 #[doc(hidden)]
 pub use branches::FrictionMargin;
 #[doc(hidden)]
-pub use contributions::{Response, Shares, Sharing};
+pub use contributions::{Contributions, Response, Sharing};
 #[doc(hidden)]
 pub use interfaces::InterfaceState;
 #[doc(hidden)]
 pub use inverse::Inverse;
+#[doc(hidden)]
+pub use rotor::RotorMotion;
 #[doc(hidden)]
 pub use solver::Mirror;
 #[doc(hidden)]

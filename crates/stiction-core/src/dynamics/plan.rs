@@ -80,6 +80,11 @@ impl BalancePlan {
         if bordered && !self.structure.spin_nodes.is_empty() { 3 } else { 2 }
     }
 
+    /// True if the factored matrix alone determines all unknowns.
+    pub(super) fn is_one_matrix(&self) -> bool {
+        self.passes() == 2
+    }
+
     /// Multiply-subtract operations of one factorisation.
     pub(crate) fn operations(&self) -> usize {
         self.program.operations()
@@ -162,6 +167,11 @@ fn scales(
         let size = column.iter().zip(&equations).map(|(x, s)| (x * s).abs()).fold(0.0, f64::max);
         unknowns.push(if size > 0.0 { 1.0 / size } else { 1.0 });
     }
+    for gearing in &structure.gearings {
+        let own = topology.gearings.iter().find(|own| own.gearing == gearing.gearing);
+        let is_force = own.is_some_and(|own| own.is_length);
+        unknowns.push(if is_force { 1.0 } else { length });
+    }
     match structure.weighting {
         Weighting::Determined => (equations, unknowns),
         _ => {
@@ -204,7 +214,8 @@ fn weighting(
     match singular_values.iter().filter(|&&s| s > NEGLIGIBLE).count() {
         0 if parameters.compliance.is_some() => Ok(Weighting::LeastEnergy),
         0 => Ok(Weighting::LeastReactions),
-        rank if rank == redundant => Ok(Weighting::LeastEfforts),
+        // Efforts at geared DOFs depend on the gearings, which the weighting of efforts does not contain.
+        rank if rank == redundant && structure.gearings.is_empty() => Ok(Weighting::LeastEfforts),
         _ => Err(InverseError::TwoWeightings),
     }
 }
@@ -225,7 +236,7 @@ fn effort_response(
     let mut driven = DMatrix::zeros(topology.actuators.len(), null.len());
     for (k, vector) in null.iter().enumerate() {
         let unknowns: Vec<f64> = vector.iter().zip(column_scales).map(|(x, s)| x * s).collect();
-        let efforts = balance.efforts_of(&plan, bodies, &unknowns);
+        let efforts = balance.efforts_of(&plan, parameters, bodies, &unknowns);
         for (actuator, effort) in efforts.into_iter().enumerate() {
             let content = topology.actuators[actuator];
             let dof = topology.joint_types[content.joint].dofs()[content.dof];

@@ -2,7 +2,8 @@
 //!
 //! Equation (E1) of the book's theory.
 
-use super::spring::SpringForce;
+use super::rotor::RotorMotion;
+use super::spring::spring_powers;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
@@ -15,7 +16,7 @@ pub struct Power {
     pub actuators: f64,
     /// Power of external loads and of springs on the bodies.
     pub loads: f64,
-    /// Rate of change of kinetic and gravitational energy.
+    /// Rate of change of kinetic and gravitational energy; of spinning rotors the part that their bodies supply.
     pub energy: f64,
     /// Power dissipated by friction; nonnegative.
     pub dissipated: f64,
@@ -62,13 +63,17 @@ impl Power {
         };
         let actuators =
             topology.actuators.iter().zip(efforts).map(|pair| sum(of_actuator(pair))).sum();
-        let of_springs = parameters.springs.iter().map(|spring| {
-            let pull = SpringForce::of(spring, bodies);
-            (pull.power(), pull.turnover(spring, bodies))
-        });
+        let of_springs = spring_powers(parameters, bodies)
+            .map(|spring| (-(spring.energy_rate + spring.dissipated), spring.turnover));
         let loads = loads.iter().map(of_load).chain(of_springs).map(&mut sum).sum();
         let dissipated = dissipated.map(|power| sum((power, power.abs()))).sum();
-        let energy = (1..bodies.pose.len()).map(|b| sum(energy_rate(parameters, bodies, b))).sum();
+        let of_bodies = (1..bodies.pose.len()).map(|b| energy_rate(parameters, bodies, b));
+        let of_rotors = parameters.rotors.iter().map(|rotor| {
+            let moment = RotorMotion::of(rotor, topology, parameters, bodies).moment;
+            let spin = bodies.twist[rotor.body].angular;
+            (moment.dot(spin), moment.norm() * spin.norm())
+        });
+        let energy = of_bodies.chain(of_rotors).map(&mut sum).sum();
         Self { actuators, loads, energy, dissipated, turnover }
     }
 }

@@ -1,7 +1,7 @@
 //! Sparse structure of the balance: unknowns, equations and weighting.
 //!
-//! Unknowns are the wrenches at cut joints (constraints and efforts) and the accelerations of local
-//! degrees of freedom. Equations are those of the tree's unactuated DOFs: apart from friction, the
+//! Unknowns are the wrenches at cut joints (constraints and efforts), the accelerations of local
+//! degrees of freedom, and the multipliers of gearings, which load several DOFs of the tree. Equations are those of the tree's unactuated DOFs: apart from friction, the
 //! wrench that a joint transmits does no work on them. All other wrenches follow by recursion: a
 //! tree joint transmits the inverse-dynamics wrench of the bodies beyond it, less the wrenches of
 //! the cut joints on them.
@@ -12,6 +12,8 @@
 //! Equation (B8) of the book's theory.
 
 use crate::linalg::Entry;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
 use crate::topology::{Link, Topology};
 use core::ops::Range;
 
@@ -53,6 +55,15 @@ pub(super) enum WeighedKind {
     CutActuator { column: usize },
 }
 
+/// Column of the multiplier of a gearing.
+#[derive(Clone, Debug)]
+pub(super) struct GearingColumn {
+    /// Index among the gearings of the mechanism.
+    pub(super) gearing: usize,
+    /// Degrees of freedom of the tree, in the order of the coefficients, each with its equation if it has no actuator.
+    pub(super) dofs: Vec<(usize, Option<usize>)>,
+}
+
 /// Sparsity pattern of the balance.
 #[derive(Clone, Debug)]
 pub(crate) struct BalanceStructure {
@@ -61,10 +72,11 @@ pub(crate) struct BalanceStructure {
     pub(super) passive: Vec<usize>,
     /// Columns of each cut joint.
     pub(super) columns_of: Vec<Vec<usize>>,
-    /// Number of columns for wrenches at cut joints; local degrees of freedom follow.
+    /// Number of columns for wrenches at cut joints; local degrees of freedom and then gearings follow.
     pub(super) wrench_columns: usize,
     /// Nodes whose bodies each local degree of freedom accelerates, with all ancestors.
     pub(super) spin_nodes: Vec<Vec<usize>>,
+    pub(super) gearings: Vec<GearingColumn>,
     pub(super) weighed: Vec<Weighed>,
     pub(super) entries: Vec<Entry>,
 }
@@ -91,8 +103,18 @@ impl BalanceStructure {
                 nodes
             })
             .collect();
+        let gearings = topology
+            .gearings
+            .iter()
+            .map(|own| {
+                let equation = |tree_dof: usize| passive.binary_search(&tree_dof).ok();
+                let dofs = own.dofs.iter().map(|&(tree_dof, _)| (tree_dof, equation(tree_dof)));
+                GearingColumn { gearing: own.gearing, dofs: dofs.collect() }
+            })
+            .collect();
         let mut structure = Self {
             weighting,
+            gearings,
             passive,
             columns_of,
             wrench_columns: topology.columns(),
@@ -104,8 +126,13 @@ impl BalanceStructure {
         structure
     }
 
-    /// Number of columns without Lagrange multipliers: wrenches and local degrees of freedom.
+    /// Number of columns without Lagrange multipliers: wrenches, local degrees of freedom and gearings.
     pub(super) fn unknowns(&self) -> usize {
+        self.first_gearing() + self.gearings.len()
+    }
+
+    /// Column of the first gearing.
+    pub(super) fn first_gearing(&self) -> usize {
         self.wrench_columns + self.spin_nodes.len()
     }
 
@@ -133,6 +160,25 @@ impl BalanceStructure {
     /// Columns of the Lagrange multipliers.
     pub(super) fn multipliers(&self) -> Range<usize> {
         self.unknowns()..self.size()
+    }
+
+    /// Subtracts from the efforts of actuated DOFs what gearings exert there, for these values of all columns.
+    pub(super) fn subtract_gearings<T: Scalar>(
+        &self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        columns: &[T],
+        efforts: &mut [T],
+    ) {
+        for (index, gearing) in self.gearings.iter().enumerate() {
+            let multiplier = columns[self.first_gearing() + index];
+            let coefficients = &parameters.gearings[gearing.gearing].coefficients;
+            for (&(tree_dof, _), &coefficient) in gearing.dofs.iter().zip(coefficients) {
+                if let Some(actuator) = topology.tree_dofs[tree_dof].actuator {
+                    efforts[actuator] -= coefficient * multiplier;
+                }
+            }
+        }
     }
 
     /// Entries of the balance, in the order in which [`super::balance`] computes them.
@@ -186,6 +232,11 @@ impl BalanceStructure {
                 {
                     visit(equation, self.wrench_columns + spin);
                 }
+            }
+        }
+        for (index, gearing) in self.gearings.iter().enumerate() {
+            for equation in gearing.dofs.iter().filter_map(|(_, equation)| *equation) {
+                visit(equation, self.first_gearing() + index);
             }
         }
     }

@@ -3,8 +3,10 @@
 use super::Forward;
 use super::balance::{Balance, Response};
 use super::data::Data;
+use super::transmitted::{gearings_behind, is_behind};
 use crate::friction_problem::complementarity::{Complementarity, Member, MemberLaw};
 use crate::friction_problem::influence::Influence;
+use crate::kinematics::Bodies;
 use crate::spatial::Wrench;
 
 /// Members of a complementarity problem, each with the responses of the balance to its unknowns.
@@ -15,26 +17,51 @@ pub(super) struct Members<'a> {
     members: Vec<Member>,
     /// Response to each unknown.
     pub(super) units: Vec<Response>,
+    /// Interface and wrench of each unknown.
+    wrenches: Vec<(usize, Wrench<f64>)>,
+    /// Friction of interfaces in the base response.
+    known: Vec<(usize, Wrench<f64>)>,
 }
 
 /// Wrenches at the members' joints in response to each unknown.
 struct MemberWrenches<'a> {
-    joints: Vec<usize>,
+    model: &'a Forward,
+    bodies: &'a Bodies<f64>,
+    members: &'a [Member],
     units: &'a [Response],
+    wrenches: &'a [(usize, Wrench<f64>)],
 }
 
 impl Influence for MemberWrenches<'_> {
     fn visit(&mut self, mut put: impl FnMut(usize, usize, Wrench<f64>)) {
-        for (row, joint) in self.joints.iter().enumerate() {
-            let each = self.units.iter().enumerate();
-            each.for_each(|(column, unit)| put(row, column, unit.wrenches[*joint]));
+        for (row, member) in self.members.iter().enumerate() {
+            let joint = self.model.parameters.interfaces[member.interface].joint;
+            for (column, (unit, own)) in self.units.iter().zip(self.wrenches).enumerate() {
+                let behind =
+                    friction_behind(self.model, member.interface, std::slice::from_ref(own));
+                let geared =
+                    gearings_behind(self.model, self.bodies, member.interface, &unit.multipliers);
+                put(row, column, unit.wrenches[joint] - behind - geared);
+            }
         }
     }
 }
 
+/// Sum of those frictions that act between the gear of an interface and its load.
+fn friction_behind(model: &Forward, gear: usize, all: &[(usize, Wrench<f64>)]) -> Wrench<f64> {
+    let own = all.iter().filter(|(interface, _)| is_behind(&model.parameters, gear, *interface));
+    own.fold(Wrench::zero(), |sum, (_, wrench)| sum + *wrench)
+}
+
 impl<'a> Members<'a> {
     pub(super) fn new(model: &'a Forward, data: &'a Data, balance: &'a Balance) -> Self {
-        Self { model, data, balance, members: Vec::new(), units: Vec::new() }
+        let (members, units) = (Vec::new(), Vec::new());
+        Self { model, data, balance, members, units, wrenches: Vec::new(), known: Vec::new() }
+    }
+
+    /// Notes the wrench of an interface's friction that the base response includes.
+    pub(super) fn include(&mut self, interface: usize, wrench: Wrench<f64>) {
+        self.known.push((interface, wrench));
     }
 
     /// Adds an interface; `wrenches` are the wrenches at its joint per unit of each of its
@@ -48,21 +75,23 @@ impl<'a> Members<'a> {
         let (model, data) = (self.model, self.data);
         let joint = model.parameters.interfaces[interface].joint;
         let first = self.units.len();
-        let responses = wrenches
-            .into_iter()
-            .map(|wrench| self.balance.respond(model, data, &[(joint, wrench)], false));
-        self.units.extend(responses);
+        for wrench in wrenches {
+            self.units.push(self.balance.respond(model, data, &[(joint, wrench)], false));
+            self.wrenches.push((interface, wrench));
+        }
         self.members.push(Member { interface, places: first..self.units.len(), law });
     }
 
     /// Complementarity problem of the members. `base` is the response without friction of the
-    /// members; `free` returns the surface rates of a member in it. A friction force changes the
-    /// rates by `step` times the accelerations that it causes.
+    /// members; `free` returns the surface rates of a member in it, and `prescribed` contains those
+    /// of the prescribed actuators, which no friction changes. A friction force changes all others
+    /// by `step` times the accelerations that it causes.
     pub(super) fn problem(
         &self,
         base: &Response,
         step: f64,
         free: impl Fn(usize) -> [f64; 3],
+        prescribed: &[f64],
     ) -> Complementarity<'a> {
         let (model, data) = (self.model, self.data);
         let count = self.units.len();
@@ -70,6 +99,12 @@ impl<'a> Members<'a> {
         for member in self.members.iter().filter(|m| !matches!(m.law, MemberLaw::Sliding(_))) {
             let own = free(member.interface);
             for (place, i) in member.places.clone().enumerate() {
+                if let Some((actuator, arm)) = model.prescribed_place(member.interface, place) {
+                    // Computed rates of a locked actuator are round-off, whose sign would choose a
+                    // direction of slip.
+                    rates[i] = arm * prescribed[actuator];
+                    continue;
+                }
                 rates[i] = own[place];
                 for (j, unit) in self.units.iter().enumerate() {
                     let accelerations = &unit.accelerations;
@@ -79,12 +114,17 @@ impl<'a> Members<'a> {
                 }
             }
         }
-        let joint = |member: &Member| model.parameters.interfaces[member.interface].joint;
-        let joints: Vec<usize> = self.members.iter().map(joint).collect();
-        let wrenches = joints.iter().map(|joint| base.wrenches[*joint]).collect();
-        let mut influence = MemberWrenches { joints, units: &self.units };
+        let of_base = |member: &Member| {
+            let joint = model.parameters.interfaces[member.interface].joint;
+            let geared = gearings_behind(model, &data.bodies, member.interface, &base.multipliers);
+            base.wrenches[joint] - friction_behind(model, member.interface, &self.known) - geared
+        };
+        let base = self.members.iter().map(of_base).collect();
+        let (units, wrenches) = (&self.units[..], &self.wrenches[..]);
+        let (members, bodies) = (&self.members[..], &data.bodies);
+        let mut influence = MemberWrenches { model, bodies, members, units, wrenches };
         let at = model.configuration(data);
         let members = self.members.clone();
-        Complementarity::new(at, members, (rates, compliance), wrenches, &mut influence)
+        Complementarity::new(at, members, (rates, compliance), base, &mut influence)
     }
 }

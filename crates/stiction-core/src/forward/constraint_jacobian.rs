@@ -1,4 +1,4 @@
-//! Constraints on the accelerations of the tree: closed loops and constrained DOFs.
+//! Constraints on the accelerations of the tree: closed loops, gearings and constrained DOFs.
 
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
@@ -29,10 +29,24 @@ impl ConstrainedDof {
     }
 }
 
-/// Constraint row: a covector on the relative motion of a joint's two bodies.
+/// A DOF of a sticking interface among the constrained ones.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StickingDof {
+    pub(super) interface: usize,
+    /// Index of the DOF in the interface.
+    pub(super) place: usize,
+    /// Index among the constrained DOFs.
+    pub(super) row: usize,
+}
+
+/// Constraint row: a covector on the relative motion of a joint's two bodies, or a gearing.
 #[derive(Clone, Debug)]
 pub(super) struct ConstraintRow {
+    /// Joint; of a gearing its first one.
     pub(super) joint: usize,
+    /// Index in [`Topology::gearings`], for the row of a gearing. Its covector is zero: it acts on joints of the tree,
+    /// whose wrenches follow from the bodies.
+    pub(super) gearing: Option<usize>,
     /// Unit wrench of its multiplier, predecessor on successor, about the reference point.
     pub(super) covector: Wrench<f64>,
     /// Required value for the accelerations of the tree.
@@ -77,6 +91,7 @@ impl ConstraintRows {
                 let right = -open.power(covector);
                 rows.push(ConstraintRow {
                     joint,
+                    gearing: None,
                     covector,
                     right,
                     actuated: false,
@@ -85,6 +100,19 @@ impl ConstraintRows {
                     scale,
                 });
             }
+        }
+        for (index, gearing) in topology.gearings.iter().enumerate() {
+            let first = topology.nodes[gearing.nodes[0]].link;
+            rows.push(ConstraintRow {
+                joint: if let Link::Joint { joint, .. } = first { joint } else { 0 },
+                gearing: Some(index),
+                covector: Wrench::zero(),
+                right: 0.0,
+                actuated: false,
+                friction_scale: None,
+                reference: 0.0,
+                scale: if gearing.is_length { 1.0 / parameters.length } else { 1.0 },
+            });
         }
         for &ConstrainedDof { joint, dof, acceleration, actuated, scale, reference } in constrained
         {
@@ -99,6 +127,7 @@ impl ConstraintRows {
             };
             rows.push(ConstraintRow {
                 joint,
+                gearing: None,
                 covector,
                 right,
                 actuated,
@@ -110,6 +139,12 @@ impl ConstraintRows {
         matrix.clear();
         matrix.resize(rows.len() * n, 0.0);
         for (row, entries) in rows.iter().zip(matrix.chunks_exact_mut(n.max(1))) {
+            if let Some(gearing) = row.gearing {
+                for (tree_dof, coefficient) in topology.gearings[gearing].terms(parameters) {
+                    entries[tree_dof] = coefficient;
+                }
+                continue;
+            }
             each_dof(topology, row.joint, |tree_dof, sign| {
                 entries[tree_dof] = sign * bodies.screws[tree_dof].power(row.covector);
             });

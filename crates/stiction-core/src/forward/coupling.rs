@@ -8,7 +8,9 @@
 use super::Forward;
 use super::affine_friction::AffineFriction;
 use super::balance::{Balance, Four, Response, Workspace};
+use super::constraint_jacobian::StickingDof;
 use super::data::Data;
+use super::transmitted::LoadSide;
 use crate::friction_problem::continuation::{Lock, StepPolicy};
 use crate::friction_problem::influence::Influence;
 use crate::friction_problem::load_problem::{LoadProblem, LoadWorkspace};
@@ -42,6 +44,8 @@ pub(super) struct Coupling {
     problem: LoadProblem,
     /// Friction wrench per newton of each unknown normal load.
     units: Vec<(usize, Wrench<f64>)>,
+    /// Interface of each unknown.
+    interfaces: Vec<usize>,
     one: Response,
     all: Vec<(usize, Wrench<f64>)>,
     workspace: LoadWorkspace,
@@ -53,29 +57,42 @@ struct Responses<'a> {
     data: &'a Data,
     balance: &'a Balance,
     units: &'a [(usize, Wrench<f64>)],
+    interfaces: &'a [usize],
+    load_side: LoadSide<'a>,
     one: &'a mut Response,
     workspace: &'a mut Workspace,
 }
 
 impl Influence for Responses<'_> {
     fn visit(&mut self, mut put: impl FnMut(usize, usize, Wrench<f64>)) {
-        let Self { model, data, balance, units, one, workspace } = self;
+        let Self { model, data, balance, units, interfaces, load_side, one, workspace } = self;
+        // The friction of a gear depends on the wrench that it transmits.
+        let behind = |row: usize, column: usize| {
+            let is_behind = load_side.is_behind(interfaces[row], interfaces[column]);
+            if is_behind { units[column].1 } else { Wrench::zero() }
+        };
         if balance.is_redundant() {
             for (column, &unit) in units.iter().enumerate() {
                 balance.respond_into(model, data, &[unit], false, workspace, one);
                 let rows = units.iter().enumerate();
-                rows.for_each(|(row, (joint, _))| put(row, column, one.wrenches[*joint]));
+                rows.for_each(|(row, (joint, _))| {
+                    let wrench = one.wrenches[*joint];
+                    let held = load_side.held(interfaces[row], &one.multipliers);
+                    put(row, column, wrench - held - behind(row, column));
+                });
             }
             return;
         }
         for (block, four) in units.chunks(4).enumerate() {
-            let wrenches = balance.respond_to_four(model, data, four, workspace);
+            let (wrenches, multipliers) = balance.respond_to_four(model, data, four, workspace);
             for (row, (joint, _)) in units.iter().enumerate() {
-                let Wrench { force, moment } = wrenches[*joint];
+                let held = load_side.held(interfaces[row], multipliers);
+                let Wrench { force, moment } = wrenches[*joint] - held;
                 for lane in 0..four.len() {
                     let of = |v: Vec3<Four>| Vec3::new(v.x.0[lane], v.y.0[lane], v.z.0[lane]);
                     let wrench = Wrench { force: of(force), moment: of(moment) };
-                    put(row, 4 * block + lane, wrench);
+                    let column = 4 * block + lane;
+                    put(row, column, wrench - behind(row, column));
                 }
             }
         }
@@ -89,10 +106,12 @@ impl Coupling {
         (model, data): (&Forward, &Data),
         frictions: &[AffineFriction],
         balance: &Balance,
-        efforts: &[(usize, Wrench<f64>)],
+        (efforts, sticking): (&[(usize, Wrench<f64>)], &[StickingDof]),
         workspace: &mut Workspace,
     ) {
-        let Self { constant, base, problem, units, one, .. } = self;
+        let Self { constant, base, problem, units, interfaces, one, .. } = self;
+        let (rows, bodies) = (&balance.rows.rows[..], &data.bodies);
+        let load_side = LoadSide { model, bodies, sticking, rows };
         let wrench = |interface: usize, part: [f64; 3]| {
             let content = &model.parameters.interfaces[interface];
             let wrench = data.bodies.wrench_of(&model.topology, content, part.map(|x| -x));
@@ -108,14 +127,21 @@ impl Coupling {
         balance.respond_into(model, data, constant, true, workspace, base);
         problem.clear();
         units.clear();
+        interfaces.clear();
         for (interface, friction) in frictions.iter().enumerate() {
             if friction.per_load != [0.0; 3] {
                 let unit = wrench(interface, friction.per_load);
-                problem.add(interface, friction.own, base.wrenches[unit.0]);
+                let mut own = base.wrenches[unit.0] - load_side.held(interface, &base.multipliers);
+                for other in load_side.behind(interface) {
+                    own -= wrench(other, frictions[other].constant).1;
+                }
+                problem.add(interface, friction.own, own);
                 units.push(unit);
+                interfaces.push(interface);
             }
         }
-        let mut responses = Responses { model, data, balance, units, one, workspace };
+        let mut responses =
+            Responses { model, data, balance, units, interfaces, load_side, one, workspace };
         problem.set_influence(&mut responses);
     }
 

@@ -1,7 +1,7 @@
 //! Data of an instant that are independent of the modes of the interfaces.
 
 use super::Forward;
-use super::inputs::{Inputs, View};
+use super::inputs::{InputState, Inputs, View};
 use super::mass_matrix::MassMatrix;
 use crate::friction_problem::normal_load::Configuration;
 use crate::kinematics::{Bodies, State, Target};
@@ -25,6 +25,10 @@ pub(super) struct Data {
     pub(super) velocities: Vec<[f64; 3]>,
     /// Bristle deflections of each interface, m.
     pub(super) bristles: Vec<[f64; 3]>,
+    /// States, sides and counted angles of the inputs.
+    pub(super) input: InputState,
+    /// Rates of the own states of the inputs, per second.
+    pub(super) input_rates: Vec<f64>,
     /// Approximate friction limit of each interface relative to the largest: the scale of
     /// statically indeterminate static frictions. Constant as long as the modes are.
     pub(super) friction_scales: Vec<f64>,
@@ -48,6 +52,8 @@ impl Data {
             targets: Vec::new(),
             velocities: Vec::new(),
             bristles: Vec::new(),
+            input: InputState::default(),
+            input_rates: Vec::new(),
             friction_scales: Vec::new(),
             reference_frictions: Vec::new(),
             limit_factor: 1.0,
@@ -63,9 +69,9 @@ impl Forward {
         state: State<f64>,
         bristles: &[[f64; 3]],
         (friction_scales, reference_frictions): (&[f64], &[[f64; 3]]),
-        inputs: &mut dyn Inputs,
+        (input, inputs): (&InputState, &mut dyn Inputs),
     ) -> Data {
-        let mut data = Data { time, state, ..Data::new(self) };
+        let mut data = Data { time, state, input: input.clone(), ..Data::new(self) };
         data.bristles.extend_from_slice(bristles);
         data.friction_scales.extend_from_slice(friction_scales);
         data.reference_frictions.extend_from_slice(reference_frictions);
@@ -73,19 +79,35 @@ impl Forward {
         data
     }
 
-    /// Recomputes the data in place from their time, state, bristles, friction scales and reference frictions.
+    /// Recomputes the data in place from their time, state, bristles, states of the inputs, friction scales and
+    /// reference frictions.
     pub(super) fn update_data(&self, data: &mut Data, inputs: &mut dyn Inputs) {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let Data { time, state, bodies, masses, efforts, loads, targets, velocities, .. } = data;
+        let Data {
+            time,
+            state,
+            bodies,
+            masses,
+            efforts,
+            loads,
+            targets,
+            velocities,
+            input,
+            input_rates,
+            ..
+        } = data;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
         let pitch = &parameters.pitch;
-        let view = View { time: *time, state, bodies, topology, pitch, angles: &[] };
+        let view = View { time: *time, state, bodies, topology, parameters, input };
         efforts.clear();
         efforts.resize(topology.actuators.len(), 0.0);
         inputs.efforts(&view, efforts);
         loads.clear();
         inputs.loads(&view, loads);
+        input_rates.clear();
+        input_rates.resize(input.values.len(), 0.0);
+        inputs.state_rates(&view, input_rates);
         self.targets_into(*time, inputs, targets);
         for &actuator in &self.prescribed {
             efforts[actuator] = 0.0;

@@ -3,6 +3,7 @@
 use super::affine_friction::InterfaceMode;
 use crate::dynamics::NO_PART;
 use crate::kinematics::AssemblyError;
+use crate::words::brief;
 use thiserror::Error;
 
 /// One of several solutions that satisfy all friction laws.
@@ -26,7 +27,7 @@ pub enum ForwardError {
     /// No acceleration was found that is connected with the frictionless one; usually none exists
     /// (Painleve's paradox).
     #[error(
-        "at t = {time} s no acceleration was found for the rigid model with this friction; searched: the \
+        "at t = {t} s no acceleration was found for the rigid model with this friction; searched: the \
          solution continued from zero friction. It ends {at}, where the normal loads grow without bound, \
          first in joint `{joint}` ({kind}",
         at = if *percent < NO_PART { "with a small fraction of the given coefficients".to_owned() }
@@ -34,22 +35,20 @@ pub enum ForwardError {
         kind = if *percent < NO_PART { "the position is nearly singular, or the coefficients are too large); \
             start at another position, lock loose joints, or check the coefficients" }
             else { "jamming, Painleve's paradox); give its guide a longer span, less friction, or some \
-            compliance" }
-    )]
+            compliance" }, t = brief(*time, 9))]
     NoAcceleration {
         /// Time, s.
         time: f64,
         /// Joint whose normal load grows most.
         joint: String,
-        /// Fraction of the friction coefficients at which the solution ends, percent.
+        /// Scale of the friction coefficients at which the solution branch ends, percent.
         percent: f64,
     },
     /// The search finds no modes of the interfaces that satisfy all friction laws.
     #[error(
-        "at t = {time} s no combination of sticking and sliding joints was found that satisfies all friction laws; joint \
+        "at t = {t} s no combination of sticking and sliding joints was found that satisfies all friction laws; joint \
          `{joint}` can neither stick nor slide (Painleve's paradox at rest); reduce its friction or \
-         regularise its law"
-    )]
+         regularise its law", t = brief(*time, 9))]
     NoChoice {
         /// Time, s.
         time: f64,
@@ -58,29 +57,49 @@ pub enum ForwardError {
     },
     /// A gear has a loss that depends on its load.
     #[error(
-        "the gear of actuator `{actuator}` has a loss that depends on its load, which simulations do not \
-         include; set its `efficiency` to 1, or add the loss to `motor_friction.constant`"
+        "the motors `{first}` and `{second}` drive one degree of freedom by gears with different losses, so \
+         that their parts of the effort are not known; give both gears the same efficiencies"
     )]
-    GearLoss {
+    UnequalGears {
+        /// Name of a drive train.
+        first: String,
+        /// Name of another of the same degree of freedom.
+        second: String,
+    },
+    /// A motor that moves several joints together has friction in motor or gear.
+    #[error(
+        "the motor `{actuator}` moves several joints together, and the friction of such motors and their gears is not \
+         simulated; give it a body of its own on a revolute joint, let the motor drive that joint, and connect it with \
+         the others by a `gearing`; or set its friction and losses to zero"
+    )]
+    FrictionOfSeveral {
         /// Name of the drive train.
         actuator: String,
     },
     /// A body can move without inertia.
     #[error(
-        "at t = {time} s body `{body}` can move without any inertia, so its acceleration is not \
-         defined; give it mass and moments of inertia, or lock that motion"
-    )]
+        "at t = {t} s body `{body}` can move without any inertia, so its acceleration is not \
+         defined; give it mass and moments of inertia, or lock that motion", t = brief(*time, 9))]
     Massless {
         /// Time, s.
         time: f64,
         /// The body.
         body: String,
     },
+    /// A spring or bushing is turned too far for its moment to be defined.
+    #[error("at t = {t} s spring `{spring}`: {problem}", t = brief(*time, 9))]
+    Spring {
+        /// Time, s.
+        time: f64,
+        /// Name of the spring or bushing.
+        spring: String,
+        /// The problem in words.
+        problem: String,
+    },
     /// The loops cannot be closed after a step.
     #[error(
-        "at t = {time} s the loops cannot be closed: joint `{joint}` stays open by {gap:.2e} (m or rad); \
-         the position is singular, or the prescribed motion is out of reach"
-    )]
+        "at t = {t} s the loops cannot be closed: joint `{joint}` stays open by {gap:.2e} (m or rad); \
+         the position is singular, or the prescribed motion is out of reach", t = brief(*time, 9))]
     Open {
         /// Time, s.
         time: f64,
@@ -91,10 +110,9 @@ pub enum ForwardError {
     },
     /// The required step is too short.
     #[error(
-        "at t = {time} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
+        "at t = {t} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
          the motion changes too fast there{around}; allow a larger tolerance, or check the forces \
-         at that time"
-    )]
+         at that time", t = brief(*time, 9))]
     Stiff {
         /// Time, s.
         time: f64,
@@ -105,13 +123,30 @@ pub enum ForwardError {
         /// Location, in words.
         around: String,
     },
+    /// A formula of the inputs changes its branch back and forth without end.
+    #[error(
+        "at t = {t} s {what} changes back and forth {count} times within {span:.1e} s (chatter): a jump holds the mechanism at \
+         its zero, which is no motion of this formula; write a continuous formula there, such as `tanh(x/x0)` for \
+         `sign(x)` with a small x0, or give the joint friction instead",
+        t = brief(*time, 9)
+    )]
+    Chatter {
+        /// Time, s.
+        time: f64,
+        /// The formula or limit, in words.
+        what: String,
+        /// Number of changes.
+        count: usize,
+        /// Time in which they happen, s.
+        span: f64,
+    },
     /// The simulation makes hardly any progress in time.
     #[error(
-        "at t = {time} s the simulation stalls: time has hardly advanced over the last {evaluations} \
+        "at t = {t} s the simulation stalls: time has hardly advanced over the last {evaluations} \
          evaluations of accelerations or velocities{}; allow a larger tolerance, reduce the friction \
-         coefficients, or give the joint a regularised friction law",
-        at_joint(joint.as_deref())
-    )]
+         coefficients, give the joint a regularised friction law, or write a continuous formula for \
+         efforts that jump (`tanh` for `sign`)",
+        at_joint(joint.as_deref()), t = brief(*time, 9))]
     Stalled {
         /// Time, s.
         time: f64,
@@ -158,10 +193,9 @@ pub enum ForwardError {
     },
     /// Loops, locks or prescribed motions would stop a motion instantly.
     #[error(
-        "at t = {time} s velocities would have to jump by {percent:.2} % of the fastest so that {what} \
+        "at t = {t} s velocities would have to jump by {percent:.2} % of the fastest so that {what} \
          holds: an impact, which is not modelled; release that constraint, prescribe another motion, or \
-         avoid dead centres and singular positions"
-    )]
+         avoid dead centres and singular positions", t = brief(*time, 9))]
     Impact {
         /// Time, s.
         time: f64,
@@ -177,8 +211,7 @@ pub enum ForwardError {
     Checkpoint,
     /// A body exceeds the speed of light: the forces grow without bound.
     #[error(
-        "at t = {time} s body `{body}` is faster than light ({speed:.1e} m/s): the forces on it grow without bound"
-    )]
+        "at t = {t} s body `{body}` is faster than light ({speed:.1e} m/s): the forces on it grow without bound", t = brief(*time, 9))]
     Runaway {
         /// Time, s.
         time: f64,
@@ -188,7 +221,7 @@ pub enum ForwardError {
         speed: f64,
     },
     /// A number is not finite.
-    #[error("at t = {time} s {what} is not a finite number; check the inputs at that time")]
+    #[error("at t = {t} s {what} is not a finite number; check the inputs at that time", t = brief(*time, 9))]
     NotFinite {
         /// Time, s.
         time: f64,
@@ -204,6 +237,7 @@ fn at_joint(joint: Option<&str>) -> String {
 }
 
 fn blocked(time: f64, what: &str, by: f64, translates: bool, at_rest: bool) -> String {
+    let time = brief(time, 9);
     if at_rest {
         return format!(
             "at t = {time} s the forces push in a direction that {what} permits instantaneously but not \

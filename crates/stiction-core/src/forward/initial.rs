@@ -57,6 +57,9 @@ impl Forward {
         let contradiction = |missed: &Missed, places: &[usize], rates: bool| {
             let what = match missed.what {
                 What::Joint(joint) => format!("joint `{}` stays open", self.joint_name(joint)),
+                What::Gearing(k) => {
+                    format!("gearing `{}` is not met", self.mechanism.gearings()[k].name)
+                }
                 What::Given(k) => self.in_words(&known[places[k]].coordinate),
             };
             ForwardError::Contradiction { what, by: missed.by, rates }

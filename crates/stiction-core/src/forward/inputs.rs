@@ -1,8 +1,10 @@
 //! Inputs of a simulation: efforts, loads and prescribed motions as functions of time and state.
 
-use crate::kinematics::{Bodies, State, Target};
+use crate::kinematics::{Bodies, Coordinate, State, Target, measure_motion};
+use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 use crate::topology::Topology;
+use std::f64::consts::TAU;
 
 /// State that inputs may depend on.
 #[derive(Clone, Copy)]
@@ -14,13 +16,24 @@ pub struct View<'a> {
     /// Poses and twists of the bodies, about the reference point.
     pub bodies: &'a Bodies<f64>,
     pub(super) topology: &'a Topology,
-    /// Pitch of each joint, m/rad; zero except for helical joints.
-    pub(super) pitch: &'a [f64],
-    /// Angles counted over full turns; empty within a step.
-    pub(super) angles: &'a [Angle],
+    pub(super) parameters: &'a Parameters<f64>,
+    pub(super) input: &'a InputState,
 }
 
-/// Angle counted over full turns.
+/// State that a simulation keeps for its inputs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct InputState {
+    /// Own states of the inputs, see [`Inputs::initial_states`].
+    pub(super) values: Vec<f64>,
+    /// Sizes of these states at which the absolute tolerance counts.
+    pub(super) scales: Vec<f64>,
+    /// Side of each switching function, see [`Inputs::switches`].
+    pub(super) sides: Vec<bool>,
+    /// Angles of joints that close a loop, counted over full turns.
+    pub(super) angles: Vec<Angle>,
+}
+
+/// Angle counted over full turns up to the start of the present step.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Angle {
     pub(super) joint: usize,
@@ -33,22 +46,64 @@ pub(super) struct Angle {
     pub(super) time: f64,
 }
 
-impl View<'_> {
+impl Angle {
+    /// Among the angles that differ from `nearest` by full turns, the one nearest to that predicted by
+    /// the mean rate. Rates change little within a step compared with half a turn.
+    pub(super) fn count_on(&self, time: f64, nearest: f64, rate: f64) -> f64 {
+        if time == self.time {
+            return self.value;
+        }
+        let expected = self.value + 0.5 * (time - self.time) * (self.rate + rate);
+        nearest + TAU * ((expected - nearest) / TAU).round()
+    }
+}
+
+impl<'a> View<'a> {
+    /// Own states of the inputs, see [`Inputs::initial_states`].
+    pub fn states(&self) -> &'a [f64] {
+        &self.input.values
+    }
+
+    /// Side of each switching function: true where its value counts as positive, see
+    /// [`Inputs::switches`].
+    pub fn sides(&self) -> &'a [bool] {
+        &self.input.sides
+    }
+
     /// Rate of an actuator, rad/s or m/s.
     pub fn actuator_rate(&self, actuator: usize) -> f64 {
         self.bodies.actuator_rate(self.topology, self.topology.actuators[actuator])
     }
 
-    /// Coordinate of an actuator, rad or m. In [`Inputs::change`] angles are counted over full turns
-    /// since the start. Elsewhere angles of joints that close a loop lie within half a turn; those of helical joints
-    /// follow from their advance.
+    /// Coordinate of an actuator, rad or m; angles are counted over full turns since the start.
     pub fn actuator_coordinate(&self, actuator: usize) -> f64 {
         let actuator = self.topology.actuators[actuator];
         let at = (actuator.joint, actuator.dof);
-        if let Some(angle) = self.angles.iter().find(|angle| (angle.joint, angle.dof) == at) {
-            return angle.value;
+        let place = (self.topology, &self.parameters.pitch[..]);
+        let nearest = joint_coordinate(place, self.state, self.bodies, at);
+        let own = |angle: &&Angle| (angle.joint, angle.dof) == at;
+        match self.input.angles.iter().find(own) {
+            None => nearest,
+            Some(angle) => {
+                let rate = self.bodies.actuator_rate(self.topology, actuator);
+                angle.count_on(self.time, nearest, rate)
+            }
         }
-        joint_coordinate((self.topology, self.pitch), self.state, self.bodies, at)
+    }
+
+    /// Value and rate of a coordinate; the acceleration is zero. Angles of joints are counted over full
+    /// turns since the start.
+    pub fn measure(&self, coordinate: Coordinate) -> Target<f64> {
+        let (topology, parameters) = (self.topology, self.parameters);
+        let tree = &self.state.coordinates;
+        let mut motion = measure_motion(coordinate, topology, parameters, self.bodies, tree);
+        if let Coordinate::Joint { joint, dof } = coordinate {
+            let own = |angle: &&Angle| (angle.joint, angle.dof) == (joint.0, dof);
+            if let Some(angle) = self.input.angles.iter().find(own) {
+                motion.value = angle.count_on(self.time, motion.value, motion.rate);
+            }
+        }
+        motion
     }
 }
 
@@ -88,6 +143,38 @@ pub trait Inputs {
     /// Appends the loads on bodies to the empty list.
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
         let _ = (view, loads);
+    }
+
+    /// Own states of the inputs, such as the integral of a controller: for each its value at the start and
+    /// the size at which the absolute tolerance counts. They are integrated with the mechanism, under
+    /// the same error control.
+    fn initial_states(&self) -> Vec<(f64, f64)> {
+        Vec::new()
+    }
+
+    /// Writes the rates of the own states, per second. `rates` contains zeros.
+    fn state_rates(&mut self, view: &View<'_>, rates: &mut [f64]) {
+        let _ = (view, rates);
+    }
+
+    /// Appends the values of the switching functions to the empty list, always the same number.
+    ///
+    /// Efforts, loads and rates of own states must be smooth functions on the side
+    /// [`View::sides`] of each, also beyond its zero. A step ends where one changes its sign, and the side
+    /// changes there; an effort limit is an example.
+    fn switches(&mut self, view: &View<'_>, values: &mut Vec<f64>) {
+        let _ = (view, values);
+    }
+
+    /// Returns true if the simulation ends where this switching function is or becomes negative.
+    fn ends_at(&self, switch: usize) -> bool {
+        let _ = switch;
+        false
+    }
+
+    /// Description of a switching function in messages, such as "the effort of `A`".
+    fn switch_name(&self, switch: usize) -> String {
+        format!("switching function {switch} of the inputs")
     }
 
     /// Next time after `time`, s, at which an input jumps or a controller samples; steps end there.

@@ -2,9 +2,12 @@
 
 use super::Forward;
 use super::affine_friction::{InterfaceMode, bristle_rate, dot, norm};
+use super::balance::Response;
+use super::constraint_jacobian::StickingDof;
 use super::data::Data;
 use super::mass_matrix::{self, MassMatrix};
-use super::solve::{Solved, StickingDof};
+use super::solve::Solved;
+use super::transmitted::LoadSide;
 use crate::friction::OwnFriction;
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Vec3, Wrench};
@@ -108,6 +111,9 @@ pub struct Instant {
     pub bodies: Bodies<f64>,
     /// Efforts of all actuators, N or N m.
     pub drives: Vec<f64>,
+    /// Effort of each gearing, N m, or N if its sum is a length, see
+    /// [`Gearing`](crate::mechanism::Gearing).
+    pub gearings: Vec<f64>,
     /// For each joint the complete wrench that the predecessor exerts on the successor, world axes
     /// about the reference point.
     pub wrenches: Vec<Wrench<f64>>,
@@ -115,6 +121,8 @@ pub struct Instant {
     pub interfaces: Vec<InterfaceSample>,
     /// Rates of the bristle deflections, m/s.
     pub(super) bristle_rates: Vec<[f64; 3]>,
+    /// Rates of the own states of the inputs, per second.
+    pub(super) input_rates: Vec<f64>,
     /// Energies and powers.
     pub account: Account,
     /// Bound on the coupling of friction and normal loads, if computed: below one the solution is
@@ -137,6 +145,9 @@ pub struct Instant {
 impl Instant {
     /// Name of a quantity that is not finite, if there is one.
     pub(super) fn unfinite(&self) -> Option<&'static str> {
+        if !self.drives.iter().all(|effort| effort.is_finite()) {
+            return Some("the effort of an actuator");
+        }
         if !self.state.accelerations.iter().all(|a| a.is_finite()) {
             return Some("an acceleration");
         }
@@ -153,9 +164,11 @@ impl Instant {
             state: State::new(topology),
             bodies: Bodies::new(topology),
             drives: Vec::new(),
+            gearings: Vec::new(),
             wrenches: Vec::new(),
             interfaces: Vec::new(),
             bristle_rates: Vec::new(),
+            input_rates: Vec::new(),
             account: Account::default(),
             coupling: None,
             redundant: 0,
@@ -192,10 +205,11 @@ impl Forward {
                 for &StickingDof { place, row, .. } in
                     solved.sticking.iter().filter(|dof| dof.interface == index)
                 {
-                    let row = self.topology.constraints + row;
+                    let row = self.topology.closures() + row;
                     friction[place] = -solved.coupled.response.multipliers[row] / arms[place];
                 }
-                let wrench = solved.coupled.response.wrenches[interface.joint];
+                let wrench = solved.coupled.response.wrenches[interface.joint]
+                    - self.friction_behind(index, data, solved);
                 let own = OwnFriction::of(friction[0]);
                 load = self.configuration(data).normal_load(index, wrench, own).value;
             } else {
@@ -203,12 +217,38 @@ impl Forward {
             }
             let limit = interface.law_towards(friction[0]).at_rest() * load;
             let (mut velocity, mode) = (data.velocities[index], modes[index]);
-            if mode == InterfaceMode::Sticks && !self.is_led(index) {
+            if mode == InterfaceMode::Sticks && !self.is_prescribed_interface(index) {
                 // Remaining rates due to other sticking interfaces are round-off.
                 velocity = [0.0; 3];
             }
             interfaces.push(InterfaceSample { interface: mode, velocity, load, friction, limit });
         }
+    }
+
+    /// Effort of each gearing in a response.
+    pub(super) fn gearing_efforts<'a>(
+        &'a self,
+        response: &'a Response,
+    ) -> impl Iterator<Item = f64> + 'a {
+        let multipliers = &response.multipliers[self.topology.constraints..];
+        multipliers.iter().zip(&self.parameters.gearings).map(|(m, own)| m / own.size)
+    }
+
+    /// Wrench of all friction and gearings between the gear of an interface and its load, in a solution.
+    pub(super) fn friction_behind(&self, gear: usize, data: &Data, solved: &Solved) -> Wrench<f64> {
+        let (rows, bodies) = (&solved.balance.rows.rows[..], &data.bodies);
+        let side = LoadSide { model: self, bodies, sticking: &solved.sticking, rows };
+        let mut sum = side.held(gear, &solved.coupled.response.multipliers);
+        for other in side.behind(gear) {
+            // That of a sticking interface is a multiplier.
+            let (friction, load) = (&solved.frictions[other], solved.coupled.loads[other]);
+            let effort = [0, 1, 2].map(|i| -friction.constant[i] - friction.per_load[i] * load);
+            if effort != [0.0; 3] {
+                let content = &self.parameters.interfaces[other];
+                sum += data.bodies.wrench_of(&self.topology, content, effort);
+            }
+        }
+        sum
     }
 
     /// Results at the instant of a solution.
@@ -228,8 +268,18 @@ impl Forward {
     ) {
         let topology = &self.topology;
         let Data { efforts, loads, masses, .. } = data;
-        let Instant { state, bodies, drives, wrenches, interfaces, bristle_rates, account, .. } =
-            instant;
+        let Instant {
+            state,
+            bodies,
+            drives,
+            gearings,
+            wrenches,
+            interfaces,
+            bristle_rates,
+            input_rates,
+            account,
+            ..
+        } = instant;
         self.interfaces_into(data, modes, solved, interfaces);
         state.clone_from(&data.state);
         bodies.clone_from(&data.bodies);
@@ -245,13 +295,16 @@ impl Forward {
         bodies.accelerate(topology, &state.accelerations);
         drives.clone_from(efforts);
         for (k, &actuator) in self.prescribed.iter().enumerate() {
-            drives[actuator] = response.multipliers[topology.constraints + k];
+            drives[actuator] = response.multipliers[topology.closures() + k];
         }
+        gearings.clear();
+        gearings.extend(self.gearing_efforts(response));
         account.update(self, (masses, loads), bodies, drives, interfaces);
         bristle_rates.clear();
         let each = self.parameters.interfaces.iter().zip(&*interfaces).zip(&data.bristles);
         bristle_rates
             .extend(each.map(|((interface, now), z)| bristle_rate(interface, now.velocity, *z)));
+        input_rates.clone_from(&data.input_rates);
         wrenches.clone_from(&response.wrenches);
         instant.time = data.time;
         instant.coupling = solved.coupling_bound;

@@ -33,8 +33,8 @@ impl Forward {
         bodies.joint_motion(&self.topology, &self.parameters, (joint.0, dof), value)
     }
 
-    /// Largest loop-closure error for these bodies, m; angles times the characteristic length.
-    pub fn closure_error(&self, bodies: &Bodies<f64>) -> f64 {
-        closure_error(&self.topology, &self.parameters, bodies)
+    /// Largest error of loops and gearings for these bodies and this state, m; angles times the characteristic length.
+    pub fn closure_error(&self, bodies: &Bodies<f64>, state: &State<f64>) -> f64 {
+        closure_error(&self.topology, &self.parameters, (bodies, &state.coordinates))
     }
 }

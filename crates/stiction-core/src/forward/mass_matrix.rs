@@ -1,9 +1,9 @@
 //! Mass matrix of the tree, and its bias: inertia forces, gravity, loads and springs.
 
-use super::rotors::{Rotor, RotorTerm};
-use crate::dynamics::SpringForce;
+use super::rotors::{Rotor, RotorPart, RotorTerm};
+use crate::dynamics::{RotorMotion, spring_powers, spring_wrenches};
 use crate::kinematics::Bodies;
-use crate::parameters::{Parameters, SpringParameters};
+use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Twist, Vec3, Wrench};
 use crate::statics::{AppliedLoad, demand_of_motion};
@@ -64,7 +64,11 @@ pub(super) struct MassMatrix {
     pub(super) bias: Vec<f64>,
     /// Rotors of drive trains, and the rate of each per rate of each tree DOF.
     pub(super) rotors: Vec<RotorTerm>,
+    /// Joints of all rotors.
+    pub(super) rotor_parts: Vec<RotorPart>,
     pub(super) rotor_rows: Vec<f64>,
+    /// Effort that each rotor takes per acceleration of each tree DOF.
+    pub(super) taken_rows: Vec<f64>,
     /// Buffers: composite inertia of each subtree, and its bias wrench.
     composite: Vec<Inertia>,
     subtree_wrenches: Vec<Wrench<f64>>,
@@ -105,11 +109,13 @@ impl MassMatrix {
         for load in loads {
             bias_wrenches[load.body.0] -= load.wrench(bodies);
         }
-        for spring in &parameters.springs {
-            let pull = SpringForce::of(spring, bodies);
-            let [from, to] = spring.ends;
-            bias_wrenches[to] -= pull.wrench;
-            bias_wrenches[from] += pull.wrench;
+        spring_wrenches(parameters, bodies, |[from, to], wrench| {
+            bias_wrenches[to] -= wrench;
+            bias_wrenches[from] += wrench;
+        });
+        for rotor in &parameters.rotors {
+            let moment = RotorMotion::of(rotor, topology, parameters, bodies).moment;
+            bias_wrenches[rotor.body] += Wrench { force: Vec3::zero(), moment };
         }
         composite.clone_from(inertia);
         subtree_wrenches.clone_from(bias_wrenches);
@@ -142,7 +148,7 @@ impl MassMatrix {
         self.add_rotors((topology, parameters), rotors, bodies);
     }
 
-    /// Adds the reflected inertia of rotors.
+    /// Adds the inertia of rotors.
     fn add_rotors(
         &mut self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -150,16 +156,34 @@ impl MassMatrix {
         bodies: &Bodies<f64>,
     ) {
         let n = topology.dofs();
-        let Self { matrix, bias, rotors: terms, rotor_rows, .. } = self;
+        let Self { matrix, bias, rotors: terms, rotor_parts, rotor_rows, taken_rows, .. } = self;
         terms.clear();
+        rotor_parts.clear();
         rotor_rows.clear();
         rotor_rows.resize(rotors.len() * n, 0.0);
-        for (rotor, row) in rotors.iter().zip(rotor_rows.chunks_exact_mut(n.max(1))) {
-            let term = rotor.at((topology, parameters), bodies, row);
+        taken_rows.clear();
+        taken_rows.resize(rotors.len() * n, 0.0);
+        let rows = rotor_rows.chunks_exact_mut(n.max(1)).zip(taken_rows.chunks_exact_mut(n.max(1)));
+        for (rotor, (row, taken)) in rotors.iter().zip(rows) {
+            let term =
+                rotor.at((topology, parameters), bodies, (&mut *row, &mut *taken), rotor_parts);
             for (i, a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-                bias[i] += term.inertia * a * term.bias;
-                for (entry, b) in matrix[i * n..][..n].iter_mut().zip(&*row) {
-                    *entry += term.inertia * a * b;
+                bias[i] += a * term.bias;
+                for (entry, b) in matrix[i * n..][..n].iter_mut().zip(&*taken) {
+                    *entry += a * b;
+                }
+            }
+            // The moment on the carrying body.
+            if let Some((body, momentum)) = term.carrier {
+                let mut next = topology.node_of_body[body];
+                while let Some(node) = next {
+                    for i in topology.nodes[node].tree_dofs.clone() {
+                        let spin = momentum.dot(bodies.screws[i].angular);
+                        for (entry, a) in matrix[i * n..][..n].iter_mut().zip(&*row) {
+                            *entry += spin * a;
+                        }
+                    }
+                    next = topology.nodes[node].parent;
                 }
             }
             terms.push(term);
@@ -170,7 +194,9 @@ impl MassMatrix {
     pub(super) fn kinetic(&self, bodies: &Bodies<f64>) -> f64 {
         let each = self.inertia.iter().zip(&bodies.twist);
         let of_bodies = each.map(|(inertia, twist)| 0.5 * twist.power(inertia.times(*twist)));
-        of_bodies.chain(self.rotors.iter().map(|rotor| rotor.kinetic(&bodies.twist))).sum()
+        let of_rotors =
+            self.rotors.iter().map(|rotor| rotor.kinetic(&self.rotor_parts, &bodies.twist));
+        of_bodies.chain(of_rotors).sum()
     }
 }
 
@@ -180,20 +206,13 @@ pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f
         let com = bodies.pose[body].apply(parameters.com[body]);
         -parameters.mass[body] * parameters.gravity.dot(com)
     };
-    let of_springs = parameters.springs.iter().map(|spring| {
-        let longer = SpringForce::of(spring, bodies).length - spring.free_length;
-        0.5 * spring.stiffness * longer * longer
-    });
+    let of_springs = spring_powers(parameters, bodies).map(|spring| spring.energy);
     (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
 }
 
 /// Power dissipated by the dampers of springs, W, for moving bodies.
 pub(super) fn damped(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
-    let of_spring = |spring: &SpringParameters<f64>| {
-        let rate = SpringForce::of(spring, bodies).rate;
-        spring.damping * rate * rate
-    };
-    parameters.springs.iter().map(of_spring).sum()
+    spring_powers(parameters, bodies).map(|spring| spring.dissipated).sum()
 }
 
 /// Power of all loads, W, for moving bodies.
@@ -209,9 +228,6 @@ pub(super) fn exchange(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f6
         let velocity = twist.velocity_at(com);
         -parameters.mass[body] * parameters.gravity.dot(velocity)
     };
-    let of_springs = parameters.springs.iter().map(|spring| {
-        let pull = SpringForce::of(spring, bodies);
-        spring.stiffness * (pull.length - spring.free_length) * pull.rate
-    });
+    let of_springs = spring_powers(parameters, bodies).map(|spring| spring.energy_rate);
     (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
 }

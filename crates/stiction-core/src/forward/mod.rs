@@ -30,13 +30,17 @@ mod solve;
 mod stick;
 mod surface;
 mod time_stepping;
+mod transmitted;
 
 pub use affine_friction::InterfaceMode;
 pub use error::ForwardError;
 pub use initial::Known;
 pub use inputs::{ConstantEfforts, Inputs, View};
 pub use instant::Instant;
-pub use simulation::{Checkpoint, Event, EventKind, Method, Settings, Simulation};
+pub use simulation::{
+    Checkpoint, Event, EventKind, Linearisation, LinearisationError, Method, PayloadChange,
+    Settings, Simulation,
+};
 
 // Used by the project's other crates; no part of the stable interface.
 #[doc(hidden)]
@@ -53,7 +57,7 @@ use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
-use rotors::{Rotor, motor_friction};
+use rotors::{Rotor, shaft_friction};
 use std::sync::Arc;
 
 /// Model of a mechanism for forward dynamics. Immutable.
@@ -125,7 +129,7 @@ impl Forward {
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let topology = Arc::new(Topology::with_tree(&mechanism, rule));
         let mut parameters = Parameters::new(&mechanism);
-        parameters.interfaces.extend(motor_friction(&mechanism));
+        parameters.interfaces.extend(shaft_friction(&mechanism));
         let rotors = Rotor::all(&mechanism);
         let columns = column_scales(&topology, parameters.length);
         let known = 0..topology.actuators.len();

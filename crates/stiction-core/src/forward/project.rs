@@ -198,6 +198,8 @@ impl Forward {
             let (misfit, _) = joint_type.misfit(j.inverse() * k, parameters.pitch[cut.joint]);
             errors.extend(&misfit[..joint_type.constraints().len()]);
         }
+        errors
+            .extend(topology.gearings.iter().map(|own| own.error(parameters, &state.coordinates)));
         for (target, &ConstrainedDof { joint, dof, .. }) in targets.iter().zip(&*constrained) {
             let at = (joint, dof);
             let found = joint_coordinate((topology, &parameters.pitch), state, bodies, at);
@@ -221,7 +223,7 @@ impl Forward {
                 *rate = 0.0;
             }
         }
-        let first = self.topology.constraints;
+        let first = self.topology.closures();
         let Projection { rows, values, .. } = workspace;
         values.clear();
         values.extend(

@@ -1,36 +1,48 @@
-//! Rotors and motor friction of drive trains, reflected to the joints.
+//! Rotors, and friction of motors and gears of drive trains, reflected to the joints.
 //!
-//! Equation (G7) of the book's theory.
+//! Equations (G7) to (G10) of the book's theory.
 
-use super::Forward;
 use super::constraint_jacobian::{each_dof, opening};
 use crate::friction::{InterfaceShape, Law, NormalLoadMap};
 use crate::kinematics::Bodies;
-use crate::mechanism::{DriveTrain, Mechanism};
+use crate::mechanism::{DriveTrain, Mechanism, RotorAxis};
 use crate::parameters::{InterfaceParameters, Parameters};
-use crate::spatial::{Twist, Wrench};
+use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Role, Topology};
+use core::ops::Range;
 
-/// Rotors of all motors that drive one degree of freedom.
+/// Rotors of all motors with one output coordinate: that of one degree of freedom, or of a motor of several.
 #[derive(Clone, Debug)]
 pub(super) struct Rotor {
-    joint: usize,
-    dof: usize,
+    /// Degrees of freedom (joint and index in it) and their parts of the output coordinate.
+    dofs: Vec<(usize, usize, f64)>,
     /// Reflected inertia, kg m^2 or kg.
     inertia: f64,
+    /// Body on which it spins, its axis there, and its angular momentum per rate of the output; others are reflected
+    /// alone.
+    spinning: Option<(usize, Vec3<f64>, f64)>,
 }
 
 /// Rotor at one position and velocity.
 #[derive(Clone, Debug)]
 pub(super) struct RotorTerm {
+    /// Its joints, in [`MassMatrix::rotor_parts`](super::mass_matrix::MassMatrix).
+    pub(super) parts: Range<usize>,
+    inertia: f64,
+    /// Effort that it takes at zero accelerations of the tree.
+    pub(super) bias: f64,
+    /// Body on which it spins, and its angular momentum per rate of the output, world axes.
+    pub(super) carrier: Option<(usize, Vec3<f64>)>,
+}
+
+/// Joint that moves a rotor.
+#[derive(Clone, Debug)]
+pub(super) struct RotorPart {
     pub(super) joint: usize,
     /// Bodies of the joint.
     ends: (usize, usize),
-    pub(super) inertia: f64,
-    /// Unit effort on its degree of freedom.
+    /// Wrench of a unit effort of the output on the joint.
     pub(super) covector: Wrench<f64>,
-    /// Its acceleration at zero accelerations of the tree.
-    pub(super) bias: f64,
 }
 
 impl Rotor {
@@ -38,58 +50,96 @@ impl Rotor {
     pub(super) fn all(mechanism: &Mechanism) -> Vec<Self> {
         let mut rotors: Vec<Self> = Vec::new();
         for train in mechanism.drive_trains() {
-            let (joint, dof, inertia) = (train.joint.0, train.dof, train.reflected_inertia());
-            match rotors.iter_mut().find(|known| (known.joint, known.dof) == (joint, dof)) {
+            let inertia = train.reflected_inertia();
+            let momentum = train.transmission() * train.rotor_inertia;
+            let spinning =
+                train.rotor_axis.map(|RotorAxis { body, axis }| (body.0, axis, momentum));
+            let dofs: Vec<_> =
+                train.output_parts().map(|(joint, dof, part)| (joint.0, dof, part)).collect();
+            let is_same = |known: &&mut Self| {
+                known.spinning.is_none() && spinning.is_none() && known.dofs == dofs
+            };
+            match rotors.iter_mut().find(is_same) {
                 Some(known) => known.inertia += inertia,
-                None => rotors.push(Self { joint, dof, inertia }),
+                None => rotors.push(Self { dofs, inertia, spinning }),
             }
         }
         rotors.retain(|rotor| rotor.inertia > 0.0);
         rotors
     }
 
-    /// The rotor at a position and velocity; writes its rate per rate of each tree DOF to `row`.
+    /// The rotor at a position and velocity; writes its rate per rate of each tree DOF to `row`, and the effort
+    /// that it takes per acceleration of each tree DOF to `taken`. Adds its joints to `parts`.
     pub(super) fn at(
         &self,
         (topology, parameters): (&Topology, &Parameters<f64>),
         bodies: &Bodies<f64>,
-        row: &mut [f64],
+        (row, taken): (&mut [f64], &mut [f64]),
+        parts: &mut Vec<RotorPart>,
     ) -> RotorTerm {
-        let &Self { joint, dof, inertia } = self;
-        let covector = bodies.effort(&topology.joint_types[joint].dofs()[dof], joint);
-        each_dof(topology, joint, |tree_dof, sign| {
-            row[tree_dof] = sign * bodies.screws[tree_dof].power(covector);
+        let &Self { ref dofs, inertia, spinning } = self;
+        let first = parts.len();
+        let mut bias = 0.0;
+        for &(joint, dof, part) in dofs {
+            let covector = bodies.effort(&topology.joint_types[joint].dofs()[dof], joint) * part;
+            each_dof(topology, joint, |tree_dof, sign| {
+                row[tree_dof] += sign * bodies.screws[tree_dof].power(covector);
+            });
+            // In a joint of the tree the joint rate is a rate of the tree.
+            if let Role::Cut { .. } = topology.role[joint] {
+                bias += opening(topology, parameters, bodies, joint).power(covector);
+            }
+            parts.push(RotorPart { joint, ends: topology.ends[joint], covector });
+        }
+        taken.iter_mut().zip(&*row).for_each(|(taken, row)| *taken = inertia * row);
+        let mut bias = inertia * bias;
+        let carrier = spinning.map(|(body, axis, momentum)| {
+            let momentum = bodies.pose[body].rotation * (axis * momentum);
+            bias += momentum.dot(bodies.bias[body].angular);
+            let mut next = topology.node_of_body[body];
+            while let Some(node) = next {
+                for tree_dof in topology.nodes[node].tree_dofs.clone() {
+                    taken[tree_dof] += momentum.dot(bodies.screws[tree_dof].angular);
+                }
+                next = topology.nodes[node].parent;
+            }
+            (body, momentum)
         });
-        // In a joint of the tree the joint rate is a rate of the tree.
-        let bias = match topology.role[joint] {
-            Role::Tree { .. } => 0.0,
-            Role::Cut { .. } => opening(topology, parameters, bodies, joint).power(covector),
-        };
-        RotorTerm { joint, ends: topology.ends[joint], inertia, covector, bias }
+        RotorTerm { parts: first..parts.len(), inertia, bias, carrier }
     }
 }
 
 impl RotorTerm {
-    /// Kinetic energy, J, for the twists of all bodies.
-    pub(super) fn kinetic(&self, twists: &[Twist<f64>]) -> f64 {
-        let (predecessor, successor) = self.ends;
-        let rate = (twists[successor] - twists[predecessor]).power(self.covector);
-        0.5 * self.inertia * rate * rate
+    /// Kinetic energy, J, for the twists of all bodies, in addition to that of a rotor at rest on its body; `parts` are
+    /// the joints of all rotors.
+    pub(super) fn kinetic(&self, parts: &[RotorPart], twists: &[Twist<f64>]) -> f64 {
+        let of_joint = |part: &RotorPart| {
+            let (predecessor, successor) = part.ends;
+            (twists[successor] - twists[predecessor]).power(part.covector)
+        };
+        let rate: f64 = parts[self.parts.clone()].iter().map(of_joint).sum();
+        let spin = |(body, momentum): (usize, Vec3<f64>)| momentum.dot(twists[body].angular);
+        rate * (0.5 * self.inertia * rate + self.carrier.map_or(0.0, spin))
     }
 }
 
-/// Friction of all motors on one degree of freedom: a constant normal load with the coefficient one.
-pub(super) fn motor_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f64>> {
+/// Friction of all motors and gears on one degree of freedom: a normal load, which is affine in the magnitude of the
+/// effort that the gears transmit, with the coefficient one.
+pub(super) fn shaft_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f64>> {
     let mut frictions: Vec<InterfaceParameters<f64>> = Vec::new();
-    for train in mechanism.drive_trains().iter().filter(|train| train.has_motor_friction()) {
+    for train in mechanism.drive_trains().iter().filter(|train| train.has_friction()) {
+        // Motors of several joints with friction are refused before a simulation starts.
+        let Some((joint, dof)) = train.only_dof() else { continue };
         let (n, friction) = (train.transmission().abs(), train.motor_friction);
-        let (joint, shape) = (train.joint.0, InterfaceShape::Shaft { dof: train.dof });
+        let (joint, joint_type) = (joint.0, mechanism.joints()[joint.0].joint_type);
+        let shape = InterfaceShape::Shaft { dof, joint_type };
         let known = frictions.iter_mut().find(|known| (known.joint, known.shape) == (joint, shape));
         let (load, viscous) = (n * friction.constant, n * n * friction.viscous);
         match known {
             Some(known) => {
                 known.load.preload += load;
                 known.law.viscous += viscous;
+                known.load.gear = known.load.gear.or(train.losses());
             }
             None => frictions.push(InterfaceParameters {
                 joint,
@@ -97,20 +147,35 @@ pub(super) fn motor_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f
                 radius: 1.0,
                 law: Law::coulomb_viscous(1.0, viscous),
                 backward: None,
-                load: NormalLoadMap { preload: load, ..NormalLoadMap::force_only() },
+                load: NormalLoadMap {
+                    preload: load,
+                    gear: train.losses(),
+                    ..NormalLoadMap::force_only()
+                },
             }),
         }
     }
-    for friction in frictions.iter_mut().filter(|friction| friction.load.preload == 0.0) {
+    let is_viscous = |load: &NormalLoadMap<f64>| load.preload == 0.0 && load.gear.is_none();
+    for friction in frictions.iter_mut().filter(|friction| is_viscous(&friction.load)) {
         friction.law.mu = 0.0;
     }
     frictions
 }
 
-impl Forward {
-    /// First drive train with a loss that depends on its load, which simulations do not include.
-    pub(super) fn lossy_gear(&self) -> Option<&DriveTrain> {
-        let mut trains = self.mechanism.drive_trains().iter();
-        trains.find(|train| train.gear.efficiencies() != (1.0, 1.0))
-    }
+/// Two drive trains of one degree of freedom whose gears have different losses.
+pub(super) fn unequal_gears(mechanism: &Mechanism) -> Option<[&DriveTrain; 2]> {
+    let trains = mechanism.drive_trains();
+    trains.iter().enumerate().find_map(|(k, train)| {
+        let differs = |other: &&DriveTrain| {
+            let same = other.only_dof().is_some() && other.only_dof() == train.only_dof();
+            same && other.losses() != train.losses()
+        };
+        trains[..k].iter().find(differs).map(|other| [other, train])
+    })
+}
+
+/// Drive train of several joints whose motor or gear has friction.
+pub(super) fn friction_of_several(mechanism: &Mechanism) -> Option<&DriveTrain> {
+    let of_several = |train: &&DriveTrain| train.only_dof().is_none() && train.has_friction();
+    mechanism.drive_trains().iter().find(of_several)
 }

@@ -3,7 +3,7 @@
 use super::Forward;
 use super::affine_friction::{AffineFriction, InterfaceMode, affine_friction};
 use super::balance::{Balance, Massless, Workspace};
-use super::constraint_jacobian::{ConstrainedDof, ConstraintRows};
+use super::constraint_jacobian::{ConstrainedDof, ConstraintRows, StickingDof};
 use super::coupling::{Coupled, Coupling};
 use super::data::Data;
 use super::error::{Competitor, ForwardError};
@@ -24,16 +24,6 @@ pub(super) struct Solved {
     coupling: Coupling,
     efforts: Vec<(usize, Wrench<f64>)>,
     workspace: Workspace,
-}
-
-/// A DOF of a sticking interface among the constrained ones.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct StickingDof {
-    pub(super) interface: usize,
-    /// Index of the DOF in the interface.
-    pub(super) place: usize,
-    /// Index among the constrained DOFs.
-    pub(super) row: usize,
 }
 
 /// Reason why given modes have no solution.
@@ -182,6 +172,7 @@ impl Forward {
             coupling_bound,
             coupling,
             efforts,
+            sticking,
             workspace,
             ..
         } = solved;
@@ -205,7 +196,8 @@ impl Forward {
                 }
             }
         }
-        coupling.update((self, data), frictions, balance, efforts, workspace);
+        let given = (&efforts[..], &sticking[..]);
+        coupling.update((self, data), frictions, balance, given, workspace);
         *coupling_bound = bound.then(|| coupling.bound(self, data));
         coupling
             .solve((self, data), frictions, balance, known, (workspace, coupled))

@@ -65,4 +65,15 @@ impl Forward {
         });
         arm * rate
     }
+
+    /// Prescribed actuator that determines the surface rate of an interface along one of its DOFs, as an index of the
+    /// prescribed ones, and the surface rate per rate of the actuator, m or 1. `None` if no actuator there is prescribed.
+    pub(super) fn prescribed_place(&self, interface: usize, place: usize) -> Option<(usize, f64)> {
+        let content = &self.parameters.interfaces[interface];
+        let at = (content.joint, content.shape.dofs().start + place);
+        let actuators = &self.topology.actuators;
+        let is_there = |&a: &usize| (actuators[a].joint, actuators[a].dof) == at;
+        let actuator = self.prescribed.iter().position(is_there)?;
+        Some((actuator, content.arms(self.parameters.pitch[content.joint])[place]))
+    }
 }

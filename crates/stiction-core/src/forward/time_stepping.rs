@@ -19,7 +19,7 @@ use super::balance::{Balance, Massless, Response};
 use super::complementarity::Members;
 use super::data::Data;
 use super::error::ForwardError;
-use super::inputs::Inputs;
+use super::inputs::{InputState, Inputs};
 use super::mass_matrix::{damped, power_of_loads};
 use super::simulation::Energies;
 use super::solve::Unsolved;
@@ -36,6 +36,9 @@ const RESIDUAL: f64 = 1e-9;
 /// at most 1e-6 of the largest.
 const SLACK: f64 = 1e-3;
 
+/// Friction relative to the largest force without friction above which it belongs to a jump of velocities.
+const IMPULSIVE: f64 = 1e3;
+
 /// Results of a step.
 pub(super) struct TimeStep {
     /// State at the end, before projection onto the constraints.
@@ -43,6 +46,8 @@ pub(super) struct TimeStep {
     pub(super) modes: Vec<InterfaceMode>,
     /// Bristle deflections, m.
     pub(super) bristles: Vec<[f64; 3]>,
+    /// Own states of the inputs.
+    pub(super) input_states: Vec<f64>,
     /// Surface velocities at the end, m/s.
     pub(super) velocities: Vec<[f64; 3]>,
     /// Friction at the surfaces, averaged over the step, N.
@@ -69,8 +74,10 @@ pub(super) struct StepStart<'a> {
     pub(super) modes: &'a [InterfaceMode],
     /// Bristle deflections, m.
     pub(super) bristles: &'a [[f64; 3]],
-    /// Initial guess of the frictions at the surfaces, N.
+    /// Initial guess of the friction forces at the surfaces, N.
     pub(super) frictions: &'a [[f64; 3]],
+    /// States, sides and counted angles of the inputs.
+    pub(super) input: &'a InputState,
 }
 
 /// Friction regularised as a smooth function of velocity.
@@ -130,7 +137,7 @@ impl Forward {
     ///
     /// # Errors
     /// [`ForwardError::NoChoice`] if no frictions satisfying all laws are found,
-    /// [`ForwardError::Massless`].
+    /// [`ForwardError::Massless`], [`ForwardError::NotFinite`] for efforts.
     pub(super) fn time_step(
         &self,
         time: f64,
@@ -143,7 +150,12 @@ impl Forward {
         let mut middle = start.clone();
         let half: Vec<f64> = start.rates.iter().map(|v| 0.5 * step * v).collect();
         middle.advance(topology, &half);
-        let data = self.data(time + 0.5 * step, middle, from.bristles, (&[], &[]), inputs);
+        let data =
+            self.data(time + 0.5 * step, middle, from.bristles, (&[], &[]), (from.input, inputs));
+        if !data.efforts.iter().all(|effort| effort.is_finite()) {
+            let what = "the effort of an actuator";
+            return Err(ForwardError::NotFinite { time, what });
+        }
         let ends = self.targets(time + step, inputs);
         let still: Vec<_> = ends.iter().map(|end| Target { acceleration: 0.0, ..*end }).collect();
         let mut rows = self.constraint_rows(&data.bodies, &still, &[]);
@@ -151,7 +163,7 @@ impl Forward {
         for (index, row) in rows.rows.iter_mut().enumerate() {
             let entries = &rows.matrix[index * n..(index + 1) * n];
             let rate: f64 = entries.iter().zip(&start.rates).map(|(a, b)| a * b).sum();
-            let end = index.checked_sub(topology.constraints).map_or(0.0, |k| ends[k].rate);
+            let end = index.checked_sub(topology.closures()).map_or(0.0, |k| ends[k].rate);
             // The row belongs to the middle of the step and changes until its end; `right` is minus
             // its rate of change.
             row.right = (end - rate) / step + 0.5 * row.right;
@@ -183,14 +195,22 @@ impl Forward {
             }
             free
         };
-        let mut problem = members.problem(&base, step, free);
+        let prescribed: Vec<f64> = ends.iter().map(|end| end.rate).collect();
+        let mut problem = members.problem(&base, step, free, &prescribed);
         // Redundant rows are consistent to third order in the step; projection removes the rest.
         problem.slack = SLACK;
-        let near: Vec<f64> = problem
+        let mut near: Vec<f64> = problem
             .members
             .iter()
             .flat_map(|m| from.frictions[m.interface][..m.places.len()].to_vec())
             .collect();
+        // Frictions of a jump are impulses over a short time. Where static frictions are not unique,
+        // a search from them would keep them as a self-stress.
+        let largest = near.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+        let forces = base.wrenches.iter().map(|wrench| wrench.force.norm());
+        if largest > IMPULSIVE * forces.fold(0.0, f64::max) {
+            near.fill(0.0);
+        }
         let mut found = problem.solve(&near).filter(|found| found.residual <= RESIDUAL);
         if found.is_none() && near.iter().any(|amount| *amount != 0.0) {
             // After a jump the frictions of the previous step may be a bad start.
@@ -297,7 +317,7 @@ impl Forward {
         }
         let mut drives = data.efforts.clone();
         for (k, &actuator) in self.prescribed.iter().enumerate() {
-            drives[actuator] = response.multipliers[topology.constraints + k];
+            drives[actuator] = response.multipliers[topology.closures() + k];
         }
         let rate = |actuator: usize| bodies.actuator_rate(topology, topology.actuators[actuator]);
         work.drives = drives.iter().enumerate().map(|(k, f)| step * f * rate(k)).collect();
@@ -307,6 +327,10 @@ impl Forward {
             state,
             modes,
             bristles,
+            input_states: {
+                let each = from.input.values.iter().zip(&data.input_rates);
+                each.map(|(value, rate)| value + step * rate).collect()
+            },
             velocities,
             frictions,
             loads,

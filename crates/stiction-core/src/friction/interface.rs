@@ -65,11 +65,13 @@ pub enum InterfaceShape {
     Sleeve,
     /// A ball: degrees of freedom 0, 1, 2 are the angular velocity in K.
     Ball,
-    /// The shaft of a motor, whose friction does not depend on the joint's reaction. No joint type has it;
-    /// drive trains add it.
+    /// The shaft of a motor, whose friction depends on the effort that its gear transmits alone. No joint type has
+    /// it; drive trains add it.
     Shaft {
         /// Index of the driven degree of freedom.
         dof: usize,
+        /// Type of the joint.
+        joint_type: JointType,
     },
     /// A plate with its midpoint at the origin of K on a plane normal to the z axis of J: degrees
     /// of freedom 0 and 1 are the velocity of the midpoint, 2 is the rotation.
@@ -81,7 +83,7 @@ impl InterfaceShape {
     #[inline]
     pub const fn dofs(self) -> core::ops::Range<usize> {
         match self {
-            Self::Pin { dof, .. } | Self::Guide { dof } | Self::Shaft { dof } => dof..dof + 1,
+            Self::Pin { dof, .. } | Self::Guide { dof } | Self::Shaft { dof, .. } => dof..dof + 1,
             Self::Thread => 0..1,
             Self::Sleeve => 0..2,
             Self::Ball | Self::Plate => 0..3,

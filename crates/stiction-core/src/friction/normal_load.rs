@@ -39,6 +39,9 @@ pub struct NormalLoadMap<T> {
     /// Smoothing force, N, that rounds the corner of every norm at zero: `sqrt(x^2 + smoothing^2) -
     /// smoothing`.
     pub smoothing: Option<T>,
+    /// Losses of a gear per effort that it transmits: while the motor drives, and while it is driven. Only of
+    /// the shaft of a motor, see [`Self::in_gear`].
+    pub gear: Option<[T; 2]>,
 }
 
 /// Combination rule of the parts of a normal load.
@@ -94,6 +97,7 @@ impl<T: Scalar> NormalLoadMap<T> {
             supports: Supports::Predecessor,
             flank_cosine: None,
             smoothing: None,
+            gear: None,
         }
     }
 
@@ -132,6 +136,22 @@ impl<T: Scalar> NormalLoadMap<T> {
     /// through `point` along the unit vector `axis`. `point` is the midpoint between the supports.
     pub fn around_axis(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         self.across(wrench, point, axis, self.bending_span)
+    }
+
+    /// Load of a motor's shaft whose gear transmits `wrench` (about the reference point) to a degree of freedom
+    /// with the unit twist `unit`: the preload, and the loss of the gear. The loss depends on the direction of
+    /// motion, 1 or -1; zero stands for an unknown one.
+    pub fn in_gear(&self, wrench: Wrench<T>, unit: Twist<T>, direction: T) -> Load<T> {
+        let Some([driving, driven]) = self.gear else {
+            return Load { value: self.preload, gradient: Twist::zero() };
+        };
+        let effort = unit.power(wrench);
+        let along = effort * direction;
+        let unknown = (driving + driven) * T::from_f64(0.5);
+        let part = along.if_positive(driving, (-along).if_positive(driven, unknown));
+        let sign = effort.if_positive(T::one(), (-effort).if_positive(-T::one(), T::zero()));
+        let slope = part * sign;
+        Load { value: self.preload + effort * slope, gradient: unit * slope }
     }
 
     #[inline]
@@ -294,6 +314,7 @@ impl NormalLoadMap<f64> {
             },
             flank_cosine: self.flank_cosine.map(T::from_f64),
             smoothing: self.smoothing.map(T::from_f64),
+            gear: self.gear.map(|losses| losses.map(T::from_f64)),
         }
     }
 }

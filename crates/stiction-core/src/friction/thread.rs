@@ -103,6 +103,7 @@ mod tests {
         supports: crate::friction::Supports::Predecessor,
         flank_cosine: Some(0.9),
         smoothing: None,
+        gear: None,
     };
 
     proptest! {

@@ -8,7 +8,7 @@ use super::newton::{NewtonWorkspace, UNBOUNDED, largest};
 use super::normal_load::Configuration;
 use super::uniqueness::{BoundWorkspace, coupling_bound};
 use crate::friction::OwnFriction;
-use crate::spatial::Wrench;
+use crate::spatial::{Twist, Wrench};
 
 /// Interface whose normal load is unknown, since its friction depends on it.
 #[derive(Clone, Copy, Debug)]
@@ -117,6 +117,21 @@ impl LoadProblem {
         workspace: &mut LoadWorkspace,
     ) -> bool {
         self.newton(at, loads, (1.0, limit), &mut workspace.newton).is_some()
+    }
+
+    /// Sensitivity of a function of the normal loads at a solution: turns its derivatives
+    /// (`weights`) into those with respect to a change of the right-hand sides, `(I - J)^T y =
+    /// weights` with the Jacobian J of the loads. Also returns the gradients of the loads. `None`
+    /// if the system is singular.
+    pub(crate) fn adjoint(
+        &self,
+        at: Configuration<'_>,
+        loads: &[f64],
+        weights: &mut [f64],
+        gradients: &mut Vec<Twist<f64>>,
+        workspace: &mut LoadWorkspace,
+    ) -> Option<()> {
+        self.transposed(at, loads, weights, gradients, &mut workspace.newton)
     }
 
     /// Bound on the coupling, see [`coupling_bound`].

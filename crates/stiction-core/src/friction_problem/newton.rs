@@ -74,6 +74,43 @@ impl LoadProblem {
         }
         None
     }
+
+    /// Solves the transposed system of a Newton step at these loads; returns the gradients of the
+    /// loads as well.
+    pub(super) fn transposed(
+        &self,
+        at: Configuration<'_>,
+        loads: &[f64],
+        right: &mut [f64],
+        gradients: &mut Vec<Twist<f64>>,
+        workspace: &mut NewtonWorkspace,
+    ) -> Option<()> {
+        let width = blocks_of(loads.len());
+        let NewtonWorkspace { blocks, change, matrix } = workspace;
+        pack(loads, blocks);
+        gradients.clear();
+        matrix.clear();
+        matrix.resize(width * loads.len(), Four::zero());
+        for (k, unknown) in self.unknowns.iter().enumerate() {
+            let wrench = unknown.base + self.influence.apply(k, blocks);
+            let Twist { angular, linear } =
+                at.normal_load(unknown.interface, wrench, unknown.own_at(1.0)).gradient;
+            gradients.push(Twist { angular, linear });
+            let slopes = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+            change.clear();
+            change.resize(loads.len(), 0.0);
+            for (slope, influence) in slopes.into_iter().zip(self.influence.rows(k)) {
+                for (l, sum) in change.iter_mut().enumerate() {
+                    *sum += slope * influence[l / 4].0[l % 4];
+                }
+            }
+            for (l, slope) in change.iter().enumerate() {
+                let own = if l == k { 1.0 } else { 0.0 };
+                matrix[l * width + k / 4].0[k % 4] = own - slope;
+            }
+        }
+        solve_in_place(matrix, right).map(|_| ())
+    }
 }
 
 /// Largest magnitude; NaN if any number is NaN.

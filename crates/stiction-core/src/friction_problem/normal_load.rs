@@ -7,7 +7,7 @@ use crate::joint::Carrier;
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
-use crate::spatial::{Pose, Twist, Wrench};
+use crate::spatial::{Pose, Wrench};
 
 /// Parameters and body poses at which normal loads are evaluated.
 #[derive(Clone, Copy)]
@@ -22,8 +22,9 @@ impl Configuration<'_> {
         self.parameters.interfaces[interface].joint
     }
 
-    /// Normal load of an interface, N, under its joint's complete wrench. `own` is the friction of
-    /// the interface itself, on which the load of a thread depends.
+    /// Normal load of an interface, N, under its joint's complete wrench, or that which a gear transmits. `own` is
+    /// the friction of the interface itself, on which the load of a thread depends; that of a gear depends on
+    /// its direction.
     pub(crate) fn normal_load(
         &self,
         interface: usize,
@@ -53,7 +54,7 @@ impl Configuration<'_> {
             normal_load(&map, content, pitch, self.bodies, wrench, own).value
         };
         match content.shape {
-            InterfaceShape::Thread => bound(1.0).max(bound(-1.0)),
+            InterfaceShape::Thread | InterfaceShape::Shaft { .. } => bound(1.0).max(bound(-1.0)),
             _ => bound(1.0),
         }
     }
@@ -91,7 +92,10 @@ pub(crate) fn normal_load_between<T: Scalar>(
     let load = match interface.shape {
         InterfaceShape::Ball => map.at_point(wrench, j.position),
         InterfaceShape::Plate => map.on_plane(wrench, k.position, axis),
-        InterfaceShape::Shaft { .. } => Load { value: map.preload, gradient: Twist::zero() },
+        InterfaceShape::Shaft { dof, joint_type } => {
+            let unit = joint_type.dofs()[dof].twist(j, k, pitch);
+            map.in_gear(wrench, unit, own.direction)
+        }
         _ => map.between(wrench, j.position, k.position, axis),
     };
     if interface.shape == InterfaceShape::Thread {

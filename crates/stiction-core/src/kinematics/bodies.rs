@@ -3,8 +3,9 @@
 //! Equations (K1) and (K2) of the book's theory.
 
 use super::Target;
-use crate::joint::{Carrier, Dof, MOST_DOFS};
-use crate::parameters::{InterfaceParameters, Parameters};
+use super::measure::{Difference, deviation};
+use crate::joint::{Carrier, Dof, MOST_DOFS, Motion};
+use crate::parameters::{InterfaceParameters, JointSpringParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
 use crate::topology::{Actuator, Link, Topology};
@@ -113,11 +114,13 @@ pub struct Bodies<T> {
     pub frame_k: Vec<Pose<T>>,
     /// Unit twist of each degree of freedom of the tree, parent to child.
     pub(crate) screws: Vec<Twist<T>>,
+    /// Coordinate of each spring on a joint, rad or m.
+    pub(crate) spring_coordinates: Vec<T>,
 }
 
 impl<T: Clone> Clone for Bodies<T> {
     fn clone(&self) -> Self {
-        let Self { pose, twist, acceleration, bias, frame_j, frame_k, screws } = self;
+        let Self { pose, twist, acceleration, bias, frame_j, frame_k, screws, .. } = self;
         Self {
             pose: pose.clone(),
             twist: twist.clone(),
@@ -126,6 +129,7 @@ impl<T: Clone> Clone for Bodies<T> {
             frame_j: frame_j.clone(),
             frame_k: frame_k.clone(),
             screws: screws.clone(),
+            spring_coordinates: self.spring_coordinates.clone(),
         }
     }
 
@@ -138,6 +142,7 @@ impl<T: Clone> Clone for Bodies<T> {
         self.frame_j.clone_from(&other.frame_j);
         self.frame_k.clone_from(&other.frame_k);
         self.screws.clone_from(&other.screws);
+        self.spring_coordinates.clone_from(&other.spring_coordinates);
     }
 }
 
@@ -154,6 +159,7 @@ impl<T: Scalar> Bodies<T> {
             frame_j: vec![Pose::identity(); joints],
             frame_k: vec![Pose::identity(); joints],
             screws: vec![Twist::zero(); topology.dofs()],
+            spring_coordinates: Vec::new(),
         }
     }
 
@@ -207,6 +213,31 @@ impl<T: Scalar> Bodies<T> {
             self.frame_j[cut.joint] = self.pose[predecessor] * parameters.frame_j[cut.joint];
             self.frame_k[cut.joint] = self.pose[successor] * parameters.frame_k[cut.joint];
         }
+        if !parameters.joint_springs.is_empty() {
+            self.place_springs(topology, parameters, coordinates);
+        }
+    }
+
+    /// Coordinates of the springs on joints. Angles of joints of the tree count full turns; those of joints that
+    /// close a loop lie within half a turn of the middle of their range.
+    #[inline(never)]
+    fn place_springs(&mut self, topology: &Topology, parameters: &Parameters<T>, tree: &[T]) {
+        let mut places = std::mem::take(&mut self.spring_coordinates);
+        places.clear();
+        places.extend(parameters.joint_springs.iter().map(|spring| {
+            let JointSpringParameters { joint, index, middle, .. } = *spring;
+            if let Some(node) = topology.node_of(joint) {
+                return tree[node.coordinates.start + index];
+            }
+            let relative = self.frame_j[joint].inverse() * self.frame_k[joint];
+            let found =
+                topology.joint_types[joint].nearest(relative, parameters.pitch[joint]).1[index];
+            match spring.dof.motion {
+                Motion::Rotation => middle + deviation(Difference::Angle, found, middle),
+                Motion::Translation | Motion::Screw => found,
+            }
+        }));
+        self.spring_coordinates = places;
     }
 
     /// Twists and bias accelerations; needs [`Self::place`].

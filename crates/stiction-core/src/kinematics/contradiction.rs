@@ -52,8 +52,11 @@ impl Kinematics<f64> {
         let loops = topology.cuts.iter().flat_map(|cut| {
             topology.joint_types[cut.joint].constraints().iter().map(|_| cut.joint)
         });
-        let joint = loops.into_iter().nth(missed.row).map(|joint| joint_names[joint].clone());
-        Err(AssemblyError::Contradiction { order, joint, by: missed.by, unit })
+        // The names of gearings follow those of the joints.
+        let gearings = topology.gearings.iter().map(|own| topology.joint_types.len() + own.gearing);
+        let joint = loops.chain(gearings).nth(missed.row).map(|joint| joint_names[joint].clone());
+        let of_gearing = missed.row >= topology.constraints;
+        Err(AssemblyError::Contradiction { order, joint, of_gearing, by: missed.by, unit })
     }
 
     /// Returns `true` if rates or accelerations violate a loop or a prescribed coordinate; needs

@@ -68,15 +68,18 @@ pub enum AssemblyError {
         "the loops close at this position, but the prescribed {order} violate a constraint: {} \
          by {by:.3e} {unit}; prescribe {order} that the constraints permit here",
         match joint {
+            Some(gearing) if *of_gearing => format!("gearing `{gearing}` would be violated"),
             Some(joint) => format!("joint `{joint}` would open"),
-            None => "one of the prescribed coordinates is missed".to_owned(),
+            None => "one of the prescribed coordinates could not be reached".to_owned(),
         }
     )]
     Contradiction {
         /// Name of the violated quantity: rates or accelerations.
         order: &'static str,
-        /// Joint with the largest violation; none if a coordinate is violated more.
+        /// Joint or gearing with the largest violation; none if a coordinate is violated more.
         joint: Option<String>,
+        /// True if it is a gearing.
+        of_gearing: bool,
         /// Violation of the constraint.
         by: f64,
         /// Unit of the violation.
@@ -105,8 +108,10 @@ pub enum AssemblyError {
 /// prescribed coordinates, the latter with the larger weight.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gap {
-    /// Joint with the largest gap; none in a mechanism without loops.
+    /// Joint or gearing with the largest gap; none in a mechanism without loops and gearings.
     pub joint: Option<String>,
+    /// True if it is a gearing.
+    pub of_gearing: bool,
     /// Gap of that joint, m.
     pub length: f64,
     /// Angle of that gap, rad.
@@ -127,6 +132,9 @@ impl core::fmt::Display for Gap {
         let open = amounts(self.length, self.angle, self.scale);
         match (&self.joint, missed.as_str(), open.as_str()) {
             (_, "", "") => write!(f, "the prescribed position is just out of reach")?,
+            (Some(gearing), "", open) if self.of_gearing => {
+                write!(f, "gearing `{gearing}` cannot be met: at best, it is off by {open}")?;
+            }
             (Some(joint), "", open) => {
                 write!(f, "the loops do not close: at best, joint `{joint}` stays open by {open}")?;
             }
@@ -136,6 +144,11 @@ impl core::fmt::Display for Gap {
                     "the prescribed position is out of reach: the nearest one misses it by {missed}"
                 )?;
             }
+            (Some(gearing), missed, open) if self.of_gearing => write!(
+                f,
+                "the prescribed position is out of reach: the best compromise misses it by \
+                 {missed} and leaves gearing `{gearing}` off by {open}"
+            )?,
             (Some(joint), missed, open) => write!(
                 f,
                 "the prescribed position is out of reach: the best compromise misses it by \

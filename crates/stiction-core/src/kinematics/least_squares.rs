@@ -104,7 +104,7 @@ impl<'a> PositionEquations<'a> {
 
     /// Scaled derivatives of the errors at the last placement of the bodies.
     pub(super) fn jacobian(&self, kinematics: &mut Kinematics<f64>) -> DMatrix<f64> {
-        kinematics.linearise(self.topology, self.constraints);
+        kinematics.linearise(self.topology, self.parameters, self.constraints);
         let mut row_of = vec![usize::MAX; self.constraints.row_count()];
         self.rows.iter().enumerate().for_each(|(place, (row, _))| row_of[*row] = place);
         let mut column_of = vec![usize::MAX; self.topology.dofs()];

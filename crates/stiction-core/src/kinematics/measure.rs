@@ -1,7 +1,7 @@
 //! Prescribed coordinates as functions of the bodies' motion.
 
 use super::bodies::Bodies;
-use super::coordinate::{AngleOrder, Coordinate};
+use super::coordinate::{AngleOrder, Coordinate, Target};
 use super::rotation_vector::RotationVector;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
@@ -121,6 +121,24 @@ pub(super) fn measure<T: Scalar>(
             Measured { value, covector }
         }
     }
+}
+
+/// Value and rate of a coordinate; needs placed and moving bodies. The acceleration is zero.
+pub(crate) fn measure_motion(
+    coordinate: Coordinate,
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    tree: &[f64],
+) -> Target<f64> {
+    let Measured { value, covector } = measure(coordinate, topology, parameters, bodies, tree);
+    let rate = match coordinate {
+        Coordinate::Position { body, .. }
+        | Coordinate::Angle { body, .. }
+        | Coordinate::RotationVector { body, .. } => bodies.twist[body.0].power(covector),
+        Coordinate::Joint { joint, dof } => bodies.joint_rates(topology, joint.0)[dof],
+    };
+    Target { value, rate, acceleration: 0.0 }
 }
 
 /// Second derivative of a coordinate at zero accelerations of the tree; needs the bodies'

@@ -7,11 +7,11 @@ use crate::mechanism::BodyId;
 use crate::spatial::Vec3;
 use crate::topology::Topology;
 
-/// Constraints on the motion: loop closure, prescribed coordinates and locked passive spins.
+/// Constraints on the motion: loop closure, gearings, prescribed coordinates and locked passive spins.
 #[derive(Clone, Debug)]
 pub struct MotionConstraints {
     pub(super) rows: Vec<Row>,
-    /// Rows before this one are constraints of cut joints.
+    /// Rows before this one are constraints of cut joints, then gearings.
     pub(super) closures: usize,
     pub(super) coordinates: Vec<Coordinate>,
     /// For components of rotation vectors that are prescribed completely, the indices of all three.
@@ -27,6 +27,8 @@ pub(super) struct Row {
     pub(super) path: Vec<(usize, f64)>,
     /// True for an angle error, false for a length error.
     pub(super) is_angle: bool,
+    /// Index in [`Topology::gearings`], for the row of a gearing.
+    pub(super) gearing: Option<usize>,
 }
 
 /// Rotation of one body about a body-fixed axis that neither the motion nor the loops determine,
@@ -46,19 +48,28 @@ impl MotionConstraints {
         let mut rows = Vec::new();
         for cut in &topology.cuts {
             for constraint in topology.joint_types[cut.joint].constraints() {
-                rows.push(Row { path: cut.path.clone(), is_angle: constraint.is_moment() });
+                let (path, is_angle) = (cut.path.clone(), constraint.is_moment());
+                rows.push(Row { path, is_angle, gearing: None });
             }
+        }
+        for (index, gearing) in topology.gearings.iter().enumerate() {
+            rows.push(Row {
+                path: gearing.nodes.iter().map(|&node| (node, 1.0)).collect(),
+                is_angle: !gearing.is_length,
+                gearing: Some(index),
+            });
         }
         let closures = rows.len();
         for &coordinate in coordinates {
             rows.push(Row {
                 path: measure::path(topology, coordinate),
                 is_angle: coordinate.is_angle(&topology.joint_types),
+                gearing: None,
             });
         }
         for spin in spins {
             let path = topology.ancestors(spin.body.0).into_iter().map(|n| (n, 1.0)).collect();
-            rows.push(Row { path, is_angle: true });
+            rows.push(Row { path, is_angle: true, gearing: None });
         }
         let mut entries = Vec::new();
         for (row, content) in rows.iter().enumerate() {

@@ -34,6 +34,8 @@ pub(crate) struct Missed {
 pub(crate) enum What {
     /// The closure of a joint.
     Joint(usize),
+    /// A gearing of the mechanism.
+    Gearing(usize),
     /// A given value, by its index in the list.
     Given(usize),
 }
@@ -46,7 +48,11 @@ fn what(topology: &Topology, row: usize) -> What {
             return What::Joint(cut.joint);
         }
     }
-    What::Given(row - first)
+    let row = row - first;
+    match topology.gearings.get(row) {
+        Some(own) => What::Gearing(own.gearing),
+        None => What::Given(row - topology.gearings.len()),
+    }
 }
 
 fn targets(values: &[f64]) -> Vec<Target<f64>> {
@@ -101,7 +107,7 @@ pub(crate) fn assemble_partly(
     // Report a contradictory value rather than the loop that it opens.
     let worst = (0..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let Some(row) = worst.filter(|row| size(*row) > MET) else { return Ok(state) };
-    let given = (topology.constraints..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
+    let given = (topology.closures()..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let row = given.filter(|given| size(*given) > 0.1 * size(row)).unwrap_or(row);
     Err(Missed { what: what(topology, row), by: size(row) / scales[row] })
 }
@@ -126,12 +132,12 @@ impl RateRows {
         let mut here = targets(&vec![0.0; coordinates.len()]);
         kinematics.place(topology, parameters, &motion_constraints, state, &here);
         // A coordinate's value is its deviation from zero.
-        let first = topology.constraints;
+        let first = topology.closures();
         for (target, error) in here.iter_mut().zip(&kinematics.errors()[first..]) {
             target.value = *error;
         }
         kinematics.place(topology, parameters, &motion_constraints, state, &here);
-        kinematics.linearise(topology, &motion_constraints);
+        kinematics.linearise(topology, parameters, &motion_constraints);
         let scales = motion_constraints.row_scales(parameters.length);
         let columns = column_scales(topology, parameters.length);
         let jacobian = kinematics.scaled_matrix(&motion_constraints, &scales, &columns);

@@ -25,8 +25,8 @@ impl Target<f64> {
 /// A rotation vector `r` of length `a`, and the coefficient `c` of its rate for the angular
 /// velocity `omega`: `r' = omega - r x omega / 2 + c r x (r x omega)`, `c = 1/a^2 - (1 + cos a) /
 /// (2 a sin a)`.
-pub(super) struct RotationVector<T> {
-    pub(super) value: Vec3<T>,
+pub(crate) struct RotationVector<T> {
+    pub(crate) value: Vec3<T>,
     /// The coefficient `c`.
     coefficient: T,
     /// The derivative `(dc/da) / a`.
@@ -34,7 +34,7 @@ pub(super) struct RotationVector<T> {
 }
 
 impl<T: Scalar> RotationVector<T> {
-    pub(super) fn of(rotation: Mat3<T>) -> Self {
+    pub(crate) fn of(rotation: Mat3<T>) -> Self {
         let w = rotation.skew_part();
         let half = T::from_f64(0.5);
         let sine = w.norm();
@@ -82,7 +82,7 @@ impl<T: Scalar> RotationVector<T> {
     }
 
     /// The matrix `A` of `r' = A omega`.
-    pub(super) fn rate_matrix(&self) -> Mat3<T> {
+    pub(crate) fn rate_matrix(&self) -> Mat3<T> {
         self.matrix(|r, e| {
             e - r.cross(e) * T::from_f64(0.5) + r.cross(r.cross(e)) * self.coefficient
         })

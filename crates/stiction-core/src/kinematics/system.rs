@@ -1,8 +1,8 @@
 //! The linear system of velocities, accelerations and position corrections.
 //!
-//! Rows: the constraints of all cut joints, the prescribed coordinates, the passive spins. Columns: the
+//! Rows: the constraints of all cut joints, the gearings, the prescribed coordinates, the passive spins. Columns: the
 //! degrees of freedom of the tree. Each row is a covector on the motion of some bodies, so an entry is the
-//! power of a wrench on a unit twist.
+//! power of a wrench on a unit twist. Rows of gearings contain their coefficients.
 //!
 //! Equation (K4) of the book's theory.
 
@@ -54,6 +54,8 @@ pub struct Kinematics<T> {
     right_before: Vec<T>,
     step: Vec<T>,
     closures: usize,
+    /// Sign of the determinant at the last position.
+    sign: T,
 }
 
 impl<T: Scalar> Kinematics<T> {
@@ -74,10 +76,11 @@ impl<T: Scalar> Kinematics<T> {
             right_before: zeros(if T::has_slope() { motion_constraints.rows.len() } else { 0 }),
             step: zeros(topology.dofs()),
             closures: motion_constraints.closures,
+            sign: T::one(),
         }
     }
 
-    /// The largest loop-closure error over all cut joints, m; angles times `length`.
+    /// The largest error over all cut joints and gearings, m; angles times `length`.
     pub(crate) fn closure_error(&self, motion_constraints: &MotionConstraints, length: f64) -> f64 {
         let errors = self.errors[..self.closures].iter().zip(&motion_constraints.rows);
         largest_in_metres(errors.map(|(error, row)| (error.largest(), row.is_angle)), length)
@@ -96,6 +99,22 @@ impl<T: Scalar> Kinematics<T> {
             if row.is_angle { size } else { size / length }
         });
         errors.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
+    }
+
+    /// Errors of all rows: lengths in units of `length`, angles in rad.
+    pub fn scaled_errors<'a>(
+        &'a self,
+        constraints: &'a MotionConstraints,
+        length: f64,
+    ) -> impl Iterator<Item = T> + 'a {
+        let scales = constraints.row_scales(length);
+        self.errors.iter().zip(scales).map(|(error, scale)| *error * T::from_f64(scale))
+    }
+
+    /// Reciprocal pivots of the last factorisation of the rate equations, in the order of
+    /// elimination.
+    pub(crate) fn reciprocal_pivots(&self, model: &KinematicModel) -> Vec<T> {
+        model.rates.pivots().map(|place| self.factors[place]).collect()
     }
 
     /// Errors of all rows, in order.
@@ -124,6 +143,10 @@ impl<T: Scalar> Kinematics<T> {
                 self.covectors[row] = constraint.wrench(&j, &k, pitch);
                 row += 1;
             }
+        }
+        for gearing in &topology.gearings {
+            self.errors[row] = gearing.error(parameters, &state.coordinates);
+            row += 1;
         }
         let coordinates =
             motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
@@ -163,10 +186,19 @@ impl<T: Scalar> Kinematics<T> {
     pub(super) fn linearise(
         &mut self,
         topology: &Topology,
+        parameters: &Parameters<T>,
         motion_constraints: &MotionConstraints,
     ) {
         let mut entry = 0;
         for (row, covector) in motion_constraints.rows.iter().zip(&self.covectors) {
+            if let Some(gearing) = row.gearing {
+                let gearing = &topology.gearings[gearing];
+                for tree_dof in gearing.tree_dofs(topology) {
+                    self.entries[entry] = gearing.coefficient(parameters, tree_dof);
+                    entry += 1;
+                }
+                continue;
+            }
             for &(node, sign) in &row.path {
                 let sign = T::from_f64(sign);
                 for tree_dof in topology.nodes[node].tree_dofs.clone() {
@@ -188,13 +220,22 @@ impl<T: Scalar> Kinematics<T> {
     ) {
         let KinematicModel { topology, constraints, rates: program } = model;
         self.place(topology, parameters, constraints, state, targets);
-        self.linearise(topology, constraints);
+        self.linearise(topology, parameters, constraints);
         program.factor(&self.entries, &mut self.factors);
         for (right, error) in self.right.iter_mut().zip(&self.errors) {
             *right = -*error;
         }
         program.solve(&self.factors, &mut self.right, &mut self.step);
         state.advance(topology, &self.step);
+    }
+
+    /// Takes another step with the matrix of the last [`Self::approach`]; needs [`Self::place`].
+    pub(super) fn approach_again(&mut self, model: &KinematicModel, state: &mut State<T>) {
+        for (right, error) in self.right.iter_mut().zip(&self.errors) {
+            *right = -*error;
+        }
+        model.rates.solve(&self.factors, &mut self.right, &mut self.step);
+        state.advance(&model.topology, &self.step);
     }
 
     /// Computes rates and accelerations at the current position, which must satisfy loop closure
@@ -206,10 +247,21 @@ impl<T: Scalar> Kinematics<T> {
         state: &mut State<T>,
         targets: &[Target<T>],
     ) {
+        self.place(&model.topology, parameters, &model.constraints, state, targets);
+        self.differentiate_here(model, parameters, state, targets);
+    }
+
+    /// Computes rates and accelerations at the position of the last [`Self::place`].
+    pub(super) fn differentiate_here(
+        &mut self,
+        model: &KinematicModel,
+        parameters: &Parameters<T>,
+        state: &mut State<T>,
+        targets: &[Target<T>],
+    ) {
         let KinematicModel { topology, constraints, rates: program } = model;
-        self.place(topology, parameters, constraints, state, targets);
-        self.linearise(topology, constraints);
-        program.factor(&self.entries, &mut self.factors);
+        self.linearise(topology, parameters, constraints);
+        self.sign = program.factor(&self.entries, &mut self.factors);
 
         self.right_of_rates(constraints, targets);
         self.solve(constraints, program, &mut state.rates);
@@ -293,6 +345,10 @@ impl<T: Scalar> Kinematics<T> {
                 row += 1;
             }
         }
+        for _ in &topology.gearings {
+            self.right[row] = T::zero();
+            row += 1;
+        }
         let coordinates =
             motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
         for ((&coordinate, &orientation), target) in coordinates.zip(targets) {
@@ -325,6 +381,12 @@ impl<T: Scalar> Kinematics<T> {
     ) -> Vec<T> {
         self.right_of_accelerations(topology, parameters, motion_constraints, &[]);
         self.right[..self.closures].iter().map(|right| -*right).collect()
+    }
+
+    /// Sign of the determinant of the system at the last [`Self::differentiate`], up to a constant of
+    /// its program.
+    pub(crate) fn sign(&self) -> T {
+        self.sign
     }
 
     /// Sign of the determinant of the system at the current position by any program compiled for
@@ -398,12 +460,12 @@ impl Kinematics<f64> {
     }
 }
 
-/// Largest loop-closure error over all cut joints for the given body poses, m; angles times the
-/// characteristic length.
+/// Largest loop-closure error over all cut joints for the given body poses, and error of gearings for the
+/// coordinates of the tree, m; angles times the characteristic length.
 pub(crate) fn closure_error(
     topology: &Topology,
     parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
+    (bodies, coordinates): (&Bodies<f64>, &[f64]),
 ) -> f64 {
     let errors = topology.cuts.iter().flat_map(|cut| {
         let joint_type = topology.joint_types[cut.joint];
@@ -412,7 +474,11 @@ pub(crate) fn closure_error(
         let constraints = joint_type.constraints().iter();
         misfit.into_iter().zip(constraints).map(|(error, row)| (error.largest(), row.is_moment()))
     });
-    largest_in_metres(errors, parameters.length)
+    let gearings = topology
+        .gearings
+        .iter()
+        .map(|gearing| (gearing.error(parameters, coordinates).largest(), !gearing.is_length));
+    largest_in_metres(errors.chain(gearings), parameters.length)
 }
 
 /// Largest magnitude of errors; angles are multiplied by `length`.

@@ -109,7 +109,7 @@ impl<'a> LoopsAt<'a> {
     pub(crate) fn finite_mobility(&mut self) -> usize {
         let Self { loops, state, open, .. } = self;
         // With independent equations each instantaneous motion extends to a finite one.
-        if open.is_empty() || self.rank == loops.topology.constraints {
+        if open.is_empty() || self.rank == loops.topology.closures() {
             return open.len();
         }
         let mut random = Random::new(1);
@@ -151,7 +151,7 @@ impl<'a> LoopsAt<'a> {
     /// its displacement, m and rad, and the largest error of the loops on the way. `None` if the
     /// loop equations are independent, or without such a motion.
     pub(crate) fn finite_motion(&mut self) -> Option<(usize, f64, f64, f64)> {
-        if self.open.is_empty() || self.rank == self.loops.topology.constraints {
+        if self.open.is_empty() || self.rank == self.loops.topology.closures() {
             return None;
         }
         let mut directions: Vec<DVector<f64>> = self.traced.clone().into_iter().collect();
@@ -316,7 +316,7 @@ impl<'a> Loops<'a> {
 
     /// Scaled derivatives of the errors at the last placement of the bodies.
     pub(super) fn jacobian(&mut self) -> DMatrix<f64> {
-        self.kinematics.linearise(self.topology, &self.motion_constraints);
+        self.kinematics.linearise(self.topology, self.parameters, &self.motion_constraints);
         self.kinematics.scaled_matrix(&self.motion_constraints, &self.rows, &self.columns)
     }
 

@@ -4,12 +4,21 @@ use std::collections::BTreeSet;
 
 /// Number of rows and columns of a block.
 pub(crate) const BLOCK: usize = 6;
-/// Block, row by row.
-pub(crate) type Block = [f64; BLOCK * BLOCK];
 /// Part of a vector that belongs to a block.
 pub(crate) type Part = [f64; BLOCK];
+/// Block, row by row.
+pub(crate) type Block = [Part; BLOCK];
 
-const NOTHING: Block = [0.0; BLOCK * BLOCK];
+const NOTHING: Block = [[0.0; BLOCK]; BLOCK];
+const UNIT: Block = {
+    let mut unit = NOTHING;
+    let mut i = 0;
+    while i < BLOCK {
+        unit[i][i] = 1.0;
+        i += 1;
+    }
+    unit
+};
 
 /// Cholesky decomposition with an order of elimination that is chosen once, from the pattern alone:
 /// for definite matrices any order is stable.
@@ -24,6 +33,8 @@ pub(crate) struct BlockCholesky {
     /// Block that each pair of blocks of a step changes, step by step.
     updates: Vec<usize>,
     diagonal: Vec<Block>,
+    /// Blocks below the diagonal, transposed: all products are then sums of outer products, which
+    /// compilers vectorise.
     below: Vec<Block>,
     solution: Vec<Part>,
 }
@@ -108,7 +119,7 @@ impl BlockCholesky {
             return Some(Slot::Diagonal(row));
         }
         let index = self.find(row.max(column), row.min(column))?;
-        Some(Slot::Below { index, transposed: row < column })
+        Some(Slot::Below { index, transposed: row > column })
     }
 
     /// Sets all blocks to zero.
@@ -125,6 +136,13 @@ impl BlockCholesky {
         }
     }
 
+    /// Subtracts a multiple of the unit matrix.
+    pub(crate) fn shift(&mut self, by: f64) {
+        for block in &mut self.diagonal {
+            (0..BLOCK).for_each(|i| block[i][i] -= by);
+        }
+    }
+
     /// Decomposes in place; `false` if the matrix is not positive definite.
     pub(crate) fn factor(&mut self) -> bool {
         let mut next = 0;
@@ -133,14 +151,14 @@ impl BlockCholesky {
             self.diagonal[step] = inverse;
             let own = self.starts[step]..self.starts[step + 1];
             for k in own.clone() {
-                self.below[k] = times_transposed(&self.below[k], &inverse);
+                self.below[k] = lower_product(&inverse, &self.below[k]);
             }
             for k in own.clone() {
                 let block = self.below[k];
                 subtract_product(&mut self.diagonal[self.rows[k]], &block, &block);
                 for other in k + 1..own.end {
                     let of_row = self.below[other];
-                    subtract_product(&mut self.below[self.updates[next]], &of_row, &block);
+                    subtract_product(&mut self.below[self.updates[next]], &block, &of_row);
                     next += 1;
                 }
             }
@@ -155,23 +173,21 @@ impl BlockCholesky {
             x[*place] = *part;
         }
         for step in 0..self.diagonal.len() {
-            let own = lower_times(&self.diagonal[step], &x[step]);
+            let own = self.diagonal[step].map(|row| dot(&row, &x[step]));
             x[step] = own;
             for k in self.starts[step]..self.starts[step + 1] {
-                let row = self.rows[k];
-                for (i, entries) in self.below[k].chunks_exact(BLOCK).enumerate() {
-                    x[row][i] -= entries.iter().zip(&own).map(|(a, b)| a * b).sum::<f64>();
+                let other = &mut x[self.rows[k]];
+                for (entries, amount) in self.below[k].iter().zip(own) {
+                    (0..BLOCK).for_each(|i| other[i] -= entries[i] * amount);
                 }
             }
         }
         for step in (0..self.diagonal.len()).rev() {
             let mut own = x[step];
             for k in self.starts[step]..self.starts[step + 1] {
-                let other = x[self.rows[k]];
-                for (entries, amount) in self.below[k].chunks_exact(BLOCK).zip(other) {
-                    for (own, entry) in own.iter_mut().zip(entries) {
-                        *own -= entry * amount;
-                    }
+                let other = &x[self.rows[k]];
+                for (own, entries) in own.iter_mut().zip(&self.below[k]) {
+                    *own -= dot(entries, other);
                 }
             }
             x[step] = upper_times(&self.diagonal[step], &own);
@@ -184,69 +200,67 @@ impl BlockCholesky {
 
 /// Inverse of the lower Cholesky factor; `None` if the block is not positive definite.
 fn inverse_factor(block: &Block) -> Option<Block> {
-    let mut lower = *block;
-    let mut inverse = NOTHING;
+    let (mut left, mut inverse) = (*block, UNIT);
     for j in 0..BLOCK {
-        let mut pivot = lower[j * BLOCK + j];
-        for k in 0..j {
-            pivot -= lower[j * BLOCK + k] * lower[j * BLOCK + k];
-        }
+        let pivot = left[j][j];
         if !(pivot > 0.0 && pivot.is_finite()) {
             return None;
         }
         let over = 1.0 / pivot.sqrt();
+        // Column j of the factor, as a row, and row j of its inverse.
+        let (column, row) = (left[j].map(|x| x * over), inverse[j].map(|x| x * over));
+        inverse[j] = row;
         for i in j + 1..BLOCK {
-            let mut sum = lower[i * BLOCK + j];
-            for k in 0..j {
-                sum -= lower[i * BLOCK + k] * lower[j * BLOCK + k];
+            let amount = column[i];
+            for k in 0..BLOCK {
+                left[i][k] -= amount * column[k];
+                inverse[i][k] -= amount * row[k];
             }
-            lower[i * BLOCK + j] = sum * over;
         }
-        // Row j of the inverse, from the previous rows.
-        for c in 0..j {
-            let mut sum = 0.0;
-            for k in c..j {
-                sum -= lower[j * BLOCK + k] * inverse[k * BLOCK + c];
-            }
-            inverse[j * BLOCK + c] = sum * over;
-        }
-        inverse[j * BLOCK + j] = over;
     }
     Some(inverse)
 }
 
-/// `a * transpose(b)`.
-fn times_transposed(a: &Block, b: &Block) -> Block {
+/// Adds the outer product of two vectors to a block.
+pub(crate) fn add_outer(block: &mut Block, a: &Part, b: &Part) {
+    for (row, &amount) in block.iter_mut().zip(a) {
+        (0..BLOCK).for_each(|j| row[j] += amount * b[j]);
+    }
+}
+
+/// Scalar product.
+pub(crate) fn dot(a: &Part, b: &Part) -> f64 {
+    let [even, odd] = [0, 1].map(|k| a[k] * b[k] + a[k + 2] * b[k + 2] + a[k + 4] * b[k + 4]);
+    even + odd
+}
+
+/// Product of a lower triangular block and a block.
+fn lower_product(lower: &Block, block: &Block) -> Block {
     let mut product = NOTHING;
-    for i in 0..BLOCK {
-        for j in 0..BLOCK {
-            let mut sum = 0.0;
-            for k in 0..BLOCK {
-                sum += a[i * BLOCK + k] * b[j * BLOCK + k];
-            }
-            product[i * BLOCK + j] = sum;
+    for (i, row) in product.iter_mut().enumerate() {
+        for k in 0..=i {
+            let amount = lower[i][k];
+            (0..BLOCK).for_each(|j| row[j] += amount * block[k][j]);
         }
     }
     product
 }
 
-/// `from -= a * transpose(b)`.
+/// `from -= transpose(a) * b`.
 fn subtract_product(from: &mut Block, a: &Block, b: &Block) {
-    let product = times_transposed(a, b);
-    from.iter_mut().zip(product).for_each(|(from, product)| *from -= product);
-}
-
-fn lower_times(lower: &Block, x: &Part) -> Part {
-    core::array::from_fn(|i| (0..=i).map(|k| lower[i * BLOCK + k] * x[k]).sum())
+    for (i, row) in from.iter_mut().enumerate() {
+        for (a, b) in a.iter().zip(b) {
+            let amount = a[i];
+            (0..BLOCK).for_each(|j| row[j] -= amount * b[j]);
+        }
+    }
 }
 
 /// Product of the transpose of a lower block and a vector.
 fn upper_times(lower: &Block, x: &Part) -> Part {
     let mut product = [0.0; BLOCK];
-    for (k, amount) in x.iter().enumerate() {
-        for i in 0..=k {
-            product[i] += lower[k * BLOCK + i] * amount;
-        }
+    for (row, amount) in lower.iter().zip(x) {
+        (0..BLOCK).for_each(|i| product[i] += row[i] * amount);
     }
     product
 }
@@ -280,8 +294,8 @@ mod tests {
                 let (block, transposed) = sparse.block(slot);
                 for i in 0..BLOCK {
                     for j in 0..BLOCK {
-                        let at = if transposed { j * BLOCK + i } else { i * BLOCK + j };
-                        block[at] = matrix[(BLOCK * a + i, BLOCK * b + j)];
+                        let (row, column) = if transposed { (j, i) } else { (i, j) };
+                        block[row][column] = matrix[(BLOCK * a + i, BLOCK * b + j)];
                     }
                 }
             }

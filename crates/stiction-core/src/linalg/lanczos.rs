@@ -4,12 +4,8 @@ use super::blocks::{BLOCK, Part};
 
 /// Maximum number of steps.
 const STEPS: usize = 120;
-/// Residual at convergence, relative to the eigenvalue. The error of the eigenvalue is never
-/// greater, and mostly of the order of the square.
-const ACCURACY: f64 = 1e-12;
-/// Number of steps before the first convergence check, and between later ones.
-const FIRST_LOOK: usize = 6;
-const EVERY: usize = 2;
+/// Number of steps before the first convergence check.
+const FIRST_LOOK: usize = 2;
 
 /// Buffers of the method.
 #[derive(Clone, Debug, Default)]
@@ -32,11 +28,14 @@ struct Room {
 
 impl Lanczos {
     /// Eigenvector of the largest eigenvalue of a positive operator, which `apply` applies in
-    /// place; the iteration begins with `start`. Returns `None` if it does not converge. The
-    /// accuracy follows from the residual.
+    /// place; the iteration begins with `start`. Returns `None` if it does not converge.
+    ///
+    /// `accuracy` is the residual at convergence, relative to the eigenvalue. The error of the
+    /// eigenvalue is never greater, and mostly of the order of the square.
     pub(crate) fn greatest(
         &mut self,
         start: impl Iterator<Item = Part>,
+        accuracy: f64,
         mut apply: impl FnMut(&mut [Part]),
     ) -> Option<&[Part]> {
         let Self { basis, next, diagonal, beside, room } = self;
@@ -72,12 +71,11 @@ impl Lanczos {
                 // Largest eigenvalue of a bounding 2x2 matrix.
                 Some(coupling) => 0.5 * (above + own) + (0.5 * (above - own)).hypot(*coupling),
             };
-            let looks = step + 1 >= FIRST_LOOK && (step + 1 - FIRST_LOOK).is_multiple_of(EVERY);
-            if looks || length <= ACCURACY * own {
+            if step + 1 >= FIRST_LOOK || length <= accuracy * own {
                 let value = greatest_root(diagonal, beside, above);
                 above = value;
                 let tail = vector_of(diagonal, beside, value, room);
-                if length * tail <= ACCURACY * value {
+                if length * tail <= accuracy * value {
                     next.fill([0.0; BLOCK]);
                     for (k, amount) in room.vector.iter().enumerate() {
                         subtract(next, &basis[k * count..(k + 1) * count], -amount);
@@ -207,7 +205,7 @@ mod tests {
             let start: Vec<Part> =
                 (0..9).map(|_| core::array::from_fn(|_| random.number())).collect();
             let mut room = Lanczos::default();
-            let vector = room.greatest(start.iter().copied(), apply).unwrap();
+            let vector = room.greatest(start.iter().copied(), 1e-12, apply).unwrap();
             let mut image = vector.to_vec();
             apply(&mut image);
             let value = dot(&image, vector) / dot(vector, vector);

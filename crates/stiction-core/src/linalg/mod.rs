@@ -9,7 +9,7 @@ mod static_lu;
 mod svd;
 mod twofold;
 
-pub(crate) use blocks::{BLOCK, BlockCholesky, Part, Slot};
+pub(crate) use blocks::{BLOCK, BlockCholesky, Part, Slot, add_outer, dot};
 pub(crate) use lanczos::Lanczos;
 pub(crate) use plan::{Entry, Plan, RankDeficient, Scales};
 pub(crate) use row_space::RowSpace;

@@ -42,12 +42,10 @@ impl RowSpace {
         for k in 0..rows.min(columns) {
             // The norms of the remainders are recomputed: updates would lose the digits of small
             // ones.
-            let left = |row: usize, work: &[f64]| {
-                work[row * n + k..(row + 1) * n].iter().map(|x| x * x).sum::<f64>()
-            };
             let mut best = (k, 0.0);
             for row in k..rows {
-                let size = left(row, &self.work);
+                let rest = &self.work[row * n + k..(row + 1) * n];
+                let size = dot(rest, rest);
                 if size > best.1 {
                     best = (row, size);
                 }
@@ -62,9 +60,8 @@ impl RowSpace {
             }
             if best.0 != k {
                 self.order.swap(k, best.0);
-                for column in 0..n {
-                    self.work.swap(k * n + column, best.0 * n + column);
-                }
+                let (before, from) = self.work.split_at_mut(best.0 * n);
+                before[k * n..(k + 1) * n].swap_with_slice(&mut from[..n]);
             }
             let diagonal = self.work[k * n + k];
             let new = if diagonal > 0.0 { -length } else { length };
@@ -198,9 +195,21 @@ impl RowSpace {
 }
 
 fn reflect(reflector: &[f64], half: f64, vector: &mut [f64]) {
-    let sum: f64 = reflector.iter().zip(vector.iter()).map(|(a, b)| a * b).sum();
-    let amount = sum / half;
+    let amount = dot(reflector, vector) / half;
     vector.iter_mut().zip(reflector).for_each(|(x, r)| *x -= amount * r);
+}
+
+/// Scalar product of vectors of one length, in four sums that are computed side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 #[cfg(test)]

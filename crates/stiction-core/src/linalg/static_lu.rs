@@ -3,7 +3,7 @@
 //! Equation (M7) of the book's theory.
 
 use super::plan::Plan;
-use crate::scalar::Scalar;
+use crate::scalar::{Lanes, Scalar};
 use core::ops::Range;
 
 /// LU factorisation of a sparse matrix in a fixed order, for any scalar.
@@ -187,18 +187,33 @@ impl StaticLu {
     /// Solves with the factors. Overwrites `right` (one value for each row); `solution` (one for
     /// each column) receives the result.
     pub(crate) fn solve<T: Scalar>(&self, values: &[T], right: &mut [T], solution: &mut [T]) {
+        self.solve_by(|slot| values[slot as usize], right, solution);
+    }
+
+    /// Solves for several right-hand sides, one in each lane.
+    pub(crate) fn solve_lanes<const N: usize>(
+        &self,
+        values: &[f64],
+        right: &mut [Lanes<f64, N>],
+        solution: &mut [Lanes<f64, N>],
+    ) {
+        self.solve_by(|slot| Lanes::from_f64(values[slot as usize]), right, solution);
+    }
+
+    #[inline(always)]
+    fn solve_by<T: Scalar>(&self, value: impl Fn(u32) -> T, right: &mut [T], solution: &mut [T]) {
         for step in &self.steps {
             let known = right[step.row as usize];
             for target in &self.targets[step.targets.start as usize..step.targets.end as usize] {
-                right[target.row as usize] -= values[target.slot as usize] * known;
+                right[target.row as usize] -= value(target.slot) * known;
             }
         }
         for step in self.steps.iter().rev() {
             let mut sum = right[step.row as usize];
             for upper in &self.upper[step.upper.start as usize..step.upper.end as usize] {
-                sum -= values[upper.slot as usize] * solution[upper.column as usize];
+                sum -= value(upper.slot) * solution[upper.column as usize];
             }
-            solution[step.column as usize] = sum * values[step.pivot as usize];
+            solution[step.column as usize] = sum * value(step.pivot);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Defects of mechanism descriptions.
 
+use super::RangeOf;
 use core::fmt;
 use core::ops::Deref;
 use thiserror::Error;
@@ -61,10 +62,10 @@ pub enum Defect {
     /// No body besides the ground.
     #[error("the mechanism has no moving body")]
     NoBodies,
-    /// Two bodies, joints, springs or actuators of one name.
+    /// Two bodies, joints, springs, actuators or gearings of one name.
     #[error("there are two {what} named `{name}`")]
     DuplicateName {
-        /// `bodies`, `joints`, `springs` or `actuators`.
+        /// `bodies`, `joints`, `springs`, `actuators` or `gearings`.
         what: &'static str,
         /// The name.
         name: String,
@@ -218,6 +219,16 @@ pub enum Defect {
         /// The problem in words.
         problem: &'static str,
     },
+    /// A range without order, or of a quantity that the joint does not have.
+    #[error("joint `{joint}`: the range {problem}")]
+    Range {
+        /// The joint.
+        joint: String,
+        /// The quantity.
+        of: RangeOf,
+        /// The problem in words.
+        problem: &'static str,
+    },
     /// A spring refers to a body that does not exist.
     #[error("spring `{spring}` is fixed to body `{body}`, which does not exist")]
     UnknownBodyOfSpring {
@@ -244,6 +255,22 @@ pub enum Defect {
         /// Value of the parameter.
         value: f64,
     },
+    /// A spring acts on a joint that does not exist.
+    #[error("spring `{spring}` acts on joint `{joint}`, which does not exist")]
+    UnknownJointOfSpring {
+        /// The spring.
+        spring: String,
+        /// The missing joint.
+        joint: String,
+    },
+    /// A spring or bushing that does not fit its joint or contradicts itself.
+    #[error("spring `{spring}`: {problem}")]
+    Spring {
+        /// The spring or bushing.
+        spring: String,
+        /// The problem in words.
+        problem: String,
+    },
     /// A drive train refers to a joint that does not exist.
     #[error("actuator `{actuator}` drives joint `{joint}`, which does not exist")]
     UnknownJointOfActuator {
@@ -252,11 +279,35 @@ pub enum Defect {
         /// The missing joint.
         joint: String,
     },
+    /// The body that carries a rotor does not exist.
+    #[error("the rotor of actuator `{actuator}` is carried by body `{body}`, which does not exist")]
+    UnknownBodyOfActuator {
+        /// The drive train.
+        actuator: String,
+        /// The missing body.
+        body: String,
+    },
     /// A drive train that does not fit its joint, or contradicts itself or others.
     #[error("actuator `{actuator}`: {problem}")]
     Actuator {
         /// The drive train.
         actuator: String,
+        /// The problem in words.
+        problem: String,
+    },
+    /// A gearing refers to a joint that does not exist.
+    #[error("gearing `{gearing}` connects joint `{joint}`, which does not exist")]
+    UnknownJointOfGearing {
+        /// The gearing.
+        gearing: String,
+        /// The missing joint.
+        joint: String,
+    },
+    /// A gearing that does not fit its joints.
+    #[error("gearing `{gearing}`: {problem}")]
+    Gearing {
+        /// The gearing.
+        gearing: String,
         /// The problem in words.
         problem: String,
     },

@@ -8,6 +8,9 @@ mod builder;
 mod compliance;
 mod defect;
 mod drive_train;
+mod gearing;
+mod range;
+mod scalar_dof;
 mod spring;
 mod warning;
 
@@ -15,9 +18,15 @@ pub use builder::{BodySpec, JointSpec, MechanismBuilder};
 pub use compliance::Compliance;
 pub use defect::{Defect, Defects};
 pub use drive_train::{
-    DriveTrain, DriveTrainSpec, GearLoss, Mesh, Motor, MotorFriction, MotorLimits,
+    DriveTrain, DriveTrainSpec, GearLoss, Mesh, Motor, MotorFriction, MotorLimits, MotorMap,
+    MotorTerm, RotorAxis,
 };
-pub use spring::{Spring, SpringSpec};
+pub use gearing::{Gearing, GearingSpec};
+pub use range::{JointRange, RangeOf};
+pub use scalar_dof::GearedDof;
+pub use spring::{
+    Bushing, BushingSpec, GasSpring, JointSpring, JointSpringSpec, SixBySix, Spring, SpringSpec,
+};
 pub use warning::Warning;
 
 use crate::friction::{JointFriction, interfaces_of};
@@ -90,6 +99,8 @@ pub struct Joint {
     pub friction: Vec<JointFriction>,
     /// Compliance; `None` for a rigid joint.
     pub compliance: Option<Compliance>,
+    /// Ranges that the joint should not leave.
+    pub ranges: Vec<JointRange>,
 }
 
 impl Joint {
@@ -144,7 +155,10 @@ pub struct Mechanism {
     bodies: Vec<Body>,
     joints: Vec<Joint>,
     springs: Vec<Spring>,
+    joint_springs: Vec<JointSpring>,
+    bushings: Vec<Bushing>,
     drive_trains: Vec<DriveTrain>,
+    gearings: Vec<Gearing>,
     gravity: Vec3<f64>,
     base: Pose<f64>,
     characteristic_length: f64,
@@ -166,9 +180,19 @@ impl Mechanism {
         &self.joints
     }
 
-    /// All springs.
+    /// All springs between points of bodies.
     pub fn springs(&self) -> &[Spring] {
         &self.springs
+    }
+
+    /// All springs on degrees of freedom of joints.
+    pub fn joint_springs(&self) -> &[JointSpring] {
+        &self.joint_springs
+    }
+
+    /// All bushings.
+    pub fn bushings(&self) -> &[Bushing] {
+        &self.bushings
     }
 
     /// All drive trains. An actuated degree of freedom without one has its effort as such.
@@ -176,17 +200,29 @@ impl Mechanism {
         &self.drive_trains
     }
 
-    /// Actuated degrees of freedom whose motors have friction, in the order of the drive trains, each with the name
+    /// All rigid gearings.
+    pub fn gearings(&self) -> &[Gearing] {
+        &self.gearings
+    }
+
+    /// Motion and effort of the motor of each drive train, from those of the actuators.
+    pub fn motor_maps(&self) -> Vec<MotorMap> {
+        let actuators: Vec<_> = self.actuators().collect();
+        drive_train::motor_maps(&self.drive_trains, &actuators)
+    }
+
+    /// Actuated degrees of freedom whose motors or gears have friction, in the order of the drive trains, each with the name
     /// of its first motor. In simulations each is a friction interface after those of the joints.
     #[doc(hidden)]
     pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
-        let mut found: Vec<&DriveTrain> = Vec::new();
-        for train in self.drive_trains.iter().filter(|train| train.has_motor_friction()) {
-            if !found.iter().any(|known| (known.joint, known.dof) == (train.joint, train.dof)) {
-                found.push(train);
+        let mut found: Vec<(&str, (JointId, usize))> = Vec::new();
+        for train in self.drive_trains.iter().filter(|train| train.has_friction()) {
+            let Some(driven) = train.only_dof() else { continue };
+            if !found.iter().any(|(_, known)| *known == driven) {
+                found.push((&train.name, driven));
             }
         }
-        found.into_iter().map(|train| (train.name.as_str(), train.joint)).collect()
+        found.into_iter().map(|(name, (joint, _))| (name, joint)).collect()
     }
 
     /// Acceleration of gravity in world axes, m/s^2.

@@ -35,8 +35,8 @@ pub struct Architecture {
     pub constraints: GenericRank,
     /// Generic rank of constraints and actuators together.
     pub actuated: GenericRank,
-    /// Largest [`governance`] index over all positions.
-    pub governance: Option<f64>,
+    /// Largest [`actuation_of_motion`] index over all positions.
+    pub actuation_of_motion: Option<f64>,
 }
 
 /// A generic rank.
@@ -81,9 +81,9 @@ impl Architecture {
             reach,
             constraints: rank(&[], &[]),
             actuated: rank(&actuators, &targets),
-            governance: states
+            actuation_of_motion: states
                 .iter()
-                .filter_map(|state| governance_at(topology, parameters, state))
+                .filter_map(|state| actuation_of_motion_at(topology, parameters, state))
                 .max_by(f64::total_cmp),
         }
     }
@@ -94,12 +94,12 @@ impl Architecture {
 /// if the Jacobian in equation (21) of Zhang et al. does not exist. If the instantaneous mobility
 /// exceeds the finite one, the balance has no solution even for a positive index. `None` for an
 /// immobile mechanism.
-pub fn governance(solver: &InverseDynamics) -> Option<f64> {
+pub fn actuation_of_motion(solver: &InverseDynamics) -> Option<f64> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
-    governance_at(topology, parameters, solver.state())
+    actuation_of_motion_at(topology, parameters, solver.state())
 }
 
-fn governance_at(
+fn actuation_of_motion_at(
     topology: &Topology,
     parameters: &Parameters<f64>,
     state: &State<f64>,

@@ -67,14 +67,16 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
     let mut row_of = Vec::new();
     for cut in &topology.cuts {
         let count = topology.joint_types[cut.joint].constraints().len();
-        row_of.extend((0..count).map(|index| (cut.joint, index)));
+        let joint = cut.joint;
+        row_of.extend((0..count).map(|index| Unknown::Constraint { joint, index }));
     }
+    row_of.extend(topology.gearings.iter().map(|own| Unknown::Gearing { gearing: own.gearing }));
     // Loop equation of each constraint multiplier.
     let rows: Vec<Option<usize>> = constraints
         .unknowns()
         .map(|unknown| match unknown {
-            Unknown::Constraint { joint, index } => {
-                row_of.iter().position(|known| *known == (joint, index))
+            Unknown::Constraint { .. } | Unknown::Gearing { .. } => {
+                row_of.iter().position(|known| *known == unknown)
             }
             Unknown::Drive { .. } => None,
         })

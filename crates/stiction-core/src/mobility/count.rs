@@ -22,7 +22,7 @@ const ROUND_OFF: f64 = 1e-12;
 /// Degrees of freedom of a mechanism, passive spins included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mobility {
-    /// Gruebler-Kutzbach count of bodies and joint constraints; valid for independent constraints.
+    /// Gruebler-Kutzbach count of bodies, joint constraints and gearings; valid for independent constraints.
     pub gruebler: i64,
     /// Instantaneous mobility at this position.
     pub instantaneous: usize,
@@ -92,11 +92,11 @@ pub struct BodyDofs {
 }
 
 impl Mechanism {
-    /// Spatial Gruebler-Kutzbach count: six per moving body, less the constraints of all joints.
+    /// Spatial Gruebler-Kutzbach count: six per moving body, less the constraints of all joints and the gearings.
     pub fn gruebler(&self) -> i64 {
         let constraints: usize =
             self.joints().iter().map(|j| j.joint_type.constraints().len()).sum();
-        6 * (self.bodies().len() as i64 - 1) - constraints as i64
+        6 * (self.bodies().len() as i64 - 1) - (constraints + self.gearings().len()) as i64
     }
 }
 

@@ -11,7 +11,7 @@ pub use count::{FiniteMobility, Mobility};
 
 // Used by the project's other crates; no part of the stable interface.
 #[doc(hidden)]
-pub use architecture::{GenericRank, governance};
+pub use architecture::{GenericRank, actuation_of_motion};
 #[doc(hidden)]
 pub use clearance::{Play, blocked_motions};
 #[doc(hidden)]

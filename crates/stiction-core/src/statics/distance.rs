@@ -36,7 +36,7 @@ impl Distances {
     /// decompositions.
     pub(super) fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
         let scaled = system.scaled_matrix(joint_types);
-        let is_constraint = |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
+        let is_constraint = |k: &usize| !matches!(system.unknowns[*k], Unknown::Drive { .. });
         let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();
         let only_constraints = scaled.select_columns(&constraints);
         Self {
@@ -70,7 +70,7 @@ pub struct JointLoad {
     pub moment: Vec3<f64>,
 }
 
-/// Constraints of a mechanism at a position, without actuators.
+/// Constraints of a mechanism at a position, gearings included, without actuators.
 #[derive(Clone, Debug)]
 pub struct Constraints<'a> {
     statics: &'a Statics,
@@ -88,7 +88,7 @@ impl<'a> Constraints<'a> {
     pub fn new(statics: &'a Statics) -> Self {
         let all = statics.scaled_matrix();
         let unknowns: Vec<usize> = (0..all.ncols())
-            .filter(|&k| matches!(statics.system().unknowns[k], Unknown::Constraint { .. }))
+            .filter(|&k| !matches!(statics.system().unknowns[k], Unknown::Drive { .. }))
             .collect();
         let transposed = all.select_columns(&unknowns).transpose();
         let singular_values = one_for_each_column(&transposed);
@@ -131,8 +131,12 @@ impl<'a> Constraints<'a> {
     pub(crate) fn loads(&self, scaled: &DVector<f64>) -> Vec<JointLoad> {
         let (statics, system) = (self.statics, self.statics.system());
         let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
-        for (&k, amount) in self.unknowns.iter().zip(self.amounts(scaled)) {
-            wrenches[system.unknowns[k].joint()] += system.wrenches[k] * amount;
+        let amounts = self.amounts(scaled);
+        for unit in &system.wrenches {
+            // Efforts are no constraints.
+            if let Ok(own) = self.unknowns.binary_search(&unit.unknown) {
+                wrenches[unit.joint] += unit.wrench * amounts[own];
+            }
         }
         let places = wrenches.iter().zip(statics.joint_origins()).enumerate();
         let size = |load: &JointLoad| load.force.norm() + load.moment.norm() / statics.length();

@@ -7,6 +7,7 @@ mod distance;
 mod load;
 #[doc(hidden)]
 pub mod newton_euler;
+mod prediction;
 mod rank;
 mod singularity_distances;
 mod weakest;

@@ -12,8 +12,9 @@ use super::load::AppliedLoad;
 use crate::joint::JointType;
 use crate::kinematics::Bodies;
 use crate::mechanism::Mechanism;
-use crate::parameters::{Parameters, SpringParameters};
+use crate::parameters::{Blocks, BushingParameters, Parameters, SpringParameters};
 use crate::spatial::{Twist, Vec3, Wrench};
+use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
 /// One unknown of the system.
@@ -35,6 +36,23 @@ pub enum Unknown {
         /// Index of its degree of freedom.
         dof: usize,
     },
+    /// The multiplier of a gearing, in the order of [`Mechanism::gearings`]; its equation is divided by its greatest
+    /// coefficient.
+    Gearing {
+        /// The gearing's index.
+        gearing: usize,
+    },
+}
+
+/// Unit wrench of an unknown at one joint.
+#[derive(Clone, Copy, Debug)]
+pub struct UnitWrench {
+    /// Index of the unknown, its column.
+    pub unknown: usize,
+    /// Index of the joint.
+    pub joint: usize,
+    /// Wrench of the predecessor on the successor, about the reference point.
+    pub wrench: Wrench<f64>,
 }
 
 /// The dense system `matrix * unknowns = demand` (required wrenches) at one position.
@@ -45,8 +63,9 @@ pub enum Unknown {
 pub struct NewtonEuler {
     /// The unknowns, one for each column.
     pub unknowns: Vec<Unknown>,
-    /// Unit wrench of each unknown, predecessor on successor, about the reference point.
-    pub wrenches: Vec<Wrench<f64>>,
+    /// Unit wrenches of the unknowns, in their order: one for each constraint and effort, one for each degree of freedom
+    /// of a gearing.
+    pub wrenches: Vec<UnitWrench>,
     /// The coefficients.
     pub matrix: DMatrix<f64>,
     /// The ends of all joints.
@@ -54,6 +73,10 @@ pub struct NewtonEuler {
     /// Centres of mass relative to the reference point, world axes, m.
     com: Vec<Vec3<f64>>,
     length: f64,
+    /// For each gearing, true if its multiplier is a moment.
+    moments: Vec<bool>,
+    /// Topology of a mechanism with spinning rotors.
+    spinning: Option<Topology>,
 }
 
 impl NewtonEuler {
@@ -64,19 +87,34 @@ impl NewtonEuler {
         let com: Vec<_> =
             bodies.pose.iter().zip(&parameters.com).map(|(pose, com)| pose.apply(*com)).collect();
         let mut unknowns = Vec::new();
-        let mut wrenches = Vec::new();
+        let mut wrenches: Vec<UnitWrench> = Vec::new();
         for (joint, content) in joints.iter().enumerate() {
             let (j, k) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
             for (index, constraint) in content.joint_type.constraints().iter().enumerate() {
+                let wrench = constraint.wrench(j, k, parameters.pitch[joint]);
+                wrenches.push(UnitWrench { unknown: unknowns.len(), joint, wrench });
                 unknowns.push(Unknown::Constraint { joint, index });
-                wrenches.push(constraint.wrench(j, k, parameters.pitch[joint]));
             }
         }
+        let effort = |joint: usize, dof: usize| {
+            let (j, k) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
+            joints[joint].joint_type.dofs()[dof].effort(j, k)
+        };
+        let gearings = mechanism.gearings().iter().zip(&parameters.gearings).enumerate();
+        for (gearing, (content, numbers)) in gearings {
+            for (geared, &coefficient) in content.dofs.iter().zip(&numbers.coefficients) {
+                let joint = geared.joint.0;
+                let wrench = effort(joint, geared.dof) * coefficient;
+                wrenches.push(UnitWrench { unknown: unknowns.len(), joint, wrench });
+            }
+            unknowns.push(Unknown::Gearing { gearing });
+        }
+        // Actuator efforts are the last unknowns.
         for (actuator, (joint, dof)) in mechanism.actuators().enumerate() {
             let joint = joint.0;
-            let (j, k) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
+            let wrench = effort(joint, dof);
+            wrenches.push(UnitWrench { unknown: unknowns.len(), joint, wrench });
             unknowns.push(Unknown::Drive { actuator, joint, dof });
-            wrenches.push(joints[joint].joint_type.dofs()[dof].effort(j, k));
         }
         let mut system = Self {
             matrix: DMatrix::zeros(6 * (com.len() - 1), unknowns.len()),
@@ -85,12 +123,14 @@ impl NewtonEuler {
             ends,
             com,
             length: parameters.length,
+            moments: mechanism.gearings().iter().map(|gearing| !gearing.is_length()).collect(),
+            spinning: (!parameters.rotors.is_empty()).then(|| Topology::new(mechanism)),
         };
-        for column in 0..system.unknowns.len() {
-            let mut on_bodies = DVector::zeros(system.matrix.nrows());
-            let joint = system.unknowns[column].joint();
-            system.add_joint_wrench(&mut on_bodies, joint, system.wrenches[column]);
-            system.matrix.set_column(column, &on_bodies);
+        for index in 0..system.wrenches.len() {
+            let UnitWrench { unknown, joint, wrench } = system.wrenches[index];
+            let mut on_bodies = system.matrix.column(unknown).into_owned();
+            system.add_joint_wrench(&mut on_bodies, joint, wrench);
+            system.matrix.set_column(unknown, &on_bodies);
         }
         system
     }
@@ -149,13 +189,50 @@ impl NewtonEuler {
         for load in loads {
             self.add_wrench(&mut rows, load.body.0, -load.wrench(bodies));
         }
+        for (rotor, topology) in parameters.rotors.iter().zip(std::iter::repeat(&self.spinning)) {
+            // Rate of change of the angular momentum along the axis, which turns with the body.
+            let Some(topology) = topology else { continue };
+            let motion =
+                bodies.joint_motion(topology, parameters, (rotor.joint, rotor.dof), f64::NAN);
+            let axis = bodies.pose[rotor.body].rotation * rotor.axis;
+            let turning = bodies.twist[rotor.body].angular.cross(axis);
+            let moment = (axis * motion.acceleration + turning * motion.rate) * rotor.momentum;
+            self.add_wrench(&mut rows, rotor.body, Wrench { force: Vec3::zero(), moment });
+        }
         for spring in &parameters.springs {
             let pull = spring_forces(spring, bodies);
             for ((&body, point), force) in spring.ends.iter().zip(pull.points).zip(pull.forces) {
                 self.add_wrench(&mut rows, body, -Wrench { force, moment: point.cross(force) });
             }
         }
+        self.add_springs(&mut rows, parameters, bodies);
         rows
+    }
+
+    /// Adds the wrenches of springs on joints and of bushings.
+    fn add_springs(
+        &self,
+        rows: &mut DVector<f64>,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+    ) {
+        for (spring, &coordinate) in parameters.joint_springs.iter().zip(&bodies.spring_coordinates)
+        {
+            let [from, to] = spring.ends;
+            let (j, k) = (&bodies.frame_j[spring.joint], &bodies.frame_k[spring.joint]);
+            let unit = spring.dof.effort(j, k);
+            let rate = (bodies.twist[to] - bodies.twist[from]).power(unit);
+            let elastic = spring.stiffness * (coordinate - spring.rest);
+            let wrench = unit * (spring.preload - elastic - spring.damping * rate);
+            self.add_wrench(rows, to, -wrench);
+            self.add_wrench(rows, from, wrench);
+        }
+        for bushing in &parameters.bushings {
+            let wrench = bushing_wrench(bushing, bodies);
+            let [from, to] = bushing.ends;
+            self.add_wrench(rows, to, -wrench);
+            self.add_wrench(rows, from, wrench);
+        }
     }
 
     fn acceleration_of_com(&self, bodies: &Bodies<f64>, body: usize) -> Vec3<f64> {
@@ -187,6 +264,7 @@ impl NewtonEuler {
                 joint_types[joint].constraints()[index].is_moment()
             }
             Unknown::Drive { joint, dof, .. } => !joint_types[joint].dofs()[dof].translates(),
+            Unknown::Gearing { gearing } => self.moments[gearing],
         };
         self.unknowns.iter().map(|u| if is_moment(u) { self.length } else { 1.0 }).collect()
     }
@@ -198,10 +276,8 @@ impl NewtonEuler {
         friction: &[Wrench<f64>],
     ) -> Vec<Wrench<f64>> {
         let mut sums = friction.to_vec();
-        for ((unknown, wrench), &value) in
-            self.unknowns.iter().zip(&self.wrenches).zip(unknowns.iter())
-        {
-            sums[unknown.joint()] += *wrench * value;
+        for unit in &self.wrenches {
+            sums[unit.joint] += unit.wrench * unknowns[unit.unknown];
         }
         sums
     }
@@ -227,17 +303,45 @@ fn spring_forces(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> Spring
     if length > 0.0 {
         let direction = from_a_to_b / length;
         let rate = (velocity_b - velocity_a).dot(&direction);
-        force_on_a += direction * (spring.damping * rate - spring.stiffness * spring.free_length);
+        let offset = spring.stiffness * spring.free_length + spring.preload;
+        force_on_a += direction * (spring.damping * rate - offset);
     }
     let force = Vec3::from(force_on_a);
     SpringForces { points: [a.into(), b.into()], forces: [force, -force] }
 }
 
-impl Unknown {
-    /// The joint's index.
-    pub fn joint(&self) -> usize {
-        match *self {
-            Self::Constraint { joint, .. } | Self::Drive { joint, .. } => joint,
-        }
-    }
+/// Wrench of a bushing on its second body, independent of the kernels, for comparison: nalgebra's logarithm, and the
+/// inverse of the right Jacobian of the rotation vector by its closed form.
+fn bushing_wrench(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> Wrench<f64> {
+    use nalgebra::{Matrix3, Rotation3, Vector3};
+    let [from, to] = bushing.ends;
+    let (a, b) = (bodies.pose[from] * bushing.frames[0], bodies.pose[to] * bushing.frames[1]);
+    let (axes, other) = (Matrix3::from(a.rotation), Matrix3::from(b.rotation));
+    let (at_a, at_b) = (Vector3::from(a.position), Vector3::from(b.position));
+    let relative = bodies.twist[to] - bodies.twist[from];
+    let omega = Vector3::from(relative.angular);
+    let velocity = Vector3::from(relative.linear) + omega.cross(&at_b);
+    let turn = Rotation3::from_matrix_unchecked(axes.transpose() * other).scaled_axis();
+    let displacement = axes.transpose() * (at_b - at_a);
+    let angle = turn.norm();
+    let cross = turn.cross_matrix();
+    // The rotation vector changes by J^-1 omega, with omega in the axes of the first frame.
+    let factor = match angle > 1e-4 {
+        true => 1.0 / (angle * angle) - (0.5 * angle).tan().recip() / (2.0 * angle),
+        false => 1.0 / 12.0,
+    };
+    let inverse = Matrix3::identity() - cross * 0.5 + cross * cross * factor;
+    let parts =
+        |blocks: &Blocks<f64>| [blocks.force, blocks.coupling, blocks.moment].map(Matrix3::from);
+    let [force, coupling, moment] = parts(&bushing.stiffness);
+    let (elastic, gradient) = (
+        force * displacement + coupling * turn,
+        coupling.transpose() * displacement + moment * turn,
+    );
+    let (v, w) = (axes.transpose() * velocity, axes.transpose() * omega);
+    let [force, coupling, moment] = parts(&bushing.damping);
+    let pull = axes * (elastic + force * v + coupling * w);
+    let twist = axes * (inverse.transpose() * gradient + coupling.transpose() * v + moment * w);
+    let total = twist + at_b.cross(&pull);
+    -Wrench { force: Vec3::from(pull), moment: Vec3::from(total) }
 }

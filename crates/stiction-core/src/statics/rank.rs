@@ -195,6 +195,13 @@ impl Statics {
         unknowns.split_off(unknowns.len() - self.drive_weights.len())
     }
 
+    /// Flags of the gearings: `true` for a statically determinate effort.
+    pub fn determined_gearings(&self) -> Vec<bool> {
+        let each = self.determined().into_iter().zip(&self.system.unknowns);
+        let own = each.filter(|(_, unknown)| matches!(unknown, Unknown::Gearing { .. }));
+        own.map(|(determined, _)| determined).collect()
+    }
+
     /// For each joint, for each component of its complete wrench (force x y z, then moment x y z
     /// about the joint's origin, world axes), `true` if the balance alone determines it.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {

@@ -9,9 +9,10 @@
 
 use super::distance::Distances;
 use super::newton_euler::NewtonEuler;
+use super::prediction::{Prediction, Shift};
 use crate::joint::{Dof, JointType};
 use crate::kinematics::Bodies;
-use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold};
+use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold, add_outer, dot};
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
@@ -28,8 +29,12 @@ const TINY: f64 = 1e-6;
 const PASSES: usize = 10;
 /// Relative corrections below this are round-off.
 const REFINED: f64 = 1e-14;
+/// Relative residual of eigenvectors from refined solutions.
+const REFINED_ACCURACY: f64 = 1e-12;
 
-/// Computes [`Distances`] at many positions of one mechanism.
+/// Computes [`Distances`] at many positions of one mechanism. Successive positions along a motion
+/// cost least: each value is expected from those before, and inverse iteration about it converges
+/// in few steps. The results therefore depend on the positions before, within round-off.
 #[derive(Clone, Debug)]
 pub struct SingularityDistances {
     /// Number of bodies without the ground.
@@ -38,11 +43,17 @@ pub struct SingularityDistances {
     /// Products between bodies, over constraints and actuators.
     by_bodies: BlockCholesky,
     body_slots: Vec<[Option<Slot>; 3]>,
-    /// Products between joints, over constraints.
+    /// Cholesky factor of the Gram matrix of the constraints, one block per pair of joints.
     by_joints: BlockCholesky,
     joint_slots: Vec<Meeting>,
     /// Scaled unit wrenches of each joint, constraints first, on its predecessor and its successor.
     on: Vec<[[Part; BLOCK]; 2]>,
+    /// Transposed constraints: for each component of the wrench one number for each constraint.
+    across: Vec<[[Part; BLOCK]; 2]>,
+    actuation: Prediction,
+    constraint: Prediction,
+    /// Constraint forces on each body.
+    carried: Vec<Part>,
     lanczos: Lanczos,
 }
 
@@ -66,8 +77,12 @@ struct Meeting {
 }
 
 impl SingularityDistances {
-    /// Prepares a mechanism; `None` unless its balance has equal numbers of unknowns and equations.
+    /// Prepares a mechanism without gearings; `None` unless its balance has equal numbers of unknowns and equations.
     pub fn new(mechanism: &Mechanism) -> Option<Self> {
+        // The multiplier of a gearing loads the bodies of several joints.
+        if !mechanism.gearings().is_empty() {
+            return None;
+        }
         let bodies = mechanism.bodies().len() - 1;
         let joints: Vec<Content> = mechanism
             .joints()
@@ -127,6 +142,10 @@ impl SingularityDistances {
             by_joints,
             joint_slots,
             on: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
+            across: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
+            actuation: Prediction::default(),
+            constraint: Prediction::default(),
+            carried: vec![[0.0; BLOCK]; bodies],
             lanczos: Lanczos::default(),
         })
     }
@@ -141,21 +160,38 @@ impl SingularityDistances {
         let largest = self.place(parameters, bodies);
         let trusted = |value: &f64| *value > SMALL * largest;
         let refined = |value: &f64| *value > TINY * largest;
-        let actuation = self
-            .smallest_between_bodies(false)
-            .filter(trusted)
-            .or_else(|| self.smallest_between_bodies(true).filter(refined));
+        let actuation = self.smallest_between_bodies().filter(trusted).or_else(|| {
+            self.actuation.forget();
+            self.smallest_between_bodies_at(None).filter(refined)
+        });
         if let Some(actuation) = actuation {
-            let constraint = self
-                .smallest_between_joints(false)
-                .filter(trusted)
-                .or_else(|| self.smallest_between_joints(true).filter(refined));
+            let constraint = self.smallest_between_joints().filter(trusted).or_else(|| {
+                self.constraint.forget();
+                self.smallest_between_joints_at(None).filter(refined)
+            });
             if let Some(constraint) = constraint {
                 return Distances { actuation, constraint };
             }
         }
         let types: Vec<JointType> = self.joints.iter().map(|joint| joint.joint_type).collect();
         Distances::of_square(&NewtonEuler::new(mechanism, parameters, bodies), &types)
+    }
+
+    /// Index of actuation: over constraints and actuators.
+    fn smallest_between_bodies(&mut self) -> Option<f64> {
+        let near = self.actuation.shift();
+        let found = near.and_then(|shift| self.smallest_between_bodies_at(Some(shift)));
+        found.or_else(|| self.smallest_between_bodies_at(Some(Shift::NONE)))
+    }
+
+    /// Index of constraints alone.
+    fn smallest_between_joints(&mut self) -> Option<f64> {
+        if self.joints.iter().all(|joint| joint.constraints == 0) {
+            return Some(1.0);
+        }
+        let near = self.constraint.shift();
+        let found = near.and_then(|shift| self.smallest_between_joints_at(Some(shift)));
+        found.or_else(|| self.smallest_between_joints_at(Some(Shift::NONE)))
     }
 
     /// Writes the scaled balance at the position, joint by joint; returns its largest entry.
@@ -177,15 +213,23 @@ impl SingularityDistances {
             for (end, sense) in [(0, -1.0), (1, 1.0)] {
                 let body = joint.ends[end];
                 let com = bodies.pose[body].apply(parameters.com[body]);
+                if body == 0 {
+                    continue;
+                }
                 let columns = &mut self.on[index][end];
-                for (column, wrench) in columns.iter_mut().zip(&wrenches) {
+                for (column, wrench) in columns.iter_mut().zip(&wrenches[..joint.unknowns]) {
                     let force = (wrench.force * sense).to_array();
                     let moment = (wrench.moment_about(com) * (sense / length)).to_array();
                     for i in 0..3 {
                         (column[i], column[i + 3]) = (force[i], moment[i]);
                     }
-                    if body != 0 {
-                        largest = column.iter().fold(largest, |most, entry| most.max(entry.abs()));
+                    for entry in column {
+                        largest = if entry.abs() > largest { entry.abs() } else { largest };
+                    }
+                }
+                for (k, column) in columns[..joint.constraints].iter().enumerate() {
+                    for (row, entry) in self.across[index][end].iter_mut().zip(column) {
+                        row[k] = *entry;
                     }
                 }
             }
@@ -193,8 +237,8 @@ impl SingularityDistances {
         largest
     }
 
-    /// Index of actuation: over constraints and actuators.
-    fn smallest_between_bodies(&mut self, refine: bool) -> Option<f64> {
+    /// Index of actuation with the matrix shifted; with refined solutions without a shift.
+    fn smallest_between_bodies_at(&mut self, shift: Option<Shift>) -> Option<f64> {
         let (joints, on) = (&self.joints, &self.on);
         let matrix = &mut self.by_bodies;
         matrix.clear();
@@ -206,13 +250,7 @@ impl SingularityDistances {
                 let Some(slot) = slot else { continue };
                 let (block, transposed) = matrix.block(*slot);
                 let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
-                for (row, column) in rows.iter().zip(columns) {
-                    for i in 0..BLOCK {
-                        for j in 0..BLOCK {
-                            block[i * BLOCK + j] += row[i] * column[j];
-                        }
-                    }
-                }
+                rows.iter().zip(columns).for_each(|(row, column)| add_outer(block, row, column));
             }
         }
         let all = (0..self.bodies).map(|_| BLOCK);
@@ -231,7 +269,8 @@ impl SingularityDistances {
                 }
             }
         };
-        let motion = weakest(matrix, &mut self.lanczos, all, refine.then_some(product))?;
+        let start = self.actuation.start(all);
+        let motion = weakest(matrix, &mut self.lanczos, start, shift, product)?;
         // Use the matrix itself: the product has fewer digits.
         let mut square = 0.0;
         for (index, joint) in self.joints.iter().enumerate() {
@@ -244,33 +283,32 @@ impl SingularityDistances {
                 square += amount * amount;
             }
         }
-        Some((square / length_squared(motion)).sqrt())
+        let square = square / length_squared(motion);
+        if let Some(shift) = shift {
+            if !shift.is_certain(square) {
+                return None;
+            }
+            self.actuation.add(square, motion);
+        }
+        Some(square.sqrt())
     }
 
-    /// Index of constraints alone.
-    fn smallest_between_joints(&mut self, refine: bool) -> Option<f64> {
-        if self.joints.iter().all(|joint| joint.constraints == 0) {
-            return Some(1.0);
-        }
+    /// Index of constraints alone with the matrix shifted; with refined solutions without a shift.
+    fn smallest_between_joints_at(&mut self, shift: Option<Shift>) -> Option<f64> {
         let matrix = &mut self.by_joints;
         matrix.clear();
         for Meeting { joints: [a, b], ends: [end_a, end_b], slot } in &self.joint_slots {
-            let rows = &self.on[*a][*end_a][..self.joints[*a].constraints];
-            let columns = &self.on[*b][*end_b][..self.joints[*b].constraints];
+            let (rows, columns) = (&self.across[*a][*end_a], &self.across[*b][*end_b]);
             let (block, transposed) = matrix.block(*slot);
-            for (i, row) in rows.iter().enumerate() {
-                for (j, column) in columns.iter().enumerate() {
-                    let at = if transposed { j * BLOCK + i } else { i * BLOCK + j };
-                    block[at] += dot(row, column);
-                }
-            }
+            let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
+            rows.iter().zip(columns).for_each(|(row, column)| add_outer(block, row, column));
         }
         // Unit rows decouple the components without a constraint.
         for (index, joint) in self.joints.iter().enumerate() {
             let Some(slot) = matrix.slot(index, index) else { continue };
             let (block, _) = matrix.block(slot);
             for i in joint.constraints..BLOCK {
-                block[i * BLOCK + i] = 1.0;
+                block[i][i] = 1.0 + shift.map_or(0.0, |shift| shift.by);
             }
         }
         let (joints, on, bodies) = (&self.joints, &self.on, self.bodies);
@@ -300,8 +338,10 @@ impl SingularityDistances {
                 }
             }
         };
-        let stress = weakest(matrix, &mut self.lanczos, sizes, refine.then_some(product))?;
-        let mut on_bodies = vec![[0.0; BLOCK]; self.bodies];
+        let start = self.constraint.start(sizes);
+        let stress = weakest(matrix, &mut self.lanczos, start, shift, product)?;
+        let on_bodies = &mut self.carried;
+        on_bodies.fill([0.0; BLOCK]);
         for (index, joint) in self.joints.iter().enumerate() {
             for end in 0..2 {
                 let Some(body) = joint.ends[end].checked_sub(1) else { continue };
@@ -313,34 +353,37 @@ impl SingularityDistances {
                 }
             }
         }
-        Some((length_squared(&on_bodies) / length_squared(stress)).sqrt())
+        let square = length_squared(on_bodies) / length_squared(stress);
+        if let Some(shift) = shift {
+            if !shift.is_certain(square) {
+                return None;
+            }
+            self.constraint.add(square, stress);
+        }
+        Some(square.sqrt())
     }
 }
 
-/// Eigenvector of the smallest eigenvalue of a matrix with row blocks of these sizes. With
-/// `product`, which multiplies by the matrix without forming it, solutions are refined.
+/// Eigenvector of the smallest eigenvalue of a matrix, from inverse iteration about the shift.
+/// Without a shift, solutions are refined with `product`, which multiplies by the matrix without
+/// forming it.
 fn weakest<'a>(
     matrix: &mut BlockCholesky,
     lanczos: &'a mut Lanczos,
-    sizes: impl Iterator<Item = usize>,
-    product: Option<impl Fn(&[Part], &mut [[Twofold; BLOCK]])>,
+    start: impl Iterator<Item = Part>,
+    shift: Option<Shift>,
+    product: impl Fn(&[Part], &mut [[Twofold; BLOCK]]),
 ) -> Option<&'a [Part]> {
+    matrix.shift(shift.map_or(0.0, |shift| shift.by));
     if !matrix.factor() {
         return None;
     }
-    // Any start vector that is not orthogonal to the eigenvector is suitable.
-    let start = sizes.enumerate().map(|(k, size)| {
-        core::array::from_fn(|i| {
-            let angle = 1.0 + (BLOCK * k + i) as f64 * 0.7548;
-            if i < size { angle.sin() } else { 0.0 }
-        })
-    });
-    let Some(product) = product else {
-        return lanczos.greatest(start, |vector| matrix.solve(vector));
-    };
+    if let Some(Shift { accuracy, .. }) = shift {
+        return lanczos.greatest(start, accuracy, |vector| matrix.solve(vector));
+    }
     let mut settled = true;
-    let found =
-        lanczos.greatest(start, |vector| settled &= solve_refined(matrix, vector, &product));
+    let refined = |vector: &mut [Part]| settled &= solve_refined(matrix, vector, &product);
+    let found = lanczos.greatest(start, REFINED_ACCURACY, refined);
     found.filter(|_| settled)
 }
 
@@ -374,10 +417,6 @@ fn solve_refined(
         }
     }
     false
-}
-
-fn dot(a: &Part, b: &Part) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn length_squared(vector: &[Part]) -> f64 {
@@ -443,8 +482,8 @@ mod tests {
             let mut proximity = SingularityDistances::new(mechanism).unwrap();
             let largest = proximity.place(&parameters, solver.bodies());
             let pairs = [
-                (proximity.smallest_between_bodies(true), Svd::new(&scaled)),
-                (proximity.smallest_between_joints(true), Svd::new(&only_constraints)),
+                (proximity.smallest_between_bodies_at(None), Svd::new(&scaled)),
+                (proximity.smallest_between_joints_at(None), Svd::new(&only_constraints)),
             ];
             for (found, svd) in pairs {
                 let expected = *svd.singular_values.as_slice().last().unwrap();

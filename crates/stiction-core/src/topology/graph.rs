@@ -21,8 +21,13 @@ const GROUND: usize = 0;
 
 impl Spanning {
     /// Tree described in [`super`]: hubs float, and each chain between hubs is cut at its cheapest
-    /// joint.
-    pub(super) fn by_structure(bodies: usize, ends: &[(usize, usize)], cost: &[usize]) -> Self {
+    /// joint that need not be kept. Joints to keep must form no loop.
+    pub(super) fn by_structure(
+        bodies: usize,
+        ends: &[(usize, usize)],
+        cost: &[usize],
+        keep: &[bool],
+    ) -> Self {
         let graph = Graph::new(bodies, ends);
         let distance = graph.distances();
         let bridge = graph.bridges();
@@ -71,7 +76,8 @@ impl Spanning {
                 } else {
                     0.5 * (chain.len() - 1) as f64
                 };
-                let best = chain.iter().enumerate().min_by(|(i, a), (k, b)| {
+                let free = chain.iter().enumerate().filter(|(_, joint)| !keep[**joint]);
+                let best = free.min_by(|(i, a), (k, b)| {
                     let off = |i: &usize| (*i as f64 - preferred).abs();
                     cost[**a].cmp(&cost[**b]).then(off(i).total_cmp(&off(k)))
                 });
@@ -80,15 +86,27 @@ impl Spanning {
                 }
             }
         }
-        let floating = nearest_first.iter().copied().filter(|&b| is_hub(b)).collect::<Vec<_>>();
+        let mut floating = nearest_first.iter().copied().filter(|&b| is_hub(b)).collect::<Vec<_>>();
+        // A hub that a chain without a cut connects with the ground or another hub hangs from it.
+        if keep.contains(&true) {
+            let part = graph.components(&is_cut);
+            let mut held = vec![part[GROUND]];
+            floating.retain(|&hub| {
+                let first = !held.contains(&part[hub]);
+                held.push(part[hub]);
+                first
+            });
+        }
         Self::grow(&graph, &floating, |joint| !is_cut[joint])
     }
 
-    /// Random tree with random floating bodies.
-    pub(super) fn random(bodies: usize, ends: &[(usize, usize)], seed: u64) -> Self {
+    /// Random tree with random floating bodies; contains the joints to keep, which must form no loop.
+    pub(super) fn random(bodies: usize, ends: &[(usize, usize)], keep: &[bool], seed: u64) -> Self {
         let mut random = Random::new(seed);
         let graph = Graph::new(bodies, ends);
-        let floating: Vec<usize> = (1..bodies).filter(|_| random.number() < -0.5).collect();
+        let is_geared = |body: &usize| graph.incident[*body].iter().any(|&joint| keep[joint]);
+        let floating: Vec<usize> =
+            (1..bodies).filter(|body| random.number() < -0.5 && !is_geared(body)).collect();
         // Kruskal's algorithm over joints in random order; floating bodies already belong to the
         // ground's tree.
         let mut tree_of: Vec<usize> = (0..bodies).collect();
@@ -104,7 +122,7 @@ impl Spanning {
         }
         let mut joints: Vec<usize> = (0..ends.len()).collect();
         let places: Vec<f64> = joints.iter().map(|_| random.number()).collect();
-        joints.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
+        joints.sort_by(|a, b| keep[*b].cmp(&keep[*a]).then(places[*a].total_cmp(&places[*b])));
         let mut in_tree = vec![false; ends.len()];
         for joint in joints {
             let (a, b) = ends[joint];

@@ -10,7 +10,7 @@
 mod graph;
 
 use crate::joint::JointType;
-use crate::mechanism::{BodyId, Mechanism};
+use crate::mechanism::{BodyId, Gearing, Mechanism};
 use core::ops::Range;
 use graph::Spanning;
 
@@ -47,6 +47,21 @@ pub struct Topology {
     pub(crate) actuators: Vec<Actuator>,
     /// Actuators at cut joints, whose efforts are further columns of the balance.
     pub(crate) cut_actuators: Vec<usize>,
+    /// Rigid gearings. Their joints are in the tree, so that each is a sum of coordinates.
+    pub(crate) gearings: Vec<GearedDofs>,
+}
+
+/// Degrees of freedom of a gearing.
+#[derive(Clone, Debug)]
+pub(crate) struct GearedDofs {
+    /// Index among the gearings of the mechanism.
+    pub(crate) gearing: usize,
+    /// Degrees of freedom of the tree and indices of their coordinates, in the order of the coefficients.
+    pub(crate) dofs: Vec<(usize, usize)>,
+    /// Nodes of these degrees of freedom, each once.
+    pub(crate) nodes: Vec<usize>,
+    /// True if the sum is a length.
+    pub(crate) is_length: bool,
 }
 
 /// Body and the connection that places it.
@@ -131,13 +146,25 @@ impl Topology {
         let joints = mechanism.joints();
         let ends: Vec<_> = joints.iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
         // The cost of a cut is its number of unknowns.
-        let cost: Vec<usize> = joints
+        let mut cost: Vec<usize> = joints
             .iter()
             .map(|j| j.joint_type.constraints().len() + j.actuated_dofs().count())
             .collect();
+        let mut keep = vec![false; joints.len()];
+        for geared in mechanism.gearings().iter().flat_map(|gearing| &gearing.dofs) {
+            keep[geared.joint.0] = true;
+        }
+        // Angles of cut joints do not count full turns, which a torsion spring needs.
+        const TURNS: usize = 100;
+        for spring in mechanism.joint_springs() {
+            if !joints[spring.joint.0].joint_type.dofs()[spring.dof].translates() {
+                cost[spring.joint.0] = TURNS;
+            }
+        }
+        let bodies = mechanism.bodies().len();
         let spanning = match rule {
-            TreeRule::Structure => Spanning::by_structure(mechanism.bodies().len(), &ends, &cost),
-            TreeRule::Random(seed) => Spanning::random(mechanism.bodies().len(), &ends, seed),
+            TreeRule::Structure => Spanning::by_structure(bodies, &ends, &cost, &keep),
+            TreeRule::Random(seed) => Spanning::random(bodies, &ends, &keep, seed),
         };
         Self::compile(mechanism, ends, &spanning)
     }
@@ -167,6 +194,7 @@ impl Topology {
                 .map(|(joint, dof)| Actuator { joint: joint.0, dof })
                 .collect(),
             cut_actuators: Vec::new(),
+            gearings: Vec::new(),
         };
         for placement in &spanning.order {
             topology.place(placement);
@@ -176,7 +204,24 @@ impl Topology {
                 topology.cut(joint);
             }
         }
+        for (index, gearing) in mechanism.gearings().iter().enumerate() {
+            topology.gear(index, gearing);
+        }
         topology
+    }
+
+    /// Adds a gearing, unless the tree was given without some of its joints.
+    fn gear(&mut self, gearing: usize, content: &Gearing) {
+        let (mut dofs, mut nodes) = (Vec::new(), Vec::new());
+        for geared in &content.dofs {
+            let Role::Tree { node } = self.role[geared.joint.0] else { return };
+            let own = &self.nodes[node];
+            dofs.push((own.tree_dofs.start + geared.dof, own.coordinates.start + geared.dof));
+            if !nodes.contains(&node) {
+                nodes.push(node);
+            }
+        }
+        self.gearings.push(GearedDofs { gearing, dofs, nodes, is_length: content.is_length() });
     }
 
     /// Adds the node of a body whose parent has one.
@@ -301,6 +346,12 @@ impl Topology {
     /// Number of cut joints: one for each independent loop.
     pub fn cut_joints(&self) -> usize {
         self.cuts.len()
+    }
+
+    /// Number of equations that the mechanism imposes on the coordinates of the tree: constraints of cut joints, then
+    /// gearings.
+    pub(crate) fn closures(&self) -> usize {
+        self.constraints + self.gearings.len()
     }
 
     /// Number of unknowns of the balance: constraint wrenches and efforts at cut joints.

@@ -122,7 +122,7 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
         match moment.interface {
             Doing::Sticks => {
                 sticks += 1;
-                // Accelerations are of the order of 10 m/s^2. Shares without any margin may exceed
+                // Accelerations are of the order of 10 m/s^2. Contributions without any margin may exceed
                 // limits by 1e-5.
                 assert!(size < 1e-9, "{case}: {moment:?} {begins:?}");
                 assert!(has <= moment.limit * (1.0 + 2e-5), "{case}: {moment:?}");

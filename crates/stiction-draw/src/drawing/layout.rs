@@ -1,6 +1,6 @@
 //! Layout of a mechanism: positions of its joints in space, and bodies grouped into legs.
 
-use stiction_core::dynamics::InverseDynamics;
+use super::placed::Placed;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::Vec3;
@@ -14,6 +14,8 @@ const HUB: usize = 3;
 pub(super) struct Layout {
     /// Position of the symbol of each joint.
     pub(super) places: Vec<Vec3<f64>>,
+    /// Points to which the symbols are attached.
+    pub(super) anchorages: Vec<Anchorage>,
     /// Joints of each body.
     pub(super) joints: Vec<Vec<usize>>,
     /// True for each body that is a hub; the ground always is one.
@@ -25,13 +27,14 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn new(solver: &InverseDynamics) -> Self {
-        let mechanism = solver.mechanism();
+    pub(super) fn new(placed: &Placed<'_>) -> Self {
+        let mechanism = placed.mechanism;
         let joints = joints_of_bodies(mechanism);
         let hubs = hubs(mechanism, &joints);
-        let places = places(solver, &joints, &hubs);
+        let anchorages = anchorages(placed, &joints, &hubs);
+        let places = places(placed, &anchorages);
         let (branch, branches) = branches(mechanism, &joints, &hubs);
-        Self { places, joints, hubs, branch, branches }
+        Self { places, anchorages, joints, hubs, branch, branches }
     }
 
     /// Branch of a joint: that of either of its bodies.
@@ -144,16 +147,25 @@ fn branches(
     (branch, names)
 }
 
-/// Positions of the symbols: the origin of the joint, unless the joint slides. The frames of a
+/// Point that the symbol of a joint keeps along a motion: between a point of the predecessor and one of
+/// the successor, in the axes of these bodies, m.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Anchorage {
+    pub(super) on_predecessor: Vec3<f64>,
+    pub(super) on_successor: Vec3<f64>,
+    /// Zero for the point of the predecessor, one for that of the successor.
+    pub(super) weight: f64,
+}
+
+/// Anchorages of the symbols: the origin of the joint, unless the joint slides. The frames of a
 /// sliding joint may lie anywhere along its axis, so its symbol is drawn near its bodies.
-fn places(solver: &InverseDynamics, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<Vec3<f64>> {
-    let mechanism = solver.mechanism();
-    let frames = solver.bodies();
+fn anchorages(placed: &Placed<'_>, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<Anchorage> {
+    let mechanism = placed.mechanism;
     let on_body = |joint: usize, body: usize| {
         let frame = if mechanism.joints()[joint].predecessor.0 == body {
-            frames.frame_j[joint]
+            placed.frame_j[joint]
         } else {
-            frames.frame_k[joint]
+            placed.frame_k[joint]
         };
         frame.position
     };
@@ -164,43 +176,65 @@ fn places(solver: &InverseDynamics, joints: &[Vec<usize>], hubs: &[bool]) -> Vec
         mean(others.map(|&other| on_body(other, body))).unwrap_or_else(|| {
             let content = &mechanism.bodies()[body];
             if body != BodyId::GROUND.0 && content.mass > 0.0 {
-                frames.pose[body].apply(content.com)
+                placed.pose[body].apply(content.com)
             } else {
                 on_body(joint, body)
             }
         })
     };
-    let place = |joint: usize| {
+    let anchorage = |joint: usize| {
         let content = &mechanism.joints()[joint];
         let (p, s) = ends(mechanism, joint);
-        let frame = &frames.frame_j[joint];
+        let frame = &placed.frame_j[joint];
         let (origin, axis) = (frame.position, frame.rotation.columns[2]);
         let along = |point: Vec3<f64>| (point - origin).dot(axis);
+        let between = |from: Vec3<f64>, to: Vec3<f64>, weight: f64| Anchorage {
+            on_predecessor: placed.pose[p].inverse().apply(from),
+            on_successor: placed.pose[s].inverse().apply(to),
+            weight,
+        };
         match content.joint_type {
             JointType::Prismatic | JointType::Cylindrical | JointType::Helical => {
-                let amount = match (hubs[p], hubs[s]) {
-                    (true, false) => along(anchor(joint, s)),
-                    (false, true) => along(anchor(joint, p)),
-                    _ => between(along(anchor(joint, p)), along(anchor(joint, s))),
+                let [from, to] = [p, s].map(|body| along(anchor(joint, body)));
+                let (from, to, weight) = match (hubs[p], hubs[s]) {
+                    (true, false) => (to, to, 1.0),
+                    (false, true) => (from, from, 0.0),
+                    _ if is_amid(from, to) => (0.0, 0.0, 0.0),
+                    _ => (from, to, 0.5),
                 };
-                origin + axis * amount
+                between(origin + axis * from, origin + axis * to, weight)
             }
             JointType::Planar => {
                 let slider = if hubs[s] && !hubs[p] { p } else { s };
-                origin + (anchor(joint, slider) - origin).across(axis)
+                let point = origin + (anchor(joint, slider) - origin).across(axis);
+                between(point, point, if slider == s { 1.0 } else { 0.0 })
             }
-            JointType::Free => frames.frame_k[joint].position,
-            _ => origin,
+            JointType::Free => {
+                let point = placed.frame_k[joint].position;
+                between(point, point, 1.0)
+            }
+            _ => between(origin, origin, 0.0),
         }
     };
-    (0..mechanism.joints().len()).map(place).collect()
+    (0..mechanism.joints().len()).map(anchorage).collect()
 }
 
-/// Position of the guide of two bodies along the axis, m from the joint's origin: zero if the
-/// origin lies well between them.
-fn between(from: f64, to: f64) -> f64 {
+/// Positions of the symbols.
+fn places(placed: &Placed<'_>, anchorages: &[Anchorage]) -> Vec<Vec3<f64>> {
+    let place = |(joint, anchorage): (usize, &Anchorage)| {
+        let (p, s) = ends(placed.mechanism, joint);
+        let from = placed.pose[p].apply(anchorage.on_predecessor);
+        let to = placed.pose[s].apply(anchorage.on_successor);
+        from + (to - from) * anchorage.weight
+    };
+    anchorages.iter().enumerate().map(place).collect()
+}
+
+/// True if the origin of a guide lies well between its two bodies, whose positions along the axis are
+/// these, m from the origin.
+fn is_amid(from: f64, to: f64) -> bool {
     let margin = 0.2 * (to - from).abs();
-    if from.min(to) + margin < 0.0 && 0.0 < from.max(to) - margin { 0.0 } else { 0.5 * (from + to) }
+    from.min(to) + margin < 0.0 && 0.0 < from.max(to) - margin
 }
 
 pub(super) fn mean(points: impl Iterator<Item = Vec3<f64>>) -> Option<Vec3<f64>> {

@@ -1,12 +1,15 @@
 //! Pictures of mechanisms: any joints, any number of legs, planar ones face-on.
 //!
-//! An assembled solver provides the geometry: bodies are drawn between the positions of their
+//! The poses of the bodies provide the geometry: bodies are drawn between the positions of their
 //! joints, and joints as symbols oriented along their axes in space.
 
 mod hull;
 mod labels;
 mod layout;
 mod legend;
+mod moving;
+mod placed;
+mod scene;
 mod sheet;
 mod style;
 mod svg;
@@ -14,14 +17,18 @@ mod symbols;
 mod trail;
 mod view;
 
-pub use style::Surface;
+pub use moving::moving_picture;
+pub(crate) use style::tones;
+pub use style::{BRANCHES, BRANCHES_ON_DARK, Surface};
+pub(crate) use svg::px;
 pub use trail::Trail;
 pub use view::View;
 
 use layout::Layout;
+use placed::Placed;
 use sheet::Sheet;
-use stiction_core::dynamics::InverseDynamics;
-use stiction_core::spatial::Vec3;
+use stiction_core::mechanism::Mechanism;
+use stiction_core::spatial::{Pose, Vec3};
 
 /// Level of detail of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,18 +42,22 @@ pub enum Detail {
 /// Drawing of a mechanism at its current pose.
 #[derive(Clone, Debug)]
 pub struct Drawing<'a> {
-    solver: &'a InverseDynamics,
+    placed: Placed<'a>,
     layout: Layout,
     trail: Option<&'a Trail>,
+    /// Points that the picture must hold besides those of this pose; the first ones are the joints that
+    /// determine the size of the symbols.
+    extent: Vec<Vec3<f64>>,
     normal: Option<Vec3<f64>>,
 }
 
 impl<'a> Drawing<'a> {
-    /// Draws the mechanism at the solver's current pose.
-    pub fn new(solver: &'a InverseDynamics) -> Self {
-        let layout = Layout::new(solver);
-        let normal = view::plane_normal(solver, &layout);
-        Self { solver, layout, trail: None, normal }
+    /// Draws the mechanism at these poses of all bodies, the ground first, in common axes.
+    pub fn new(mechanism: &'a Mechanism, poses: &[Pose<f64>]) -> Self {
+        let placed = Placed::new(mechanism, poses);
+        let layout = Layout::new(&placed);
+        let normal = view::plane_normal(&placed, &layout);
+        Self { placed, layout, trail: None, extent: Vec::new(), normal }
     }
 
     /// Adds the paths of a motion of the same mechanism.
@@ -63,9 +74,14 @@ impl<'a> Drawing<'a> {
     /// rotated so that joints hide each other as little as possible.
     pub fn best_view(&self) -> View {
         match self.normal {
-            Some(normal) => view::face_on(self.solver, normal),
-            None => view::axonometric(self.solver, &self.layout),
+            Some(normal) => view::face_on(&self.placed, normal),
+            None => view::axonometric(&self.placed, &self.layout),
         }
+    }
+
+    /// Mean position of the joints, in the axes of the poses, m.
+    pub fn middle(&self) -> Vec3<f64> {
+        layout::mean(self.layout.places.iter().copied()).unwrap_or_else(Vec3::zero)
     }
 
     /// Apparent thickness in the best view relative to the length: zero if all joints lie on a

@@ -11,7 +11,7 @@ use super::view::View;
 use super::{Detail, Drawing};
 use crate::xml::escape;
 use stiction_core::joint::JointType;
-use stiction_core::mechanism::{BodyId, Joint};
+use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 use stiction_core::spatial::Vec3;
 
 /// Size of the area for the mechanism, px.
@@ -38,17 +38,18 @@ pub(super) struct Sheet<'a> {
 
 impl<'a> Sheet<'a> {
     pub(super) fn new(drawing: &'a Drawing<'a>, view: &View, detail: Detail) -> Self {
-        let frames = drawing.solver.bodies();
-        let bodies = drawing.solver.mechanism().bodies();
+        let frames = &drawing.placed;
+        let bodies = drawing.placed.mechanism.bodies();
         let coms: Vec<Vec3<f64>> =
             frames.pose.iter().zip(bodies).map(|(pose, body)| pose.apply(body.com)).collect();
         let mut points: Vec<Vec3<f64>> = drawing.layout.places.clone();
         let lonely = |body: &usize| drawing.layout.joints[*body].len() < 2;
         points.extend((1..bodies.len()).filter(lonely).map(|body| coms[body]));
         points.extend(drawing.trail.iter().flat_map(|trail| trail.paths()).flatten());
+        points.extend(&drawing.extent);
         let seen = area_of(points.iter().map(|point| view.project(*point)), 0.0);
         let room = if detail == Detail::Full { ROOM } else { SMALL_ROOM };
-        let length = drawing.solver.mechanism().characteristic_length();
+        let length = drawing.placed.mechanism.characteristic_length();
         let (mut scale, centre) = fit(&seen, room, length);
         if detail == Detail::Small {
             // All views along the world axes share one scale, so that they can be compared.
@@ -72,28 +73,23 @@ impl<'a> Sheet<'a> {
         sheet
     }
 
+    /// The paths alone, with the area that they take.
+    pub(super) fn paths(mut self) -> (String, Area) {
+        self.draw_trails();
+        self.composed()
+    }
+
+    /// The mechanism without paths, labels and legend, with the area that it takes.
+    pub(super) fn bare(mut self) -> (String, Area) {
+        self.draw_mechanism();
+        self.composed()
+    }
+
     /// Completes the picture.
     pub(super) fn finish(mut self, surface: Surface) -> String {
-        self.draw_ground_plate();
         self.draw_trails();
-        for body in 1..self.drawing.layout.joints.len() {
-            self.draw_body(body);
-        }
-        for joint in 0..self.joints().len() {
-            self.draw_joint(joint);
-        }
-        self.parts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut drawn: String = self.parts.iter().map(|(_, part)| part.as_str()).collect();
-        let mut area = Area::empty();
-        for (place, joint) in self.drawing.layout.places.iter().zip(self.joints()) {
-            let half = self.pen.reach(joint.joint_type);
-            area.include(&Area::around(self.at(*place), [half; 2]));
-        }
-        area.include(&area_of(self.obstacles.points.iter().copied(), 6.0));
-        // Small pictures have equal width, so that their letters have one size.
-        let wide = if self.detail == Detail::Small { 0.5 * SMALL_ROOM[0] + 20.0 } else { 1.0 };
-        area.include(&Area::around([0.0; 2], [wide, 1.0]));
-        self.obstacles.areas.iter().for_each(|own| area.include(own));
+        self.draw_mechanism();
+        let (mut drawn, mut area) = self.composed();
         if self.detail == Detail::Full {
             self.ask_for_labels();
             let (labels, own) = place(&self.labels, &mut self.obstacles, [0.0; 2]);
@@ -106,14 +102,9 @@ impl<'a> Sheet<'a> {
         area.greatest = area.greatest.map(|x| (x + 8.0).ceil());
         let sheet = match surface {
             Surface::Inline => String::new(),
-            Surface::Paper => {
-                let [x, y] = area.least;
-                let [right, bottom] = area.greatest;
-                let sheet = [[x, y], [right, y], [right, bottom], [x, bottom]];
-                corners("sheet", &sheet, true)
-            }
+            Surface::Paper => sheet(&area),
         };
-        let name = escape(self.drawing.solver.mechanism().name());
+        let name = escape(self.drawing.placed.mechanism.name());
         format!(
             r#"<svg xmlns="http://www.w3.org/2000/svg" class="mechanism" role="img" aria-label="{name}" viewBox="{}"><title>{name}</title><style>{}</style>{sheet}{drawn}</svg>"#,
             view_box(&area),
@@ -121,8 +112,35 @@ impl<'a> Sheet<'a> {
         )
     }
 
+    fn draw_mechanism(&mut self) {
+        self.draw_ground_plate();
+        for body in 1..self.drawing.layout.joints.len() {
+            self.draw_body(body);
+        }
+        for joint in 0..self.joints().len() {
+            self.draw_joint(joint);
+        }
+    }
+
+    /// The parts from back to front, and the area of the picture.
+    fn composed(&mut self) -> (String, Area) {
+        self.parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let drawn: String = self.parts.iter().map(|(_, part)| part.as_str()).collect();
+        let mut area = Area::empty();
+        for (place, joint) in self.drawing.layout.places.iter().zip(self.joints()) {
+            let half = self.pen.reach(joint.joint_type);
+            area.include(&Area::around(self.at(*place), [half; 2]));
+        }
+        area.include(&area_of(self.obstacles.points.iter().copied(), 6.0));
+        // Small pictures have equal width, so that their letters have one size.
+        let wide = if self.detail == Detail::Small { 0.5 * SMALL_ROOM[0] + 20.0 } else { 1.0 };
+        area.include(&Area::around([0.0; 2], [wide, 1.0]));
+        self.obstacles.areas.iter().for_each(|own| area.include(own));
+        (drawn, area)
+    }
+
     fn joints(&self) -> &'a [Joint] {
-        self.drawing.solver.mechanism().joints()
+        self.drawing.placed.mechanism.joints()
     }
 
     /// Position of a point in the picture, px.
@@ -138,8 +156,11 @@ impl<'a> Sheet<'a> {
 
     /// Size of the symbols, px, small where joints are close to each other.
     fn symbol_size(&self) -> f64 {
-        let points: Vec<Point> =
-            self.drawing.layout.places.iter().take(200).map(|place| self.at(*place)).collect();
+        let places = match self.drawing.extent.as_slice() {
+            [] => &self.drawing.layout.places,
+            extent => &extent[..self.drawing.layout.places.len().min(extent.len())],
+        };
+        let points: Vec<Point> = places.iter().take(200).map(|place| self.at(*place)).collect();
         let nearest = |k: usize| {
             let gaps = points.iter().map(|p| (p[0] - points[k][0]).hypot(p[1] - points[k][1]));
             // Smaller symbols do not separate coinciding joints, such as a slider and its pin.
@@ -191,7 +212,7 @@ impl<'a> Sheet<'a> {
 
     fn draw_body(&mut self, body: usize) {
         let layout = &self.drawing.layout;
-        let content = &self.drawing.solver.mechanism().bodies()[body];
+        let content = &self.drawing.placed.mechanism.bodies()[body];
         let joints = &layout.joints[body];
         let mut points: Vec<Vec3<f64>> = Vec::new();
         for &joint in joints {
@@ -218,7 +239,7 @@ impl<'a> Sheet<'a> {
             0 => shape += &circle("com", self.at(com), 3.0),
             1 => {}
             2 => {
-                let kind = self.thickness(body, joints);
+                let kind = thickness(self.drawing.placed.mechanism, joints, body);
                 shape += &line(&format!("halo {kind}-halo"), wide[0], wide[1]);
                 shape += &line(&format!("{kind} {class}"), wide[0], wide[1]);
                 self.obstacles.add_line(wide[0], wide[1]);
@@ -239,27 +260,12 @@ impl<'a> Sheet<'a> {
         self.add(depth, part);
     }
 
-    /// Line style of a body: of two bodies that slide in each other, the one with the guide is
-    /// thicker.
-    fn thickness(&self, body: usize, joints: &[usize]) -> &'static str {
-        let slides = |&&joint: &&usize| {
-            let kind = self.joints()[joint].joint_type;
-            matches!(kind, JointType::Prismatic | JointType::Cylindrical | JointType::Helical)
-        };
-        match joints.iter().find(slides).map(|&joint| ends(self.drawing.solver.mechanism(), joint))
-        {
-            Some((p, _)) if p == body => "tube",
-            Some(_) => "stem",
-            None => "bone",
-        }
-    }
-
     fn draw_joint(&mut self, index: usize) {
         let joint = &self.joints()[index];
-        let mechanism = self.drawing.solver.mechanism();
+        let mechanism = self.drawing.placed.mechanism;
         let point = self.drawing.layout.places[index];
         let at = self.at(point);
-        let frames = self.drawing.solver.bodies();
+        let frames = &self.drawing.placed;
         let (frame_j, frame_k) = (&frames.frame_j[index], &frames.frame_k[index]);
         let driven = joint.actuated.contains(&true);
         let ground = self.ground_mark(index, at);
@@ -304,13 +310,13 @@ impl<'a> Sheet<'a> {
 
     fn stroke(&self, joint: usize) -> (f64, f64) {
         let trail = self.drawing.trail;
-        trail.and_then(|trail| trail.stroke(self.drawing.solver, joint)).unwrap_or((0.0, 0.0))
+        trail.and_then(|trail| trail.stroke(&self.drawing.placed, joint)).unwrap_or((0.0, 0.0))
     }
 
     /// Draws the mark of a joint on the ground: a hatched line below it, or along its slide.
     fn ground_mark(&mut self, index: usize, at: Point) -> String {
         let joint = &self.joints()[index];
-        let (p, s) = ends(self.drawing.solver.mechanism(), index);
+        let (p, s) = ends(self.drawing.placed.mechanism, index);
         if p != BodyId::GROUND.0 && s != BodyId::GROUND.0 || joint.joint_type == JointType::Free {
             return String::new();
         }
@@ -325,7 +331,7 @@ impl<'a> Sheet<'a> {
         let goes_down = self.at(leads_to)[1] > at[1] + 0.5 * self.scale * (leads_to - point).norm();
         let slides = matches!(joint.joint_type, JointType::Prismatic | JointType::Cylindrical);
         if slides {
-            let axis = self.drawing.solver.bodies().frame_j[index].rotation.columns[2];
+            let axis = self.drawing.placed.frame_j[index].rotation.columns[2];
             let [x, y] = self.pen.view.project(axis);
             let across = x.hypot(y);
             if across > 0.1 {
@@ -365,7 +371,7 @@ impl<'a> Sheet<'a> {
             }
         }
         let drawing = self.drawing;
-        let (layout, bodies) = (&drawing.layout, drawing.solver.mechanism().bodies());
+        let (layout, bodies) = (&drawing.layout, drawing.placed.mechanism.bodies());
         for body in (1..bodies.len()).filter(|&body| layout.hubs[body]) {
             let at = self.at(layout.middle(body).unwrap_or(self.coms[body]));
             let (class, content) = ("name".to_owned(), bodies[body].name.clone());
@@ -386,7 +392,7 @@ impl<'a> Sheet<'a> {
     fn joint_label(&self, index: usize) -> Label {
         let layout = &self.drawing.layout;
         let name = &self.joints()[index].name;
-        let branch = layout.branch_of_joint(self.drawing.solver.mechanism(), index);
+        let branch = layout.branch_of_joint(self.drawing.placed.mechanism, index);
         // The label of the leg has the first part of the name already.
         let content = match (name.split_once('.'), branch) {
             (Some((leg, rest)), Some(branch)) if layout.branches[branch] == leg => rest,
@@ -457,6 +463,26 @@ impl<'a> Sheet<'a> {
             legend.push(Entry { symbol: Box::new(symbol), half: 13.0, meaning });
         }
         legend
+    }
+}
+
+/// A white sheet of paper.
+pub(super) fn sheet(area: &Area) -> String {
+    let [x, y] = area.least;
+    let [right, bottom] = area.greatest;
+    corners("sheet", &[[x, y], [right, y], [right, bottom], [x, bottom]], true)
+}
+
+/// Line style of a body: of two bodies that slide in each other, the one with the guide is thicker.
+pub(super) fn thickness(mechanism: &Mechanism, joints: &[usize], body: usize) -> &'static str {
+    let slides = |joint: &&usize| {
+        let kind = mechanism.joints()[**joint].joint_type;
+        matches!(kind, JointType::Prismatic | JointType::Cylindrical | JointType::Helical)
+    };
+    match joints.iter().find(slides).map(|&joint| ends(mechanism, joint)) {
+        Some((p, _)) if p == body => "tube",
+        Some(_) => "stem",
+        None => "bone",
     }
 }
 

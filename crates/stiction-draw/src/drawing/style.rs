@@ -5,14 +5,14 @@
 
 /// Colours of branches, distinguishable on paper, on screen and with most colour vision
 /// deficiencies (after Okabe and Ito), without those near the yellow of actuated joints.
-const LIGHT: [&str; 7] =
+pub const BRANCHES: [&str; 7] =
     ["#0072b2", "#c1440e", "#00835f", "#b0478c", "#7a6000", "#2c8fc9", "#666666"];
 /// Colours of branches on a dark background.
-const DARK: [&str; 7] =
+pub const BRANCHES_ON_DARK: [&str; 7] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0"];
 
 /// Number of colours.
-pub(super) const COLOURS: usize = LIGHT.len();
+pub(super) const COLOURS: usize = BRANCHES.len();
 
 /// Background of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,36 +51,54 @@ pub(super) fn style(surface: Surface) -> String {
          .mechanism .name{font-weight:bold}\
          .mechanism .quiet{font-size:13px}",
     );
-    css += &colours(&Tones {
-        ink: "#222222",
-        soft: "#6f6f6f",
-        paper: "#ffffff",
-        side: "#d9dde2",
-        drive: "#ffd21f",
-        drive_side: "#e0a800",
-        hub: "#9fb0c3",
-        hub_edge: "#44576b",
-        plate: "#bcbcbc",
-        branches: &LIGHT,
-    });
+    css += &colours(&TONES);
     if surface == Surface::Inline {
         css += "@media screen and (prefers-color-scheme:dark){";
-        css += &colours(&Tones {
-            ink: "#e8e8e8",
-            soft: "#a5a5a5",
-            paper: "#1c1f24",
-            side: "#3d444d",
-            drive: "#d9a400",
-            drive_side: "#9a7400",
-            hub: "#55677c",
-            hub_edge: "#a9bccf",
-            plate: "#5c5c5c",
-            branches: &DARK,
-        });
+        css += &colours(&TONES_ON_DARK);
         css += "}";
     }
     css
 }
+
+/// Colours of the parts of a picture, by their names in the style sheet of a page.
+pub(crate) fn tones(is_dark: bool) -> [(&'static str, &'static str); 7] {
+    let tones = if is_dark { &TONES_ON_DARK } else { &TONES };
+    [
+        ("side", tones.side),
+        ("drive", tones.drive),
+        ("driveside", tones.drive_side),
+        ("hub", tones.hub),
+        ("hubedge", tones.hub_edge),
+        ("plate", tones.plate),
+        ("mark", tones.soft),
+    ]
+}
+
+const TONES: Tones = Tones {
+    ink: "#222222",
+    soft: "#6f6f6f",
+    paper: "#ffffff",
+    side: "#d9dde2",
+    drive: "#ffd21f",
+    drive_side: "#e0a800",
+    hub: "#9fb0c3",
+    hub_edge: "#44576b",
+    plate: "#bcbcbc",
+    branches: &BRANCHES,
+};
+
+const TONES_ON_DARK: Tones = Tones {
+    ink: "#e8e8e8",
+    soft: "#a5a5a5",
+    paper: "#1c1f24",
+    side: "#3d444d",
+    drive: "#d9a400",
+    drive_side: "#9a7400",
+    hub: "#55677c",
+    hub_edge: "#a9bccf",
+    plate: "#5c5c5c",
+    branches: &BRANCHES_ON_DARK,
+};
 
 struct Tones {
     ink: &'static str,

@@ -8,7 +8,7 @@ pub(super) type Point = [f64; 2];
 
 /// Formats a length in px with one decimal; zero has no sign, and a value that is not finite
 /// becomes zero.
-pub(super) fn px(x: f64) -> String {
+pub(crate) fn px(x: f64) -> String {
     let tenths = if x.is_finite() { (x * 10.0).round() + 0.0 } else { 0.0 };
     let text = format!("{:.1}", tenths / 10.0);
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)

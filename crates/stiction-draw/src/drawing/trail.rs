@@ -1,9 +1,9 @@
 //! Traces of a motion: paths of bodies and strokes of slides.
 
 use super::layout::Layout;
-use stiction_core::dynamics::InverseDynamics;
-use stiction_core::mechanism::JointId;
-use stiction_core::spatial::Vec3;
+use super::placed::Placed;
+use stiction_core::mechanism::Mechanism;
+use stiction_core::spatial::{Pose, Vec3};
 
 /// Largest number of points of a path.
 const KEPT: usize = 600;
@@ -30,48 +30,37 @@ struct Path {
 #[derive(Clone, Debug)]
 struct Slide {
     joint: usize,
-    dof: usize,
     least: f64,
     greatest: f64,
 }
 
 impl Trail {
-    /// Starts at the solver's current pose; traces the hubs, or without hubs the bodies not
-    /// connected to the ground.
-    pub fn new(solver: &InverseDynamics) -> Self {
-        let layout = Layout::new(solver);
-        let bodies = layout.joints.len();
-        let hubs: Vec<usize> = (1..bodies).filter(|&body| layout.hubs[body]).collect();
-        let off_ground = |body: &usize| {
-            layout.joints[*body].iter().all(|joint| !layout.joints[0].contains(joint))
-        };
-        let traced = if hubs.is_empty() { (1..bodies).filter(off_ground).collect() } else { hubs };
-        let path = |body: usize| {
-            let pose = solver.bodies().pose[body];
-            let middle = layout.middle(body).unwrap_or(pose.position);
-            Path { body, point: pose.inverse().apply(middle), points: Vec::new() }
-        };
-        let bodies = if traced.len() > TRACED { Vec::new() } else { traced };
+    /// Starts at these poses of all bodies, the ground first; traces the hubs, or without hubs the
+    /// bodies not connected to the ground.
+    pub fn new(mechanism: &Mechanism, poses: &[Pose<f64>]) -> Self {
+        let placed = Placed::new(mechanism, poses);
+        let layout = Layout::new(&placed);
+        let path = |(body, point)| Path { body, point, points: Vec::new() };
         let mut trail = Self {
-            bodies: bodies.into_iter().map(path).collect(),
-            slides: slides(solver),
+            bodies: traced(&placed, &layout).into_iter().map(path).collect(),
+            slides: slides(&placed),
             samples: 0,
             stride: 1,
         };
-        trail.add(solver);
+        trail.add(mechanism, poses);
         trail
     }
 
-    /// Adds the solver's current pose.
-    pub fn add(&mut self, solver: &InverseDynamics) {
+    /// Adds the next poses of all bodies.
+    pub fn add(&mut self, mechanism: &Mechanism, poses: &[Pose<f64>]) {
         for slide in &mut self.slides {
-            let value = solver.joint_coordinates(JointId(slide.joint))[slide.dof];
+            let value = slid(mechanism, poses, slide.joint);
             slide.least = slide.least.min(value);
             slide.greatest = slide.greatest.max(value);
         }
         if self.samples.is_multiple_of(self.stride) {
             for path in &mut self.bodies {
-                path.points.push(solver.bodies().pose[path.body].apply(path.point));
+                path.points.push(poses[path.body].apply(path.point));
             }
             // A full path keeps every second point only.
             if self.samples / self.stride >= KEPT {
@@ -94,24 +83,45 @@ impl Trail {
     }
 
     /// Backward and forward stroke of a slide from its present position, m.
-    pub(super) fn stroke(&self, solver: &InverseDynamics, joint: usize) -> Option<(f64, f64)> {
+    pub(super) fn stroke(&self, placed: &Placed<'_>, joint: usize) -> Option<(f64, f64)> {
         let slide = self.slides.iter().find(|slide| slide.joint == joint)?;
-        let now = *solver.joint_coordinates(JointId(joint)).get(slide.dof)?;
+        let now = slid(placed.mechanism, &placed.pose, joint);
         Some((slide.least - now, slide.greatest - now))
     }
 }
 
-fn slides(solver: &InverseDynamics) -> Vec<Slide> {
-    let mut slides = Vec::new();
-    for (joint, content) in solver.mechanism().joints().iter().enumerate() {
-        let dofs = content.joint_type.dofs();
-        let along = dofs.iter().position(|f| f.translates() && f.axis == 2);
-        let coordinates = solver.joint_coordinates(JointId(joint));
-        if let Some(dof) = along
-            && let Some(&first) = coordinates.get(dof)
-        {
-            slides.push(Slide { joint, dof, least: first, greatest: first });
-        }
-    }
-    slides
+/// Traced bodies and their traced points, in the axes of the bodies, m: the hubs, or without hubs the
+/// bodies not connected to the ground; none if they are many.
+pub(super) fn traced(placed: &Placed<'_>, layout: &Layout) -> Vec<(usize, Vec3<f64>)> {
+    let bodies = layout.joints.len();
+    let hubs: Vec<usize> = (1..bodies).filter(|&body| layout.hubs[body]).collect();
+    let off_ground =
+        |body: &usize| layout.joints[*body].iter().all(|joint| !layout.joints[0].contains(joint));
+    let traced = if hubs.is_empty() { (1..bodies).filter(off_ground).collect() } else { hubs };
+    let point = |body: usize| {
+        let pose = placed.pose[body];
+        let middle = layout.middle(body).unwrap_or(pose.position);
+        (body, pose.inverse().apply(middle))
+    };
+    if traced.len() > TRACED { Vec::new() } else { traced.into_iter().map(point).collect() }
+}
+
+/// Displacement of a joint's frames along its axis, m: the coordinate of a slide up to a constant.
+fn slid(mechanism: &Mechanism, poses: &[Pose<f64>], joint: usize) -> f64 {
+    let joint = &mechanism.joints()[joint];
+    let frame_j = poses[joint.predecessor.0] * joint.frame_j;
+    let frame_k = poses[joint.successor.0] * joint.frame_k;
+    (frame_k.position - frame_j.position).dot(frame_j.rotation.columns[2])
+}
+
+fn slides(placed: &Placed<'_>) -> Vec<Slide> {
+    let joints = placed.mechanism.joints().iter().enumerate();
+    let slides = joints.filter(|(_, content)| {
+        content.joint_type.dofs().iter().any(|dof| dof.translates() && dof.axis == 2)
+    });
+    let slide = |joint: usize| {
+        let first = slid(placed.mechanism, &placed.pose, joint);
+        Slide { joint, least: first, greatest: first }
+    };
+    slides.map(|(joint, _)| slide(joint)).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::hull::{hull, is_within};
 use super::layout::Layout;
-use stiction_core::dynamics::InverseDynamics;
+use super::placed::Placed;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::Vec3;
 
@@ -60,9 +60,9 @@ const NONE: f64 = 1e-6;
 /// Normal of the plane of motion, if the joints allow planar motion only: axes of rotation are
 /// parallel to it, slides perpendicular. Universal and spherical joints are accepted if all joints
 /// lie in one plane.
-pub(super) fn plane_normal(solver: &InverseDynamics, layout: &Layout) -> Option<Vec3<f64>> {
-    let joints = solver.mechanism().joints();
-    let frames = &solver.bodies().frame_j;
+pub(super) fn plane_normal(placed: &Placed<'_>, layout: &Layout) -> Option<Vec3<f64>> {
+    let joints = placed.mechanism.joints();
+    let frames = &placed.frame_j;
     let axis = |joint: usize| frames[joint].rotation.columns[2];
     let turns = |kind| matches!(kind, JointType::Revolute | JointType::Planar);
     let normal = axis(joints.iter().position(|joint| turns(joint.joint_type))?);
@@ -87,19 +87,19 @@ pub(super) fn plane_normal(solver: &InverseDynamics, layout: &Layout) -> Option<
     }
     let heights = || layout.places.iter().map(|place| place.dot(normal));
     let spread = heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min);
-    let length = solver.mechanism().characteristic_length();
+    let length = placed.mechanism.characteristic_length();
     (!needs_places || spread < NONE * length).then_some(normal)
 }
 
 /// Upward direction: against gravity, or along z without gravity.
-fn upwards(solver: &InverseDynamics) -> Vec3<f64> {
-    (-solver.mechanism().gravity()).direction().unwrap_or(Vec3::unit(2))
+pub(super) fn upwards(placed: &Placed<'_>) -> Vec3<f64> {
+    (-placed.mechanism.gravity()).direction().unwrap_or(Vec3::unit(2))
 }
 
 /// Face-on view of a planar mechanism, with as many world axes as possible pointing to the right
 /// and upwards.
-pub(super) fn face_on(solver: &InverseDynamics, normal: Vec3<f64>) -> View {
-    let up = upwards(solver).across(normal);
+pub(super) fn face_on(placed: &Placed<'_>, normal: Vec3<f64>) -> View {
+    let up = upwards(placed).across(normal);
     let up = up.direction().filter(|_| up.norm() > NONE).unwrap_or_else(|| {
         let lying = Vec3::unit(1).across(normal);
         if lying.norm() > 0.5 { lying } else { Vec3::unit(2) }
@@ -110,8 +110,8 @@ pub(super) fn face_on(solver: &InverseDynamics, normal: Vec3<f64>) -> View {
 }
 
 /// View from the upper right front, rotated so that joints hide each other as little as possible.
-pub(super) fn axonometric(solver: &InverseDynamics, layout: &Layout) -> View {
-    let up = upwards(solver);
+pub(super) fn axonometric(placed: &Placed<'_>, layout: &Layout) -> View {
+    let up = upwards(placed);
     let ahead = Vec3::unit(0).across(up);
     let ahead = ahead.direction().filter(|_| ahead.norm() > 0.1);
     let ahead = ahead.unwrap_or_else(|| up.any_perpendicular());

@@ -1,13 +1,20 @@
-//! Line plots.
+//! Line plots and bars.
+//!
+//! Colours keep their meaning in all plots of runs: see [`meaning`].
 
+mod axis;
+mod bars;
 mod inline;
+pub mod meaning;
+#[cfg(feature = "png")]
+mod png;
+mod render;
 mod trace;
 
-pub use trace::Trace;
+pub use bars::{Bar, Bars};
+pub use trace::{BandTrace, JumpTrace, Trace, reversal};
 
-use crate::xml::is_of_xml;
-use kuva::prelude::*;
-use kuva::render::figure::Figure as Sheet;
+use std::collections::HashSet;
 
 /// Panels above each other with a common horizontal axis.
 #[derive(Clone, Debug)]
@@ -21,12 +28,25 @@ pub struct Figure {
 }
 
 /// Panel with its own vertical axis.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Panel {
     /// Name and unit of the vertical axis.
     pub y_label: String,
     /// Curves, in the order of the legend.
     pub lines: Vec<Line>,
+    /// Intervals, drawn behind the curves.
+    pub bands: Vec<Band>,
+}
+
+/// Interval of a quantity over the horizontal axis.
+#[derive(Clone, Debug)]
+pub struct Band {
+    /// Name in the legend.
+    pub label: String,
+    /// Points: x, low and high end, which may be infinite. A NaN separates two parts.
+    pub points: Vec<(f64, f64, f64)>,
+    /// Index of the colour.
+    pub colour: usize,
 }
 
 /// Curve.
@@ -34,7 +54,7 @@ pub struct Panel {
 pub struct Line {
     /// Name in the legend; a line without one is not in it.
     pub label: String,
-    /// Points, x and y.
+    /// Points, x and y. A point that is not finite interrupts the curve.
     pub points: Vec<(f64, f64)>,
     /// Index of the colour.
     pub colour: usize,
@@ -59,24 +79,10 @@ pub const COLOURS: [&str; 8] =
 pub const COLOURS_ON_DARK: [&str; 8] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
-const PANEL_WIDTH: f64 = 860.0;
-/// Width of a panel in a page, px: small, so that letters keep their size in a narrow page.
-const PAGE_PANEL_WIDTH: f64 = 700.0;
-/// Height of a single panel in a page, px.
-const PAGE_LONE_HEIGHT: f64 = 280.0;
-const PANEL_HEIGHT: f64 = 220.0;
-/// Margin left of the axes for tick labels and the name of the axis, px.
-const LEFT: f64 = 92.0;
-/// Half the width of the marker of a single point, px.
-const MARK: f64 = 5.0;
-/// Widths of a legend's frame with its line samples, and of one letter, px.
-const LEGEND_FRAME: f64 = 48.0;
-const LETTER: f64 = 6.6;
-
 impl Figure {
     /// Figure as SVG.
     pub fn svg(&self) -> String {
-        SvgBackend.render_scene(&self.sheet(Form::Paper).render())
+        self.render(Form::Paper)
     }
 
     /// True if no point can be drawn.
@@ -85,41 +91,17 @@ impl Figure {
         !points.any(|(x, y)| x.is_finite() && y.is_finite())
     }
 
-    fn sheet(&self, form: Form) -> Sheet {
-        let rows: Vec<Vec<Plot>> = self.panels.iter().map(|panel| panel.plots(form)).collect();
-        // All panels have the same margins, so that their axes are aligned.
-        let labels = self.panels.iter().flat_map(|panel| &panel.lines);
-        let longest = labels.map(|line| line.label.chars().count()).max().unwrap_or(0);
-        let legend = match form {
-            Form::Paper => LEGEND_FRAME + LETTER * longest as f64,
-            Form::Page => 0.0,
-        };
-        let layouts = self.panels.iter().zip(&rows).map(|(panel, plots)| {
-            Layout::auto_from_plots(plots)
-                .with_legend_width(legend)
-                .with_force_margins(LEFT, legend + 24.0)
-                .with_y_label(clean(&panel.y_label))
-                .with_x_label(clean(&self.x_label))
-                .with_font_family("Helvetica, Arial, sans-serif")
-        });
-        let layouts = layouts.collect();
-        let (width, height) = match form {
-            Form::Paper => (PANEL_WIDTH, PANEL_HEIGHT),
-            Form::Page if self.panels.len() == 1 => (PAGE_PANEL_WIDTH, PAGE_LONE_HEIGHT),
-            Form::Page => (PAGE_PANEL_WIDTH, PANEL_HEIGHT),
-        };
-        let mut sheet = Sheet::new(self.panels.len(), 1)
-            .with_plots(rows)
-            .with_layouts(layouts)
-            .with_cell_size(width, height);
-        // In each group only the lowest panel has the numbers and the name of the axis.
-        for group in groups(self.panels.len()) {
-            sheet = sheet.with_shared_x_slice(0, group.start, group.end - 1);
-        }
-        match form {
-            Form::Paper => sheet.with_title(clean(&self.title)),
-            Form::Page => sheet,
-        }
+    /// True if the names of the lines stand at their ends; false if one legend serves all panels, because
+    /// each appearance, colour with solid or dashed, has the same meaning in all of them.
+    fn labels_lines(&self) -> bool {
+        let all = || self.panels.iter().flat_map(Panel::labels).filter(|entry| !entry.0.is_empty());
+        let entries: HashSet<_> = all().collect();
+        let appearances: HashSet<_> =
+            all().map(|(_, colour, dashed, is_band)| (colour, dashed, is_band)).collect();
+        let is_common = appearances.len() == entries.len() && self.panels.len() > 1;
+        let most = self.panels.iter().map(|panel| panel.labels().count()).max().unwrap_or(0);
+        // More names than these do not fit beside a panel.
+        !is_common && most <= 9
     }
 }
 
@@ -130,53 +112,16 @@ fn groups(panels: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
     (0..count).map(move |k| k * panels / count..(k + 1) * panels / count)
 }
 
-/// Removes characters that SVG does not allow; the renderer escapes special ones only.
-fn clean(text: &str) -> String {
-    text.chars().filter(|c| is_of_xml(*c)).collect()
-}
-
-#[cfg(feature = "png")]
-impl Figure {
-    /// Figure as PNG.
-    ///
-    /// # Errors
-    /// The renderer fails.
-    pub fn png(&self) -> Result<Vec<u8>, String> {
-        PngBackend::default()
-            .render_scene(&self.sheet(Form::Paper).render())
-            .map_err(|e| e.to_string())
-    }
-}
-
 impl Panel {
-    fn plots(&self, form: Form) -> Vec<Plot> {
-        self.lines.iter().map(|line| line.plot(form)).collect()
-    }
-}
-
-impl Line {
-    fn plot(&self, form: Form) -> Plot {
-        // Values that are not finite cannot be drawn.
-        let points = self.points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite());
-        let points: Vec<_> = points.collect();
-        let colour = COLOURS[self.colour % COLOURS.len()];
-        if points.len() == 1 {
-            // A single point needs a marker. A cross stays visible on top of another curve's
-            // circle.
-            let shape = if self.dashed { MarkerShape::Cross } else { MarkerShape::Circle };
-            let mark = ScatterPlot::new().with_data(points).with_color(colour).with_size(MARK);
-            let mark = mark.with_marker(shape);
-            return Plot::from(match form {
-                Form::Paper if !self.label.is_empty() => mark.with_legend(clean(&self.label)),
-                _ => mark,
-            });
-        }
-        let line = LinePlot::new().with_data(points).with_color(colour).with_stroke_width(1.6);
-        let line = match form {
-            Form::Paper if !self.label.is_empty() => line.with_legend(clean(&self.label)),
-            _ => line,
-        };
-        Plot::from(if self.dashed { line.with_dashed() } else { line })
+    /// Name, index of the colour, dashes, and true for a band, of each line and band.
+    fn labels(&self) -> impl Iterator<Item = (&str, usize, bool, bool)> {
+        let lines = self.lines.iter();
+        let lines = lines
+            .map(|line| (line.label.as_str(), line.colour % COLOURS.len(), line.dashed, false));
+        let bands = self.bands.iter().filter(|band| !band.points.is_empty());
+        lines.chain(
+            bands.map(|band| (band.label.as_str(), band.colour % COLOURS.len(), false, true)),
+        )
     }
 }
 
@@ -191,7 +136,7 @@ mod tests {
         Figure {
             title: "title & <more>".into(),
             x_label: "time [s]".into(),
-            panels: vec![Panel { y_label: "force [N]".into(), lines }],
+            panels: vec![Panel { y_label: "force [N]".into(), lines, bands: Vec::new() }],
         }
     }
 
@@ -212,7 +157,7 @@ mod tests {
             let svg = figure(case.clone()).svg();
             assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{case:?}");
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{case:?}");
-            assert!(!svg.contains("<more>"));
+            assert!(!svg.contains("<more>") && svg.contains("&lt;more&gt;"));
         }
     }
 
@@ -220,10 +165,8 @@ mod tests {
     #[test]
     fn a_single_point_is_marked() {
         let svg = figure(vec![vec![(0.0, 1.0)], vec![(0.0, 2.0)]]).svg();
-        let marks = svg.matches("#0072b2").count() + svg.matches("#d55e00").count();
-        // Each point has a marker in the plot and in the legend.
-        assert!(marks >= 4, "{svg}");
-        assert!(svg.contains("<circle"));
+        // The dashed one is a cross.
+        assert!(svg.contains("<circle") && svg.contains("m-5-5l10 10"), "{svg}");
     }
 
     /// Every panel has its axis in view without scrolling to the last panel.

@@ -1,6 +1,6 @@
 //! Long series, thinned for drawing.
 
-use super::Line;
+use super::{Band, Line};
 
 /// Long series of points, thinned for drawing to the least and greatest value of each interval.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ pub struct Trace {
 }
 
 /// Largest number of points drawn.
-const DRAWN: usize = 4000;
+const DRAWN: usize = 2800;
 
 impl Trace {
     /// Empty series for `count` points.
@@ -36,6 +36,14 @@ impl Trace {
         self.taken += 1;
         if self.taken == self.stretch {
             self.flush();
+        }
+    }
+
+    /// Interrupts the curve.
+    pub fn interrupt(&mut self) {
+        self.flush();
+        if self.points.last().is_some_and(|point| point.1.is_finite()) {
+            self.points.push((f64::NAN, f64::NAN));
         }
     }
 
@@ -63,6 +71,106 @@ impl Trace {
     }
 }
 
+/// Curve of a quantity with a smooth part and one that friction causes, which jumps where sliding reverses
+/// and is an interval at rest. Samples alone would show jumps as slopes and rest as spikes.
+#[derive(Clone, Debug)]
+pub struct JumpTrace {
+    trace: Trace,
+    /// Last sample: time, smooth part, part of friction, true at rest.
+    last: Option<(f64, f64, f64, bool)>,
+}
+
+impl JumpTrace {
+    /// Empty curve for `count` samples.
+    pub fn new(count: usize) -> Self {
+        Self { trace: Trace::new(count), last: None }
+    }
+
+    /// Adds a sample: its smooth part, the part of friction, true if that part is an interval because the
+    /// mechanism rests, and the instant of a reversal since the last sample, if any.
+    pub fn push(&mut self, time: f64, smooth: f64, part: f64, rests: bool, reversal: Option<f64>) {
+        match (self.last, rests) {
+            (None, true) => {}
+            (None, false) => self.trace.push(time, smooth + part),
+            // The curve reaches the instant of rest with its last friction, and leaves it with its next.
+            (Some((.., last_part, false)), true) => self.trace.push(time, smooth + last_part),
+            (Some((.., true)), true) => self.trace.interrupt(),
+            (Some((before, last_smooth, _, true)), false) => {
+                self.trace.push(before, last_smooth + part);
+                self.trace.push(time, smooth + part);
+            }
+            (Some((before, last_smooth, last_part, false)), false) => {
+                if let Some(at) = reversal {
+                    let between =
+                        last_smooth + (smooth - last_smooth) * (at - before) / (time - before);
+                    self.trace.push(at, between + last_part);
+                    self.trace.push(at, between + part);
+                }
+                self.trace.push(time, smooth + part);
+            }
+        }
+        self.last = Some((time, smooth, part, rests));
+    }
+
+    /// The curve, see [`Trace::line`].
+    pub fn line(self, label: &str, colour: usize, dashed: bool) -> Line {
+        self.trace.line(label, colour, dashed)
+    }
+}
+
+/// Instant of a reversal between two samples of a velocity by linear interpolation; `None` if it keeps its
+/// sign.
+pub fn reversal((t0, v0): (f64, f64), (t1, v1): (f64, f64)) -> Option<f64> {
+    (v0 * v1 < 0.0).then(|| t0 + (t1 - t0) * v0 / (v0 - v1))
+}
+
+/// Intervals over time, thinned for drawing to the widest of each stretch.
+#[derive(Clone, Debug)]
+pub struct BandTrace {
+    stretch: usize,
+    taken: usize,
+    widest: Option<(f64, f64, f64)>,
+    points: Vec<(f64, f64, f64)>,
+}
+
+impl BandTrace {
+    /// Empty band for `count` samples.
+    pub fn new(count: usize) -> Self {
+        Self { stretch: count.div_ceil(DRAWN).max(1), taken: 0, widest: None, points: Vec::new() }
+    }
+
+    /// Adds a sample; without an interval the band is interrupted.
+    pub fn push(&mut self, time: f64, interval: Option<(f64, f64)>) {
+        if let Some((low, high)) = interval
+            && self.widest.is_none_or(|(_, a, b)| high - low > b - a)
+        {
+            self.widest = Some((time, low, high));
+        }
+        self.taken += 1;
+        if self.taken == self.stretch {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        self.taken = 0;
+        match self.widest.take() {
+            Some(point) => self.points.push(point),
+            None if self.points.last().is_some_and(|point| !point.0.is_nan()) => {
+                self.points.push((f64::NAN, f64::NAN, f64::NAN));
+            }
+            None => {}
+        }
+    }
+
+    /// The band; `None` if there was no interval.
+    pub fn band(mut self, label: &str, colour: usize) -> Option<Band> {
+        self.flush();
+        let label = label.to_owned();
+        (!self.points.is_empty()).then_some(Band { label, points: self.points, colour })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,5 +186,57 @@ mod tests {
         assert!(points.len() <= DRAWN + 2);
         assert!(points.iter().any(|p| p.0 == 777_777.0 && p.1 > 4.0));
         assert!(points.is_sorted_by(|a, b| a.0 <= b.0));
+    }
+
+    /// Coulomb friction that reverses between two samples is a vertical step at the reversal.
+    #[test]
+    fn reversals_are_steps() {
+        let mut trace = JumpTrace::new(4);
+        let velocity = |t: f64| 1.5 - t;
+        let mut last = None;
+        for k in 0..4 {
+            let t = f64::from(k);
+            let crossing = last.and_then(|before| reversal(before, (t, velocity(t))));
+            trace.push(t, 10.0, 2.0 * velocity(t).signum(), false, crossing);
+            last = Some((t, velocity(t)));
+        }
+        let points = trace.line("", 0, false).points;
+        assert_eq!(
+            points,
+            [(0.0, 12.0), (1.0, 12.0), (1.5, 12.0), (1.5, 8.0), (2.0, 8.0), (3.0, 8.0)]
+        );
+    }
+
+    /// A sample at rest is no spike, and a dwell interrupts the curve.
+    #[test]
+    fn rest_is_no_spike() {
+        let run = |rests: [bool; 4], parts: [f64; 4]| {
+            let mut trace = JumpTrace::new(4);
+            for k in 0..4 {
+                trace.push(k as f64, 0.0, parts[k], rests[k], None);
+            }
+            let points = trace.line("", 0, false).points;
+            points
+                .into_iter()
+                .map(|(x, y)| if x.is_nan() { (-1.0, -1.0) } else { (x, y) })
+                .collect::<Vec<_>>()
+        };
+        let lone = run([false, true, false, false], [1.0, 0.0, -1.0, -1.0]);
+        assert_eq!(lone, [(0.0, 1.0), (1.0, 1.0), (1.0, -1.0), (2.0, -1.0), (3.0, -1.0)]);
+        let dwell = run([false, true, true, false], [1.0, 0.0, 0.0, -1.0]);
+        assert_eq!(dwell, [(0.0, 1.0), (1.0, 1.0), (-1.0, -1.0), (2.0, -1.0), (3.0, -1.0)]);
+    }
+
+    #[test]
+    fn bands_keep_the_widest_intervals() {
+        let mut band = BandTrace::new(100_000);
+        for k in 0..100_000 {
+            let wide = if k == 50_001 { 9.0 } else { 1.0 };
+            band.push(k as f64, (k % 70_000 > 1000).then_some((-wide, wide)));
+        }
+        let points = band.band("", 0).unwrap().points;
+        assert!(points.len() <= DRAWN + 2 && points.iter().any(|p| p.2 == 9.0));
+        assert!(points.iter().any(|p| p.0.is_nan()));
+        assert!(BandTrace::new(3).band("", 0).is_none());
     }
 }

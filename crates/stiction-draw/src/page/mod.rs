@@ -1,6 +1,11 @@
 //! Frame of all pages: self-contained, light or dark by the reader's preference, black on white in
 //! print.
+//!
+//! The policy of a page allows nothing but its own styles and, if it shows a moving robot, the one script
+//! of [`crate::viewer`], named by its digest: markup that a name or a title smuggles in cannot run.
 
+use crate::digest::{base64, sha256};
+use crate::drawing::{BRANCHES, BRANCHES_ON_DARK, tones};
 use crate::figure::{COLOURS, COLOURS_ON_DARK};
 use crate::xml::escape;
 
@@ -31,7 +36,10 @@ fn variables(is_dark: bool) -> String {
     });
     let lines = if is_dark { COLOURS_ON_DARK } else { COLOURS };
     let lines = lines.iter().enumerate().map(|(k, value)| format!("--line{k}:{value}"));
-    colours.chain(lines).collect::<Vec<_>>().join(";")
+    let branches = if is_dark { BRANCHES_ON_DARK } else { BRANCHES };
+    let branches = branches.iter().enumerate().map(|(k, value)| format!("--leg{k}:{value}"));
+    let tones = tones(is_dark).map(|(name, value)| format!("--{name}:{value}"));
+    colours.chain(lines).chain(branches).chain(tones).collect::<Vec<_>>().join(";")
 }
 
 /// Colours of a light page as a rule.
@@ -39,14 +47,32 @@ pub fn light() -> String {
     format!(":root{{{}}}", variables(false))
 }
 
-/// Whole page; `inner` is markup, `style` follows the common style sheet.
+/// Whole page, which runs no script; `inner` is markup, `style` follows the common style sheet.
 pub fn page(title: &str, style: &str, inner: &str) -> String {
+    frame(title, style, inner, None)
+}
+
+/// Whole page with the script of [`crate::viewer`], the only one that it may run.
+pub fn page_with_viewer(title: &str, style: &str, inner: &str) -> String {
+    frame(title, style, inner, Some(crate::viewer::SCRIPT))
+}
+
+/// Source expression of a script in a content security policy.
+pub fn source_of(script: &str) -> String {
+    format!("'sha256-{}'", base64(&sha256(script.as_bytes())))
+}
+
+fn frame(title: &str, style: &str, inner: &str, script: Option<&str>) -> String {
+    let source = script.map_or("'none'".to_owned(), source_of);
+    let script = script.map_or(String::new(), |script| format!("<script>{script}</script>\n"));
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
+         style-src 'unsafe-inline'; script-src {source}; base-uri 'none'; form-action 'none'\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
          <meta name=\"color-scheme\" content=\"light dark\"/>\n\
          <title>{}</title>\n<style>\n{}\n@media screen and (prefers-color-scheme:dark){{:root{{{}}}}}\n\
-         {STYLE}{style}</style>\n</head>\n<body>\n{inner}</body>\n</html>\n",
+         {STYLE}{style}</style>\n</head>\n<body>\n{inner}{script}</body>\n</html>\n",
         escape(title),
         light(),
         variables(true),

@@ -16,15 +16,12 @@ fn a_page_with_a_table_and_a_plot() {
     let figure = Figure {
         title: "Forces".into(),
         x_label: "time [s]".into(),
-        panels: vec![Panel { y_label: "force [N]".into(), lines }],
+        panels: vec![Panel { y_label: "force [N]".into(), lines, ..Panel::default() }],
     };
     let head = [("joint".to_owned(), Column::Text), ("force [N]".to_owned(), Column::Number)];
     let rows = [["leg1.P", "310"], ["leg2.P", "-12.5"]].map(|row| row.map(str::to_owned).to_vec());
-    let inner = format!(
-        "<h1>A page</h1><p>Text</p>{}{}",
-        table(&head, &rows),
-        figure.inline("a", "Forces")
-    );
+    let inner =
+        format!("<h1>A page</h1><p>Text</p>{}{}", table(&head, &rows), figure.inline("Forces"));
     let style = "figure,.wide{overflow-x:auto}.curves{min-width:34rem}.legend{list-style:none}.legend svg{width:2rem}";
     look_at("frame", &page("A page", style, &inner));
 }
@@ -42,7 +39,7 @@ fn defects_of_a_page_are_detected() {
          <figure><svg viewBox=\"0 0 9 9\" width=\"200\" height=\"200\"><path d=\"M0 0L9 9\" stroke=\"#ddd\"/>\
          </svg></figure><img src=\"not-there.png\" alt=\"\"/><script>console.warn('careful')</script>\
          </body></html>";
-    let defects = browser.defects("bad", html).join("\n");
+    let defects = browser.defects("bad", html, None).join("\n");
     for expected in [
         "360 px, light: the page is 5",
         "360 px, light: text that can hardly be read: {\"words\":\"pale\"",

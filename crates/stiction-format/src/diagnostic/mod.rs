@@ -40,7 +40,8 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    pub(crate) fn error(code: &'static str, message: impl Into<String>) -> Self {
+    /// An error with a code and a message, without a place.
+    pub fn error(code: &'static str, message: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
             code,
@@ -56,7 +57,8 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, message) }
     }
 
-    pub(crate) fn at(mut self, place: Place, label: impl Into<String>) -> Self {
+    /// Sets the place and the words beneath it.
+    pub fn at(mut self, place: Place, label: impl Into<String>) -> Self {
         (self.place, self.label) = (Some(place), label.into());
         self
     }
@@ -71,9 +73,15 @@ impl Diagnostic {
         self
     }
 
-    pub(crate) fn maybe_help(mut self, help: Option<String>) -> Self {
+    /// Sets the suggestion, if there is one.
+    pub fn maybe_help(mut self, help: Option<String>) -> Self {
         self.help = help;
         self
+    }
+
+    /// True for an error, false for a warning.
+    pub fn is_error(&self) -> bool {
+        self.severity == Severity::Error
     }
 
     /// JSON form of the message: `severity`, `code`, `message`, `label`, `help`, and where known

@@ -9,10 +9,10 @@ use toml::de::DeTable;
 
 /// Tables of named parts. A change never adds a part: a misspelt name would be one.
 const NAMED: &[&str] =
-    &["parameters", "bodies", "joints", "springs", "actuators", "motions", "loads"];
+    &["parameters", "bodies", "joints", "springs", "bushings", "actuators", "motions", "loads"];
 
 /// Applies the changes of the source ([`Source::with_changes`]) to its document, in order.
-pub(super) fn apply(source: &Arc<Source>, document: &mut Document, out: &mut Diagnostics) {
+pub(crate) fn apply(source: &Arc<Source>, document: &mut Document, out: &mut Diagnostics) {
     let Some(changes) = source.changes() else { return };
     let mut begin = source.begin_of_changes();
     for line in changes.text.split('\n') {

@@ -5,6 +5,7 @@ mod repair;
 mod syntax;
 pub(crate) mod tree;
 
+pub(crate) use change::apply;
 pub(crate) use tree::{Key, Node, Table, Text, Value};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -18,6 +19,7 @@ const MOST_BYTES: usize = 2 << 20;
 const MOST_LEVELS: usize = 32;
 
 /// A text, parsed as far as possible.
+#[derive(Clone, Debug)]
 pub(crate) struct Document {
     pub(crate) root: Table,
     /// Lines with syntax errors. Other errors in these lines are likely consequences, and missing
@@ -25,8 +27,16 @@ pub(crate) struct Document {
     pub(crate) broken: Vec<Span>,
 }
 
-/// Parses a document; returns `None` if the rest cannot be interpreted. Syntax errors go to `out`.
+/// Parses a document and applies the changes of its source; returns `None` if the rest cannot be interpreted.
+/// Errors go to `out`.
 pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Document> {
+    let mut document = parse_unchanged(source, out)?;
+    apply(source, &mut document, out);
+    Some(document)
+}
+
+/// Parses a document without the changes of its source.
+pub(crate) fn parse_unchanged(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Document> {
     let text = source.text.as_str();
     if text.len() > MOST_BYTES {
         let (size, limit) = (text.len() >> 20, MOST_BYTES >> 20);
@@ -48,9 +58,7 @@ pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Docum
     let (root, errors) = DeTable::parse_recoverable(&repaired.text);
     let root = Table { span: 0..0, entries: entries(root.get_ref(), text, 0) };
     let broken = syntax::report(source, &repaired.unclosed, errors, out);
-    let mut document = Document { root, broken };
-    change::apply(source, &mut document, out);
-    Some(document)
+    Some(Document { root, broken })
 }
 
 /// Entries in the order of the text (the parser sorts them by key).

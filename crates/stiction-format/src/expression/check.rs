@@ -60,6 +60,34 @@ pub(crate) fn in_time(
     })
 }
 
+/// Checks two expressions that are compared with each other; the second fault is true if it is in the
+/// second expression.
+pub(crate) fn of_one_kind(
+    [left, right]: [&str; 2],
+    scope: &dyn Scope,
+) -> Result<[Formula; 2], (Fault, bool)> {
+    let programs = [
+        parse(left, scope, true).map_err(|fault| (fault, false))?,
+        parse(right, scope, true).map_err(|fault| (fault, true))?,
+    ];
+    let read = |time: Dimension| {
+        let (a, first) = analyse(&programs[0], scope, time).map_err(|fault| (fault, false))?;
+        let (b, second) = analyse(&programs[1], scope, time).map_err(|fault| (fault, true))?;
+        let is_bare = |d: Dimension| d.is_none() && !d.is_angle();
+        if a.same(b) || is_bare(a) || is_bare(b) {
+            return Ok([first, second]);
+        }
+        let (found, expected) = (b.describe(), a.describe());
+        let fault = Fault::new(
+            0..right.len(),
+            format!("{expected} is compared with {found}"),
+            format!("this is {found}"),
+        );
+        Err((fault.code("dimension"), true))
+    };
+    read(Dimension::TIME).or_else(|fault| read(Dimension::NONE).map_err(|_| fault))
+}
+
 /// A partial result on the stack.
 struct Part {
     dimension: Dimension,
@@ -80,12 +108,7 @@ fn analyse(
     let mut stack: Vec<Part> = Vec::new();
     let mut formula = Formula::default();
     for (op, span) in &program.steps {
-        let count = match op {
-            Op::Number(..) | Op::Parameter(_) | Op::Time => 0,
-            Op::Negate => 1,
-            Op::Call(_, count) => *count,
-            _ => 2,
-        };
+        let count = op.arguments();
         let parts = stack.split_off(stack.len().saturating_sub(count));
         let (op, dimension) = match *op {
             Op::Number(value, dimension) => (Op::Number(value, Dimension::NONE), dimension),
@@ -96,13 +119,15 @@ fn analyse(
                 (Op::Number(quantity.value, Dimension::NONE), quantity.dimension)
             }
             Op::Time => (Op::Time, time),
+            Op::Measured(index, dimension) => (Op::Measured(index, dimension), dimension),
             op => (op, dimension_of(op, span, &parts, &formula)?),
         };
         let start = parts.first().map_or(formula.len(), |part| part.start);
         let end = parts.last().map_or(span.end, |part| part.span.end);
         let whole = parts.first().map_or(span.start, |part| part.span.start.min(span.start))
             ..end.max(span.end);
-        let mut constant = op != Op::Time && parts.iter().all(|part| part.constant);
+        let varies = matches!(op, Op::Time | Op::Measured(..));
+        let mut constant = !varies && parts.iter().all(|part| part.constant);
         if constant && count > 0 {
             let arguments = formula.cut_constants(start);
             let value = apply(op, &arguments).value;
@@ -149,7 +174,7 @@ fn dimension_of(
         Op::Divide => a.over(b).ok_or_else(too_large),
         Op::Power => power_dimension(parts, formula),
         Op::Call(function, _) => call_dimension(function, parts),
-        Op::Number(..) | Op::Parameter(_) | Op::Time => Ok(Dimension::NONE),
+        Op::Number(..) | Op::Parameter(_) | Op::Time | Op::Measured(..) => Ok(Dimension::NONE),
     }
 }
 

@@ -22,6 +22,8 @@ pub(crate) enum Function {
     Min,
     Max,
     Smooth,
+    /// Only in formulas over measured coordinates, whose simulation locates the jump.
+    Sign,
 }
 
 /// Rules for the dimensions of arguments and result.
@@ -57,6 +59,7 @@ impl Function {
         ("min", Self::Min),
         ("max", Self::Max),
         ("smooth", Self::Smooth),
+        ("sign", Self::Sign),
     ];
 
     /// The function with this name.
@@ -93,7 +96,7 @@ impl Function {
     /// Dimension rule.
     pub(crate) fn rule(self) -> Rule {
         match self {
-            Self::Atan2 | Self::Smooth => Rule::Ratio,
+            Self::Atan2 | Self::Smooth | Self::Sign => Rule::Ratio,
             Self::Abs | Self::Min | Self::Max => Rule::Keep,
             Self::Sqrt => Rule::Root,
             _ => Rule::Plain,
@@ -125,6 +128,7 @@ impl Function {
             Self::Min => fold(Jet::min),
             Self::Max => fold(Jet::max),
             Self::Smooth => x.smooth(argument(1), argument(2)),
+            Self::Sign => Jet::constant(x.value.signum()),
         }
     }
 

@@ -20,6 +20,8 @@ pub(crate) enum Measure {
     Pitch,
     /// Displacement per force.
     Compliance,
+    /// Force times time: force per angular rate, or moment per speed.
+    Impulse,
     /// Angle per moment.
     AngularCompliance,
     Speed,
@@ -31,6 +33,10 @@ pub(crate) enum Measure {
     AngularStiffness,
     /// Moment per angular rate.
     AngularDamping,
+    /// Force per displacement and time.
+    IntegralGain,
+    /// Moment per angle and time.
+    AngularIntegralGain,
     /// Travel per revolution of a screw or pulley.
     Lead,
     TorquePerCurrent,
@@ -68,6 +74,7 @@ impl Measure {
             Self::Moment => Dimension::of(2, 1, -2),
             Self::Acceleration => Dimension::of(1, 0, -2),
             Self::Viscous | Self::Damping => Dimension::of(0, 1, -1),
+            Self::Impulse => Dimension::of(1, 1, -1),
             Self::Stiffness => Dimension::of(0, 1, -2),
             Self::Pitch => Dimension::LENGTH.with_angle(-1),
             Self::Compliance => Dimension::of(0, -1, 2),
@@ -77,6 +84,8 @@ impl Measure {
             Self::PerSpeed => Dimension::of(-1, 0, 1),
             Self::AngularStiffness => Dimension::of(2, 1, -2).with_angle(-1),
             Self::AngularDamping => Dimension::of(2, 1, -1).with_angle(-1),
+            Self::IntegralGain => Dimension::of(0, 1, -3),
+            Self::AngularIntegralGain => Dimension::of(2, 1, -3).with_angle(-1),
             Self::Lead => Dimension::LENGTH,
             Self::TorquePerCurrent => Dimension::of(2, 1, -2).with_current(-1),
             Self::Frequency => Dimension::of(0, 0, -1),
@@ -102,6 +111,7 @@ impl Measure {
             Self::Viscous => ("a viscous coefficient", "0.02 N s/m", "N s/m"),
             Self::Stiffness => ("a stiffness", "4.5 N/mm", "N/m"),
             Self::Damping => ("a damping coefficient", "20 N s/m", "N s/m"),
+            Self::Impulse => ("a damping coupling", "2 N s", "N s"),
             Self::Pitch => ("a pitch", "5 mm/rev", "m/rad"),
             Self::Compliance => ("a compliance", "5 um/kN", "m/N"),
             Self::AngularCompliance => ("an angular compliance", "20 mrad/(kN m)", "rad/(N m)"),
@@ -110,6 +120,10 @@ impl Measure {
             Self::PerSpeed => ("a damping per load", "300 N s/m / 100 N", "s/m"),
             Self::AngularStiffness => ("an angular stiffness", "500 N m/rad", "N m/rad"),
             Self::AngularDamping => ("an angular damping", "5 N m s/rad", "N m s/rad"),
+            Self::IntegralGain => ("an integral gain", "2 kN/(m s)", "N/(m s)"),
+            Self::AngularIntegralGain => {
+                ("an angular integral gain", "50 N m/(rad s)", "N m/(rad s)")
+            }
             Self::Lead => ("a lead", "10 mm/rev", "m/rev"),
             Self::TorquePerCurrent => ("a torque constant", "0.06 N m/A", "N m/A"),
             Self::Frequency => ("a frequency", "10 Hz", "Hz"),

@@ -11,12 +11,13 @@ mod measure;
 mod parse;
 mod run;
 mod sampling;
+mod state;
 #[cfg(test)]
 mod tests;
 mod token;
 pub(crate) mod unit;
 
-pub(crate) use check::{Quantity, TimeFormula, constant, in_time};
+pub(crate) use check::{Quantity, TimeFormula, constant, in_time, of_one_kind};
 pub(crate) use dimension::Dimension;
 pub(crate) use measure::Measure;
 pub(crate) use parse::{Program, parse, reserved, unit_of};
@@ -65,4 +66,13 @@ pub(crate) trait Scope {
     fn value(&self, index: usize) -> Option<Quantity>;
     /// All names, for suggestions.
     fn names(&self) -> Vec<&str>;
+    /// Index and dimension of a measured coordinate, or of its rate, or the message and help for a name
+    /// that is none; `None` where expressions cannot use coordinates.
+    fn measured(&self, name: &str, rate: bool) -> Option<Result<(usize, Dimension), Unmeasured>> {
+        let _ = (name, rate);
+        None
+    }
 }
+
+/// Message and help for a name that is no coordinate.
+pub(crate) type Unmeasured = (String, Option<String>);

@@ -10,7 +10,7 @@ use crate::source::Span;
 /// Checked instructions that yield a number at every time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Formula {
-    steps: Vec<(Op, Span)>,
+    pub(super) steps: Vec<(Op, Span)>,
 }
 
 /// Result of an operation; NaN if arguments are missing.
@@ -28,7 +28,7 @@ pub(super) fn apply(op: Op, arguments: &[Jet]) -> Jet {
         Op::Power if b.first == 0.0 && b.second == 0.0 => a.powf(b.value),
         Op::Power => a.pow(b),
         Op::Call(function, _) => Function::apply(function, arguments),
-        Op::Parameter(_) | Op::Time => Jet::constant(f64::NAN),
+        Op::Parameter(_) | Op::Time | Op::Measured(..) => Jet::constant(f64::NAN),
     }
 }
 
@@ -95,12 +95,7 @@ impl Formula {
     fn run(&self, t: f64, visit: &mut Visitor<'_>) -> Jet {
         let mut stack: Vec<Jet> = Vec::with_capacity(8);
         for (op, span) in &self.steps {
-            let count = match op {
-                Op::Number(..) | Op::Parameter(_) | Op::Time => 0,
-                Op::Negate => 1,
-                Op::Call(_, count) => *count,
-                _ => 2,
-            };
+            let count = op.arguments();
             let from = stack.len().saturating_sub(count);
             let arguments = stack.get(from..).unwrap_or_default();
             let value = match op {

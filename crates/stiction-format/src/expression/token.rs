@@ -41,8 +41,17 @@ pub(crate) fn tokens(text: &str) -> Result<Vec<Token>, Fault> {
             tokens.push(Token { kind: TokenKind::Number, span });
         } else if c.is_alphabetic() || c == '_' {
             let mut end = start;
-            while let Some((at, c)) = rest.next_if(|(_, c)| c.is_alphanumeric() || *c == '_') {
-                end = at + c.len_utf8();
+            loop {
+                while let Some((at, c)) = rest.next_if(|(_, c)| c.is_alphanumeric() || *c == '_') {
+                    end = at + c.len_utf8();
+                }
+                // A dot between letters joins the parts of a name: `leg1.P`.
+                let mut then = text.get(end..).unwrap_or_default().chars();
+                let joins =
+                    then.next() == Some('.') && then.next().is_some_and(|c| c.is_alphabetic());
+                if !joins || rest.next().is_none() {
+                    break;
+                }
             }
             tokens.push(Token { kind: TokenKind::Name, span: start..end });
         } else {

@@ -100,6 +100,7 @@ pub(crate) const UNITS: &[Unit] = &[
     unit("W", 1.0, 0, POWER),
     unit("kW", 1.0, 3, POWER),
     unit("Hz", 1.0, 0, RATE),
+    unit("kHz", 1.0, 3, RATE),
     unit("rpm", PI / 30.0, 0, RATE.with_angle(1)),
     unit("Pa", 1.0, 0, PRESSURE),
     unit("kPa", 1.0, 3, PRESSURE),

@@ -37,6 +37,10 @@ pub(crate) enum Shape {
     Choice(&'static [&'static str]),
     /// A number or an expression.
     Quantity(Measure),
+    /// A number or an expression of a displacement or of an angle.
+    LinearOrAngular(Measure, Measure),
+    /// Six quantities, or six rows of six.
+    SixBySix(Measure),
     /// Three quantities.
     Vector(Measure),
     /// A list of quantities.
@@ -53,6 +57,8 @@ pub(crate) enum Shape {
     Actuated,
     /// Start coordinates of a joint.
     Start,
+    /// Range of a joint: a pair of quantities, or pairs by degree of freedom.
+    Range,
     /// A table with these keys.
     Table(&'static [Field]),
     /// One table with these keys or a list of such tables.
@@ -63,6 +69,8 @@ pub(crate) enum Shape {
     Named(&'static [Field]),
     /// Quantities by name.
     Parameters,
+    /// Coefficients by the names of joints.
+    Coefficients,
     /// Motions by name: tables with these keys and coordinates.
     Motions(&'static [Field]),
     /// A list of tables with these keys and coordinates.

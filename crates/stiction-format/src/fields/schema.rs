@@ -130,12 +130,19 @@ fn table(fields: &[Field]) -> Value {
 
 fn property(field: &Field) -> Value {
     let mut schema = shape(&field.shape);
+    let both;
     let unit = match field.shape {
-        Shape::Quantity(measure) | Shape::Vector(measure) | Shape::Quantities(measure) => measure,
-        _ => Measure::Any,
-    }
-    .words()
-    .unit;
+        Shape::LinearOrAngular(linear, angular) => {
+            both = format!("{} or {}", linear.words().unit, angular.words().unit);
+            &both
+        }
+        Shape::SixBySix(Measure::Stiffness) => "N/m, N and N m/rad",
+        Shape::SixBySix(_) => "N s/m, N s and N m s/rad",
+        Shape::Quantity(measure) | Shape::Vector(measure) | Shape::Quantities(measure) => {
+            measure.words().unit
+        }
+        _ => "",
+    };
     let doc = match unit {
         "" => field.doc.to_owned(),
         unit => format!("{} Bare numbers are in {unit}.", field.doc),
@@ -151,7 +158,11 @@ fn shape(shape: &Shape) -> Value {
         Shape::Text | Shape::Name => json!({ "type": "string" }),
         Shape::Names => json!({ "type": "array", "items": { "type": "string" } }),
         Shape::Choice(words) => json!({ "enum": words }),
-        Shape::Quantity(_) => reference("quantity"),
+        Shape::Quantity(_) | Shape::LinearOrAngular(..) => reference("quantity"),
+        Shape::SixBySix(_) => {
+            let row = json!({ "type": "array", "items": reference("quantity"), "minItems": 6, "maxItems": 6 });
+            json!({ "anyOf": [row, { "type": "array", "items": row, "minItems": 6, "maxItems": 6 }] })
+        }
         Shape::Vector(_) => reference("vector"),
         Shape::Quantities(_) => json!({ "type": "array", "items": reference("quantity") }),
         Shape::Pairs(..) => json!({
@@ -178,6 +189,17 @@ fn shape(shape: &Shape) -> Value {
                 reference("pose"),
             ],
         }),
+        Shape::Range => {
+            let pair = json!({
+                "type": "array",
+                "items": reference("quantity"),
+                "minItems": 2,
+                "maxItems": 2,
+            });
+            json!({
+                "anyOf": [pair, { "type": "object", "additionalProperties": pair }],
+            })
+        }
         Shape::Table(fields) => table(fields),
         Shape::OneOrMore(fields) => {
             let one = table(fields);
@@ -185,7 +207,7 @@ fn shape(shape: &Shape) -> Value {
         }
         Shape::List(fields) => json!({ "type": "array", "items": table(fields) }),
         Shape::Named(fields) => json!({ "type": "object", "additionalProperties": table(fields) }),
-        Shape::Parameters => {
+        Shape::Parameters | Shape::Coefficients => {
             json!({ "type": "object", "additionalProperties": reference("quantity") })
         }
         Shape::Waypoints(fields) => {

@@ -4,7 +4,10 @@ use super::check_values::check_values;
 use super::context::{Context, Record};
 use crate::diagnostic::Diagnostic;
 use crate::document::Table;
-use crate::fields::tables::{ACTUATOR, LEG_ACTUATOR, MESH, MOTOR_FRICTION, MOTOR_LIMITS};
+use crate::expression::Measure;
+use crate::fields::tables::{
+    ACTUATOR, LEG_ACTUATOR, MESH, MOTOR_FRICTION, MOTOR_LIMITS, ROTOR_AXIS,
+};
 use crate::source::Span;
 use std::f64::consts::TAU;
 use stiction_core::mechanism::{DriveTrainSpec, GearLoss, Mesh, MotorFriction, MotorLimits};
@@ -25,17 +28,29 @@ pub(crate) struct ActuatorSpans {
     pub(crate) values: Vec<(String, Span)>,
 }
 
-/// Reads a drive train. `joint` is its joint if its leg determines it; `what` describes it in messages.
+/// Leg of a drive train.
+#[derive(Clone, Copy)]
+pub(crate) struct Leg<'a> {
+    /// Joint that it drives.
+    pub(crate) joint: &'a str,
+    /// Bodies of the leg, each by its name in the chain and in the model.
+    pub(crate) bodies: &'a [(String, String)],
+}
+
+/// Reads a drive train, that of a leg if there is one; `what` describes it in messages.
 pub(crate) fn read(
     context: &Context<'_>,
     (name, span): (String, &Span),
     table: &Table,
-    joint: Option<&str>,
+    leg: Option<Leg<'_>>,
     what: &str,
 ) -> ActuatorDraft {
-    let fields = if joint.is_some() { LEG_ACTUATOR } else { ACTUATOR };
+    let fields = if leg.is_some() { LEG_ACTUATOR } else { ACTUATOR };
     let record = Record::new(context, table, fields, what);
-    let own_joint = if joint.is_some() { None } else { record.text("joint") };
+    let driven = match leg {
+        Some(leg) => Some(vec![(leg.joint.to_owned(), 1.0)]),
+        None => driven_joints(&record, what),
+    };
     let mut values = Vec::new();
     for (key, value) in &table.entries {
         values.push((key.name.clone(), value.span.clone()));
@@ -45,13 +60,16 @@ pub(crate) fn read(
                 (format!("{}.{}", key.name, inner.name), value.span.clone())
             }));
     }
+    let joint = table.get("joint").or_else(|| table.get("joints"));
     let spans = ActuatorSpans {
         name: span.clone(),
-        joint: table.get("joint").map_or(span, |value| &value.span).clone(),
+        joint: joint.map_or(span, |value| &value.span).clone(),
         values,
     };
-    let spec = match joint.or(own_joint) {
-        Some(joint) => spec(&record, &name, joint, what),
+    let spec = match driven {
+        Some(driven) => {
+            spec(&record, &name, driven, what).map(|spec| with_axis(&record, spec, leg, what))
+        }
         None => {
             check_values(&record, fields);
             None
@@ -60,12 +78,69 @@ pub(crate) fn read(
     ActuatorDraft { name, spec, spans }
 }
 
-fn spec(record: &Record<'_>, name: &str, joint: &str, what: &str) -> Option<DriveTrainSpec> {
+/// Joints that a motor drives, each with its coefficient.
+fn driven_joints(record: &Record<'_>, what: &str) -> Option<Vec<(String, f64)>> {
+    let context = record.context;
+    match (record.value("joint"), record.value("joints")) {
+        (Some(joint), Some(joints)) => {
+            context.push(
+                Diagnostic::error("actuator", format!("the joints of {what} are given twice"))
+                    .at(context.place(&joint.span), "once here")
+                    .also(context.place(&joints.span), "once here")
+                    .help("keep `joint` for one joint, `joints` for several with coefficients"),
+            );
+            None
+        }
+        (None, None) => {
+            record.missing("joint", "");
+            None
+        }
+        (Some(_), None) => Some(vec![(record.text("joint")?.to_owned(), 1.0)]),
+        (None, Some(_)) => coefficients(record, "joints"),
+    }
+}
+
+/// Coefficients of joints by name.
+pub(crate) fn coefficients(record: &Record<'_>, key: &str) -> Option<Vec<(String, f64)>> {
+    let table = record.table(key)?;
+    let each = table.entries.iter().map(|(joint, value)| {
+        Some((joint.name.clone(), record.context.quantity(value, Measure::Number)?))
+    });
+    // All values are read, so that each error is reported.
+    each.collect::<Vec<_>>().into_iter().collect()
+}
+
+/// Adds the axis of a spinning rotor.
+fn with_axis(
+    record: &Record<'_>,
+    spec: DriveTrainSpec,
+    leg: Option<Leg<'_>>,
+    what: &str,
+) -> DriveTrainSpec {
+    let Some(table) = record.table("rotor_axis") else { return spec };
+    let own = Record::new(record.context, table, ROTOR_AXIS, format!("`rotor_axis` of {what}"));
+    let (body, axis) = (own.text("body"), own.value("axis"));
+    if axis.is_none() {
+        own.missing("axis", "");
+    }
+    let axis = axis.and_then(|axis| record.context.axis(axis));
+    let (Some(body), Some(axis)) = (body, axis) else { return spec };
+    let of_leg = leg.into_iter().flat_map(|leg| leg.bodies);
+    let full = of_leg.clone().find(|(key, _)| key == body).map(|(_, full)| full.as_str());
+    spec.rotor_axis(full.unwrap_or(body), axis)
+}
+
+fn spec(
+    record: &Record<'_>,
+    name: &str,
+    joints: Vec<(String, f64)>,
+    what: &str,
+) -> Option<DriveTrainSpec> {
     let inner = |key: &str, fields| {
         let table = record.table(key)?;
         Some(Record::new(record.context, table, fields, format!("`{key}` of {what}")))
     };
-    let mut spec = DriveTrainSpec::new(name, joint);
+    let mut spec = DriveTrainSpec::of_joints(name, joints);
     if let Some(ratio) = record.quantity("ratio") {
         spec = spec.ratio(ratio);
     }

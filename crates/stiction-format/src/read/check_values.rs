@@ -11,6 +11,9 @@ pub(crate) fn check_values(record: &Record<'_>, fields: &'static [Field]) {
             Shape::Quantity(_) => {
                 record.quantity(field.key);
             }
+            Shape::LinearOrAngular(linear, angular) => {
+                record.context.quantity_of(value, &[linear, angular]);
+            }
             Shape::Vector(_) => {
                 record.vector(field.key);
             }

@@ -24,12 +24,11 @@ const DAMPING: f64 = 1.0;
 pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
     let (control, friction) = match name {
         "pd" => (ControlType::Pd, FrictionFeed::Off),
+        "pid" => (ControlType::Pid, FrictionFeed::Off),
         "computed-torque" => (ControlType::ComputedTorque, FrictionFeed::Off),
         "computed-torque+friction" => (ControlType::ComputedTorque, FrictionFeed::Reference),
         _ => return None,
     };
-    let free =
-        Channel { proportional: None, derivative: None, resolution: 0.0, limit: f64::INFINITY };
     Some(Control {
         title: String::new(),
         control,
@@ -38,7 +37,7 @@ pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
         bandwidth: TAU * BANDWIDTH,
         damping: DAMPING,
         differences: false,
-        channels: vec![free; actuators.len()],
+        channels: vec![Channel::NONE; actuators.len()],
         named: Vec::new(),
     })
 }
@@ -70,7 +69,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         None => Some(otherwise),
         Some(value) => record.quantity(key).filter(|x| in_range(context, key, value, *x, zero)),
     };
-    let period = positive("period", usual.period, false)?;
+    let period = positive("period", usual.period, true)?;
     let bandwidth = TAU * positive("bandwidth", BANDWIDTH, false)?;
     let damping = positive("damping", usual.damping, true)?;
     let mut channels = usual.channels;
@@ -90,7 +89,8 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         named.extend(own(context, actuators, leaf, &mut channels));
     }
     let control = usual.control;
-    let gains = |c: &Channel| c.proportional.is_some() || c.derivative.is_some();
+    let gains =
+        |c: &Channel| c.proportional.is_some() || c.derivative.is_some() || c.integral.is_some();
     let complain = |message: &str, help: &str, key: &str| {
         context.push(
             Diagnostic::error("controller", message)
@@ -105,9 +105,48 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
             "type",
         );
     }
-    if control == ControlType::Pd && friction != FrictionFeed::Off {
+    if control == ControlType::Pid && channels.iter().all(|c| c.integral.is_none()) {
         complain(
-            "a PD controller does not compensate friction",
+            "a PID controller needs an integral gain",
+            "give `ki`, for example `ki = \"2 kN/(m s)\"`, or use `type = \"pd\"`",
+            "type",
+        );
+    }
+    if control == ControlType::Pd && channels.iter().any(|c| c.integral.is_some()) {
+        complain("a PD controller has no integral gain", "use `type = \"pid\"`", "type");
+    }
+    let integrates = |c: &Channel| c.integral.is_some_and(|gain| gain > 0.0);
+    if control == ControlType::Pid
+        && channels.iter().any(|c| {
+            integrates(c)
+                && c.limit.is_finite()
+                && c.proportional == Some(0.0)
+                && c.tracking.is_none()
+        })
+    {
+        complain(
+            "with `kp = 0` the default of `tracking`, kp/ki, is zero",
+            "give the time constant `tracking`, for example `tracking = \"0.1 s\"`",
+            "kp",
+        );
+    }
+    if channels.iter().any(|c| c.tracking.is_some() && !c.limit.is_finite()) {
+        complain(
+            "`tracking` has no effect without a `limit`",
+            "give the largest effort as `limit`, or leave `tracking` out",
+            "tracking",
+        );
+    }
+    if period == 0.0 && control == ControlType::ComputedTorque {
+        complain(
+            "computed torque needs a sampling period",
+            "give a short `period`, for example `period = \"0.1 ms\"`",
+            "period",
+        );
+    }
+    if control != ControlType::ComputedTorque && friction != FrictionFeed::Off {
+        complain(
+            "a PD or PID controller does not compensate friction",
             "use `type = \"computed-torque\"`, or add the efforts of inverse dynamics: --drives inverse",
             "type",
         );
@@ -116,6 +155,13 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         Some(word) => word == "difference",
         None => channels.iter().any(|channel| channel.resolution > 0.0),
     };
+    if period == 0.0 && differences {
+        complain(
+            "differences of positions and a `resolution` need a sampling period",
+            "give a `period`, for example `period = \"1 ms\"`",
+            "period",
+        );
+    }
     let title = record.line("title");
     Some(Control {
         title,
@@ -184,16 +230,22 @@ fn set(
     let (linear, angular) = match key {
         "kp" => (Measure::Stiffness, Measure::AngularStiffness),
         "kd" => (Measure::Damping, Measure::AngularDamping),
+        "ki" => (Measure::IntegralGain, Measure::AngularIntegralGain),
+        "tracking" => (Measure::Time, Measure::Time),
         "resolution" => (Measure::Length, Measure::Angle),
         _ => (Measure::Force, Measure::Moment),
     };
     let given = context.quantity(value, actuators.measure(actuator, linear, angular));
-    let Some(given) = given.filter(|x| in_range(context, key, value, *x, key != "limit")) else {
+    let Some(given) =
+        given.filter(|x| in_range(context, key, value, *x, !matches!(key, "limit" | "tracking")))
+    else {
         return;
     };
     match key {
         "kp" => channel.proportional = Some(given),
         "kd" => channel.derivative = Some(given),
+        "ki" => channel.integral = Some(given),
+        "tracking" => channel.tracking = Some(given),
         "resolution" => channel.resolution = given,
         _ => channel.limit = given,
     }

@@ -3,9 +3,10 @@
 use super::actuator::ActuatorDraft;
 use super::body::BodyDraft;
 use super::context::Context;
+use super::gearing::GearingDraft;
 use super::joint::JointDraft;
 use super::names::Names;
-use super::spring::SpringDraft;
+use super::spring::{self, SpringDraft};
 use crate::diagnostic::{Diagnostic, did_you_mean};
 use crate::source::Span;
 use std::mem::discriminant;
@@ -22,6 +23,7 @@ pub(crate) struct Origin<'a> {
     pub(crate) joints: &'a [JointDraft],
     pub(crate) springs: &'a [SpringDraft],
     pub(crate) actuators: &'a [ActuatorDraft],
+    pub(crate) gearings: &'a [GearingDraft],
     pub(crate) names: &'a Names,
     /// Place of the characteristic length.
     pub(crate) length: Span,
@@ -41,7 +43,10 @@ impl Origin<'_> {
             // Connectivity is unknown if joints are missing.
             let consequence = match defect {
                 Defect::Disconnected { .. } => incomplete,
-                Defect::UnknownJointOfActuator { .. } => incomplete,
+                Defect::UnknownJointOfActuator { .. }
+                | Defect::UnknownBodyOfActuator { .. }
+                | Defect::UnknownJointOfSpring { .. }
+                | Defect::UnknownJointOfGearing { .. } => incomplete,
                 Defect::UnknownBody { body, .. } | Defect::UnknownBodyOfSpring { body, .. } => {
                     self.names.may_be_lost(body)
                 }
@@ -98,6 +103,7 @@ impl Origin<'_> {
         let last_joint = |name: &str| self.joints.iter().rev().find(|joint| joint.name == name);
         let spring = |name: &str| self.springs.iter().find(|spring| spring.name == name);
         let actuator = |name: &str| self.actuators.iter().rev().find(|known| known.name == name);
+        let gearing = |name: &str| self.gearings.iter().rev().find(|known| known.name == name);
         let whole = || WHOLE;
         let mut help = None;
         let (span, label) = match defect {
@@ -115,9 +121,26 @@ impl Origin<'_> {
             Defect::DuplicateName { what: "actuators", name } => {
                 (actuator(name).map_or_else(whole, |a| a.spans.name.clone()), "already used")
             }
+            Defect::DuplicateName { what: "gearings", name } => {
+                (gearing(name).map_or_else(whole, |g| g.name_span.clone()), "already used")
+            }
+            Defect::UnknownJointOfGearing { gearing: name, joint } => {
+                help = did_you_mean(joint, "joints", self.joints.iter().map(|j| j.name.as_str()));
+                (gearing(name).map_or_else(whole, |g| g.joints_span.clone()), "unknown joint")
+            }
+            Defect::Gearing { gearing: name, .. } => {
+                (gearing(name).map_or_else(whole, |g| g.joints_span.clone()), "this gearing")
+            }
             Defect::UnknownJointOfActuator { actuator: name, joint } => {
                 help = did_you_mean(joint, "joints", self.joints.iter().map(|j| j.name.as_str()));
                 (actuator(name).map_or_else(whole, |a| a.spans.joint.clone()), "unknown joint")
+            }
+            Defect::UnknownBodyOfActuator { actuator: name, body } => {
+                help = did_you_mean(body, "bodies", self.bodies.iter().map(|b| b.name.as_str()));
+                let draft = actuator(name);
+                let values = draft.into_iter().flat_map(|draft| &draft.spans.values);
+                let given = values.clone().find(|(key, _)| key == "rotor_axis.body");
+                (given.map_or_else(whole, |(_, span)| span.clone()), "unknown body")
             }
             Defect::Actuator { actuator: name, .. } => {
                 (actuator(name).map_or_else(whole, |a| a.spans.name.clone()), "this actuator")
@@ -208,6 +231,9 @@ impl Origin<'_> {
                 });
                 (place.unwrap_or(WHOLE), "not possible here")
             }
+            Defect::Range { joint: name, .. } => {
+                (joint(name).map_or(WHOLE, |j| j.spans.range.clone()), "not a range")
+            }
             Defect::UnknownBodyOfSpring { spring: name, body } => {
                 help = did_you_mean(body, "bodies", self.names.body_names());
                 let spans = spring(name).map(|s| [&s.spans.from, &s.spans.to]);
@@ -217,12 +243,18 @@ impl Origin<'_> {
                 (spring(name).map_or_else(whole, |s| s.spans.to.clone()), "the same as `from`")
             }
             Defect::SpringParameter { spring: name, parameter, .. } => {
-                let span = spring(name).map(|s| match *parameter {
-                    "stiffness" => s.spans.stiffness.clone(),
-                    "damping" => s.spans.damping.clone(),
-                    _ => s.spans.free_length.clone(),
-                });
+                let span = spring(name).map(|s| s.spans.of(parameter));
                 (span.unwrap_or(WHOLE), "out of range")
+            }
+            Defect::UnknownJointOfSpring { spring: name, joint } => {
+                let known = spring::coordinates(self.joints);
+                help =
+                    did_you_mean(joint, "coordinates of joints", known.iter().map(String::as_str));
+                (spring(name).map_or_else(whole, |s| s.spans.of("joint")), "unknown joint")
+            }
+            Defect::Spring { spring: name, problem } => {
+                let span = spring(name).map(|s| s.spans.mentioned_in(problem));
+                (span.unwrap_or(WHOLE), "not possible")
             }
             Defect::CharacteristicLength(_) => (self.length.clone(), "not positive"),
             Defect::CharacteristicLengthFar { .. } => {

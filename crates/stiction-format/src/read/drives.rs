@@ -2,21 +2,26 @@
 
 use super::actuators::Actuators;
 use super::context::{Context, Record};
+use super::measured::{self, Effort};
+use super::names::Names;
 use super::path::leaves;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::Table;
 use crate::expression::Measure;
 use crate::fields::tables::DRIVES;
 use crate::model_file::Drives;
-use crate::signal::Signal;
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
 /// Reads efforts by names of actuators.
-pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) -> Drives {
+pub(crate) fn read(
+    context: &Context<'_>,
+    (names, actuators): (&Names, &Actuators),
+    table: &Table,
+) -> Drives {
     let record = Record::open(context, table, DRIVES, "drives");
     let title = record.line("title");
-    let mut efforts: Vec<(usize, Signal)> = Vec::new();
+    let (mut efforts, mut laws) = (Vec::new(), Vec::new());
     let mut places: Vec<(usize, Span)> = Vec::new();
     let before = context.out.borrow().len();
     for leaf in &leaves(table, DRIVES) {
@@ -41,9 +46,13 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         }
         places.push((actuator, leaf.key.clone()));
         let measure = actuators.measure(actuator, Measure::Force, Measure::Moment);
-        efforts.extend(context.signal(value, measure).map(|signal| (actuator, signal)));
+        match measured::effort(context, names, value, measure) {
+            Some(Effort::Signal(signal)) => efforts.push((actuator, signal)),
+            Some(Effort::Law(law)) => laws.push((actuator, law)),
+            None => {}
+        }
     }
-    if efforts.is_empty() && context.out.borrow().len() == before {
+    if efforts.is_empty() && laws.is_empty() && context.out.borrow().len() == before {
         let example = actuators.names().next().unwrap_or("leg1.P");
         context.push(
             Diagnostic::error("missing-key", "no actuator has an effort")
@@ -51,7 +60,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
                 .help(format!("write for example `{example} = \"50 N\"`, or use --drives none")),
         );
     }
-    Drives { title, efforts, samples: None, interpolation: None }
+    Drives { title, efforts, laws, samples: None, interpolation: None }
 }
 
 /// Diagnostic for an unknown name of efforts.

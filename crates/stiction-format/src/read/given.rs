@@ -6,10 +6,11 @@ use super::motion::{self, Files};
 use super::names::Names;
 use super::path::Orders;
 use super::recording::{self, Input};
-use super::{assignments, control, drives, load};
+use super::{assignments, control, drives, load, measured};
 use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
 use crate::document::{self, Document, Table};
+use crate::law::Condition;
 use crate::model_file::{Control, Drives, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
@@ -24,7 +25,7 @@ enum Given<'a> {
 fn kind(text: &str) -> Given<'_> {
     let text = text.trim();
     let lower = text.to_lowercase();
-    let is_file = [".csv", ".toml", ".txt"].iter().any(|end| lower.ends_with(end))
+    let is_file = [".csv", ".toml", ".txt", ".npz", ".mcap"].iter().any(|end| lower.ends_with(end))
         || text.contains(['/', '\\']);
     match text {
         _ if is_file && !text.contains('=') => Given::File(text),
@@ -48,12 +49,13 @@ impl ModelFile {
         let source = Arc::new(given.clone());
         match kind(&given.text) {
             Given::Name(name) => match self.motion(name) {
+                // A motion of the model is filtered when the model is read.
                 Some(motion) => Ok(motion.clone()),
                 None => Err(unknown(&source, "motion", name, self.motions.iter().map(|(n, _)| n))),
             },
             Given::File(name) => self.motion_file(&source, name, files),
             Given::Assignments => self.assigned(&source, |context, names, table| {
-                motion::read(context, names, table, files)
+                motion::read(context, (names, Some(self.assembly())), table, files)
             }),
         }
     }
@@ -73,7 +75,7 @@ impl ModelFile {
             return self.motion_table(&source, files);
         }
         self.recording(&source, &Input::of_source(&source), |input, context, names| {
-            recording::read(input, names, &Orders::new(), context)
+            recording::read(input, names, &Orders::new(), context, None)
         })
     }
 
@@ -84,16 +86,23 @@ impl ModelFile {
         files: Files<'_>,
     ) -> Result<Motion, Diagnostics> {
         if is_toml(name) {
-            return self.motion_table(&Arc::new(file(source, name, files)?), files);
+            let table = file(source, name, files)?.with_filter(source.filter());
+            return self.motion_table(&Arc::new(table), files);
         }
         let contents = files(name).map_err(|reason| unreadable(source, &reason))?;
         self.recording(source, &Input::new(name, contents), |input, context, names| {
-            recording::read(input, names, &Orders::new(), context)
+            recording::read(input, names, &Orders::new(), context, None)
         })
     }
 
     fn motion_table(&self, source: &Arc<Source>, files: Files<'_>) -> Result<Motion, Diagnostics> {
-        self.document(source, |context, names, table| motion::read(context, names, table, files))
+        self.document(source, |context, names, table| {
+            motion::read(context, (names, Some(self.assembly())), table, files)
+        })
+    }
+
+    fn assembly(&self) -> motion::Assembly<'_> {
+        motion::Assembly { mechanism: &self.mechanism, initial_poses: &self.initial_poses }
     }
 
     /// Reads a recording named by `source`.
@@ -149,7 +158,8 @@ impl ModelFile {
     }
 
     /// Reads efforts from the text of an option: `none`, a CSV or TOML file, or assignments such as
-    /// `leg1.P = 50 N; leg2.P = 20 N*sin(2*pi*t)`.
+    /// `leg1.P = 50 N; leg2.P = 20 N*sin(2*pi*t)`, also over measured coordinates and their rates:
+    /// `leg1.P = -2 kN/m*leg1.P - 80 N s/m*d(leg1.P)`.
     ///
     /// # Errors
     /// All errors, each with its place.
@@ -166,8 +176,8 @@ impl ModelFile {
             Given::File(name) => {
                 if is_toml(name) {
                     let source = Arc::new(file(&source, name, files)?);
-                    return self.document(&source, |context, _, table| {
-                        Some(drives::read(context, &actuators, table))
+                    return self.document(&source, |context, names, table| {
+                        Some(drives::read(context, (names, &actuators), table))
                     });
                 }
                 let contents = files(name).map_err(|reason| unreadable(&source, &reason))?;
@@ -175,8 +185,8 @@ impl ModelFile {
                     recording::read_drives(input, &actuators, context)
                 })
             }
-            Given::Assignments => self.assigned(&source, |context, _, table| {
-                Some(drives::read(context, &actuators, table))
+            Given::Assignments => self.assigned(&source, |context, names, table| {
+                Some(drives::read(context, (names, &actuators), table))
             }),
         }
     }
@@ -207,6 +217,17 @@ impl ModelFile {
             Given::Assignments => self
                 .assigned(&source, |context, _, table| control::read(context, &actuators, table)),
         }
+    }
+
+    /// Reads a condition that ends a simulation, such as `platform.z < 100 mm` or
+    /// `d(leg1.P) > 0.5 m/s`, over the time `t`, coordinates and their rates.
+    ///
+    /// # Errors
+    /// All errors, each with its place.
+    pub fn parse_condition(&self, given: &Source) -> Result<Condition, Diagnostics> {
+        let source = Arc::new(given.clone());
+        let context = Context::new(&source, &self.parameters, &[]);
+        measured::condition(&context, &Names::of(&self.mechanism), &source)
     }
 
     fn assigned<T>(

@@ -5,15 +5,15 @@ use super::context::{Context, Record};
 use super::friction::{self, FrictionSpans};
 use super::geometry::frame;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
-use crate::document::{Node, Table, Value};
+use crate::document::{Key, Node, Table, Value};
 use crate::expression::Measure;
 use crate::fields::tables::{JOINT, JOINT_COMPLIANCE, LEG_JOINT};
 use crate::source::Span;
 use stiction_core::joint::{Dof, JointType, Motion};
-use stiction_core::mechanism::{Compliance, JointSpec};
+use stiction_core::mechanism::{Compliance, JointRange, JointSpec, RangeOf};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 
-/// A joint with the places of its parts.
+/// A joint as read from the model file, with the locations of its entries.
 pub(crate) struct JointDraft {
     pub(crate) name: String,
     /// `None` if the type is unknown.
@@ -29,6 +29,7 @@ pub(crate) struct JointSpans {
     pub(crate) to: Span,
     pub(crate) pitch: Span,
     pub(crate) start: Span,
+    pub(crate) range: Span,
     pub(crate) actuated: Span,
     pub(crate) friction: FrictionSpans,
     /// Place of the table of compliances and of each of its parts.
@@ -74,6 +75,7 @@ pub(crate) fn read(
         to: to_span,
         pitch: record.span("pitch"),
         start: record.span("start"),
+        range: record.span("range"),
         actuated: record.span("actuated"),
         friction: FrictionSpans::default(),
         compliance: (record.span("compliance"), Vec::new()),
@@ -96,6 +98,7 @@ pub(crate) fn read(
         if let Some(start) = reader.start() {
             built = built.start(start);
         }
+        built = reader.ranges().into_iter().fold(built, JointSpec::range);
         if let Some(table) = record.table("friction") {
             let joint = friction::Place { joint_type, pitch: pitch.unwrap_or(0.0), what };
             let (interfaces, friction_spans) = friction::read(context, table, &joint);
@@ -151,6 +154,14 @@ fn read_type(context: &Context<'_>, record: &Record<'_>) -> Option<JointType> {
         return None;
     }
     record.choice("type").and_then(JointType::from_symbol)
+}
+
+/// Measure of the coordinate of a degree of freedom.
+fn coordinate_measure(dof: &Dof) -> Measure {
+    match dof.motion {
+        Motion::Translation => Measure::Length,
+        Motion::Rotation | Motion::Screw => Measure::Angle,
+    }
 }
 
 struct Reader<'a> {
@@ -298,13 +309,67 @@ impl Reader<'_> {
         found
     }
 
+    /// Reads the ranges.
+    fn ranges(&self) -> Vec<JointRange> {
+        let Some(value) = self.record.value("range") else { return Vec::new() };
+        let dofs = match self.joint_type.has_scalar_coordinates() {
+            true => self.joint_type.dofs(),
+            false => &[],
+        };
+        let tilts = matches!(self.joint_type, JointType::Universal | JointType::Spherical);
+        if let (Some(_), [dof]) = (value.as_list(), dofs) {
+            return self
+                .range(value, RangeOf::Dof(0), coordinate_measure(dof))
+                .into_iter()
+                .collect();
+        }
+        let names: Vec<&str> =
+            dofs.iter().map(|dof| dof.name).chain(tilts.then_some("tilt")).collect();
+        if names.is_empty() {
+            let what = format!("a joint of type {}", self.joint_type.symbol());
+            self.not_for_type(value, "range", &what, None);
+            return Vec::new();
+        }
+        let Some(table) = value.as_table().filter(|_| dofs.len() != 1) else {
+            let expected = match dofs {
+                [_] => "a range [least, greatest]".to_owned(),
+                _ => format!("a table such as {{ {} = [least, greatest] }}", names.join(" or ")),
+            };
+            self.context.wrong(value, &expected);
+            return Vec::new();
+        };
+        let read = |(key, value): &(Key, Value)| match dofs.iter().position(|d| d.name == key.name)
+        {
+            Some(dof) => self.range(value, RangeOf::Dof(dof), coordinate_measure(&dofs[dof])),
+            None if tilts && key.name == "tilt" => self.range(value, RangeOf::Tilt, Measure::Angle),
+            None => {
+                let symbol = self.joint_type.symbol();
+                let message =
+                    format!("a joint of type {symbol} has no range {}", quoted(&key.name));
+                self.context.push(
+                    Diagnostic::error("unknown-name", message)
+                        .at(self.context.place(&key.span), "unknown quantity")
+                        .maybe_help(did_you_mean(&key.name, "its ranges", names.iter().copied())),
+                );
+                None
+            }
+        };
+        table.entries.iter().filter_map(read).collect()
+    }
+
+    fn range(&self, value: &Value, of: RangeOf, measure: Measure) -> Option<JointRange> {
+        let Some([least, greatest]) = value.as_list() else {
+            self.context.wrong(value, "a range [least, greatest]");
+            return None;
+        };
+        let (least, greatest) =
+            (self.context.quantity(least, measure), self.context.quantity(greatest, measure));
+        Some(JointRange { of, limits: (least?, greatest?) })
+    }
+
     /// Reads the start coordinates.
     fn start(&self) -> Option<Vec<f64>> {
         let value = self.record.value("start")?;
-        let measure = |dof: &Dof| match dof.motion {
-            Motion::Translation => Measure::Length,
-            Motion::Rotation | Motion::Screw => Measure::Angle,
-        };
         match self.joint_type {
             JointType::Fixed => {
                 self.not_for_type(value, "start", "a fixed joint", None);
@@ -340,7 +405,8 @@ impl Reader<'_> {
                         return None;
                     }
                 };
-                let measures = dofs.iter().map(measure).chain(std::iter::repeat(Measure::Any));
+                let measures =
+                    dofs.iter().map(coordinate_measure).chain(std::iter::repeat(Measure::Any));
                 list.iter().zip(measures).map(|(item, m)| self.context.quantity(item, m)).collect()
             }
         }

@@ -240,6 +240,8 @@ impl Group<'_> {
         }
         let last = self.chain.joints.len().saturating_sub(1);
         let ends: Vec<String> = self.chain.bodies.iter().map(full).collect();
+        let keys = self.chain.bodies.iter().map(|body| body.key.clone());
+        let bodies: Vec<(String, String)> = keys.zip(ends.iter().cloned()).collect();
         for (i, link) in self.chain.joints.iter().enumerate() {
             let inner = |k: Option<usize>| k.and_then(|k| ends.get(k)).map(String::as_str);
             let span = &link.span;
@@ -260,7 +262,8 @@ impl Group<'_> {
             if !drive.entries.is_empty() {
                 let what = format!("actuator of joint `{}` of the legs", link.key);
                 let name = (joint_name.clone(), span);
-                let draft = actuator::read(context, name, &drive, Some(&joint_name), &what);
+                let leg = actuator::Leg { joint: &joint_name, bodies: &bodies };
+                let draft = actuator::read(context, name, &drive, Some(leg), &what);
                 all.actuators.push(draft);
             }
             all.joints.push(joint::read(

@@ -4,18 +4,22 @@ mod actuator;
 mod actuators;
 mod assignments;
 mod body;
+mod bushing;
 mod chain;
 mod check_values;
 mod context;
 mod control;
 mod defects;
+mod draft;
 mod drives;
 mod friction;
+mod gearing;
 mod geometry;
 mod given;
 mod joint;
 mod legs;
 mod load;
+mod measured;
 mod motion;
 mod names;
 pub(crate) mod parameters;
@@ -24,24 +28,27 @@ mod recording;
 mod spring;
 mod waypoints;
 
+pub use draft::Draft;
+
 use crate::parameters::Parameters;
 
 use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::{self, Document, Table, Value};
 use crate::fields::Field;
-use crate::fields::tables::{ACTUATOR, BODY, DEFAULT, JOINT, MODEL, SPRING};
+use crate::fields::tables::{ACTUATOR, BODY, BUSHING, DEFAULT, GEARING, JOINT, MODEL, SPRING};
 use crate::model_file::{Leg, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source};
 use actuator::ActuatorDraft;
 use body::BodyDraft;
 use context::{Context, Record};
 use defects::Origin;
+use gearing::GearingDraft;
 use joint::JointDraft;
 use legs::Expansion;
 use motion::Files;
 use names::Names;
-use spring::SpringDraft;
+use spring::{AnySpring, SpringDraft};
 use std::sync::Arc;
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism, MechanismBuilder};
@@ -61,6 +68,10 @@ pub fn read(
     let mut out = Diagnostics::new();
     let model = document::parse(&source, &mut out)
         .and_then(|document| read_document(&source, &document, files, &mut out));
+    completed(model, out)
+}
+
+fn completed(model: Option<ModelFile>, mut out: Diagnostics) -> Result<ModelFile, Diagnostics> {
     out.sort();
     match model {
         Some(model) if !out.has_errors() => Ok(ModelFile { warnings: out, ..model }),
@@ -103,7 +114,11 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
     let names = parts.names();
     let mechanism = parts.build(&record, &names);
 
-    let motions = read_motions(&record, &names, files);
+    let initial_poses = parts.initial_poses();
+    let assembly = mechanism
+        .as_ref()
+        .map(|mechanism| motion::Assembly { mechanism, initial_poses: &initial_poses });
+    let motions = read_motions(&record, (&names, assembly), files);
     let loads = read_loads(&record, &names, &motions);
     let default =
         record.table("default").map(|table| Record::new(context, table, DEFAULT, "`default`"));
@@ -139,7 +154,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         title: title_with_changes(record.line("title"), &context.source),
         source: record.line("source"),
         mechanism,
-        initial_poses: parts.initial_poses(),
+        initial_poses,
         motions,
         loads,
         default_motion,
@@ -159,7 +174,11 @@ fn title_with_changes(title: String, source: &Source) -> String {
     format!("{title}{comma}with {}", changes.join(", "))
 }
 
-fn read_motions(record: &Record<'_>, names: &Names, files: Files<'_>) -> Vec<(String, Motion)> {
+fn read_motions(
+    record: &Record<'_>,
+    names: (&Names, Option<motion::Assembly<'_>>),
+    files: Files<'_>,
+) -> Vec<(String, Motion)> {
     let read = |(key, table): (&document::Key, &Table)| {
         let motion = motion::read(record.context, names, table, files)?;
         Some((key.name.clone(), motion))
@@ -195,7 +214,8 @@ fn dotted<'a>(
     fields: &[Field],
 ) -> Vec<(document::Key, &'a Table)> {
     let is_name = |(inner, value): &&(document::Key, Value)| {
-        value.as_table().is_some() && !fields.iter().any(|field| field.key == inner.name)
+        let is_key = fields.iter().any(|field| field.key == inner.name);
+        value.as_table().is_some() && !is_key
     };
     let own = table.entries.iter().any(|entry| !is_name(&entry));
     if own || table.entries.is_empty() {
@@ -220,6 +240,7 @@ struct Parts {
     joints: Vec<JointDraft>,
     springs: Vec<SpringDraft>,
     actuators: Vec<ActuatorDraft>,
+    gearings: Vec<GearingDraft>,
     legs: Vec<legs::LegDraft>,
     /// True if some legs are invalid.
     lost_legs: bool,
@@ -248,12 +269,6 @@ impl Parts {
             let name = key.name.clone();
             joints.push(joint::read(context, name, &key.span, table, None, &what));
         }
-        let mut springs = Vec::new();
-        for (key, table) in tables("springs", SPRING) {
-            names::check(context, &key.name, &key.span, "spring");
-            let what = format!("spring {}", quoted(&key.name));
-            springs.push(spring::read(context, &key, table, &what));
-        }
         let mut actuators = Vec::new();
         for (key, table) in tables("actuators", ACTUATOR) {
             names::check(context, &key.name, &key.span, "actuator");
@@ -267,10 +282,30 @@ impl Parts {
         bodies.extend(expansion.bodies);
         joints.extend(expansion.joints);
         actuators.extend(expansion.actuators);
+        let mut springs = Vec::new();
+        for (key, table) in tables("springs", SPRING) {
+            names::check(context, &key.name, &key.span, "spring");
+            let what = format!("spring {}", quoted(&key.name));
+            springs.push(spring::read(context, &key, table, &joints, &what));
+        }
+        for (key, table) in tables("bushings", BUSHING) {
+            names::check(context, &key.name, &key.span, "bushing");
+            let what = format!("bushing {}", quoted(&key.name));
+            springs.push(bushing::read(context, &key, table, &what));
+        }
+        let mut gearings = Vec::new();
+        for (key, table) in tables("gearings", GEARING) {
+            names::check(context, &key.name, &key.span, "gearing");
+            let what = format!("gearing {}", quoted(&key.name));
+            let type_of = |name: &str| {
+                joints.iter().find(|joint| joint.name == name).and_then(|joint| joint.joint_type)
+            };
+            gearings.push(gearing::read(context, &key, table, &what, type_of));
+        }
         let file = context.source.name.rsplit(['/', '\\']).next().unwrap_or_default();
         let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
         let name = record.text("name").unwrap_or(stem).to_owned();
-        Self { name, bodies, joints, springs, actuators, legs, lost_legs }
+        Self { name, bodies, joints, springs, actuators, gearings, legs, lost_legs }
     }
 
     fn names(&self) -> Names {
@@ -303,10 +338,17 @@ impl Parts {
             builder = builder.joint(spec);
         }
         for spec in self.springs.iter().filter_map(|spring| spring.spec.clone()) {
-            builder = builder.spring(spec);
+            builder = match spec {
+                AnySpring::Straight(spec) => builder.spring(spec),
+                AnySpring::OnJoint(spec) => builder.joint_spring(spec),
+                AnySpring::Bushing(spec) => builder.bushing(*spec),
+            };
         }
         for spec in self.actuators.iter().filter_map(|actuator| actuator.spec.clone()) {
             builder = builder.drive_train(spec);
+        }
+        for spec in self.gearings.iter().filter_map(|gearing| gearing.spec.clone()) {
+            builder = builder.gearing(spec);
         }
         match builder.build() {
             Ok(mechanism) => Some(mechanism),
@@ -324,6 +366,7 @@ impl Parts {
             joints: &self.joints,
             springs: &self.springs,
             actuators: &self.actuators,
+            gearings: &self.gearings,
             names,
             length: record.span("characteristic_length"),
         }

@@ -3,7 +3,7 @@
 use super::context::{Context, Record, of_the_top};
 use super::names::Names;
 use super::path::{Leaf, Meaning, Orders, Unresolved, coordinate, leaves, resolve};
-use super::recording::{self, Input};
+use super::recording::{self, Cutoff, Input};
 use super::waypoints;
 use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, number};
@@ -14,6 +14,8 @@ use crate::model_file::Motion;
 use crate::signal::Signal;
 use crate::source::Span;
 use stiction_core::kinematics::{AngleOrder, Coordinate};
+use stiction_core::mechanism::{BodyId, Mechanism};
+use stiction_core::spatial::Pose;
 
 /// Reader of the files that a text names: from the name as written to the contents.
 pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<Contents, String>;
@@ -28,7 +30,7 @@ const TRIALS: f64 = 10_000.0;
 /// Reads a motion; `None` if it is invalid.
 pub(crate) fn read(
     context: &Context<'_>,
-    names: &Names,
+    (names, assembly): (&Names, Option<Assembly<'_>>),
     table: &Table,
     files: Files<'_>,
 ) -> Option<Motion> {
@@ -47,7 +49,7 @@ pub(crate) fn read(
         }
         step > 0.0
     });
-    let mut reader = Reader { context, names, orders: Orders::new() };
+    let mut reader = Reader { context, names, assembly, orders: Orders::new() };
     let instead = ["file", "waypoints"].into_iter().find_map(|key| Some((key, record.value(key)?)));
     let coordinates = reader.coordinates(table, instead);
     if let Some(file) = record.value("file") {
@@ -63,15 +65,35 @@ pub(crate) fn read(
                 );
             }
         }
-        let motion = reader.recorded(title, step, file, files)?;
+        let own = record
+            .quantity("filter")
+            .map(|hertz| Cutoff { hertz, place: Some(context.place(&record.span("filter"))) });
+        if record.value("filter").is_some() && own.is_none() {
+            return None;
+        }
+        let motion = reader.recorded(title, step, (file, own), files)?;
         return is_as_stated(&record, &motion).then_some(motion);
     }
-    if let Some(value) = record.value("rate") {
-        context.push(
-            Diagnostic::error("motion", "only a motion from a file has a `rate` of its samples")
-                .at(context.place(&value.span), "no file")
-                .help("delete `rate`; `step` is the time between samples of the result"),
-        );
+    let only_of_files = [
+        (
+            "rate",
+            "only a motion from a file has a `rate` of its samples",
+            "delete `rate`; `step` is the time between samples of the result",
+        ),
+        (
+            "filter",
+            "only a motion from a file has noise that a `filter` can remove",
+            "delete `filter`",
+        ),
+    ];
+    for (key, message, help) in only_of_files {
+        if let Some(value) = record.value(key) {
+            context.push(
+                Diagnostic::error("motion", message)
+                    .at(context.place(&value.span), "no file")
+                    .help(help),
+            );
+        }
     }
     let start = record.quantity("start").unwrap_or(0.0);
     let through = match record.value("waypoints") {
@@ -205,9 +227,18 @@ fn is_finite(signal: &Signal, t: f64) -> bool {
     target.value.is_finite() && target.rate.is_finite() && target.acceleration.is_finite()
 }
 
+/// Mechanism of a motion, with guesses of the poses of its bodies.
+#[derive(Clone, Copy)]
+pub(crate) struct Assembly<'a> {
+    pub(crate) mechanism: &'a Mechanism,
+    pub(crate) initial_poses: &'a [(BodyId, Pose<f64>)],
+}
+
 pub(super) struct Reader<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) names: &'a Names,
+    /// `None` if the mechanism has defects.
+    pub(super) assembly: Option<Assembly<'a>>,
     pub(super) orders: Orders,
 }
 
@@ -316,13 +347,13 @@ impl Reader<'_> {
         &self,
         title: String,
         step: Option<f64>,
-        value: &Value,
+        (value, filter): (&Value, Option<Cutoff>),
         files: Files<'_>,
     ) -> Option<Motion> {
         let name = self.context.text(value, "a quoted name of a CSV file")?;
         let motion = files(name).and_then(|contents| {
             let input = Input::new(name, contents);
-            recording::read(&input, self.names, &self.orders, self.context)
+            recording::read(&input, self.names, &self.orders, self.context, filter)
         });
         match motion {
             Ok(motion) => motion.map(|motion| Motion { title, step, ..motion }),

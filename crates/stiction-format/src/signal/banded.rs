@@ -1,6 +1,7 @@
 //! Banded linear systems.
 
 /// A square matrix with nonzeros on the main diagonal and on `band` diagonals on either side.
+#[derive(Clone, Debug)]
 pub(super) struct Banded {
     size: usize,
     band: usize,
@@ -32,6 +33,22 @@ impl Banded {
         }
     }
 
+    /// Adds to an entry; ignored outside the band.
+    pub(super) fn add(&mut self, row: usize, column: usize, value: f64) {
+        if let Some(entry) = self.index(row, column).and_then(|i| self.entries.get_mut(i)) {
+            *entry += value;
+        }
+    }
+
+    /// Product with a vector.
+    pub(super) fn times(&self, x: &[f64]) -> Vec<f64> {
+        let row = |row: usize| {
+            let columns = row.saturating_sub(self.band)..(row + self.band + 1).min(self.size);
+            columns.map(|k| self.get(row, k) * x.get(k).copied().unwrap_or(0.0)).sum()
+        };
+        (0..self.size).map(row).collect()
+    }
+
     /// Factors the matrix in place without pivoting, which is stable for diagonally dominant and
     /// for totally positive matrices (de Boor, A Practical Guide to Splines, chapter XIII).
     pub(super) fn factor(mut self) -> Factored {
@@ -57,6 +74,25 @@ impl Banded {
 pub(super) struct Factored(Banded);
 
 impl Factored {
+    /// Entries of the inverse of a symmetric matrix within the band (Takahashi's recursion, from
+    /// `Z = D^-1 L^-1 + (1 - L^T) Z`).
+    pub(super) fn inverse_within_band(&self) -> Banded {
+        let Banded { size, band, .. } = self.0;
+        let mut inverse = Banded::new(size, band);
+        for row in (0..size).rev() {
+            let last = (row + band).min(size - 1);
+            // The diagonal entry needs those to its right.
+            for column in (row..=last).rev() {
+                let unit = if row == column { 1.0 / self.0.get(row, row) } else { 0.0 };
+                let sum: f64 =
+                    (row + 1..=last).map(|k| self.0.get(k, row) * inverse.get(k, column)).sum();
+                inverse.set(row, column, unit - sum);
+                inverse.set(column, row, unit - sum);
+            }
+        }
+        inverse
+    }
+
     /// Solves for one right-hand side, in place.
     pub(super) fn solve(&self, b: &mut [f64]) {
         let Banded { size, band, .. } = self.0;
@@ -104,6 +140,31 @@ mod tests {
         for (found, expected) in b.iter().zip(&x) {
             // Diagonally dominant: the condition number is of order one.
             assert!((found - expected).abs() < 1e-14);
+        }
+    }
+
+    /// Columns of the inverse by solving for unit vectors.
+    #[test]
+    fn the_inverse_within_the_band() {
+        let n = 12;
+        let mut matrix = Banded::new(n, 3);
+        for i in 0..n {
+            for k in i..n.min(i + 4) {
+                let value = if i == k { 9.0 } else { ((i * k) as f64).cos() };
+                matrix.set(i, k, value);
+                matrix.set(k, i, value);
+            }
+        }
+        let factored = matrix.factor();
+        let inverse = factored.inverse_within_band();
+        for column in 0..n {
+            let mut unit = vec![0.0; n];
+            unit[column] = 1.0;
+            factored.solve(&mut unit);
+            for row in column.saturating_sub(3)..n.min(column + 4) {
+                // Diagonally dominant: the condition number is of order one.
+                assert!((inverse.get(row, column) - unit[row]).abs() < 1e-15);
+            }
         }
     }
 }

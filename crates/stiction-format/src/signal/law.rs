@@ -26,12 +26,20 @@ impl Law {
     pub(crate) const NAMES: &[&str] =
         &["quintic", "cycloid", "modified-sine", "trapezoid", "s-curve"];
 
+    /// The laws in the order of their names.
+    const ALL: [Self; 5] =
+        [Self::Quintic, Self::Cycloid, Self::ModifiedSine, Self::Trapezoid, Self::SCurve];
+
     /// The law of this name.
     pub(crate) fn from_name(name: &str) -> Option<Self> {
-        let laws =
-            [Self::Quintic, Self::Cycloid, Self::ModifiedSine, Self::Trapezoid, Self::SCurve];
-        let names = Self::NAMES.iter().zip(laws);
-        names.into_iter().find(|(known, _)| **known == name).map(|(_, law)| law)
+        let index = Self::NAMES.iter().position(|known| *known == name)?;
+        Self::ALL.get(index).copied()
+    }
+
+    /// Name of the law in the model file.
+    pub(crate) fn name(self) -> &'static str {
+        let index = Self::ALL.iter().position(|law| *law == self);
+        index.and_then(|index| Self::NAMES.get(index)).copied().unwrap_or_default()
     }
 
     /// The limits without which no shortest duration exists, in words.
@@ -114,6 +122,33 @@ impl Profile {
         Some(Self::s_curve(step, hold, cruise))
     }
 
+    /// A trapezoid or s-curve of unit duration: `ramp` is the duration of the acceleration, up to a half, and `step`
+    /// that of each jerk phase as a part of it, up to a half.
+    pub(crate) fn of_phases(law: Law, ramp: f64, step: f64) -> Self {
+        let cruise = 1.0 - 2.0 * ramp;
+        match law {
+            Law::SCurve => Self::s_curve(step * ramp, (1.0 - 2.0 * step) * ramp, cruise),
+            _ => Self::trapezoid(ramp, cruise),
+        }
+    }
+
+    /// Greatest speed, acceleration and jerk of the move over unit distance.
+    pub(crate) fn peaks(&self) -> Limits {
+        let unit = match &self.shape {
+            Shape::Smooth(law) => law.unit_peaks().unwrap_or_default(),
+            Shape::Pieces(pieces) => {
+                let jumps = pieces.iter().all(|piece| piece.jerk == 0.0);
+                let most = |value: &dyn Fn(&Piece) -> f64| {
+                    pieces.iter().map(|piece| value(piece).abs()).fold(0.0, f64::max)
+                };
+                let jerk = if jumps { f64::INFINITY } else { most(&|piece| piece.jerk) };
+                [most(&|piece| piece.state[1]), most(&|piece| piece.state[2]), jerk]
+            }
+        };
+        let [v, a, j] = unit;
+        [v / self.duration, a / self.duration.powi(2), j / self.duration.powi(3)]
+    }
+
     /// The same course in another duration.
     pub(crate) fn stretched(self, duration: f64) -> Self {
         Self { duration, ..self }
@@ -155,7 +190,7 @@ impl Profile {
         ])
     }
 
-    /// From phases with their durations, accelerations at the begin, and jerks.
+    /// From phases with their durations, accelerations at the beginning, and jerks.
     fn of_accelerations(phases: &[(f64, f64, f64)]) -> Self {
         let duration: f64 = phases.iter().map(|(time, ..)| time).sum();
         let (mut pieces, mut begin, mut position, mut speed) = (Vec::new(), 0.0, 0.0, 0.0);
@@ -179,42 +214,71 @@ impl Profile {
         if time >= self.duration {
             return [1.0, 0.0, 0.0];
         }
-        let [s, v, a] = self.unit(time / self.duration);
+        let [s, v, a, _] = self.unit(self.phase(time), time / self.duration);
         [s, v / self.duration, a / (self.duration * self.duration)]
     }
 
-    /// The profile over unit duration.
-    fn unit(&self, x: f64) -> [f64; 3] {
+    /// Phase at a time, s, within the move. A phase ends where the jerk may jump.
+    pub(crate) fn phase(&self, time: f64) -> usize {
+        let x = time / self.duration;
+        match &self.shape {
+            Shape::Pieces(pieces) => pieces.partition_point(|piece| piece.begin <= x).max(1) - 1,
+            Shape::Smooth(Law::ModifiedSine) => usize::from(x >= 0.125) + usize::from(x > 0.875),
+            Shape::Smooth(_) => 0,
+        }
+    }
+
+    /// Times at which phases begin, and the end, s.
+    pub(crate) fn phases(&self) -> Vec<f64> {
+        let mut begins: Vec<f64> = match &self.shape {
+            Shape::Pieces(pieces) => pieces.iter().map(|piece| piece.begin).collect(),
+            Shape::Smooth(Law::ModifiedSine) => vec![0.0, 0.125, 0.875],
+            Shape::Smooth(_) => vec![0.0],
+        };
+        begins.push(1.0);
+        begins.iter().map(|begin| begin * self.duration).collect()
+    }
+
+    /// Position between 0 and 1 and its first three derivatives at a time, s, by the formula of a phase.
+    pub(crate) fn in_phase(&self, phase: usize, time: f64) -> [f64; 4] {
+        let [s, v, a, j] = self.unit(phase, time / self.duration);
+        let rate = self.duration.recip();
+        [s, v * rate, a * rate * rate, j * rate * rate * rate]
+    }
+
+    /// The profile over unit duration, by the formula of a phase.
+    fn unit(&self, phase: usize, x: f64) -> [f64; 4] {
         use std::f64::consts::{PI, TAU};
         match &self.shape {
             Shape::Smooth(Law::Cycloid) => {
                 let (sine, cosine) = (TAU * x).sin_cos();
-                [x - sine / TAU, 1.0 - cosine, TAU * sine]
+                [x - sine / TAU, 1.0 - cosine, TAU * sine, TAU * TAU * cosine]
             }
             Shape::Smooth(Law::ModifiedSine) => {
                 let scale = 1.0 / (4.0 + PI);
                 // Outer eighths with the period 1/2, the middle with 3/2.
-                let (offset, size, rate, phase) = match x {
-                    x if x < 0.125 => (0.0, 0.25, 4.0 * PI, 0.0),
-                    x if x <= 0.875 => (2.0, 2.25, 4.0 * PI / 3.0, PI / 3.0),
+                let (offset, size, rate, begin) = match phase {
+                    0 => (0.0, 0.25, 4.0 * PI, 0.0),
+                    1 => (2.0, 2.25, 4.0 * PI / 3.0, PI / 3.0),
                     _ => (4.0, 0.25, 4.0 * PI, 0.0),
                 };
-                let (sine, cosine) = (rate * x + phase).sin_cos();
+                let (sine, cosine) = (rate * x + begin).sin_cos();
                 [
                     (offset + PI * x - size * sine) * scale,
                     (PI - size * rate * cosine) * scale,
                     size * rate * rate * sine * scale,
+                    size * rate.powi(3) * cosine * scale,
                 ]
             }
             Shape::Smooth(_) => {
                 let y = 1.0 - x;
                 let s = x * x * x * (10.0 - 15.0 * x + 6.0 * x * x);
-                [s, 30.0 * x * x * y * y, 60.0 * x * y * (y - x)]
+                [s, 30.0 * x * x * y * y, 60.0 * x * y * (y - x), 60.0 * (1.0 - 6.0 * x * y)]
             }
-            Shape::Pieces(pieces) => {
-                let next = pieces.partition_point(|piece| piece.begin <= x);
-                pieces.get(next.saturating_sub(1)).map_or([0.0; 3], |piece| piece.at(x))
-            }
+            Shape::Pieces(pieces) => pieces.get(phase).map_or([0.0; 4], |piece| {
+                let [s, v, a] = piece.at(x);
+                [s, v, a, piece.jerk]
+            }),
         }
     }
 
@@ -245,44 +309,26 @@ impl Piece {
 mod tests {
     use super::*;
 
-    impl Profile {
-        /// Greatest speed, acceleration and jerk of the move over unit distance.
-        fn peaks(&self) -> Limits {
-            let unit = match &self.shape {
-                Shape::Smooth(law) => law.unit_peaks().unwrap_or_default(),
-                Shape::Pieces(pieces) => {
-                    let jumps = pieces.iter().all(|piece| piece.jerk == 0.0);
-                    let most = |value: &dyn Fn(&Piece) -> f64| {
-                        pieces.iter().map(|piece| value(piece).abs()).fold(0.0, f64::max)
-                    };
-                    let jerk = if jumps { f64::INFINITY } else { most(&|piece| piece.jerk) };
-                    [most(&|piece| piece.state[1]), most(&|piece| piece.state[2]), jerk]
-                }
-            };
-            let [v, a, j] = unit;
-            [v / self.duration, a / self.duration.powi(2), j / self.duration.powi(3)]
-        }
-    }
-
-    const LAWS: [Law; 5] =
-        [Law::Quintic, Law::Cycloid, Law::ModifiedSine, Law::Trapezoid, Law::SCurve];
-
     /// Derivatives are those of the position, and every move begins and ends at rest.
     #[test]
     fn laws_go_from_rest_to_rest_with_exact_derivatives() {
-        for law in LAWS {
+        for law in Law::ALL {
             let profile = Profile::lasting(law, 0.7);
-            assert!(profile.unit(0.0)[0].abs() < 1e-15 && profile.unit(0.0)[1].abs() < 1e-15);
-            let end = profile.unit(1.0);
+            let begin = profile.unit(0, 0.0);
+            assert!(begin[0].abs() < 1e-15 && begin[1].abs() < 1e-15);
+            let end = profile.unit(profile.phase(0.7), 1.0);
             assert!((end[0] - 1.0).abs() < 1e-14 && end[1].abs() < 1e-13, "{law:?}: {end:?}");
             for k in 1..100 {
                 // Off the corners of the accelerations.
                 let (t, h) = (0.7 * (f64::from(k) + 0.37) / 101.0, 1e-6);
-                let [low, middle, high] = [t - h, t, t + h].map(|t| profile.at(t));
-                for d in 0..2 {
+                let phase = profile.phase(t);
+                let [low, middle, high] = [t - h, t, t + h].map(|t| profile.in_phase(phase, t));
+                for d in 0..3 {
                     let slope = (high[d] - low[d]) / (2.0 * h);
-                    assert!((slope - middle[d + 1]).abs() < 1e-6, "{law:?} at {t}");
+                    assert!((slope - middle[d + 1]).abs() < 1e-5, "{law:?} at {t}");
                 }
+                let at = profile.at(t);
+                assert!((0..3).all(|d| (at[d] - middle[d]).abs() <= 1e-14 * middle[d].abs()));
             }
         }
     }
@@ -291,7 +337,7 @@ mod tests {
     #[test]
     fn limits_are_reached_and_not_exceeded() {
         let limits = [[0.5, 3.0, 40.0], [5.0, 3.0, 40.0], [5.0, 30.0, 40.0], [0.5, 30.0, 4.0]];
-        for (law, limits) in LAWS.iter().flat_map(|law| limits.map(|l| (*law, l))) {
+        for (law, limits) in Law::ALL.iter().flat_map(|law| limits.map(|l| (*law, l))) {
             let profile = Profile::fastest(law, limits).unwrap();
             let peaks = profile.peaks();
             let ratios: Vec<f64> =

@@ -1,7 +1,9 @@
 //! Functions of time.
 
 mod banded;
+mod bspline;
 mod curve;
+pub(crate) mod filter;
 mod hermite;
 pub(crate) mod law;
 mod monotone;

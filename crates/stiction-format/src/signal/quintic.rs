@@ -5,15 +5,15 @@
 //! elimination needs no pivoting; a million samples take linear time.
 
 use super::banded::Banded;
+use super::bspline::{Knots, ORDER, local};
 
-const ORDER: usize = 6;
 /// Number of off-diagonals within which B-splines are nonzero at a sample.
 const BAND: usize = 4;
 
 /// Rates and accelerations at all samples; at least seven.
 pub(super) fn rates_and_accelerations(times: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let n = values.len().min(times.len());
-    let knots = Knots { times, count: n };
+    let knots = SampleKnots { times, count: n };
     let mut matrix = Banded::new(n, BAND);
     for (row, &t) in times.iter().enumerate() {
         let first = knots.first_spline(row);
@@ -26,18 +26,22 @@ pub(super) fn rates_and_accelerations(times: &[f64], values: &[f64]) -> (Vec<f64
     times
         .iter()
         .enumerate()
-        .map(|(row, &t)| knots.derivatives(&coefficients, knots.first_spline(row), t))
+        .map(|(row, &t)| {
+            let first = knots.first_spline(row);
+            let knot = knots.target(local(&coefficients, first), first, t);
+            (knot.rate, knot.acceleration)
+        })
         .unzip()
 }
 
 /// The knots: the first sample six times, the samples from the fourth to the fourth from the end,
 /// the last sample six times.
-struct Knots<'a> {
+struct SampleKnots<'a> {
     times: &'a [f64],
     count: usize,
 }
 
-impl Knots<'_> {
+impl Knots for SampleKnots<'_> {
     fn at(&self, index: usize) -> f64 {
         let sample = match index.checked_sub(ORDER) {
             None => 0,
@@ -46,59 +50,14 @@ impl Knots<'_> {
         };
         self.times.get(sample).copied().unwrap_or(f64::NAN)
     }
+}
 
+impl SampleKnots<'_> {
     /// Index of the first of the six B-splines that can be nonzero in the interval that begins at a
     /// sample.
     fn first_spline(&self, sample: usize) -> usize {
         sample.saturating_sub(2).min(self.count.saturating_sub(ORDER))
     }
-
-    /// The values at `t` of the B-splines of order `K` from number `first + 6 - K` on that are not
-    /// zero in the interval where those of order six begin with `first` (Cox and de Boor).
-    fn splines<const K: usize>(&self, first: usize, t: f64) -> [f64; K] {
-        let mut values = [0.0; K];
-        // The interval begins at knot `first + 5`.
-        let left = first + ORDER - 1;
-        if let Some(value) = values.first_mut() {
-            *value = 1.0;
-        }
-        for order in 1..K {
-            let mut carried = 0.0;
-            for k in 0..order {
-                let (below, above) = (self.at(left + k + 1 - order), self.at(left + k + 1));
-                let share = values[k] / (above - below);
-                values[k] = carried + (above - t) * share;
-                carried = (t - below) * share;
-            }
-            values[order] = carried;
-        }
-        values
-    }
-
-    /// First and second derivative at `t` of the spline with these coefficients. A derivative is a
-    /// spline of one order less, `c'_k = (order - 1) (c_k - c_(k-1)) / (t_(k+order-1) - t_k)`.
-    fn derivatives(&self, coefficients: &[f64], first: usize, t: f64) -> (f64, f64) {
-        let mut c: [f64; ORDER] =
-            std::array::from_fn(|k| coefficients.get(first + k).copied().unwrap_or(f64::NAN));
-        let mut differentiate = |order: usize| {
-            let degree = order - 1;
-            for k in (ORDER - degree..ORDER).rev() {
-                let width = self.at(first + k + degree) - self.at(first + k);
-                c[k] = degree as f64 * (c[k] - c[k - 1]) / width;
-            }
-            c
-        };
-        let once = differentiate(ORDER);
-        let twice = differentiate(ORDER - 1);
-        (
-            dot(&once[1..], &self.splines::<{ ORDER - 1 }>(first, t)),
-            dot(&twice[2..], &self.splines::<{ ORDER - 2 }>(first, t)),
-        )
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -52,6 +52,13 @@ pub(crate) struct Course {
 }
 
 impl Course {
+    /// The coordinate as a function of the completed part of move `k`.
+    pub(crate) fn along(&self, k: usize, part: f64) -> Target<f64> {
+        let value = |k: usize| self.values.get(k).copied().unwrap_or(f64::NAN);
+        let step = value(k + 1) - value(k);
+        Target { value: value(k) + step * part, rate: step, acceleration: 0.0 }
+    }
+
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let value = |k: usize| self.values.get(k).copied().unwrap_or(f64::NAN);
         let (ended, under_way) = self.moves.under_way(t);
@@ -106,13 +113,17 @@ impl Turning {
         let rotation = self.orientations.get(ended).copied().unwrap_or(Mat3::identity());
         match under_way.next() {
             None => Target::of_rotation(rotation, Vec3::zero(), Vec3::zero()),
-            Some((k, [part, rate, acceleration])) => {
-                let turn = self.turns.get(k).copied().unwrap_or(Vec3::zero());
-                let axis = rotation * turn;
-                let about = turn.direction().unwrap_or(Vec3::unit(0));
-                let turned = rotation * Mat3::rotation(about, turn.norm() * part);
-                Target::of_rotation(turned, axis * rate, axis * acceleration)
-            }
+            Some((k, state)) => self.along(k, state),
         }
+    }
+
+    /// The rotation vector of the orientation in move `k`, for the completed part of it, with its derivatives.
+    pub(crate) fn along(&self, k: usize, [part, rate, acceleration]: [f64; 3]) -> [Target<f64>; 3] {
+        let rotation = self.orientations.get(k).copied().unwrap_or(Mat3::identity());
+        let turn = self.turns.get(k).copied().unwrap_or(Vec3::zero());
+        let axis = rotation * turn;
+        let about = turn.direction().unwrap_or(Vec3::unit(0));
+        let turned = rotation * Mat3::rotation(about, turn.norm() * part);
+        Target::of_rotation(turned, axis * rate, axis * acceleration)
     }
 }

@@ -2,6 +2,7 @@
 
 mod changes;
 mod gallery;
+mod import;
 mod legs;
 mod messages;
 mod motions;
@@ -9,4 +10,5 @@ mod recordings;
 mod robust;
 mod schema;
 mod stored;
+mod variations;
 mod waypoints;

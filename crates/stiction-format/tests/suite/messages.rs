@@ -24,7 +24,7 @@ macro_rules! wrong_files {
 }
 
 wrong_files! {
-    syntax keys units parameters misnamed bodies joints friction springs mechanism disconnected suspicious legs chains lost_legs twice motions
+    syntax keys units parameters misnamed bodies joints friction springs joint_springs mechanism disconnected suspicious legs chains lost_legs twice motions
 }
 
 mod given {

@@ -35,7 +35,7 @@ fn unknown_keys_and_wrong_types_are_not() {
         ("/bodies/platform", "com", json!([0, 0])),
         ("/bodies/platform", "inertia", json!({ "xw": 1 })),
         ("/bodies/platform/home", "rotation", json!({ "axis": "z" })),
-        ("", "springs", json!({ "s": { "from": "ground" } })),
+        ("", "bushings", json!({ "s": { "from": "ground" } })),
         ("", "springs", json!({ "s": { "from": "ground", "to": "platform", "lenght": 1 } })),
         ("/legs", "angels", json!([0])),
         ("/legs", "place", json!([{ "angel": 0 }])),

@@ -1,5 +1,8 @@
 //! Motions through waypoints: laws, limits, dwells, blends and orientations.
 
+use stiction_core::dynamics::{InverseDynamics, Settings};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::mechanism::JointId;
 use stiction_format::{ModelFile, Motion, Source, gallery, read};
 
 fn model(name: &str) -> ModelFile {
@@ -50,9 +53,10 @@ fn durations_follow_from_limits() {
 #[test]
 fn limits_hold_for_every_law() {
     for law in ["quintic", "cycloid", "modified-sine", "trapezoid", "s-curve"] {
+        let jerk = if law == "trapezoid" { "" } else { ", jerk = \"300 m/s^3\"" };
         let motion = motion(&format!(
             r#"law = "{law}"
-            limits.tool = {{ speed = "0.8 m/s", acceleration = "9 m/s^2", jerk = "300 m/s^3" }}
+            limits.tool = {{ speed = "0.8 m/s", acceleration = "9 m/s^2"{jerk} }}
             waypoints = [{{ tool.x = -0.08, tool.y = 0.34 }}, {{ tool.x = 0.08, tool.y = 0.38 }}]"#,
         ))
         .unwrap();
@@ -152,7 +156,7 @@ fn defects_are_explained() {
         ),
         (
             "limits.left_motor.speed = 1\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]",
-            "`left_motor` is no coordinate of the waypoints",
+            "leave one degree of freedom undetermined",
         ),
         (
             "limits.tool.acceleration = 9\nwaypoints = [{ tool.x = 0, tool.y = 0.3 }, { tool.x = 0.1, blend = 0.09 }, { tool.x = 0 }]",
@@ -162,7 +166,23 @@ fn defects_are_explained() {
             "waypoints = [{ tool.rotation = { axis = \"z\", angle = 0 } }, { tool.rotation = { axis = \"z\", angle = 1 }, at = 1, blend = 0.1 }, { tool.rotation = { axis = \"z\", angle = 1.5 }, at = 2 }]",
             "no `blend` between orientations",
         ),
+        (
+            "limits.left_moter.speed = 1\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]",
+            "`left_moter` is no coordinate of the waypoints",
+        ),
         ("limits.speed = 1\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]", "needs the name"),
+        (
+            "law = \"trapezoid\"\nlimits.tool = { acceleration = 9, jerk = 3 }\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]",
+            "the jerk of a trapezoid has no limit",
+        ),
+        (
+            "limits.left_motor.speed = 1\nwaypoints = [{ tool.x = 0, tool.y = 0.3 }, { tool.x = 3 }]",
+            "cannot be evaluated",
+        ),
+        (
+            "law = \"s-curve\"\nlimits.tool = { acceleration = 9, jerk = 300 }\nwaypoints = [{ tool.x = 0, tool.y = 0.3 }, { tool.x = 0.1, blend = 0.02 }, { tool.y = 0.35 }]",
+            "in the blend the jerk of `tool` reaches 1.414 times",
+        ),
         (
             "waypoints = [{ tool.x = 0 }, { tool.x = 1, law = \"sin\", at = 1 }]",
             "`sin` is not understood",
@@ -178,4 +198,190 @@ fn defects_are_explained() {
         let message = motion(text).unwrap_err();
         assert!(message.contains(says), "{text}: {message}");
     }
+}
+
+/// An arm that turns and telescopes; its tool moves in the plane.
+const POLAR: &str = "
+gravity = [0, 0, -9.81]
+[bodies.arm]
+mass = 1
+com = [0, 0, 0]
+inertia = [1, 1, 1]
+[bodies.tool]
+mass = 1
+com = [0, 0, 0]
+inertia = [1, 1, 1]
+[joints.turn]
+type = \"R\"
+from = \"ground\"
+to = \"arm\"
+axis = \"z\"
+actuated = true
+[joints.reach]
+type = \"P\"
+from = \"arm\"
+to = \"tool\"
+axis = \"y\"
+actuated = true
+start = 0.3
+";
+
+fn polar(text: &str) -> Result<Motion, String> {
+    let source = Source::new("polar.toml", POLAR);
+    let model = read(&source, &|_| Err("no files".to_owned())).unwrap();
+    model
+        .read_motion(&Source::new("motion.toml", text), &|_| Err("no files".to_owned()))
+        .map_err(|diagnostics| diagnostics.to_string())
+}
+
+/// A tool passes the pivot at 0.3 m on a straight line of 0.4 m. Midway the line is across the arm, and the arm turns
+/// fastest: at a quintic's 1.875 of the mean speed, over 0.3 m.
+#[test]
+fn joint_limits_of_a_straight_line() {
+    let motion = polar(
+        "limits.turn.speed = \"2 rad/s\"\nwaypoints = [{ tool.x = -0.2, tool.y = 0.3 }, { tool.x = 0.2 }]",
+    )
+    .unwrap();
+    let expected = 1.875 * 0.4 / 0.3 / 2.0;
+    assert!((motion.duration - expected).abs() < 1e-9 * expected, "{}", motion.duration);
+}
+
+/// On a radial line the reach is the distance of the tool: both limits give the same move for every law.
+#[test]
+fn joint_limits_along_a_radius() {
+    for law in ["quintic", "cycloid", "modified-sine", "trapezoid", "s-curve"] {
+        for (speed, acceleration, jerk) in [(0.5, 3.0, 40.0), (5.0, 3.0, 40.0), (0.5, 30.0, 4.0)] {
+            let duration = |name: &str| {
+                let jerk = match law {
+                    "trapezoid" => String::new(),
+                    _ => format!(", jerk = {jerk}"),
+                };
+                let text = format!(
+                    "law = \"{law}\"\nlimits.{name} = {{ speed = {speed}, acceleration = {acceleration}{jerk} }}\n\
+                     waypoints = [{{ tool.x = 0, tool.y = 0.3 }}, {{ tool.y = 0.9 }}]",
+                );
+                polar(&text).unwrap().duration
+            };
+            let (straight, joint) = (duration("tool"), duration("reach"));
+            // The search for the phases ends near the shortest move, never below it.
+            let near = if matches!(law, "trapezoid" | "s-curve") { 1e-4 } else { 1e-9 };
+            let excess = joint / straight - 1.0;
+            assert!(excess > -1e-9 && excess < near, "{law} {speed}: {excess}");
+        }
+    }
+}
+
+/// Greatest rate, acceleration and jerk of degrees of freedom of a hexapod along a motion, and of its platform's origin.
+fn greatest(motion: &Motion, dofs: &[(JointId, usize)], count: u32) -> [f64; 3] {
+    let model = model("gough");
+    let coordinates: Vec<Coordinate> = motion.coordinates.iter().map(|(c, _)| *c).collect();
+    let start: Vec<Target<f64>> = motion.at(0.0).collect();
+    let (mechanism, settings) = (model.mechanism.clone(), Settings::default());
+    let poses = &model.initial_poses;
+    let mut solver =
+        InverseDynamics::new(mechanism, poses, &coordinates, &start, settings).unwrap();
+    let step = motion.duration / f64::from(count);
+    let mut most = [0.0_f64; 3];
+    let mut before: Vec<f64> = Vec::new();
+    for k in 0..=count {
+        let t = step * f64::from(k);
+        let from = step * f64::from(k.saturating_sub(1));
+        let at = |t: f64, out: &mut [Target<f64>]| {
+            out.iter_mut().zip(motion.at(t)).for_each(|(out, target)| *out = target);
+        };
+        solver.follow(from, t, at).unwrap();
+        let now: Vec<Target<f64>> =
+            dofs.iter().map(|(joint, dof)| solver.joint_motion(*joint, *dof)).collect();
+        for (leg, target) in now.iter().enumerate() {
+            most[0] = most[0].max(target.rate.abs());
+            most[1] = most[1].max(target.acceleration.abs());
+            if let Some(last) = before.get(leg) {
+                most[2] = most[2].max((target.acceleration - last).abs() / step);
+            }
+        }
+        before = now.iter().map(|target| target.acceleration).collect();
+    }
+    most
+}
+
+/// Ways of the platform of a hexapod.
+const WAYS: &str = "waypoints = [{ platform.x = 0, platform.y = 0, platform.z = 0.75,\n\
+     platform.rotation = { axis = \"x\", angle = 0 } },\n\
+     { platform.x = 0.1, platform.rotation = { axis = [1, 2, 0], angle = \"20 deg\" } },\n\
+     { platform.z = 0.6 }]";
+
+/// Moves of a hexapod within limits of its legs: at no instant is a limit exceeded, and one is reached in each move.
+#[test]
+fn legs_of_a_hexapod_keep_their_limits() {
+    let model = model("gough");
+    let limits = [0.6, 7.0, 250.0];
+    for law in ["quintic", "cycloid", "modified-sine", "trapezoid", "s-curve"] {
+        let jerk = if law == "trapezoid" { "" } else { ", jerk = 250" };
+        let text = format!(
+            "law = \"{law}\"\nlimits.actuators = {{ speed = 0.6, acceleration = 7{jerk} }}\n{WAYS}",
+        );
+        let motion = motion_of("gough", &text).unwrap();
+        let legs: Vec<_> = model.mechanism.actuators().collect();
+        let most = greatest(&motion, &legs, 20_000);
+        let ratios: Vec<f64> = most.iter().zip(limits).map(|(a, b)| a / b).collect();
+        assert!(ratios[0] < 1.0 + 1e-9 && ratios[1] < 1.0 + 1e-9, "{law}: {ratios:?}");
+        let jumps = law == "trapezoid";
+        // Differences of accelerations that were computed to about 1e-12 of 7 m/s^2.
+        assert!(jumps || ratios[2] < 1.0 + 1e-6, "{law}: {ratios:?}");
+        let last = if jumps { 2 } else { 3 };
+        let reached = ratios[..last].iter().fold(0.0_f64, |most, ratio| most.max(*ratio));
+        assert!(reached > 1.0 - 1e-4, "{law}: {ratios:?}");
+    }
+}
+
+/// Angles of passive joints have their greatest rates and accelerations anywhere, also beside the ends of pieces.
+#[test]
+fn passive_joints_of_a_hexapod_keep_their_limits() {
+    let model = model("gough");
+    for leg in 1..=6 {
+        let joint = model.mechanism.joint_id(&format!("leg{leg}.U")).unwrap();
+        for (dof, name) in ["first", "second"].into_iter().enumerate() {
+            let text = format!(
+                "law = \"quintic\"\nlimits.leg{leg}.U.{name} = {{ speed = 0.5, acceleration = 4 }}\n{WAYS}",
+            );
+            let motion = motion_of("gough", &text).unwrap();
+            let most = greatest(&motion, &[(joint, dof)], 4_000);
+            let ratios = [most[0] / 0.5, most[1] / 4.0];
+            assert!(
+                ratios.iter().all(|ratio| *ratio < 1.0 + 1e-9),
+                "leg{leg}.U.{name}: {ratios:?}"
+            );
+            // The greatest of 4000 samples.
+            assert!(ratios[0].max(ratios[1]) > 1.0 - 1e-5, "leg{leg}.U.{name}: {ratios:?}");
+        }
+    }
+}
+
+/// Limits of the path of a body whose place follows from prescribed joints: an arm of 0.4 m that turns by 1.2 rad, with the
+/// speed of its tip; its acceleration has a radial part, too.
+#[test]
+fn paths_of_bodies_that_follow_from_joints() {
+    const ARM: &str = "gravity = [0, 0, 0]\n[bodies.arm]\n[joints.turn]\ntype = \"R\"\nfrom = \"ground\"\nto = \"arm\"\n\
+        axis = \"z\"\nactuated = true\n[bodies.tip]\n[joints.end]\ntype = \"fixed\"\nfrom = \"arm\"\nto = \"tip\"\n\
+        at = [0.4, 0, 0]\n";
+    let model = read(&Source::new("arm.toml", ARM), &|_| Err("no files".to_owned())).unwrap();
+    let motion = |limits: &str| {
+        let text = format!(
+            "law = \"quintic\"\nlimits.tip = {limits}\nwaypoints = [{{ turn = 0 }}, {{ turn = 1.2 }}]"
+        );
+        model
+            .read_motion(&Source::new("motion.toml", text), &|_| Err("no files".to_owned()))
+            .unwrap()
+    };
+    // A quintic's greatest speed is 15/8 of the mean speed.
+    let found = motion("{ speed = 0.3 }").duration;
+    let expected = 1.875 * 0.4 * 1.2 / 0.3;
+    assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    let own = motion("{ acceleration = 2 }");
+    let most = (0..=100_000).map(|k| {
+        let target = own.at(own.duration * f64::from(k) / 1e5).next().unwrap();
+        0.4 * (target.rate * target.rate).hypot(target.acceleration)
+    });
+    let most = most.fold(0.0_f64, f64::max);
+    assert!((most / 2.0 - 1.0).abs() < 1e-9, "{most}");
 }

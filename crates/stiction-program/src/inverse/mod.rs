@@ -19,14 +19,14 @@ use stiction_core::kinematics::{State, Target};
 use stiction_core::mechanism::BodyId;
 
 /// Maximum number of Newton steps.
-const STEPS: usize = 12;
+pub(crate) const STEPS: usize = 12;
 /// Relative change of the reactions in a Newton step below which the remaining error, of the order
 /// of its square, is rounding.
-const SETTLED: f64 = 1e-8;
+pub(crate) const SETTLED: f64 = 1e-8;
 /// Largest relative error for which quadratic convergence is assumed.
-const COARSE: f64 = 1e-3;
+pub(crate) const COARSE: f64 = 1e-3;
 /// Rounding error relative to the largest reaction.
-const ROUNDING: f64 = 1e-15;
+pub(crate) const ROUNDING: f64 = 1e-15;
 
 /// Compiled program of inverse dynamics for one mechanism.
 #[derive(Debug)]
@@ -325,7 +325,7 @@ impl InverseProgram {
 /// and the determinant. Newton steps square the error: the change in a step is the error before it,
 /// and the last two changes give the factor of the quadratic convergence.
 #[inline]
-fn settle<const L: usize>(control: [[f64; L]; 3], changes: &mut [f64; L]) -> [bool; L] {
+pub(crate) fn settle<const L: usize>(control: [[f64; L]; 3], changes: &mut [f64; L]) -> [bool; L] {
     let [change, size, determinant] = control;
     core::array::from_fn(|lane| {
         let (before, now) = (changes[lane], change[lane] / size[lane]);

@@ -5,6 +5,8 @@ mod common;
 #[path = "../../../stiction-core/tests/suite/common/counting.rs"]
 mod counting;
 mod derivatives;
+mod emit;
+mod feedforward;
 mod forward;
 mod inverse;
 mod legs;

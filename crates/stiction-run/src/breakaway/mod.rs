@@ -1,13 +1,16 @@
 //! Mechanism at rest: effort intervals under static friction, breakaway efforts and self-locking.
 
 mod json;
+mod page;
 mod terminal;
 
-use crate::power_off::{self, PowerOff, actuators_of};
+use crate::power_off::{self, PowerOff};
 use crate::{Error, Follower, Job, SinkError};
 use stiction_core::dynamics::{Forces, FrictionMode, InverseError, Rest, Settings};
 use stiction_core::mechanism::Motor;
+use stiction_core::spatial::Pose;
 
+pub use page::draw_report;
 pub use terminal::write_report;
 
 /// Results at one pose at rest.
@@ -23,6 +26,8 @@ pub struct Findings {
     pub undetermined_loads: Vec<usize>,
     /// True if the mechanism has more actuators than statics determines.
     pub redundant_actuators: bool,
+    /// Poses of all bodies, the ground first, from the reference point of the kernel.
+    poses: Vec<Pose<f64>>,
     /// Each drive train: its motor, and what keeps it at rest with power off.
     motors: Vec<(Motor, PowerOff)>,
 }
@@ -50,7 +55,7 @@ pub fn run(
 ///
 /// # Errors
 /// See [`enum@Error`].
-pub fn look(job: &Job<'_>, time: Option<f64>) -> Result<Findings, Error> {
+pub fn evaluate(job: &Job<'_>, time: Option<f64>) -> Result<Findings, Error> {
     let motion = job.motion;
     let (start, end) = (motion.start, motion.start + motion.duration);
     let time = time.unwrap_or(start);
@@ -81,12 +86,14 @@ fn rest_at(job: &Job<'_>, follower: &mut Follower<'_>) -> Result<Findings, Error
     let statics = solver.statics();
     let loads = solver.determined_loads(&statics);
     let (forces, trains) = (solver.forces(), solver.mechanism().drive_trains());
-    let actuators = actuators_of(solver.mechanism());
-    let power_off = power_off::of(trains, &actuators, forces);
-    let motors = trains.iter().zip(&actuators).map(|(train, &actuator)| {
-        train.motor(forces.efforts[actuator], forces.effort_bounds[actuator], None, 0.0)
+    let maps = solver.mechanism().motor_maps();
+    let power_off = power_off::of(trains, &maps, forces);
+    let motors = trains.iter().zip(&maps).map(|(train, map)| {
+        let bounds = map.effort_bounds(&forces.effort_bounds);
+        train.motor(map.effort(&forces.efforts), bounds, None, 0.0, 0.0)
     });
     Ok(Findings {
+        poses: solver.bodies().pose.clone(),
         motors: motors.zip(power_off).collect(),
         time,
         forces: solver.forces().clone(),

@@ -65,6 +65,21 @@ fn write_motors(out: &mut impl Write, trains: &[DriveTrain], found: &Findings) -
     power_off::write(out, trains, &power_off)
 }
 
+/// Certainty of the intervals, a line for each statement.
+pub(super) fn certainty_text(names: &Names, found: &Findings) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_certainty(&mut text, names, found);
+    text
+}
+
+/// Sentence on holding without actuators.
+pub(super) fn unpowered_text(holding: &Holding) -> String {
+    let mut text = String::new();
+    let _ = write_unpowered(&mut text, holding);
+    text.trim_end().to_owned()
+}
+
 fn write_drives(out: &mut impl Write, names: &Names, found: &Findings) -> fmt::Result {
     let wide = names.drives.iter().map(|(name, _)| name.len()).fold(13, usize::max);
     writeln!(
@@ -200,7 +215,7 @@ fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
     }
 }
 
-fn verdict_word(verdict: Verdict) -> &'static str {
+pub(super) fn verdict_word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Holds => "holds",
         Verdict::Slips => "slips",

@@ -117,7 +117,7 @@ impl<'a> Watch<'a> {
 
     /// Adds a sample; `passed` is true if the determinant of the actuation changed sign since the
     /// last sample. Returns true if rounding does not explain the change.
-    pub(super) fn look(&mut self, follower: &Follower<'a>, passed: bool) -> bool {
+    pub(super) fn observe(&mut self, follower: &Follower<'a>, passed: bool) -> bool {
         let statics = follower.solver.statics();
         let distances = Kind::ALL.map(|kind| self.distance(&statics, kind));
         let now = Sample { follower: follower.clone(), distances };

@@ -75,7 +75,7 @@ impl Findings {
                 })),
                 "finite_traced": self.mobility.finite.traced,
                 "branches_meet": self.mobility.branches_meet,
-                "idle": self.idle_spins,
+                "local_dofs": self.idle_spins,
                 "smallest_kept": self.mobility.gap.0,
                 "largest_dropped": self.mobility.gap.1,
                 "bodies": bodies.collect::<Vec<_>>(),
@@ -92,12 +92,12 @@ impl Findings {
                 "constraints": generic(&self.architecture.constraints),
                 "constraints_and_actuators": generic(&self.architecture.actuated),
             },
-            "governance": self.governance.map(|(least, greatest, time)| {
+            "actuation_of_motion": self.actuation_of_motion.map(|(least, greatest, time)| {
                 json!({
                     "least": least,
                     "time": time,
                     "greatest": greatest,
-                    "greatest_elsewhere": self.architecture.governance,
+                    "greatest_elsewhere": self.architecture.actuation_of_motion,
                 })
             }),
             "mass": self.sizes.json(),
@@ -105,6 +105,8 @@ impl Findings {
             "legs": ranges(&self.sizes.legs),
             "reach": self.sizes.reach_json(),
             "warnings": self.warnings,
+            "cautions": self.cautions,
+            "ranges": self.ranges.json(),
         })
     }
 

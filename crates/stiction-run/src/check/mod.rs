@@ -17,12 +17,13 @@ use crate::error::check_finite;
 use crate::inverse::Phase;
 use crate::inverse::sides::Sides;
 use crate::inverse::verdict::idle_spins;
+use crate::ranges::Ranges;
 use crate::statistics::Least;
 use crate::undetermined::open_components;
 use crate::{Error, Job};
 use along::Watch;
 use sizes::Measuring;
-use stiction_core::mobility::{Architecture, Mobility, Play, governance};
+use stiction_core::mobility::{Architecture, Mobility, Play, actuation_of_motion};
 use stiction_core::statics::{Constraints, JointLoad};
 
 /// Results of a check.
@@ -52,7 +53,7 @@ pub struct Findings {
     pub leg: Option<Nearness>,
     /// For mechanisms with instantaneous mobility, the least and greatest actuation index of the
     /// finite motions, and the time of the least, s.
-    pub governance: Option<(f64, f64, f64)>,
+    pub actuation_of_motion: Option<(f64, f64, f64)>,
     /// Pairs of neighbouring samples, s, between which an actuation singularity is passed.
     pub passed: Vec<(f64, f64)>,
     /// Number of samples.
@@ -63,6 +64,9 @@ pub struct Findings {
     pub sizes: Sizes,
     /// Warnings in words.
     pub warnings: Vec<String>,
+    /// Doubts about the data of a recorded motion, and ranges of joints that the motion leaves, in words.
+    pub cautions: Vec<String>,
+    pub(crate) ranges: Ranges,
 }
 
 impl Findings {
@@ -72,9 +76,9 @@ impl Findings {
         Kind::ALL.into_iter().zip(all).filter_map(|(kind, nearness)| Some((kind, nearness?)))
     }
 
-    /// True if every pose has a singularity of this kind, judged by random poses. `None` if they
-    /// are inconclusive (unclear singular values, undecided finite mobility, or no motion to other
-    /// poses), and for legs, which are not examined.
+    /// True if every pose has a singularity of this kind, judged by random poses. `None` if these
+    /// poses are inconclusive (unclear singular values, undecided finite mobility, or a mechanism
+    /// that cannot move to other poses), and for singularities of legs, which are not examined.
     pub fn everywhere(&self, kind: Kind) -> Option<bool> {
         let Architecture { constraints, actuated, reach, .. } = &self.architecture;
         if *reach == 0.0 {
@@ -155,14 +159,15 @@ fn examine_motion(
     let mut determined = vec![[true; 6]; mechanism.joints().len()];
     let mut watch = Watch::new(meant(&mobility, &architecture), spins.len());
     let mut measuring = Measuring::new(first);
+    let mut ranges = Ranges::new(mechanism);
     let mut governed: Option<(Least, f64)> = None;
     let mut drives_unique = true;
     let mut passed = Vec::new();
     let (mut follower, mut sides) = (at_start.clone(), Sides::default());
     for (k, time) in instants.iter().enumerate() {
         follower.go_to(time)?;
-        let passage = sides.look(&mut follower.solver, time);
-        if watch.look(&follower, passage.is_some()) {
+        let passage = sides.observe(&mut follower.solver, time);
+        if watch.observe(&follower, passage.is_some()) {
             passed.extend(passage);
         }
         let solver = &follower.solver;
@@ -174,12 +179,21 @@ fn examine_motion(
         // At a branch point the finite motions differ from those that second-order conditions
         // allow.
         let governable = partly_blocked && !mobility.branches_meet;
-        if let Some(value) = governable.then(|| governance(solver)).flatten() {
+        if let Some(value) = governable.then(|| actuation_of_motion(solver)).flatten() {
             let (least, greatest) = governed.get_or_insert((Least::default(), value));
             least.add(time, value);
             *greatest = greatest.max(value);
         }
-        measuring.look(solver);
+        measuring.observe(solver);
+        let bodies = solver.bodies();
+        ranges.add(
+            time,
+            |of| of.value(bodies),
+            |joint, dof| {
+                let rate = solver.joint_motion(joint, dof).rate;
+                Some((measuring.coordinate(joint, dof)?, Some(rate)))
+            },
+        );
         if !progress(Phase::Motion, k + 1, count) {
             return Err(Error::Interrupted);
         }
@@ -221,12 +235,14 @@ fn examine_motion(
         actuation,
         constraint: constraint.unwrap_or(never),
         leg,
-        governance: governed.map(|(least, greatest)| (least.value, greatest, least.time)),
+        actuation_of_motion: governed.map(|(least, greatest)| (least.value, greatest, least.time)),
         passed,
         samples: count,
         start,
         sizes: measuring.finish(),
         warnings: mechanism.warnings().iter().map(ToString::to_string).collect(),
+        cautions: job.motion.cautions().chain(ranges.cautions()).collect(),
+        ranges,
     };
     let own = warnings::warnings(&findings, job);
     findings.warnings.extend(own);

@@ -26,14 +26,18 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) ->
         if findings.samples == 1 { "" } else { "s" },
         number(findings.start),
     )?;
+    if let Some(interpolation) = &job.motion.interpolation {
+        writeln!(out, "{interpolation}\n")?;
+    }
     write_mobility(out, job, findings)?;
     write_redundancy(out, job, findings)?;
     write_singularities(out, job, findings)?;
     write_sizes(out, findings)?;
-    if !findings.warnings.is_empty() {
+    if !findings.warnings.is_empty() || !findings.cautions.is_empty() {
         writeln!(out)?;
     }
-    findings.warnings.iter().try_for_each(|warning| writeln!(out, "warning: {warning}"))
+    findings.warnings.iter().try_for_each(|warning| writeln!(out, "warning: {warning}"))?;
+    findings.cautions.iter().try_for_each(|caution| writeln!(out, "CAUTION: {caution}"))
 }
 
 fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> fmt::Result {
@@ -133,7 +137,8 @@ fn write_singularities(out: &mut impl Write, job: &Job<'_>, findings: &Findings)
     for (kind, nearness) in findings.singularities() {
         write_nearness(out, findings, kind, nearness)?;
     }
-    for sentence in words::in_general(findings).iter().chain(&words::governance(findings)) {
+    for sentence in words::in_general(findings).iter().chain(&words::actuation_of_motion(findings))
+    {
         writeln!(out, "  {sentence}")?;
     }
     writeln!(out)

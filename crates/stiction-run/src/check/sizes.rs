@@ -108,7 +108,7 @@ impl Measuring {
     }
 
     /// Adds a sample.
-    pub(super) fn look(&mut self, solver: &InverseDynamics) {
+    pub(super) fn observe(&mut self, solver: &InverseDynamics) {
         for ((joint, dof, last), range) in self.joints.iter_mut().zip(&mut self.sizes.joints) {
             let value = solver.joint_coordinates(JointId(*joint))[*dof];
             let turns = if range.unit == "rad" { ((*last - value) / TAU).round() } else { 0.0 };
@@ -129,6 +129,13 @@ impl Measuring {
             };
             (*least, *greatest) = (each(*least, f64::min), each(*greatest, f64::max));
         }
+    }
+
+    /// Coordinate of a degree of freedom at the last sample; angles count full turns.
+    pub(super) fn coordinate(&self, joint: JointId, dof: usize) -> Option<f64> {
+        let own =
+            self.joints.iter().find(|(known, index, _)| (*known, *index) == (joint.0, dof))?;
+        Some(own.2)
     }
 
     pub(super) fn finish(self) -> Sizes {

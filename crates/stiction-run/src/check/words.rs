@@ -77,8 +77,8 @@ pub(super) fn own_axes(count: usize) -> &'static str {
 
 /// Describes the control of the finite motions by the actuators if other motions are instantaneous
 /// only.
-pub(super) fn governance(findings: &Findings) -> Option<String> {
-    let (least, greatest, time) = findings.governance?;
+pub(super) fn actuation_of_motion(findings: &Findings) -> Option<String> {
+    let (least, greatest, time) = findings.actuation_of_motion?;
     let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });
     let here = format!(
         "for finite motions alone, the singularity index of actuation is {} (t = {} s) to {} \
@@ -87,7 +87,7 @@ pub(super) fn governance(findings: &Findings) -> Option<String> {
         number(time),
         zero(greatest),
     );
-    Some(match findings.architecture.governance {
+    Some(match findings.architecture.actuation_of_motion {
         Some(elsewhere) => format!(
             "{here}, and up to {} in other positions (0: the mechanism can move with locked \
              actuators)",

@@ -8,7 +8,9 @@ use stiction_core::friction::{
     Combine, Curve, InterfaceShape, JointFriction, Law, NormalLoadMap, Supports, interfaces_of,
 };
 use stiction_core::joint::Motion;
-use stiction_core::mechanism::{Body, BodyId, Compliance, DriveTrain, Joint, Mechanism, Spring};
+use stiction_core::mechanism::{
+    Body, BodyId, Compliance, DriveTrain, GearedDof, Joint, JointRange, Mechanism, Spring,
+};
 use stiction_core::spatial::{Mat3, Pose};
 
 /// Version of the format, increased when the meaning of a key changes.
@@ -29,13 +31,14 @@ pub fn json(home: &Home<'_>) -> Value {
             "frame_from": pose_json(&joint.frame_j),
             "frame_to": pose_json(&joint.frame_k),
             "pitch": joint.pitch,
-            "freedoms": dofs_json(joint, coordinates),
+            "dofs": dofs_json(joint, coordinates),
             "friction": joint.friction.iter().map(|c| interface_json(joint, c)).collect::<Vec<_>>(),
             "compliance": joint.compliance.as_ref().map(compliance_json),
+            "ranges": joint.ranges.iter().map(|range| range_json(joint, range)).collect::<Vec<_>>(),
         })
     });
     let spring = |spring: &Spring| {
-        json!({
+        let mut value = json!({
             "name": spring.name,
             "from": name_of(spring.ends[0]),
             "to": name_of(spring.ends[1]),
@@ -44,7 +47,15 @@ pub fn json(home: &Home<'_>) -> Value {
             "stiffness": spring.stiffness,
             "free_length": spring.free_length,
             "damping": spring.damping,
-        })
+        });
+        // Only springs with a preload or a stroke have these entries.
+        if spring.preload != 0.0 {
+            value["preload"] = json!(spring.preload);
+        }
+        if let Some((least, greatest)) = spring.lengths {
+            value["lengths"] = json!([least, greatest]);
+        }
+        value
     };
     let mut value = json!({
         "format": "stiction-mechanism",
@@ -60,31 +71,88 @@ pub fn json(home: &Home<'_>) -> Value {
         "joints": joints.collect::<Vec<_>>(),
         "springs": mechanism.springs().iter().map(spring).collect::<Vec<_>>(),
     });
+    // Only mechanisms with such springs have these entries.
+    if !mechanism.joint_springs().is_empty() {
+        let each = mechanism.joint_springs().iter().map(|spring| {
+            json!({
+                "name": spring.name,
+                "freedom": mechanism.joints()[spring.joint.0].dof_name(spring.dof),
+                "stiffness": spring.stiffness,
+                "rest": spring.rest,
+                "preload": spring.preload,
+                "damping": spring.damping,
+            })
+        });
+        value["joint_springs"] = each.collect();
+    }
+    if !mechanism.bushings().is_empty() {
+        let each = mechanism.bushings().iter().map(|bushing| {
+            json!({
+                "name": bushing.name,
+                "from": name_of(bushing.ends[0]),
+                "to": name_of(bushing.ends[1]),
+                "frame_from": pose_json(&bushing.frames[0]),
+                "frame_to": pose_json(&bushing.frames[1]),
+                "stiffness": bushing.stiffness,
+                "damping": bushing.damping,
+            })
+        });
+        value["bushings"] = each.collect();
+    }
     // Only mechanisms with drive trains have this entry.
     if !mechanism.drive_trains().is_empty() {
         let each = mechanism.drive_trains().iter().map(|train| drive_train_json(mechanism, train));
         value["actuators"] = each.collect();
     }
+    // Only mechanisms with gearings have this entry.
+    if !mechanism.gearings().is_empty() {
+        let each = mechanism.gearings().iter().map(|gearing| {
+            json!({
+                "name": gearing.name,
+                "joints": gearing.dofs.iter().map(|dof| dof_json(mechanism, dof)).collect::<Value>(),
+                "offset": gearing.offset,
+            })
+        });
+        value["gearings"] = each.collect();
+    }
     value
 }
 
+fn dof_json(mechanism: &Mechanism, geared: &GearedDof) -> Value {
+    let joint = &mechanism.joints()[geared.joint.0];
+    json!({
+        "joint": joint.name,
+        "freedom": joint.joint_type.dofs()[geared.dof].name,
+        "coefficient": geared.coefficient,
+    })
+}
+
 fn drive_train_json(mechanism: &Mechanism, train: &DriveTrain) -> Value {
-    let joint = &mechanism.joints()[train.joint.0];
     let (efficiency, backward_efficiency) = train.gear.efficiencies();
     let (friction, limits) = (train.motor_friction, train.limits);
-    json!({
+    let mut value = json!({
         "name": train.name,
-        "joint": joint.name,
-        "freedom": joint.joint_type.dofs()[train.dof].name,
         "transmission": train.transmission(),
         "share": train.share,
         "rotor_inertia": train.rotor_inertia,
+        "rotor_axis": train.rotor_axis.map(|rotor| {
+            json!({ "body": mechanism.bodies()[rotor.body.0].name, "axis": rotor.axis.to_array() })
+        }),
         "efficiency": efficiency,
         "backward_efficiency": backward_efficiency,
         "motor_friction": { "constant": friction.constant, "viscous": friction.viscous },
         "torque_constant": train.torque_constant,
         "limits": { "peak": limits.peak, "rated": limits.rated, "speed": limits.speed },
-    })
+    });
+    if let [only] = &train.dofs[..] {
+        let only = dof_json(mechanism, only);
+        value["joint"] = only["joint"].clone();
+        value["freedom"] = only["freedom"].clone();
+    } else {
+        value["joints"] = train.dofs.iter().map(|dof| dof_json(mechanism, dof)).collect();
+        value["lead"] = json!(train.lead);
+    }
+    value
 }
 
 /// Serialises the object with vectors and matrices on one line.
@@ -180,7 +248,7 @@ fn interface_json(joint: &Joint, interface: &JointFriction) -> Value {
     json!({
         "place": place,
         "shape": word,
-        "freedoms": dofs.collect::<Vec<_>>(),
+        "dofs": dofs.collect::<Vec<_>>(),
         "radius": interface.radius,
         "law": law_json(&interface.law),
         "backward": interface.backward.as_ref().map(law_json),
@@ -237,6 +305,11 @@ fn load_json(load: &NormalLoadMap<f64>) -> Value {
         "flank_cosine": load.flank_cosine,
         "smoothing": load.smoothing,
     })
+}
+
+fn range_json(joint: &Joint, range: &JointRange) -> Value {
+    let (least, greatest) = range.limits;
+    json!({ "name": joint.range_name(range.of), "limits": [least, greatest] })
 }
 
 fn compliance_json(compliance: &Compliance) -> Value {

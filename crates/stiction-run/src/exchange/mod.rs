@@ -1,12 +1,21 @@
 //! Export of an assembled mechanism to other programs.
 
+mod extension;
 mod json;
 mod mjcf;
 mod model_file;
+mod names;
+mod npz;
+mod sdf;
+mod urdf;
+mod xml;
 
 pub use json::{json, json_text};
 pub use mjcf::{Mjcf, Unfit, mjcf};
 pub use model_file::{Instant, Unwritable, model_file};
+pub use npz::npz_of_csv;
+pub use sdf::{Sdf, sdf};
+pub use urdf::{Urdf, urdf};
 
 use crate::{Error, Job};
 use stiction_core::joint::JointType;

@@ -1,16 +1,18 @@
 //! Inputs of a simulation: loads, actuator efforts, controllers and prescribed motions.
 
-use super::controller::{Controller, Told};
+use super::control_law::Measured;
+use super::controller::{Controller, ControllerInput};
 use super::guide::Guide;
 use super::job::{Feed, Job};
 use super::motors::Motors;
-use super::reference::{Wanted, own_course};
+use super::reference::{References, own_course};
 use crate::Instants;
 use crate::error::Error;
+use crate::names::Names;
 use stiction_core::dynamics::AppliedLoad;
-use stiction_core::forward::{Forward, Inputs, View};
+use stiction_core::forward::{Forward, Inputs, Simulation, View};
 use stiction_core::kinematics::{Bodies, State, Target};
-use stiction_format::Signal;
+use stiction_format::{Condition, Law, Signal};
 
 /// Update interval of the inverse-dynamics efforts without a controller, s.
 const UPDATE: f64 = 1e-3;
@@ -20,7 +22,7 @@ const SAME: f64 = 1e-6;
 
 /// Source of a prescribed actuator's motion.
 #[derive(Clone, Debug)]
-enum Way<'a> {
+enum MotionSource<'a> {
     /// A signal of its own in the motion.
     Signal(&'a Signal),
     /// The motion of the whole mechanism, for the actuator with this index.
@@ -36,11 +38,11 @@ const COUNTABLE: f64 = 1e15;
 pub(super) struct Acting<'a> {
     forward: &'a Forward,
     job: &'a Job<'a>,
-    ways: Vec<Way<'a>>,
+    sources: Vec<MotionSource<'a>>,
     /// Motion of the whole mechanism, for prescribed actuators without a signal of their own.
     leader: Option<Guide<'a>>,
     /// Reference motions of the actuators that follow the motion.
-    wanted: Wanted<'a>,
+    references: References<'a>,
     controller: Option<Controller<'a>>,
     motors: Motors,
     /// Efforts held between two samples, N or N m.
@@ -50,8 +52,18 @@ pub(super) struct Acting<'a> {
     /// Sample times of the results, s.
     instants: Instants,
     /// State of [`Self::leader`] at the start of the present step.
-    led_from: Vec<f64>,
+    leader_from: Vec<f64>,
     period: Option<f64>,
+    /// Time of the next payload that is picked up or placed, s; infinite if none is ahead.
+    pub(super) payload_change: f64,
+    /// True for a controller in continuous time.
+    is_continuous: bool,
+    /// Actuators whose integral part the simulation integrates.
+    integrating: Vec<usize>,
+    /// Actuators whose effort the continuous controller limits.
+    limited: Vec<usize>,
+    /// State of [`Self::references`] at the start of the present step, for a continuous controller.
+    reference_from: Vec<f64>,
     /// Returns true once the user wants to stop the simulation.
     stopped: &'a dyn Fn() -> bool,
     /// True once the user has asked to stop.
@@ -79,46 +91,68 @@ impl<'a> Acting<'a> {
         bodies.move_with(forward.topology(), &state.rates);
         bodies.accelerate(forward.topology(), &state.accelerations);
         let actuators: Vec<_> = forward.mechanism().actuators().collect();
-        let ways: Vec<Way<'a>> = prescribed(job)
+        let sources: Vec<MotionSource<'a>> = prescribed(job)
             .into_iter()
             .map(|actuator| {
                 let (joint, dof) = actuators[actuator];
                 if job.locked.contains(&actuator) {
-                    return Way::Stays(forward.joint_coordinate(state, &bodies, joint, dof));
+                    return MotionSource::Stays(
+                        forward.joint_coordinate(state, &bodies, joint, dof),
+                    );
                 }
-                own_course(job, forward, actuator).map_or(Way::Guide(actuator), Way::Signal)
+                own_course(job, forward, actuator)
+                    .map_or(MotionSource::Guide(actuator), MotionSource::Signal)
             })
             .collect();
-        let is_led = ways.iter().any(|way| matches!(way, Way::Guide(_)));
+        let is_led = sources.iter().any(|way| matches!(way, MotionSource::Guide(_)));
         let leader = if is_led { Guide::new(job)? } else { None };
         let controller = match job.control {
             Some(control) => Some(Controller::new(job, control, forward, (state, &bodies))?),
             None => None,
         };
+        let is_continuous = job.control.is_some_and(|control| control.period == 0.0);
         let period = match job.control {
-            Some(control) => Some(control.period),
-            None if matches!(job.drives, Feed::Inverse) => Some(UPDATE),
-            None => None,
+            Some(control) if !is_continuous => Some(control.period),
+            None if job.law.is_some() => job.law.map(|law| law.period),
+            _ if matches!(job.drives, Feed::Inverse) => Some(UPDATE),
+            _ => None,
         };
+        let taken = prescribed(job);
+        let gains = controller.iter().filter(|_| is_continuous).flat_map(|c| &c.gains).enumerate();
+        let gains = gains.filter(|(actuator, _)| !taken.contains(actuator));
+        let (mut integrating, mut limited) = (Vec::new(), Vec::new());
+        for (actuator, gains) in gains {
+            if gains.integral > 0.0 {
+                integrating.push(actuator);
+            }
+            if gains.limit.is_finite() {
+                limited.push(actuator);
+            }
+        }
         let starts = actuators
             .iter()
             .map(|(joint, dof)| forward.joint_coordinate(state, &bodies, *joint, *dof));
-        let wanted = Wanted::new(job, forward, &starts.collect::<Vec<_>>())?;
+        let references = References::new(job, forward, &starts.collect::<Vec<_>>())?;
         Ok(Self {
             forward,
             job,
-            ways,
+            sources,
             leader,
             stopped,
             is_stopped: false,
-            wanted,
+            references,
             controller,
             motors: Motors::new(forward.mechanism()),
             kept: vec![0.0; actuators.len()],
             samples: 0,
             instants: job.instants()?,
-            led_from: Vec::new(),
+            leader_from: Vec::new(),
             period,
+            payload_change: f64::INFINITY,
+            is_continuous,
+            integrating,
+            limited,
+            reference_from: Vec::new(),
             failed: None,
         })
     }
@@ -136,8 +170,10 @@ impl<'a> Acting<'a> {
     pub(super) fn save(&self) -> Vec<f64> {
         let mut numbers = vec![self.samples as f64];
         numbers.extend_from_slice(&self.kept);
-        self.wanted.save(&mut numbers);
-        numbers.extend_from_slice(&self.led_from);
+        self.references.save(&mut numbers);
+        numbers.push(self.reference_from.len() as f64);
+        numbers.extend_from_slice(&self.reference_from);
+        numbers.extend_from_slice(&self.leader_from);
         if let Some(controller) = &self.controller {
             controller.save(&mut numbers);
         }
@@ -154,11 +190,13 @@ impl<'a> Acting<'a> {
         }
         self.samples = *first as usize;
         self.kept.copy_from_slice(kept);
-        let mut rest = self.wanted.restore(rest)?;
+        let (&count, rest) = self.references.restore(rest)?.split_first()?;
+        let (reference_from, mut rest) = rest.split_at_checked(count as usize)?;
+        self.reference_from = reference_from.to_vec();
         if let Some(leader) = &mut self.leader {
             let all = rest;
             rest = leader.restore(rest)?;
-            self.led_from = all[..all.len() - rest.len()].to_vec();
+            self.leader_from = all[..all.len() - rest.len()].to_vec();
         }
         match &mut self.controller {
             Some(controller) => controller.restore(rest),
@@ -167,46 +205,124 @@ impl<'a> Acting<'a> {
     }
 
     /// Reference motions of the actuators; zeros for those that follow none.
-    pub(super) fn wanted_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
-        self.wanted.at(self.forward, time)
+    pub(super) fn references_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
+        // A continuous controller asks for them in any order: each result follows from the start of
+        // the step.
+        if !self.reference_from.is_empty()
+            && self.references.restore(&self.reference_from).is_none()
+        {
+            return Err(Error::Checkpoint);
+        }
+        self.references.at(self.forward, time)
+    }
+
+    /// Position and rate error of an actuator.
+    fn error(&self, view: &View<'_>, reference: &[Target<f64>], actuator: usize) -> (f64, f64) {
+        let Target { value, rate, .. } = reference[actuator];
+        (value - view.actuator_coordinate(actuator), rate - view.actuator_rate(actuator))
+    }
+
+    /// Efforts of the continuous controller before their limits, added to the feed-forward efforts.
+    fn demand(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        let reference = match self.references_at(view.time) {
+            Ok(reference) => reference.to_vec(),
+            Err(error) => {
+                self.failed.get_or_insert(error);
+                return;
+            }
+        };
+        let Some(controller) = &self.controller else { return };
+        for (actuator, effort) in efforts.iter_mut().enumerate() {
+            let state = self.integrating.iter().position(|own| *own == actuator);
+            let integral = state.map_or(0.0, |state| view.states()[state]);
+            let errors = self.error(view, &reference, actuator);
+            *effort += controller.gains[actuator].effort(errors, integral);
+        }
+    }
+
+    /// Feed-forward efforts.
+    fn feed(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        if self.period.is_some() {
+            efforts.copy_from_slice(&self.kept);
+        } else {
+            self.given_at(view, self.law_sides(view), efforts);
+        }
+    }
+
+    /// Formulas over the measured state that act in continuous time.
+    fn laws(&self) -> &'a [(usize, Law)] {
+        match (self.job.drives, self.period) {
+            (Feed::Given(drives), None) => &drives.laws,
+            _ => &[],
+        }
+    }
+
+    /// Sides of the switching functions of these formulas.
+    fn law_sides<'v>(&self, view: &View<'v>) -> &'v [bool] {
+        let before = self.job.stops.len() + 2 * self.limited.len();
+        view.sides().get(before..).unwrap_or_default()
+    }
+
+    /// Limits an effort of the continuous controller on the branch of the present sides.
+    fn limited(&self, view: &View<'_>, actuator: usize, demand: f64) -> f64 {
+        let Some(controller) = &self.controller else { return demand };
+        let Some(place) = self.limited.iter().position(|own| *own == actuator) else {
+            return demand;
+        };
+        let limit = controller.gains[actuator].limit;
+        let first = self.job.stops.len() + 2 * place;
+        match view.sides().get(first..first + 2) {
+            Some([false, _]) => limit,
+            Some([true, false]) => -limit,
+            Some(_) => demand,
+            // Before the start.
+            None => demand.clamp(-limit, limit),
+        }
     }
 
     /// Moves the motion of the whole mechanism to a time, s, from the start of the present step.
     /// The result depends on that start and the time only, not on earlier evaluations.
     fn lead(&mut self, time: f64) {
         let Some(leader) = &mut self.leader else { return };
-        if !self.led_from.is_empty() && leader.restore(&self.led_from).is_none() {
-            self.failed.get_or_insert(Error::Mark);
+        if !self.leader_from.is_empty() && leader.restore(&self.leader_from).is_none() {
+            self.failed.get_or_insert(Error::Checkpoint);
         }
         if let Err(error) = leader.go_to(time) {
             self.failed.get_or_insert(error);
         }
     }
 
-    fn given_at(&self, time: f64, efforts: &mut [f64]) {
+    /// Writes the given efforts; `sides` are those of the formulas' switching functions.
+    fn given_at(&self, view: &View<'_>, mut sides: &[bool], efforts: &mut [f64]) {
         if let Feed::Given(drives) = self.job.drives {
             for (actuator, signal) in &drives.efforts {
-                efforts[*actuator] = signal.at(time).value;
+                efforts[*actuator] = signal.at(view.time).value;
+            }
+            for (actuator, law) in &drives.laws {
+                let (own, rest) = sides.split_at(law.switches().min(sides.len()));
+                efforts[*actuator] = law.at(view.time, |c| view.measure(c), own);
+                sides = rest;
             }
         }
     }
 
     fn sample(&mut self, view: &View<'_>) -> Result<(), Error> {
-        let (time, forward) = (view.time, self.forward);
+        let time = view.time;
         let mut feed = vec![0.0; self.kept.len()];
         let mut friction = vec![0.0; self.kept.len()];
-        let wanted = self.wanted.at(forward, time)?.to_vec();
+        let reference = self.references_at(time)?.to_vec();
         let with_friction = self
             .job
             .control
             .is_some_and(|control| control.friction == stiction_format::FrictionFeed::Reference);
         if (with_friction || matches!(self.job.drives, Feed::Inverse))
-            && let Some(guide) = self.wanted.guide()
+            && let Some(guide) = self.references.guide()
         {
             let (with, without) = guide.drives()?;
             let (mut with, mut without) = (with.to_vec(), without.to_vec());
-            self.motors.add(&mut with, &wanted, self.job.friction);
-            self.motors.add(&mut without, &wanted, false);
+            let motion = (&reference[..], guide.bodies());
+            self.motors.add(&mut with, motion, self.job.friction);
+            self.motors.add(&mut without, motion, false);
             for (index, (with, without)) in with.iter().zip(without).enumerate() {
                 friction[index] = with - without;
                 if matches!(self.job.drives, Feed::Inverse) {
@@ -214,8 +330,18 @@ impl<'a> Acting<'a> {
                 }
             }
         }
-        self.given_at(time, &mut feed);
-        let Some(controller) = &mut self.controller else {
+        self.given_at(view, &[], &mut feed);
+        if let Some(law) = self.job.law {
+            let indices = 0..self.kept.len();
+            let positions: Vec<f64> =
+                indices.clone().map(|k| view.actuator_coordinate(k)).collect();
+            let rates: Vec<f64> = indices.map(|k| view.actuator_rate(k)).collect();
+            let reference = if self.job.motion.is_some() { &reference[..] } else { &[] };
+            let measured = Measured { time, positions: &positions, rates: &rates, reference };
+            let efforts = law.efforts(&measured).map_err(Error::Receiver)?;
+            feed.iter_mut().zip(efforts).for_each(|(feed, effort)| *feed += effort);
+        }
+        let Some(controller) = self.controller.as_mut().filter(|_| !self.is_continuous) else {
             self.kept = feed;
             return Ok(());
         };
@@ -223,25 +349,126 @@ impl<'a> Acting<'a> {
             .map(|index| (view.actuator_coordinate(index), view.actuator_rate(index)))
             .collect();
         let loads: Vec<AppliedLoad<f64>> = self.job.load.at(time).collect();
-        let (wanted, feed, friction) = (&wanted, &feed, &friction);
-        let told = Told { time, actual: &actual, wanted, feed, friction, loads: &loads };
-        self.kept = controller.sample(&told)?;
+        let (reference, feed, friction) = (&reference, &feed, &friction);
+        let input =
+            ControllerInput { time, actual: &actual, reference, feed, friction, loads: &loads };
+        self.kept = controller.sample(&input)?;
         Ok(())
+    }
+}
+
+impl Acting<'_> {
+    /// Refuses a linear model where a formula of an effort has a kink or a jump: its derivatives differ on both sides.
+    pub(super) fn refuse_kinks(&mut self, simulation: &Simulation<'_>) -> Result<(), Error> {
+        // Differences from the kink that are rounding, in SI units.
+        const AT_KINK: f64 = 1e-9;
+        let view = simulation.view();
+        let mut values = Vec::new();
+        self.switches(&view, &mut values);
+        let first = self.job.stops.len();
+        let at = (first..values.len()).find(|k| values[*k].abs() <= AT_KINK);
+        match at {
+            None => Ok(()),
+            Some(switch) => Err(Error::NoLinearModel(format!(
+                "{} has a kink or a jump there (`abs`, `min`, `max`, `sign` or a limit), so its derivatives differ on both \
+                 sides; choose a point beside it, or a smooth formula",
+                self.switch_name(switch)
+            ))),
+        }
     }
 }
 
 impl Inputs for Acting<'_> {
     fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
-        if self.period.is_some() {
-            efforts.copy_from_slice(&self.kept);
-        } else {
-            self.given_at(view.time, efforts);
+        self.feed(view, efforts);
+        if self.is_continuous {
+            self.demand(view, efforts);
+            for (actuator, effort) in efforts.iter_mut().enumerate() {
+                *effort = self.limited(view, actuator, *effort);
+            }
         }
         self.is_stopped |= (self.stopped)();
         if self.failed.is_some() || self.is_stopped {
             // Efforts that are not finite stop the simulation at its next step.
             efforts.fill(f64::NAN);
         }
+    }
+
+    fn initial_states(&self) -> Vec<(f64, f64)> {
+        let gains = self.controller.iter().flat_map(|controller| &controller.gains);
+        let scales: Vec<f64> = gains.map(|gains| gains.scale()).collect();
+        self.integrating.iter().map(|actuator| (0.0, scales[*actuator])).collect()
+    }
+
+    fn state_rates(&mut self, view: &View<'_>, rates: &mut [f64]) {
+        if self.integrating.is_empty() {
+            return;
+        }
+        let mut demands = vec![0.0; self.kept.len()];
+        self.feed(view, &mut demands);
+        self.demand(view, &mut demands);
+        let reference = match self.references_at(view.time) {
+            Ok(reference) => reference.to_vec(),
+            // Recorded by `demand`.
+            Err(_) => return,
+        };
+        let Some(controller) = &self.controller else { return };
+        for (rate, &actuator) in rates.iter_mut().zip(&self.integrating) {
+            let (error, _) = self.error(view, &reference, actuator);
+            let demand = demands[actuator];
+            let effort = self.limited(view, actuator, demand);
+            *rate = controller.gains[actuator].integral_rate(error, demand, effort);
+        }
+    }
+
+    fn switches(&mut self, view: &View<'_>, values: &mut Vec<f64>) {
+        for stop in self.job.stops {
+            let distance = stop.distance(view.time, |c| view.measure(c));
+            if distance.is_nan() {
+                let (condition, time) = (stop.text.clone(), view.time);
+                self.failed.get_or_insert(Error::NoCondition { condition, time });
+            }
+            values.push(distance);
+        }
+        if !self.limited.is_empty() {
+            let mut demands = vec![0.0; self.kept.len()];
+            self.feed(view, &mut demands);
+            self.demand(view, &mut demands);
+            let Some(controller) = &self.controller else { return };
+            for &actuator in &self.limited {
+                let (demand, limit) = (demands[actuator], controller.gains[actuator].limit);
+                values.extend([limit - demand, limit + demand]);
+            }
+        }
+        let mut sides = self.law_sides(view);
+        for (_, law) in self.laws() {
+            let (own, rest) = sides.split_at(law.switches().min(sides.len()));
+            law.switches_at(view.time, |c| view.measure(c), own, values);
+            sides = rest;
+        }
+    }
+
+    fn ends_at(&self, switch: usize) -> bool {
+        switch < self.job.stops.len()
+    }
+
+    fn switch_name(&self, switch: usize) -> String {
+        let name = |actuator: usize| {
+            let names = Names::new(self.forward.mechanism()).drives;
+            names.get(actuator).map_or_else(String::new, |(name, _)| name.clone())
+        };
+        let mut rest = switch.saturating_sub(self.job.stops.len());
+        if let Some(actuator) = self.limited.get(rest / 2) {
+            return format!("the effort of `{}` at its limit", name(*actuator));
+        }
+        rest -= 2 * self.limited.len();
+        for (actuator, law) in self.laws() {
+            if rest < law.switches() {
+                return format!("the formula of the effort of `{}`", name(*actuator));
+            }
+            rest -= law.switches();
+        }
+        "a formula".to_owned()
     }
 
     fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
@@ -252,11 +479,13 @@ impl Inputs for Acting<'_> {
             all = vec![zero; self.kept.len()];
             leader.actuators(self.forward, &mut all);
         }
-        for (target, way) in targets.iter_mut().zip(&self.ways) {
+        for (target, way) in targets.iter_mut().zip(&self.sources) {
             *target = match way {
-                Way::Signal(signal) => signal.at(time),
-                Way::Guide(actuator) => all[*actuator],
-                Way::Stays(value) => Target { value: *value, rate: 0.0, acceleration: 0.0 },
+                MotionSource::Signal(signal) => signal.at(time),
+                MotionSource::Guide(actuator) => all[*actuator],
+                MotionSource::Stays(value) => {
+                    Target { value: *value, rate: 0.0, acceleration: 0.0 }
+                }
             };
         }
     }
@@ -274,7 +503,9 @@ impl Inputs for Acting<'_> {
             }
             _ => None,
         };
-        [sample, recorded].into_iter().flatten().reduce(f64::min)
+        let payload =
+            Some(self.payload_change).filter(|change| *change > time && change.is_finite());
+        [sample, recorded, payload].into_iter().flatten().reduce(f64::min)
     }
 
     fn steady_until(&self, time: f64) -> f64 {
@@ -285,10 +516,18 @@ impl Inputs for Acting<'_> {
             (_, Some(_)) => true,
             (Feed::Given(drives), None) => {
                 drives.efforts.iter().all(|(_, signal)| constant(signal))
+                    && !drives.laws.iter().any(|(_, law)| law.has_time())
             }
             (Feed::Inverse, None) => false,
         };
-        if loads && efforts && !self.is_stopped { f64::INFINITY } else { time }
+        let motion = self.job.motion.filter(|_| self.is_continuous);
+        let reference = motion.iter().flat_map(|motion| motion.signals()).all(constant);
+        let stops = !self.job.stops.iter().any(Condition::has_time);
+        if loads && efforts && reference && stops && !self.is_stopped {
+            f64::INFINITY
+        } else {
+            time
+        }
     }
 
     fn seen_until(&self, time: f64) -> f64 {
@@ -297,11 +536,15 @@ impl Inputs for Acting<'_> {
             // Efforts are held between samples.
             _ => &[],
         };
-        let own = self.ways.iter().filter_map(|way| match way {
-            Way::Signal(signal) => Some(*signal),
-            Way::Guide(_) | Way::Stays(_) => None,
+        let own = self.sources.iter().filter_map(|way| match way {
+            MotionSource::Signal(signal) => Some(*signal),
+            MotionSource::Guide(_) | MotionSource::Stays(_) => None,
         });
-        let motion = self.leader.as_ref().and(self.job.motion);
+        let follows = self.leader.is_some() || self.is_continuous;
+        let motion = self.job.motion.filter(|_| follows);
+        let laws = self.laws().iter().map(|(_, law)| law.resolved_until(time));
+        let stops = self.job.stops.iter().map(|stop| stop.resolved_until(time));
+        let formulas = laws.chain(stops).fold(f64::INFINITY, f64::min);
         let whole = motion.iter().flat_map(|motion| motion.signals());
         let loads = self.job.load.signals();
         loads
@@ -309,19 +552,31 @@ impl Inputs for Acting<'_> {
             .chain(whole)
             .chain(own)
             .map(|signal| signal.resolved_until(time))
-            .fold(f64::INFINITY, f64::min)
+            .fold(formulas, f64::min)
     }
 
     fn known_until(&self) -> f64 {
         // Beyond its end the mechanism may be unable to follow the motion.
-        if self.leader.is_some() { self.job.until } else { f64::INFINITY }
+        let follows = self.leader.is_some() || self.is_continuous && self.references.is_guided();
+        if follows { self.job.until } else { f64::INFINITY }
     }
 
     fn begin_step(&mut self, time: f64) {
         self.lead(time);
-        self.led_from.clear();
+        self.leader_from.clear();
         if let Some(leader) = &self.leader {
-            leader.save(&mut self.led_from);
+            leader.save(&mut self.leader_from);
+        }
+        if self.is_continuous {
+            match self.references_at(time) {
+                Ok(_) => {
+                    self.reference_from.clear();
+                    self.references.save(&mut self.reference_from);
+                }
+                Err(error) => {
+                    self.failed.get_or_insert(error);
+                }
+            }
         }
     }
 

@@ -3,12 +3,12 @@
 use super::job::{Feed, Job};
 use serde_json::{Value, json};
 use stiction_core::forward::{Competitor, Event, EventKind, Method, RateJump};
-use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 
 /// Checkpoint of a simulation after one of its samples, as numbers, from which the simulation can
 /// be resumed.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mark {
+pub struct RunCheckpoint {
     /// Number of samples completed.
     pub samples: usize,
     /// State of the mechanism, see [`stiction_core::forward::Checkpoint`].
@@ -32,7 +32,7 @@ pub struct Figures {
     pub invertible: bool,
 }
 
-impl Mark {
+impl RunCheckpoint {
     /// The checkpoint as JSON; numbers are strings with all digits.
     pub fn json(&self) -> Value {
         json!({
@@ -68,6 +68,7 @@ impl Mark {
     pub(super) fn fits(&self, mechanism: &Mechanism) -> bool {
         let joints = mechanism.joints();
         let interfaces: usize = joints.iter().map(|joint| joint.friction.len()).sum();
+        let interfaces = interfaces + mechanism.shafts_with_friction().len();
         let has_joint = |joint: &JointId| joint.0 < joints.len();
         let events = self.events.iter().all(|event| {
             event.time.is_finite()
@@ -79,7 +80,9 @@ impl Mark {
                     EventKind::NotUnique { joint, .. } | EventKind::Jump { joint, .. } => {
                         has_joint(joint)
                     }
+                    EventKind::Payload { body, .. } => body.0 < mechanism.bodies().len(),
                     EventKind::SharesNotUnique { .. }
+                    | EventKind::Ends { .. }
                     | EventKind::Singular { .. }
                     | EventKind::Method { .. } => true,
                 }
@@ -97,11 +100,12 @@ impl Job<'_> {
             Feed::Inverse => None,
         };
         let all = format!(
-            "{:?} {:?} {:?} {drives:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+            "{:?} {:?} {:?} {drives:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
             self.model.mechanism,
             self.motion,
             self.load,
             self.control,
+            self.stops,
             self.prescribed,
             self.locked,
             self.start,
@@ -146,6 +150,10 @@ fn event_json(event: &Event) -> Value {
             json!({ "time": time, "others": loads, "joint": joint.0, "coupling": text(&[*coupling]) })
         }
         EventKind::Singular { lost } => json!({ "time": time, "lost": lost }),
+        EventKind::Ends { switch } => json!({ "time": time, "ends": switch }),
+        EventKind::Payload { body, picked_up, lost } => {
+            json!({ "time": time, "body": body.0, "picked_up": picked_up, "lost": text(&[*lost]) })
+        }
         EventKind::Method { method } => {
             json!({ "time": time, "steps": *method == Method::TimeStepping })
         }
@@ -174,10 +182,14 @@ fn event(value: &Value) -> Option<Event> {
     } else if let Some(interface) = index("slides") {
         let direction = numbers(&value["way"])?.try_into().ok()?;
         EventKind::Slides { interface, joint: joint()?, direction }
+    } else if let Some(switch) = index("ends") {
+        EventKind::Ends { switch }
     } else if let Some(redundant) = index("redundant") {
         EventKind::SharesNotUnique { redundant }
     } else if let Some(lost) = index("lost") {
         EventKind::Singular { lost }
+    } else if let Some(picked_up) = value["picked_up"].as_bool() {
+        EventKind::Payload { body: BodyId(index("body")?), picked_up, lost: number("lost")? }
     } else if let Some(steps) = value["steps"].as_bool() {
         let method = if steps { Method::TimeStepping } else { Method::EventDriven };
         EventKind::Method { method }

@@ -1,4 +1,4 @@
-//! Sampled controllers.
+//! Controllers, sampled or continuous in time.
 
 use super::job::Job;
 use super::motors::Motors;
@@ -8,12 +8,47 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
 use stiction_format::{Control, ControlType, FrictionFeed, ModelFile};
 
-/// Sampled controller with its state.
+/// Gains of an actuator.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gains {
+    proportional: f64,
+    derivative: f64,
+    /// Integral gain; zero for none.
+    pub(super) integral: f64,
+    /// Time constant with which the integral part follows a saturated effort, s; infinite without a
+    /// limit.
+    tracking: f64,
+    /// Largest effort, N or N m; infinite for none.
+    pub(super) limit: f64,
+}
+
+impl Gains {
+    /// Effort of position error, rate error and integral part.
+    pub(super) fn effort(&self, (error, rate_error): (f64, f64), integral: f64) -> f64 {
+        self.proportional * error + integral + self.derivative * rate_error
+    }
+
+    /// Rate of the integral part, per second, while the effort `demand` is limited to `effort`:
+    /// anti-windup by back-calculation.
+    pub(super) fn integral_rate(&self, error: f64, demand: f64, effort: f64) -> f64 {
+        self.integral * error + (effort - demand) / self.tracking
+    }
+
+    /// Size of the integral part at which absolute tolerances count, N or N m.
+    pub(super) fn scale(&self) -> f64 {
+        if self.limit.is_finite() { self.limit } else { self.proportional.max(self.integral) }
+    }
+}
+
+/// Controller with its state.
 #[derive(Clone, Debug)]
 pub(super) struct Controller<'a> {
     control: &'a Control,
-    /// Proportional and derivative gain of each actuator.
-    gains: Vec<(f64, f64)>,
+    /// Gains of each actuator.
+    pub(super) gains: Vec<Gains>,
+    /// Integral part of each actuator at the last sample, N or N m; zeros in continuous time, where
+    /// the simulation integrates it.
+    integrals: Vec<f64>,
     /// Inverse dynamics with the actuators' coordinates prescribed, for computed torque.
     model: Option<InverseDynamics>,
     motors: Motors,
@@ -22,12 +57,12 @@ pub(super) struct Controller<'a> {
 }
 
 /// Inputs of a controller at a sample.
-pub(super) struct Told<'a> {
+pub(super) struct ControllerInput<'a> {
     pub(super) time: f64,
     /// Positions and rates of all actuators; angles count full turns.
     pub(super) actual: &'a [(f64, f64)],
     /// Reference motions of the actuators.
-    pub(super) wanted: &'a [Target<f64>],
+    pub(super) reference: &'a [Target<f64>],
     /// Feed-forward efforts, N or N m.
     pub(super) feed: &'a [f64],
     /// Friction contributions to the efforts of the reference motion.
@@ -46,17 +81,26 @@ impl<'a> Controller<'a> {
     ) -> Result<Self, Error> {
         let wants_gains =
             |c: &stiction_format::Channel| c.proportional.is_none() || c.derivative.is_none();
-        let pd = control.control == ControlType::Pd;
+        let pd = control.control != ControlType::ComputedTorque;
         let model = if !pd || control.channels.iter().any(wants_gains) {
             Some(by_actuators(job.model, forward, (state, bodies))?)
         } else {
             None
         };
         let (omega, zeta) = (control.bandwidth, control.damping);
-        let mut gains = vec![(omega * omega, 2.0 * zeta * omega); control.channels.len()];
+        let usual = |limit: f64| Gains {
+            proportional: omega * omega,
+            derivative: 2.0 * zeta * omega,
+            integral: 0.0,
+            tracking: f64::INFINITY,
+            limit,
+        };
+        let mut gains: Vec<Gains> =
+            control.channels.iter().map(|channel| usual(channel.limit)).collect();
         let mut controller = Self {
             control,
             gains: Vec::new(),
+            integrals: vec![0.0; control.channels.len()],
             model,
             motors: Motors::new(&job.model.mechanism),
             before: None,
@@ -64,8 +108,14 @@ impl<'a> Controller<'a> {
         if pd {
             let masses = controller.masses()?;
             for ((gains, channel), mass) in gains.iter_mut().zip(&control.channels).zip(masses) {
-                gains.0 = channel.proportional.unwrap_or(gains.0 * mass);
-                gains.1 = channel.derivative.unwrap_or(gains.1 * mass);
+                let given = channel.proportional;
+                gains.proportional = given.unwrap_or(gains.proportional * mass);
+                gains.derivative = channel.derivative.unwrap_or(gains.derivative * mass);
+                gains.integral = channel.integral.unwrap_or(0.0);
+                if gains.integral > 0.0 && gains.limit.is_finite() {
+                    let usual = gains.proportional / gains.integral;
+                    gains.tracking = channel.tracking.unwrap_or(usual);
+                }
             }
         }
         controller.gains = gains;
@@ -77,9 +127,10 @@ impl<'a> Controller<'a> {
         Ok(controller)
     }
 
-    /// Appends the last measured positions, preceded by their number, and the position of the
-    /// controller's own model.
+    /// Appends the integral parts, the last measured positions, preceded by their number, and the
+    /// position of the controller's own model.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
+        numbers.extend(&self.integrals);
         let before = self.before.as_deref().unwrap_or_default();
         numbers.push(before.len() as f64);
         numbers.extend(before);
@@ -91,7 +142,9 @@ impl<'a> Controller<'a> {
     /// Restores the state written by [`Self::save`]; `None` if the numbers belong to another
     /// controller.
     pub(super) fn restore(&mut self, numbers: &[f64]) -> Option<()> {
-        let (&count, rest) = numbers.split_first()?;
+        let (integrals, rest) = numbers.split_at_checked(self.integrals.len())?;
+        self.integrals.copy_from_slice(integrals);
+        let (&count, rest) = rest.split_first()?;
         let (before, position) = rest.split_at_checked(count as usize)?;
         if !before.is_empty() && before.len() != self.gains.len() {
             return None;
@@ -135,9 +188,9 @@ impl<'a> Controller<'a> {
     }
 
     /// Computes the efforts held from this sample on, N or N m.
-    pub(super) fn sample(&mut self, told: &Told<'_>) -> Result<Vec<f64>, Error> {
+    pub(super) fn sample(&mut self, input: &ControllerInput<'_>) -> Result<Vec<f64>, Error> {
         let control = self.control;
-        let Told { time, actual, wanted, feed, friction, loads } = told;
+        let ControllerInput { time, actual, reference, feed, friction, loads } = input;
         let mut positions = Vec::with_capacity(actual.len());
         let mut rates = Vec::with_capacity(actual.len());
         for (index, (value, rate)) in actual.iter().enumerate() {
@@ -150,20 +203,23 @@ impl<'a> Controller<'a> {
             });
             positions.push(value);
         }
-        let errors: Vec<(f64, f64)> = wanted
+        let errors: Vec<(f64, f64)> = reference
             .iter()
             .zip(positions.iter().zip(&rates))
-            .map(|(wanted, (position, rate))| (wanted.value - position, wanted.rate - rate))
+            .map(|(reference, (position, rate))| {
+                (reference.value - position, reference.rate - rate)
+            })
             .collect();
-        let corrections = errors.iter().zip(&self.gains).map(|((e, d), (p, q))| p * e + q * d);
+        let each = errors.iter().zip(&self.gains).zip(&self.integrals);
+        let corrections = each.map(|((errors, gains), integral)| gains.effort(*errors, *integral));
         let mut efforts: Vec<f64> = match (control.control, &mut self.model) {
             (ControlType::ComputedTorque, Some(model)) => {
                 let targets: Vec<Target<f64>> = corrections
-                    .zip(wanted.iter().zip(positions.iter().zip(&rates)))
-                    .map(|(correction, (wanted, (value, rate)))| Target {
+                    .zip(reference.iter().zip(positions.iter().zip(&rates)))
+                    .map(|(correction, (reference, (value, rate)))| Target {
                         value: *value,
                         rate: *rate,
-                        acceleration: wanted.acceleration + correction,
+                        acceleration: reference.acceleration + correction,
                     })
                     .collect();
                 let at = |error| Error::ControllerAt { time: *time, error: Box::new(error) };
@@ -172,16 +228,24 @@ impl<'a> Controller<'a> {
                     model.solve(loads).map_err(|error| at(Error::ControllerForces(error)))?;
                 let mut efforts = forces.efforts.clone();
                 let friction = control.friction == FrictionFeed::Measured;
-                self.motors.add(&mut efforts, &targets, friction);
+                self.motors.add(&mut efforts, (&targets, model.bodies()), friction);
                 efforts
             }
             _ => corrections.collect(),
         };
         for (index, effort) in efforts.iter_mut().enumerate() {
-            let limit = control.channels[index].limit;
+            let gains = &self.gains[index];
             let more =
                 if control.friction == FrictionFeed::Reference { friction[index] } else { 0.0 };
-            *effort = (*effort + feed[index] + more).clamp(-limit, limit);
+            let demand = *effort + feed[index] + more;
+            *effort = demand.clamp(-gains.limit, gains.limit);
+            if gains.integral > 0.0 {
+                // A shorter time constant than the period would overshoot.
+                let tracking = gains.tracking.max(control.period);
+                let gains = Gains { tracking, ..*gains };
+                let rate = gains.integral_rate(errors[index].0, demand, *effort);
+                self.integrals[index] += control.period * rate;
+            }
         }
         self.before = Some(positions);
         Ok(efforts)

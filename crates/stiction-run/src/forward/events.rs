@@ -8,7 +8,7 @@ use stiction_draw::numbers::number;
 
 /// Description of an event.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Told {
+pub(crate) struct DescribedEvent {
     /// Time, s.
     pub(crate) time: f64,
     /// Kind of event: a keyword.
@@ -20,12 +20,16 @@ pub(crate) struct Told {
 }
 
 /// Describes all events; `at_rest` is true for each friction interface that sticks at the start.
-pub(crate) fn tell_all(layout: &Layout, mut at_rest: Vec<bool>, events: &[Event]) -> Vec<Told> {
+pub(crate) fn describe_all(
+    layout: &Layout,
+    mut at_rest: Vec<bool>,
+    events: &[Event],
+) -> Vec<DescribedEvent> {
     at_rest.resize(layout.names.interfaces.len(), false);
-    events.iter().map(|event| tell(layout, &mut at_rest, event)).collect()
+    events.iter().map(|event| describe(layout, &mut at_rest, event)).collect()
 }
 
-fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
+fn describe(layout: &Layout, at_rest: &mut [bool], event: &Event) -> DescribedEvent {
     let interface_name = |interface: usize| layout.names.interfaces[interface].0.clone();
     let joint_name = |joint: JointId| layout.names.joints[joint.0].clone();
     let (what, at, detail) = match &event.kind {
@@ -50,13 +54,22 @@ fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
             let detail = format!("{lost} of the loop constraints depend on the others");
             ("singular", String::new(), detail)
         }
+        EventKind::Ends { switch } => {
+            let condition = layout.stops.get(*switch).cloned();
+            ("stop", String::new(), condition.unwrap_or_default())
+        }
+        EventKind::Payload { body, picked_up, lost } => {
+            let what = if *picked_up { "picks-up" } else { "places" };
+            let detail = picked_up.then(|| format!("{} J lost in the impact", number(*lost)));
+            (what, layout.names.bodies[body.0].clone(), detail.unwrap_or_default())
+        }
         EventKind::Method { method } => ("method", String::new(), method_name(*method).to_owned()),
         EventKind::Jump { joint, change: _, rates } => {
             let detail = format!("no acceleration: {}", rate_jumps(layout, rates));
             ("jump", joint_name(*joint), detail)
         }
     };
-    Told { time: event.time, what, at, detail }
+    DescribedEvent { time: event.time, what, at, detail }
 }
 
 /// Total durations of event-driven integration and of time stepping between the first and the last

@@ -6,6 +6,7 @@ use super::summary::Summary;
 use crate::by_leg::ByLeg;
 use crate::{Sink, SinkError};
 use stiction_core::forward::{Event, EventKind};
+use stiction_draw::figure::meaning::{ENERGY, FRICTION, LIMIT, LOAD, POTENTIAL, REFERENCE, RESULT};
 use stiction_draw::figure::{Figure, Panel, Trace};
 
 /// Collects the curves of a simulation, sample by sample.
@@ -16,12 +17,11 @@ pub struct Curves {
     /// Plotted degrees of freedom.
     drawn: Vec<usize>,
     positions: Vec<Trace>,
-    wanted: Vec<Trace>,
+    reference: Vec<Trace>,
     errors: Vec<Trace>,
     drives: Vec<Trace>,
     friction: ByLeg,
     energy: [Trace; 5],
-    lost: Trace,
     first: Option<(f64, f64)>,
 }
 
@@ -39,12 +39,11 @@ impl Curves {
         Self {
             title: format!("{} - {}", job.model.name, doing(job)),
             positions: vec![trace.clone(); drawn.len()],
-            wanted: vec![trace.clone(); actuators],
+            reference: vec![trace.clone(); actuators],
             errors: vec![trace.clone(); actuators],
             drives: vec![trace.clone(); actuators],
             friction: ByLeg::new(job.model, &layout.names, count),
             energy: std::array::from_fn(|_| trace.clone()),
-            lost: trace,
             drawn,
             first: None,
             layout,
@@ -55,18 +54,19 @@ impl Curves {
     pub fn figures(self, summary: &Summary, events: &[Event]) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
         let layout = &self.layout;
-        let follows = layout.wanted.contains(&true);
+        let follows = layout.reference.contains(&true);
         let mut figures = Vec::new();
 
         let mut panels = Vec::new();
-        let mut wanted = self.wanted.into_iter();
+        let mut reference = self.reference.into_iter();
         for (&dof, trace) in self.drawn.iter().zip(self.positions).take(PANELS) {
             let dof = &layout.dofs[dof];
-            let mut lines = vec![trace.line("position", 0, false)];
-            let wanted = wanted.next().filter(|_| dof.actuator.is_some_and(|a| layout.wanted[a]));
-            lines.extend(wanted.map(|wanted| wanted.line("wanted", 1, true)));
+            let mut lines = vec![trace.line("position", RESULT, false)];
+            let reference =
+                reference.next().filter(|_| dof.actuator.is_some_and(|a| layout.reference[a]));
+            lines.extend(reference.map(|reference| reference.line("reference", REFERENCE, true)));
             let y_label = format!("{} [{}]", dof.name, dof.units()[0]);
-            panels.push(Panel { y_label, lines });
+            panels.push(Panel { y_label, lines, ..Panel::default() });
         }
         if !panels.is_empty() {
             let title = format!("Motion: {}", self.title);
@@ -74,11 +74,13 @@ impl Curves {
         }
         if follows {
             let errors = self.errors.into_iter().zip(&layout.dof_of_actuator);
-            let errors = errors.zip(&layout.wanted).filter(|(_, wanted)| **wanted).take(PANELS);
+            let errors =
+                errors.zip(&layout.reference).filter(|(_, reference)| **reference).take(PANELS);
             let panels = errors.map(|((trace, &dof), _)| {
                 let dof = &layout.dofs[dof];
                 let y_label = format!("{} [m{}]", dof.name, dof.units()[0]);
-                Panel { y_label, lines: vec![trace.line("error", 1, false)] }
+                let lines = vec![trace.line("error", LIMIT, false)];
+                Panel { y_label, lines, ..Panel::default() }
             });
             let title = format!("Tracking error: {}", self.title);
             let panels = panels.collect();
@@ -88,7 +90,8 @@ impl Curves {
         let panels: Vec<Panel> = drives
             .map(|(trace, (name, unit))| Panel {
                 y_label: format!("{name} [{unit}]"),
-                lines: vec![trace.line("drive", 0, false)],
+                lines: vec![trace.line("effort", RESULT, false)],
+                ..Panel::default()
             })
             .collect();
         if !panels.is_empty() {
@@ -99,21 +102,24 @@ impl Curves {
             let mut panels = self.friction.panels(&layout.names, "N");
             panels.push(Panel {
                 y_label: "friction interfaces that stick".to_owned(),
-                lines: vec![sticking(summary, events).line("sticking", 6, false)],
+                lines: vec![sticking(summary, events).line("sticking", LIMIT, false)],
+                ..Panel::default()
             });
             let title = format!("Friction: {}", self.title);
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
         }
-        let labels = ["kinetic", "potential", "by drives", "by loads", "dissipated"];
-        let lines = labels.iter().zip(self.energy).enumerate();
-        let lines = lines.map(|(k, (label, trace))| trace.line(label, k, false)).collect();
-        let panels = vec![
-            Panel { y_label: "energy since the start [J]".to_owned(), lines },
-            Panel {
-                y_label: "error [J]".to_owned(),
-                lines: vec![self.lost.line("error", 6, false)],
-            },
+        let labels = [
+            ("kinetic", ENERGY),
+            ("potential", POTENTIAL),
+            ("by actuators", RESULT),
+            ("by loads", LOAD),
+            ("dissipated", FRICTION),
         ];
+        let lines = labels.iter().zip(self.energy);
+        let lines =
+            lines.map(|((label, colour), trace)| trace.line(label, *colour, false)).collect();
+        let y_label = "energy since the start [J]".to_owned();
+        let panels = vec![Panel { y_label, lines, ..Panel::default() }];
         let title = format!("Energy balance: {}", self.title);
         figures.push(("energy", Figure { title, x_label, panels }));
         figures
@@ -127,16 +133,17 @@ impl Sink<Rows> for Curves {
             trace.push(time, self.layout.motion_in(&rows.forward, dof)[0]);
         }
         for actuator in 0..self.drives.len() {
-            let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
+            let (drive, reference) = self.layout.drive_in(&rows.forward, actuator);
             self.drives[actuator].push(time, drive);
-            if let Some(wanted) = wanted {
+            if let Some(reference) = reference {
                 let dof = self.layout.dof_of_actuator[actuator];
                 let position = self.layout.motion_in(&rows.forward, dof)[0];
-                self.wanted[actuator].push(time, wanted);
-                self.errors[actuator].push(time, 1e3 * (position - wanted));
+                self.reference[actuator].push(time, reference);
+                self.errors[actuator].push(time, 1e3 * (position - reference));
             }
         }
-        self.friction.add(time, rows.friction.chunks_exact(6).map(|row| row[2]));
+        // The friction of an interface that sticks is known.
+        self.friction.add(time, rows.friction.chunks_exact(6).map(|row| (row[0], row[2], false)));
         let energy = &rows.energy;
         let drives = self.drives.len();
         let first = *self.first.get_or_insert((energy[0], energy[1]));
@@ -147,7 +154,6 @@ impl Sink<Rows> for Curves {
         for (trace, value) in self.energy.iter_mut().zip(parts) {
             trace.push(time, value);
         }
-        self.lost.push(time, energy[energy.len() - 2]);
         Ok(())
     }
 }
@@ -177,8 +183,8 @@ fn sticking(summary: &Summary, events: &[Event]) -> Trace {
 
 /// Short description of the actuation: motion and controller, or efforts.
 fn doing(job: &Job<'_>) -> String {
-    match job.control {
-        Some(_) => format!("motion {}, controller {}", job.motion_name, job.control_name),
-        None => format!("drives {}", job.drives_name),
+    match job.is_controlled() {
+        true => format!("motion {}, controller {}", job.motion_name, job.control_name),
+        false => format!("drives {}", job.drives_name),
     }
 }

@@ -5,7 +5,7 @@ use crate::Follower;
 use crate::error::Error;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode};
 use stiction_core::forward::Forward;
-use stiction_core::kinematics::Target;
+use stiction_core::kinematics::{Bodies, Target};
 use stiction_format::Side;
 
 /// Inverse dynamics along the motion of a simulation.
@@ -51,6 +51,11 @@ impl<'a> Guide<'a> {
         for (target, (joint, dof)) in out.iter_mut().zip(forward.mechanism().actuators()) {
             *target = forward.joint_motion(state, bodies, joint, dof);
         }
+    }
+
+    /// Motion of the bodies.
+    pub(super) fn bodies(&self) -> &Bodies<f64> {
+        self.follower.solver.bodies()
     }
 
     /// Efforts of the motion with and without friction, N or N m.

@@ -1,9 +1,12 @@
 //! Description of a simulation.
 
+use super::control_law::ControlLaw;
 use crate::error::Error;
 use stiction_core::forward::{Known, Settings};
 use stiction_core::mechanism::JointId;
-use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion};
+use stiction_format::{
+    Condition, Control, Drives, LoadCase, ModelFile, Motion, Payload, PayloadChange, Side,
+};
 
 /// Description of a simulation.
 #[derive(Clone, Debug)]
@@ -26,10 +29,14 @@ pub struct Job<'a> {
     pub control: Option<&'a Control>,
     /// Name of the controller.
     pub control_name: String,
+    /// Control law of the caller, whose efforts are added to the feed-forward efforts.
+    pub law: Option<&'a ControlLaw>,
     /// Actuators that follow the motion exactly, with any effort that this requires.
     pub prescribed: Vec<usize>,
     /// Actuators locked at their start positions.
     pub locked: Vec<usize>,
+    /// Conditions of which each ends the simulation.
+    pub stops: &'a [Condition],
     /// Initial state.
     pub start: Start<'a>,
     /// Start time, s.
@@ -71,8 +78,13 @@ pub enum Start<'a> {
 }
 
 /// No efforts at all.
-static NO_DRIVES: Drives =
-    Drives { title: String::new(), efforts: Vec::new(), samples: None, interpolation: None };
+static NO_DRIVES: Drives = Drives {
+    title: String::new(),
+    efforts: Vec::new(),
+    laws: Vec::new(),
+    samples: None,
+    interpolation: None,
+};
 
 impl<'a> Job<'a> {
     /// Describes a simulation from the home pose, at rest, in which only this load and friction act:
@@ -89,8 +101,10 @@ impl<'a> Job<'a> {
             drives_name: none(),
             control: None,
             control_name: none(),
+            law: None,
             prescribed: Vec::new(),
             locked: Vec::new(),
+            stops: &[],
             start: Start::Home,
             from: 0.0,
             until: 10.0,
@@ -102,10 +116,21 @@ impl<'a> Job<'a> {
 }
 
 impl Job<'_> {
+    /// Cautions about the data of a recorded motion, one sentence each.
+    pub(super) fn cautions(&self) -> Vec<String> {
+        self.motion.iter().flat_map(|motion| motion.cautions()).collect()
+    }
+
+    /// True if a controller or a control law acts.
+    pub fn is_controlled(&self) -> bool {
+        self.control.is_some() || self.law.is_some()
+    }
+
     /// True if a controller, feed-forward or prescribed actuator follows the motion.
     pub fn follows(&self) -> bool {
         let feeds = matches!(self.drives, Feed::Inverse);
-        self.control.is_some() || feeds || !self.prescribed.is_empty()
+        let has_reference = self.law.is_some() && self.motion.is_some();
+        self.control.is_some() || has_reference || feeds || !self.prescribed.is_empty()
     }
 
     /// Model whose bodies carry the payloads of the load case, and the load case without them.
@@ -122,9 +147,42 @@ impl Job<'_> {
         Ok((model, load))
     }
 
+    /// Models with the payloads that are carried at the start and after each change.
+    pub(super) fn models_between(&self, changes: &[PayloadChange<'_>]) -> Vec<ModelFile> {
+        let mut carried: Vec<&Payload> = self
+            .load
+            .payloads
+            .iter()
+            .filter(|payload| payload.is_carried(self.from, Side::After))
+            .collect();
+        let model_of = |carried: &[&Payload]| {
+            let mut model = self.model.clone();
+            for payload in carried {
+                model.mechanism = model.mechanism.with_payload(payload.body, &payload.part);
+            }
+            model
+        };
+        let mut models = vec![model_of(&carried)];
+        for change in changes {
+            if change.picked_up {
+                carried.push(change.payload);
+            } else {
+                carried.retain(|payload| !std::ptr::eq(*payload, change.payload));
+            }
+            models.push(model_of(&carried));
+        }
+        models
+    }
+
+    /// True if a body picks up or places a part during the simulation.
+    pub(crate) fn has_payload_changes(&self) -> bool {
+        !self.load.payload_changes((self.from, self.until)).is_empty()
+    }
+
     /// True for each actuator that follows the motion.
     pub fn followers(&self) -> Vec<bool> {
-        let all = self.control.is_some() || matches!(self.drives, Feed::Inverse);
+        let has_reference = self.law.is_some() && self.motion.is_some();
+        let all = self.control.is_some() || has_reference || matches!(self.drives, Feed::Inverse);
         let count = self.model.mechanism.actuators().count();
         (0..count).map(|actuator| all || self.prescribed.contains(&actuator)).collect()
     }

@@ -1,14 +1,21 @@
 //! Forward dynamics: motion of a mechanism from an initial state.
 
 mod acting_inputs;
+mod animation;
 mod checkpoint;
+mod control_law;
 mod controller;
+mod equilibrium;
 mod events;
 mod figures;
 mod guide;
+mod headlines;
+mod holding;
 mod job;
+mod linearize;
 mod motors;
 mod outcome;
+mod page;
 mod poles;
 mod reference;
 mod rows;
@@ -19,13 +26,20 @@ mod summary;
 mod tables;
 mod terminal;
 
-pub use checkpoint::{Figures, Mark, checksum};
+pub use animation::Animation;
+pub use checkpoint::{Figures, RunCheckpoint, checksum};
+pub use control_law::{ControlLaw, Measured};
+pub use equilibrium::{Equilibrium, Stability};
 pub use figures::Curves;
+pub use headlines::RowEfforts;
+pub use holding::{Holding, HoldingRange};
 pub use job::{Feed, Job, Start, arrange};
+pub use linearize::{LinearMode, LinearModel, Named};
 pub use outcome::{Ending, Outcome};
+pub use page::draw_report;
 pub use poles::pole;
 pub use rows::{Recorder, Rows};
 pub use sample::Sample;
 pub use summary::Summary;
-pub use tables::{Tables, write_events};
+pub use tables::{Columns, EventRow, Tables, event_rows, write_events};
 pub use terminal::write_summary;

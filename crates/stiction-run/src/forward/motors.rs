@@ -1,22 +1,21 @@
 //! Motors of the drive trains in a simulation.
 //!
-//! The effort of an actuator with a drive train is the torque of its motor times the transmission: rotor and
-//! friction of the motor are part of the mechanism that it moves.
+//! The effort of an actuator with a drive train is the torque of its motor times the transmission: rotor,
+//! friction of the motor and loss of the gear are part of the mechanism that it moves.
 
-use crate::power_off::actuators_of;
-use stiction_core::kinematics::Target;
-use stiction_core::mechanism::{DriveTrain, Mechanism};
+use stiction_core::kinematics::{Bodies, Target};
+use stiction_core::mechanism::{DriveTrain, Mechanism, MotorMap};
 
-/// Drive trains, each with its actuator.
+/// Drive trains, each with the actuators that it moves.
 #[derive(Clone, Debug)]
 pub(super) struct Motors {
-    trains: Vec<(DriveTrain, usize)>,
+    trains: Vec<(DriveTrain, MotorMap)>,
 }
 
 impl Motors {
     pub(super) fn new(mechanism: &Mechanism) -> Self {
         let trains = mechanism.drive_trains().iter().cloned();
-        Self { trains: trains.zip(actuators_of(mechanism)).collect() }
+        Self { trains: trains.zip(mechanism.motor_maps()).collect() }
     }
 
     /// Columns of the motors.
@@ -30,33 +29,86 @@ impl Motors {
         })
     }
 
+    /// Drive trains.
+    pub(super) fn trains(&self) -> impl Iterator<Item = &DriveTrain> {
+        self.trains.iter().map(|(train, _)| train)
+    }
+
+    /// Torque, N m, and speed, rad/s, of each motor in its columns.
+    pub(super) fn read<'r>(
+        &self,
+        row: &'r [f64],
+    ) -> impl Iterator<Item = (f64, f64)> + use<'_, 'r> {
+        let mut at = 0;
+        self.trains().map(move |train| {
+            let first = at;
+            at += 2 + usize::from(train.torque_constant.is_some());
+            (row[first], row[first + 1])
+        })
+    }
+
     /// Writes the row of the motors; `rate` is that of an actuator, m/s or rad/s.
     pub(super) fn write(&self, efforts: &[f64], rate: impl Fn(usize) -> f64, row: &mut Vec<f64>) {
-        for (train, actuator) in &self.trains {
+        for (train, map) in &self.trains {
             let n = train.transmission();
-            let torque = train.share * efforts[*actuator] / n;
-            row.extend([torque, n * rate(*actuator)]);
+            let torque = map.effort(efforts) / n;
+            row.extend([torque, n * map.output(&rate)]);
             row.extend(train.torque_constant.map(|constant| torque / constant));
         }
     }
 
     /// Adds to the efforts that joints need for a motion what their motors need in addition: to accelerate
-    /// their rotors and, if `friction`, to overcome their friction.
-    pub(super) fn add(&self, efforts: &mut [f64], motion: &[Target<f64>], friction: bool) {
-        for (train, actuator) in &self.trains {
-            let Target { rate, acceleration, .. } = motion[*actuator];
+    /// their rotors and, if `friction`, to overcome their friction and that of their gears.
+    pub(super) fn add(
+        &self,
+        efforts: &mut [f64],
+        (motion, bodies): (&[Target<f64>], &Bodies<f64>),
+        friction: bool,
+    ) {
+        let joints = efforts.to_vec();
+        for (train, map) in &self.trains {
+            let rate = map.output(|actuator| motion[actuator].rate);
+            let acceleration = map.output(|actuator| motion[actuator].acceleration);
+            let effort = map.effort(&joints);
+            // At rest, friction has any direction.
+            let rate = (rate != 0.0).then_some(rate);
+            let carrier = train.acceleration_of_carrier(&bodies.pose, &bodies.acceleration);
+            let bounds = (effort, effort);
             let motor = match friction {
-                true => train.motor(0.0, (0.0, 0.0), Some(rate), acceleration),
-                false => train.without_friction().motor(0.0, (0.0, 0.0), Some(rate), acceleration),
+                true => train.motor(effort, bounds, rate, acceleration, carrier),
+                false => {
+                    let ideal = train.without_friction();
+                    ideal.motor(effort, bounds, rate, acceleration, carrier)
+                }
             };
-            efforts[*actuator] += train.transmission() * motor.torque;
+            let more = train.transmission() * motor.torque - effort;
+            map.terms.iter().for_each(|term| efforts[term.actuator] += term.part * more);
+        }
+    }
+
+    /// Widens efforts that hold joints at rest by the friction of their motors and the losses of their gears.
+    pub(super) fn widen(&self, low: &mut [f64], high: &mut [f64]) {
+        let joints: Vec<(f64, f64)> = low.iter().copied().zip(high.iter().copied()).collect();
+        for (train, map) in &self.trains {
+            let bounds = map.effort_bounds(&joints);
+            let motor = train.motor(0.5 * (bounds.0 + bounds.1), bounds, None, 0.0, 0.0);
+            let n = train.transmission();
+            let (a, b) = (n * motor.torque_bounds.0, n * motor.torque_bounds.1);
+            let (lower, upper) = (a.min(b) - bounds.0, a.max(b) - bounds.1);
+            for term in &map.terms {
+                let (a, b) = (term.part * lower, term.part * upper);
+                low[term.actuator] += a.min(b);
+                high[term.actuator] += a.max(b);
+            }
         }
     }
 
     /// Adds the reflected inertia of the rotors to the effective masses of the actuators, kg or kg m^2.
     pub(super) fn add_inertia(&self, masses: &mut [f64]) {
-        for (train, actuator) in &self.trains {
-            masses[*actuator] += train.reflected_inertia();
+        for (train, map) in &self.trains {
+            for term in &map.terms {
+                masses[term.actuator] += term.part * term.part * train.reflected_inertia();
+            }
         }
     }
 }

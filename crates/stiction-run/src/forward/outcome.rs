@@ -1,6 +1,6 @@
 //! Result of a whole simulation.
 
-use super::checkpoint::Mark;
+use super::checkpoint::RunCheckpoint;
 use crate::error::Error;
 use stiction_core::forward::Event;
 
@@ -9,6 +9,8 @@ use stiction_core::forward::Event;
 pub enum Ending {
     /// The simulation reached its end time.
     Reached,
+    /// A stop condition holds: its text.
+    Stopped(String),
     /// The user stopped the simulation.
     Interrupted,
     /// The simulation failed.
@@ -37,7 +39,7 @@ pub struct Outcome {
     /// zero.
     pub coarsest: f64,
     /// Checkpoint at the last sample, if the user stopped the simulation.
-    pub mark: Option<Mark>,
+    pub checkpoint: Option<RunCheckpoint>,
     /// True if the actuators determine the motion, so that inverse dynamics can recompute it.
     pub invertible: bool,
     /// True if prescribed or locked actuators changed the rates at the start.

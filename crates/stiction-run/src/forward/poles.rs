@@ -8,8 +8,9 @@ const LOOKS: usize = 4099;
 /// Growth over the last bisections above which a change of sign is a pole instead of a zero or a
 /// jump; values at a pole grow by a factor of about a million.
 const GROWTH: f64 = 1e3;
-/// Width, in units of the spacing of adjacent floating-point numbers, below which growth is
-/// measured: other signals hardly change within it.
+/// Width of the interval beside a pole, in units of the spacing of floating-point numbers,
+/// within which the growth of a signal is measured. A signal without a pole hardly changes over
+/// this width.
 const NEAR: f64 = 1048576.0;
 
 /// First instant between `from` and `until` at which a signal changes sign through infinity, s.

@@ -11,7 +11,7 @@ use stiction_format::{FrictionFeed, Signal};
 
 /// Reference motions of the actuators that follow the motion.
 #[derive(Clone, Debug)]
-pub(super) struct Wanted<'a> {
+pub(super) struct References<'a> {
     followers: Vec<Reference<'a>>,
     guide: Option<Guide<'a>>,
     now: Vec<Target<f64>>,
@@ -39,7 +39,12 @@ pub(super) fn own_course<'a>(
     signals.find(|(coordinate, _)| *coordinate == own).map(|(_, signal)| signal)
 }
 
-impl<'a> Wanted<'a> {
+impl<'a> References<'a> {
+    /// Returns whether references follow from the motion of the whole mechanism.
+    pub(super) fn is_guided(&self) -> bool {
+        self.guide.is_some()
+    }
+
     /// Creates the references before the first sample; `starts` are the actuators' start positions.
     /// The motion of the whole mechanism is followed only if an actuator has no signal of its own.
     pub(super) fn new(job: &Job<'a>, forward: &Forward, starts: &[f64]) -> Result<Self, Error> {

@@ -6,6 +6,7 @@ use super::sample::Sample;
 use crate::bodies::BodyRow;
 use crate::dofs::{Dof, actuated, dofs_of};
 use crate::names::Names;
+use crate::ranges::Measured;
 use crate::table::{REACTION, columns, header};
 use crate::{Sink, SinkError};
 use std::io;
@@ -17,14 +18,20 @@ pub(super) struct Layout {
     pub(crate) names: Names,
     pub(crate) dofs: Vec<Dof>,
     /// True for each actuator that follows a motion.
-    pub(crate) wanted: Vec<bool>,
+    pub(crate) reference: Vec<bool>,
+    /// True if a body picks up or places a part during the simulation.
+    pub(crate) has_payload_changes: bool,
     /// True for each friction interface that slides along one direction, so that speed and friction
     /// have a sign.
     pub(crate) signed: Vec<bool>,
     /// Index of each actuator's degree of freedom.
     pub(crate) dof_of_actuator: Vec<usize>,
-    motors: Motors,
+    pub(super) motors: Motors,
     bodies: Vec<String>,
+    /// Quantities with a range that are no coordinates, with their names and SI units.
+    pub(super) measured: Vec<(Measured, String, &'static str)>,
+    /// Stop conditions as written.
+    pub(crate) stops: Vec<String>,
 }
 
 /// Rows of one sample, without the time.
@@ -60,7 +67,7 @@ impl Layout {
         });
         // If a joint has several degrees of freedom, names include the degree of freedom, as in all
         // columns.
-        let mut names = Names::new(mechanism);
+        let mut names = Names::with_shafts(mechanism);
         for ((name, _), &dof) in names.drives.iter_mut().zip(&dof_of_actuator) {
             let own: &Dof = &dofs[dof];
             name.clone_from(&own.name);
@@ -68,16 +75,20 @@ impl Layout {
         // The friction of motors follows that of the joints.
         let shafts = mechanism.shafts_with_friction();
         let signed: Vec<bool> = signed.chain(shafts.iter().map(|_| true)).collect();
-        let shafts = shafts.into_iter().map(|(name, joint)| (format!("{name}.motor"), joint.0));
-        names.interfaces.extend(shafts);
         Self {
             names,
-            wanted: job.followers(),
+            reference: job.followers(),
             signed,
             motors: Motors::new(mechanism),
             dof_of_actuator,
             dofs,
             bodies: BodyRow::header(mechanism).collect(),
+            measured: Measured::all(mechanism)
+                .into_iter()
+                .map(|(of, name, unit, _)| (of, name, unit))
+                .collect(),
+            has_payload_changes: job.has_payload_changes(),
+            stops: job.stops.iter().map(|stop| stop.text.clone()).collect(),
         }
     }
 
@@ -89,14 +100,18 @@ impl Layout {
             if let Some(actuator) = dof.actuator {
                 let (name, unit) = &self.names.drives[actuator];
                 forward.push(format!("{name}.drive [{unit}]"));
-                if self.wanted[actuator] {
-                    forward.push(format!("{}.wanted [{}]", dof.name, dof.units()[0]));
+                if self.reference[actuator] {
+                    forward.push(format!("{}.reference [{}]", dof.name, dof.units()[0]));
                 }
             }
         }
         forward.extend(self.motors.columns());
+        forward.extend(self.measured.iter().map(|(_, name, unit)| format!("{name} [{unit}]")));
         forward.push("closure [m]".to_owned());
-        let reactions = columns(self.names.joints.iter().map(String::as_str), &REACTION);
+        let mut reactions = columns(self.names.joints.iter().map(String::as_str), &REACTION);
+        for (name, unit) in &self.names.gearings {
+            reactions.extend([format!("{name}.effort [{unit}]"), format!("{name}.determined")]);
+        }
         let interfaces = || self.names.interfaces.iter().map(|(name, _)| name.as_str());
         let friction = columns(interfaces(), &INTERFACE);
         let mut energy = ["kinetic [J]", "potential [J]"].map(str::to_owned).to_vec();
@@ -105,6 +120,9 @@ impl Layout {
             &["work [J]"],
         ));
         energy.extend(["loads.work [J]", "dampers.dissipated [J]"].map(str::to_owned));
+        if self.has_payload_changes {
+            energy.extend(["payloads.energy [J]", "impacts.lost [J]"].map(str::to_owned));
+        }
         energy.extend(columns(interfaces(), &["dissipated [J]"]));
         energy.extend(["error [J]", "turnover [J]"].map(str::to_owned));
         // Other commands read the motion table as input.
@@ -121,8 +139,14 @@ impl Layout {
 
     /// Index of the first column of a degree of freedom in a row of `forward.csv`.
     fn place(&self, dof: usize) -> usize {
-        let width = |f: &Dof| 3 + f.actuator.map_or(0, |a| 1 + usize::from(self.wanted[a]));
+        let width = |f: &Dof| 3 + f.actuator.map_or(0, |a| 1 + usize::from(self.reference[a]));
         self.dofs[..dof].iter().map(width).sum()
+    }
+
+    /// Columns of the motors in a row of `forward.csv`.
+    pub(super) fn motors_in<'r>(&self, row: &'r [f64]) -> &'r [f64] {
+        let begin = self.place(self.dofs.len()).min(row.len());
+        &row[begin..]
     }
 
     /// Position, rate and acceleration of a degree of freedom in a row of `forward.csv`.
@@ -131,10 +155,17 @@ impl Layout {
         &row[at..at + 3]
     }
 
+    /// Quantity with a range in a row of `forward.csv`, rad or m; NaN for one that is not there.
+    pub(crate) fn measured_in(&self, row: &[f64], of: Measured) -> f64 {
+        let place = self.measured.iter().position(|(known, ..)| *known == of);
+        let first = row.len() - 1 - self.measured.len();
+        place.and_then(|place| row.get(first + place)).copied().unwrap_or(f64::NAN)
+    }
+
     /// Effort of an actuator and its reference position in a row of `forward.csv`.
     pub(crate) fn drive_in(&self, row: &[f64], actuator: usize) -> (f64, Option<f64>) {
         let at = self.place(self.dof_of_actuator[actuator]) + 3;
-        (row[at], self.wanted[actuator].then(|| row[at + 1]))
+        (row[at], self.reference[actuator].then(|| row[at + 1]))
     }
 }
 
@@ -216,7 +247,7 @@ impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
             row.extend([motion.value, motion.rate, motion.acceleration]);
             if let Some(actuator) = dof.actuator {
                 row.push(now.drives[actuator]);
-                row.extend(layout.wanted[actuator].then(|| sample.wanted[actuator].value));
+                row.extend(layout.reference[actuator].then(|| sample.reference[actuator].value));
             }
         }
         layout.motors.write(
@@ -224,6 +255,7 @@ impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
             |actuator| sample.joints[layout.dof_of_actuator[actuator]].rate,
             row,
         );
+        row.extend(layout.measured.iter().map(|(of, ..)| of.value(&now.bodies)));
         row.push(sample.closure);
 
         let row = &mut rows.reactions;
@@ -233,6 +265,7 @@ impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
             row.extend(force.to_array().into_iter().chain(moment.to_array()));
             row.push(determined);
         }
+        row.extend(now.gearings.iter().flat_map(|effort| [*effort, determined]));
 
         let row = &mut rows.friction;
         row.clear();
@@ -255,6 +288,9 @@ impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
         row.extend([now.account.kinetic, now.account.potential]);
         row.extend_from_slice(&energies.drives);
         row.extend([energies.loads, energies.dampers]);
+        if layout.has_payload_changes {
+            row.extend([energies.payloads, energies.impacts]);
+        }
         row.extend_from_slice(&energies.interfaces);
         row.extend([sample.energy_error, energies.turnover]);
         self.sink.add(rows)

@@ -1,7 +1,7 @@
 //! Run of a simulation.
 
 use super::acting_inputs::{Acting, prescribed};
-use super::checkpoint::{Figures, Mark};
+use super::checkpoint::{Figures, RunCheckpoint};
 use super::controller::by_actuators;
 use super::job::{Feed, Job};
 use super::outcome::{Ending, Outcome};
@@ -11,8 +11,8 @@ use crate::dofs::dofs_of;
 use crate::error::{Error, SinkError, check_finite};
 use crate::{Instants, InstantsError};
 use stiction_core::dynamics::AppliedLoad;
-use stiction_core::forward::{Checkpoint, Event, Forward};
-use stiction_format::Signal;
+use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
+use stiction_format::{LoadCase, Payload, Signal};
 
 /// Relative change of the rates at the start that projection and rounding explain.
 const CHANGED: f64 = 1e-6;
@@ -27,39 +27,50 @@ impl Job<'_> {
     }
 
     /// Runs the simulation. Passes each sample to `receive`, with a function that creates a
-    /// checkpoint after it. Polls `stopped` for the user's request to stop. With `mark` the
+    /// checkpoint after it. Polls `stopped` for the user's request to stop. With `checkpoint` the
     /// simulation resumes after the last sample of that checkpoint.
     ///
     /// # Errors
     /// The simulation fails before its first sample. Later failures are in [`Outcome::ending`].
     pub fn run(
         &self,
-        mut receive: impl FnMut(&Sample<'_>, &dyn Fn() -> Mark) -> Result<(), SinkError>,
+        mut receive: impl FnMut(&Sample<'_>, &dyn Fn() -> RunCheckpoint) -> Result<(), SinkError>,
         stopped: &dyn Fn() -> bool,
-        mark: Option<&Mark>,
+        checkpoint: Option<&RunCheckpoint>,
     ) -> Result<Outcome, Error> {
-        if !self.load.payloads.is_empty() {
-            let (model, load) = self.with_payloads()?;
-            let job = Job { model: &model, load: &load, ..self.clone() };
-            return job.run(receive, stopped, mark);
-        }
         let instants = self.instants()?;
-        let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
-        let (state, assembly_notes) = start::state(self, &forward)?;
-        let mut acting = Acting::new(self, &forward, &state, stopped)?;
+        // One job and one model for each set of payloads that is carried.
+        let changes = self.load.payload_changes((self.from, self.until));
+        let load = LoadCase { payloads: Vec::new(), ..self.load.clone() };
+        let models = self.models_between(&changes);
+        let jobs: Vec<Job<'_>> =
+            models.iter().map(|model| Job { model, load: &load, ..self.clone() }).collect();
+        let forwards: Vec<Forward> = jobs
+            .iter()
+            .map(|job| Forward::new(job.model.mechanism.clone(), &prescribed(job)))
+            .collect();
+        let resumed_at = checkpoint.map(|point| instants.at(point.samples.saturating_sub(1)));
+        let mut changed =
+            changes.iter().filter(|change| resumed_at.is_some_and(|t| change.is_due(t))).count();
+        let (mut job, mut forward) = (&jobs[changed], &forwards[changed]);
+        let (state, assembly_notes) = start::state(&jobs[0], &forwards[0])?;
+        let start = state.clone();
+        let next_change = |changed: usize| changes.get(changed).map_or(f64::INFINITY, |c| c.time);
+        let mut acting = Acting::new(job, forward, &start, stopped)?;
+        acting.payload_change = next_change(changed);
         self.check(self.from)?;
-        let started = match mark {
+        let started = match checkpoint {
             None => forward.start(self.from, state, self.settings, &mut acting),
-            Some(mark) => {
-                if !mark.fits(&self.model.mechanism) {
-                    return Err(Error::Mark);
+            Some(checkpoint) => {
+                if !checkpoint.fits(&self.model.mechanism) {
+                    return Err(Error::Checkpoint);
                 }
                 // The checkpoint contains the earlier events.
-                let numbers = mark.simulation.clone();
+                let numbers = checkpoint.simulation.clone();
                 let point = Checkpoint { numbers, events: Vec::new() };
                 let resumed = forward.resume(&point, self.settings);
-                let simulation = resumed.map_err(|_| Error::Mark)?;
-                acting.restore(&mark.inputs).ok_or(Error::Mark)?;
+                let simulation = resumed.map_err(|_| Error::Checkpoint)?;
+                acting.restore(&checkpoint.inputs).ok_or(Error::Checkpoint)?;
                 Ok(simulation)
             }
         };
@@ -73,36 +84,59 @@ impl Job<'_> {
         };
         let now = simulation.instant();
         let rates_changed = simulation.dropped() > CHANGED;
-        let mut figures = match mark {
-            Some(mark) => mark.figures,
+        let mut figures = match checkpoint {
+            Some(checkpoint) => checkpoint.figures,
             None => Figures {
-                invertible: by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok(),
+                invertible: by_actuators(job.model, forward, (&now.state, &now.bodies)).is_ok(),
                 ..Figures::default()
             },
         };
         let dofs = dofs_of(&self.model.mechanism);
         let mut joints = Vec::with_capacity(dofs.len());
-        let mut wanted = Vec::new();
+        let mut reference = Vec::new();
         let mut ending = Ending::Reached;
         let (mut done, mut last) = (0, self.from);
         let mut before = Vec::new();
-        if let Some(mark) = mark {
-            done = mark.samples;
+        if let Some(checkpoint) = checkpoint {
+            done = checkpoint.samples;
             last = instants.at(done.saturating_sub(1));
-            before.clone_from(&mark.events);
+            before.clone_from(&checkpoint.events);
         }
         // Last checkpoint without its events, and the number of those events.
-        let mut kept: Option<(Mark, usize)> = None;
+        let mut kept: Option<(RunCheckpoint, usize)> = None;
         for time in instants.iter().skip(done) {
-            let advanced = self
-                .check(time)
+            let mut advanced = self.check(time);
+            while let Some(change) = changes.get(changed).filter(|change| change.is_due(time)) {
+                let at = change.time;
+                let moved = advanced
+                    .and_then(|()| simulation.advance(at, &mut acting).map_err(Error::Forward));
+                if moved.is_err() || simulation.ended_by().is_some() || acting.failed.is_some() {
+                    advanced = moved;
+                    break;
+                }
+                changed += 1;
+                (job, forward) = (&jobs[changed], &forwards[changed]);
+                let state = acting.save();
+                advanced = Acting::new(job, forward, &start, stopped).and_then(|mut next| {
+                    next.restore(&state).ok_or(Error::Checkpoint)?;
+                    next.payload_change = next_change(changed);
+                    acting = next;
+                    let Payload { body, part, .. } = change.payload;
+                    let change = PayloadChange { body: *body, part, picked_up: change.picked_up };
+                    simulation.change_payload(forward, change, &mut acting).map_err(Error::Forward)
+                });
+                if advanced.is_err() {
+                    break;
+                }
+            }
+            let advanced = advanced
                 .and_then(|()| {
                     let moved = simulation.advance(time, &mut acting);
                     moved.map_err(Error::Forward)
                 })
                 .and_then(|()| {
-                    wanted.clear();
-                    wanted.extend_from_slice(acting.wanted_at(time)?);
+                    reference.clear();
+                    reference.extend_from_slice(acting.references_at(simulation.instant().time)?);
                     Ok(())
                 });
             if acting.is_stopped || (stopped() && done > 0) {
@@ -118,24 +152,31 @@ impl Job<'_> {
                 break;
             }
             let now = simulation.instant();
+            let time = now.time;
+            if let Some(stop) = simulation.ended_by().and_then(|k| self.stops.get(k)) {
+                ending = Ending::Stopped(stop.text.clone());
+                if time <= last && done > 0 {
+                    break;
+                }
+            }
             joints.clear();
             joints.extend(dofs.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
             let loads: Vec<AppliedLoad<f64>> = self.load.at(time).collect();
             let sample = Sample {
-                forward: &forward,
+                forward,
                 instant: now,
                 energies: simulation.energies(),
                 energy_error: simulation.energy_error(),
                 joints: &joints,
-                wanted: &wanted,
+                reference: &reference,
                 loads: &loads,
-                closure: forward.closure_error(&now.bodies),
+                closure: forward.closure_error(&now.bodies, &now.state),
             };
             figures.redundant = figures.redundant.max(now.redundant);
             figures.open_drives = figures.open_drives.max(now.open_drives);
             done += 1;
             last = time;
-            let bare = || Mark {
+            let bare = || RunCheckpoint {
                 samples: done,
                 simulation: simulation.checkpoint().numbers,
                 inputs: acting.save(),
@@ -145,24 +186,27 @@ impl Job<'_> {
             let make = || {
                 let events = before.iter().chain(simulation.recorded_events());
                 let events = events.cloned().collect();
-                Mark { events, ..bare() }
+                RunCheckpoint { events, ..bare() }
             };
             receive(&sample, &make).map_err(Error::Receiver)?;
             kept = Some((bare(), before.len() + simulation.recorded_events().len()));
+            if matches!(ending, Ending::Stopped(_)) {
+                break;
+            }
         }
         let mut events: Vec<Event> = before.iter().chain(simulation.events()).cloned().collect();
         let stopped = matches!(ending, Ending::Interrupted);
-        let mark = kept.filter(|_| stopped).map(|(mark, count)| {
+        let checkpoint = kept.filter(|_| stopped).map(|(checkpoint, count)| {
             // Events after the last sample recur after a restart.
             events.truncate(count);
-            Mark { events: events.clone(), ..mark }
+            RunCheckpoint { events: events.clone(), ..checkpoint }
         });
         Ok(Outcome {
             assembly_notes,
             samples: done,
             events,
             last,
-            mark,
+            checkpoint,
             redundant: figures.redundant,
             open_drives: figures.open_drives,
             evaluations: simulation.evaluations(),

@@ -18,7 +18,7 @@ pub struct Sample<'a> {
     /// Motions of all scalar degrees of freedom of joints; angles count full turns.
     pub joints: &'a [Target<f64>],
     /// Reference motions of the actuators; zeros for those that follow none.
-    pub wanted: &'a [Target<f64>],
+    pub reference: &'a [Target<f64>],
     /// External loads.
     pub loads: &'a [AppliedLoad<f64>],
     /// Largest loop-closure error, m (angles times the characteristic length).

@@ -1,9 +1,11 @@
 //! Summary of a simulation.
 
-use super::events::{method_name, methods, tell_all};
+use super::events::{DescribedEvent, describe_all, method_name, methods};
 use super::job::Job;
 use super::outcome::{Ending, Outcome};
 use super::rows::{Layout, Rows};
+use crate::motor_load::MotorLoad;
+use crate::ranges::Ranges;
 use crate::statistics::{Reactions, Size};
 use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
@@ -19,12 +21,15 @@ pub struct Summary {
     pub(super) drives: Vec<Size>,
     /// Tracking errors of the actuators.
     pub(super) errors: Vec<Size>,
-    reactions: Reactions,
+    /// Motors of the drive trains.
+    pub(super) motors: Vec<MotorLoad>,
+    pub(super) reactions: Reactions,
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
     /// Magnitudes of the energies whose difference is the energy error.
     energies: Size,
+    ranges: Ranges,
 }
 
 /// Limits of the relative energy error as multiples of the step tolerance. In event-driven
@@ -49,6 +54,7 @@ impl Summary {
         let (drives, joints, interfaces) =
             (layout.names.drives.len(), layout.names.joints.len(), layout.names.interfaces.len());
         Self {
+            motors: vec![MotorLoad::default(); layout.motors.trains().count()],
             layout,
             first: None,
             last: Rows::default(),
@@ -60,6 +66,7 @@ impl Summary {
             closure: Size::default(),
             energy_error: Size::default(),
             energies: Size::default(),
+            ranges: Ranges::new(&job.model.mechanism),
         }
     }
 
@@ -109,14 +116,17 @@ impl Summary {
         let last = self.last.energy.as_slice();
         let start = |k: usize| self.first.as_ref().map_or(0.0, |first| first.energy[k]);
         let at = |k: usize| last.get(k).copied().unwrap_or(0.0);
+        let changes = usize::from(self.layout.has_payload_changes);
+        let first = 4 + 2 * changes + drives;
         Account {
             kinetic: (start(0), at(0)),
             potential: (start(1), at(1)),
             drives: last.get(2..2 + drives).unwrap_or(&[]),
             loads: at(2 + drives),
             dampers: at(3 + drives),
-            interfaces: last.get(4 + drives..4 + drives + interfaces).unwrap_or(&[]),
-            turnover: at(5 + drives + interfaces),
+            payloads: self.layout.has_payload_changes.then(|| (at(4 + drives), at(5 + drives))),
+            interfaces: last.get(first..first + interfaces).unwrap_or(&[]),
+            turnover: at(first + 1 + interfaces),
         }
     }
 
@@ -137,13 +147,17 @@ impl Summary {
                     "unit": unit,
                     "drive": self.drives[k].json(),
                     "work": account.drives.get(k),
-                    "error": self.layout.wanted[k].then(|| self.errors[k].json()),
-                    "error_unit": self.layout.wanted[k].then(|| dof.units()[0]),
+                    "error": self.layout.reference[k].then(|| self.errors[k].json()),
+                    "error_unit": self.layout.reference[k].then(|| dof.units()[0]),
                     "position_at_end": motion.map(|m| m[0]),
                     "rate_at_end": motion.map(|m| m[1]),
                 }),
             );
         }
+        let trains = self.layout.motors.trains().zip(&self.motors);
+        let actuators: Map<String, Value> = trains
+            .map(|(train, load)| (train.name.clone(), Value::Object(load.json(train))))
+            .collect();
         let mut friction = Map::new();
         for (k, (name, _)) in names.interfaces.iter().enumerate() {
             friction.insert(
@@ -158,6 +172,7 @@ impl Summary {
         }
         let (ended, why) = match &outcome.ending {
             Ending::Reached => ("reached", None),
+            Ending::Stopped(condition) => ("stopped", Some(condition.clone())),
             Ending::Interrupted => ("interrupted", None),
             Ending::Failed(error) => ("failed", Some(error.to_string())),
         };
@@ -166,23 +181,25 @@ impl Summary {
         let error = self.energy_error.peak.abs();
         let others: Vec<Value> =
             outcome.events.iter().filter_map(|event| self.others(event)).collect();
-        json!({
+        let mut value = json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
             "model": { "name": job.model.name, "title": job.model.title },
             "options": {
                 "motion": job.motion.map(|_| &job.motion_name),
                 "load": job.load_name,
                 "drives": job.drives_name,
-                "controller": job.control.map(|_| &job.control_name),
+                "controller": job.is_controlled().then_some(&job.control_name),
                 "friction": if job.friction { "on" } else { "off" },
                 "from": job.from,
                 "until": job.until,
                 "step": job.step,
+                "stop": self.layout.stops,
                 "method": method_name(job.settings.method),
                 "relative_tolerance": job.settings.relative,
                 "absolute_tolerance": job.settings.absolute,
                 "time_step_tolerance": job.settings.time_step_tolerance,
             },
+            "cautions": self.cautions(job),
             "units": "SI: s, m, rad, kg, N, N m, J, W",
             "ended": ended,
             "ended_because": why,
@@ -222,7 +239,17 @@ impl Summary {
                 "evaluations": outcome.evaluations,
                 "coarsest_step": outcome.coarsest.max(job.settings.relative),
             },
-        })
+        });
+        // Only runs in which a part is picked up or placed have these entries.
+        if let Some((brought, lost)) = account.payloads {
+            (value["energy"]["payloads"], value["energy"]["impacts"]) =
+                (json!(brought), json!(lost));
+        }
+        // Only models with drive trains have this entry.
+        if !actuators.is_empty() {
+            value["actuators"] = Value::Object(actuators);
+        }
+        value
     }
 
     /// Energies below this are rounding errors, J.
@@ -267,9 +294,40 @@ impl Summary {
         }))
     }
 
+    /// All events in words, in the order of time, with those of the ranges of joints.
+    pub(super) fn described(&self, events: &[Event]) -> Vec<DescribedEvent> {
+        let mut described = describe_all(&self.layout, self.at_rest_first(), events);
+        if self.ranges.all.is_empty() {
+            return described;
+        }
+        for watched in &self.ranges.all {
+            let detail = watched.limits_in_words();
+            for excursion in &watched.excursions {
+                let side = if excursion.above { "above" } else { "below" };
+                let mut describe = |time: f64, what: &'static str| {
+                    let (at, detail) = (watched.name.clone(), format!("{side} {detail}"));
+                    described.push(DescribedEvent { time, what, at, detail });
+                };
+                describe(excursion.from, "leaves-range");
+                if excursion.returns {
+                    describe(excursion.until, "returns-to-range");
+                }
+            }
+        }
+        described.sort_by(|a, b| a.time.total_cmp(&b.time));
+        described
+    }
+
+    /// Doubts about the motion, and ranges of joints that the simulation leaves.
+    pub(super) fn cautions(&self, job: &Job<'_>) -> Vec<String> {
+        let trains = self.layout.motors.trains().zip(&self.motors);
+        let motors = trains.flat_map(|(train, load)| load.cautions(train));
+        job.cautions().into_iter().chain(self.ranges.cautions()).chain(motors).collect()
+    }
+
     /// Number of events of each kind.
     fn count_events(&self, events: &[Event]) -> Value {
-        let told = tell_all(&self.layout, self.at_rest_first(), events);
+        let described = self.described(events);
         let kinds = [
             "sticks",
             "slides",
@@ -279,8 +337,10 @@ impl Summary {
             "singular",
             "method",
             "jump",
+            "leaves-range",
+            "returns-to-range",
         ];
-        let count = |kind: &str| told.iter().filter(|event| event.what == kind).count();
+        let count = |kind: &str| described.iter().filter(|event| event.what == kind).count();
         Value::Object(kinds.map(|kind| (kind.to_owned(), json!(count(kind)))).into_iter().collect())
     }
 }
@@ -292,13 +352,17 @@ impl Sink<Rows> for Summary {
         self.last.clone_from(rows);
         self.samples += 1;
         for actuator in 0..self.drives.len() {
-            let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
+            let (drive, reference) = self.layout.drive_in(&rows.forward, actuator);
             self.drives[actuator].add(time, drive);
-            if let Some(wanted) = wanted {
+            if let Some(reference) = reference {
                 let dof = self.layout.dof_of_actuator[actuator];
                 let position = self.layout.motion_in(&rows.forward, dof)[0];
-                self.errors[actuator].add(time, position - wanted);
+                self.errors[actuator].add(time, position - reference);
             }
+        }
+        let motors = self.layout.motors.read(self.layout.motors_in(&rows.forward));
+        for (load, (torque, speed)) in self.motors.iter_mut().zip(motors) {
+            load.add(time, torque, speed);
         }
         let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let reactions = rows.reactions.chunks_exact(7);
@@ -306,6 +370,17 @@ impl Sink<Rows> for Summary {
         for (load, row) in self.loads.iter_mut().zip(rows.friction.chunks_exact(6)) {
             load.add(time, row[1]);
         }
+        let layout = &self.layout;
+        self.ranges.add(
+            time,
+            |of| layout.measured_in(&rows.forward, of),
+            |joint, index| {
+                let dofs = &layout.dofs;
+                let place = dofs.iter().position(|dof| (dof.joint, dof.index) == (joint, index))?;
+                let motion = layout.motion_in(&rows.forward, place);
+                Some((motion[0], Some(motion[1])))
+            },
+        );
         self.closure.add(time, rows.forward.last().copied().unwrap_or(0.0));
         self.energy_error.add(time, rows.energy[rows.energy.len() - 2]);
         self.energies.add(time, rows.energy[0] + rows.energy[1].abs());
@@ -320,6 +395,8 @@ pub(super) struct Account<'a> {
     pub(super) drives: &'a [f64],
     pub(super) loads: f64,
     pub(super) dampers: f64,
+    /// Energy that payloads brought, and that was lost in impacts with them, if any changed.
+    pub(super) payloads: Option<(f64, f64)>,
     pub(super) interfaces: &'a [f64],
     pub(super) turnover: f64,
 }

@@ -1,9 +1,10 @@
 //! Tables of a simulation.
 
-use super::events::{Told, tell_all};
+use super::events::DescribedEvent;
 use super::job::Job;
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
+use crate::table::Table;
 use crate::{Sink, SinkError, table};
 use std::io;
 use stiction_core::forward::Event;
@@ -50,16 +51,69 @@ impl<W: io::Write> Tables<W> {
     }
 }
 
+/// Keeps the tables of a simulation in memory, with the numbers of [`Tables`].
+pub struct Columns {
+    tables: Vec<Table>,
+    layout: Layout,
+}
+
+impl Columns {
+    /// Starts the tables of a job.
+    pub fn new(job: &Job<'_>) -> Self {
+        let layout = Layout::new(job);
+        Self { tables: Table::all(Tables::<Vec<u8>>::FILES, layout.headers()), layout }
+    }
+
+    /// Returns the tables.
+    pub fn finish(self) -> Vec<Table> {
+        self.tables
+    }
+}
+
+/// Rows of all tables for one sample.
+fn each_row<R>(layout: &Layout, rows: &Rows, write: impl FnOnce([&[f64]; 6]) -> R) -> R {
+    let actuated = layout.dof_of_actuator.iter();
+    let motion = actuated.flat_map(|&dof| layout.motion_in(&rows.forward, dof)).copied();
+    let motion: Vec<f64> = motion.collect();
+    let all = [&rows.forward, &rows.reactions, &rows.friction, &rows.bodies, &rows.energy, &motion];
+    write(all.map(Vec::as_slice))
+}
+
 impl<W: io::Write> Sink<Rows> for Tables<W> {
     fn add(&mut self, rows: &Rows) -> Result<(), SinkError> {
         let Self { tables, layout } = self;
-        let actuated = layout.dof_of_actuator.iter();
-        let motion = actuated.flat_map(|&dof| layout.motion_in(&rows.forward, dof)).copied();
-        let motion: Vec<f64> = motion.collect();
-        let all =
-            [&rows.forward, &rows.reactions, &rows.friction, &rows.bodies, &rows.energy, &motion];
-        Ok(tables.add(rows.time, all.map(Vec::as_slice))?)
+        Ok(each_row(layout, rows, |all| tables.add(rows.time, all))?)
     }
+}
+
+impl Sink<Rows> for Columns {
+    fn add(&mut self, rows: &Rows) -> Result<(), SinkError> {
+        let Self { tables, layout } = self;
+        each_row(layout, rows, |all| {
+            tables.iter_mut().zip(all).for_each(|(table, row)| table.add(rows.time, row));
+        });
+        Ok(())
+    }
+}
+
+/// Event of a simulation in words, as a row of `events.csv`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EventRow {
+    /// Time, s.
+    pub time: f64,
+    /// Kind of event, one word.
+    pub event: &'static str,
+    /// Friction interface, joint or condition; empty if the event concerns the whole mechanism.
+    pub at: String,
+    /// Details; may be empty.
+    pub detail: String,
+}
+
+/// Describes the events of a simulation in words.
+pub fn event_rows(summary: &Summary, events: &[Event]) -> Vec<EventRow> {
+    let each = summary.described(events).into_iter();
+    each.map(|DescribedEvent { time, what, at, detail }| EventRow { time, event: what, at, detail })
+        .collect()
 }
 
 /// Writes `events.csv`, one row for each event.
@@ -69,12 +123,10 @@ impl<W: io::Write> Sink<Rows> for Tables<W> {
 pub fn write_events(into: impl io::Write, summary: &Summary, events: &[Event]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(into);
     writer.write_record(["time [s]", "event", "at", "detail"])?;
-    for Told { time, what, at, detail } in
-        tell_all(&summary.layout, summary.at_rest_first(), events)
-    {
+    for EventRow { time, event, at, detail } in event_rows(summary, events) {
         let mut cell = String::new();
         stiction_draw::numbers::exact(&mut cell, time);
-        writer.write_record([cell.as_str(), what, &at, &detail])?;
+        writer.write_record([cell.as_str(), event, &at, &detail])?;
     }
     writer.flush()
 }

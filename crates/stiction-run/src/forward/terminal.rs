@@ -1,6 +1,6 @@
 //! Summary of a simulation for the terminal.
 
-use super::events::{Told, methods, tell_all};
+use super::events::{DescribedEvent, methods};
 use super::job::{Job, Start};
 use super::outcome::{Ending, Outcome};
 use super::summary::Summary;
@@ -11,7 +11,7 @@ use stiction_draw::numbers::{number, order, percent};
 /// Largest number of friction interfaces and events listed.
 const LISTED: usize = 6;
 /// Relative error of a step above which the summary has a caution.
-const COARSE: f64 = 1e-8;
+pub(super) const COARSE: f64 = 1e-8;
 
 /// Writes the summary as plain text.
 ///
@@ -47,6 +47,9 @@ pub fn write_summary(
             writeln!(out, "{what}: {}", listed.join(", "))?;
         }
     }
+    if let Ending::Stopped(condition) = &outcome.ending {
+        writeln!(out, "ended at t = {} s: {condition}", number(outcome.last))?;
+    }
     if outcome.rates_changed {
         writeln!(
             out,
@@ -54,14 +57,15 @@ pub fn write_summary(
              prescribed joints do not allow"
         )?;
     }
+    if let Some(interpolation) = job.motion.and_then(|motion| motion.interpolation.as_ref()) {
+        writeln!(out, "motion: {interpolation}")?;
+    }
     for note in &outcome.assembly_notes {
         writeln!(out, "note: {note}")?;
     }
-    for doubt in job.motion.iter().flat_map(|motion| &motion.warnings) {
-        writeln!(out, "CAUTION: {}", doubt.message)?;
-    }
     writeln!(out)?;
     write_drives(out, summary)?;
+    write_motors(out, summary)?;
     write_friction(out, summary, outcome)?;
     write_energy(out, summary)?;
     if let Some(part) = summary.energy_lost(&job.settings, &outcome.events) {
@@ -72,7 +76,35 @@ pub fn write_summary(
         )?;
     }
     write_method(out, summary, outcome)?;
-    write_verdicts(out, job, summary, outcome)
+    write_verdicts(out, job, summary, outcome)?;
+    summary.cautions(job).iter().try_for_each(|caution| writeln!(out, "CAUTION: {caution}"))
+}
+
+fn write_motors(out: &mut impl Write, summary: &Summary) -> fmt::Result {
+    let trains = || summary.layout.motors.trains();
+    if summary.motors.is_empty() {
+        return Ok(());
+    }
+    let wide = width(trains().map(|train| train.name.as_str()), 13);
+    writeln!(
+        out,
+        "{:wide$}  {:>11} {:>11}  {:>13}  {:>13}  {:>12} {:>12}",
+        "motor", "peak N m", "rms N m", "peak rad/s", "peak W", "work J", "turns"
+    )?;
+    for (train, load) in trains().zip(&summary.motors) {
+        writeln!(
+            out,
+            "{:wide$}  {:>11} {:>11}  {:>13}  {:>13}  {:>12} {:>12}",
+            train.name,
+            number(load.torque.peak),
+            number(load.rms()),
+            number(load.speed.peak),
+            number(load.power.peak),
+            number(load.work.value),
+            percent(Some(load.duty())),
+        )?;
+    }
+    writeln!(out)
 }
 
 fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
@@ -82,7 +114,7 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     }
     let names = &layout.names.drives;
     let wide = width(names.iter().map(|(name, _)| name.as_str()), 13);
-    let follows = layout.wanted.contains(&true);
+    let follows = layout.reference.contains(&true);
     write!(out, "{:wide$}  {:>23}  {:>13}  {:>13}", "", "effort", "position", "rate")?;
     writeln!(
         out,
@@ -113,7 +145,7 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
             format!("{position} {place}"),
             format!("{rate} {speed}"),
         )?;
-        if layout.wanted[k] {
+        if layout.reference[k] {
             let error = &summary.errors[k];
             let small = if place == "m" { ("mm", 1e3) } else { ("mrad", 1e3) };
             let amount = |x: f64| format!("{} {}", number(x * small.1), small.0);
@@ -218,6 +250,14 @@ fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
         amount(account.potential.1 - account.potential.0),
         amount(dissipated),
     )?;
+    if let Some((brought, lost)) = account.payloads {
+        writeln!(
+            out,
+            "payloads brought {} J; {} J lost in the impacts when they were picked up",
+            amount(brought),
+            amount(lost)
+        )?;
+    }
     write!(out, "loop closure error {} m; ", order(summary.closure.peak))?;
     match summary.energy_error_relative() {
         Some(relative) => writeln!(out, "relative energy error {}", order(relative)),
@@ -254,8 +294,8 @@ fn write_verdicts(
     summary: &Summary,
     outcome: &Outcome,
 ) -> fmt::Result {
-    let told = tell_all(&summary.layout, summary.at_rest_first(), &outcome.events);
-    let count = |what: &str| told.iter().filter(|event| event.what == what).count();
+    let described = summary.described(&outcome.events);
+    let count = |what: &str| described.iter().filter(|event| event.what == what).count();
     let (stops, slides, reversals) = (count("sticks"), count("slides"), count("reverses"));
     if stops + slides + reversals > 0 {
         writeln!(
@@ -266,7 +306,7 @@ fn write_verdicts(
             times(reversals),
         )?;
     }
-    if let Some(event) = told.iter().find(|event| event.what == "shares-not-unique") {
+    if let Some(event) = described.iter().find(|event| event.what == "shares-not-unique") {
         writeln!(
             out,
             "the distribution of static friction is not unique from t = {} s on: more friction \
@@ -286,7 +326,7 @@ fn write_verdicts(
         )?;
     }
     let singular = count("singular");
-    if let Some(event) = told.iter().find(|event| event.what == "singular") {
+    if let Some(event) = described.iter().find(|event| event.what == "singular") {
         writeln!(
             out,
             "it passes singular positions {}, first at t = {} s: branches of motion meet there, and the motion \
@@ -304,7 +344,9 @@ fn write_verdicts(
         )?;
     }
     let jumps = count("jump");
-    if let Some(Told { time, at, .. }) = told.iter().find(|event| event.what == "jump") {
+    if let Some(DescribedEvent { time, at, .. }) =
+        described.iter().find(|event| event.what == "jump")
+    {
         writeln!(
             out,
             "CAUTION: no acceleration satisfies the friction laws (jamming) {}, first at t = {} \
@@ -314,8 +356,8 @@ fn write_verdicts(
             number(*time)
         )?;
     }
-    let others = told.iter().filter(|event| event.what == "not-unique");
-    for Told { time, at, detail, .. } in others.take(LISTED) {
+    let others = described.iter().filter(|event| event.what == "not-unique");
+    for DescribedEvent { time, at, detail, .. } in others.take(LISTED) {
         writeln!(
             out,
             "CAUTION: from t = {} s on other motions satisfy all laws as well ({detail}; the normal load of {at} \
@@ -324,7 +366,7 @@ fn write_verdicts(
         )?;
     }
     match &outcome.ending {
-        Ending::Reached => Ok(()),
+        Ending::Reached | Ending::Stopped(_) => Ok(()),
         Ending::Interrupted | Ending::Failed(_) => {
             writeln!(out, "CAUTION: the simulation ended before t = {} s", number(job.until))
         }

@@ -6,14 +6,13 @@
 //! that they are bitwise independent of the number of threads. If the scout fails or arrives at
 //! another pose, the rest of the motion is followed sample by sample.
 
+use super::track::Track;
 use crate::Instants;
 use crate::error::{Error, check_finite};
 use crate::follower::Follower;
 use crate::job::Job;
-use std::collections::BTreeMap;
+use crate::ordered::in_order;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::spatial::Pose;
 
@@ -23,7 +22,7 @@ const CHUNK: (usize, usize) = (16, 256);
 /// the memory of results that wait for earlier chunks.
 const WEIGHT: usize = 8192;
 /// Largest number of samples in a step of the scout; longer steps save no time.
-const LEAP: usize = 16;
+const STRIDE: usize = 16;
 /// Tolerance of equal poses, m or 1: Newton's method converges to 1e-14, and other assembly modes
 /// are far away.
 const SAME: f64 = 1e-8;
@@ -35,7 +34,7 @@ pub(super) trait Work: Sync {
     /// Empty result of a chunk.
     fn begin(&self) -> Self::Piece;
     /// Evaluates the sample at the solver's pose.
-    fn look(
+    fn evaluate(
         &self,
         piece: &mut Self::Piece,
         solver: &mut InverseDynamics,
@@ -56,10 +55,11 @@ struct Done<'a, P> {
 }
 
 /// Evaluates all chunks on this number of threads and passes their results to `receive` in order.
+/// Samples whose positions are in `track` are not followed again.
 pub(super) fn carry_out<W: Work>(
     job: &Job<'_>,
     start: &Follower<'_>,
-    work: &W,
+    (work, track): (&W, &Track),
     threads: usize,
     mut receive: impl FnMut(Range<usize>, W::Piece) -> Result<(), Error>,
 ) -> Result<(), Error> {
@@ -67,45 +67,17 @@ pub(super) fn carry_out<W: Work>(
     let mechanism = start.solver.mechanism();
     let size = mechanism.bodies().len() + mechanism.joints().len();
     let chunk = (WEIGHT / size.max(1)).clamp(CHUNK.0, CHUNK.1);
-    let walk = Walk { job, instants: &instants, work, chunk };
+    let walk = Walk { job, instants: &instants, work, track, chunk };
     // More threads than chunks would be idle.
     let threads = threads.min(instants.count().div_ceil(chunk));
     let mut collector = Collector { walk, last: None, receive: &mut receive };
-    if threads <= 1 {
-        let mut seeds = Seeds::new(&instants, start, chunk);
-        while let Some((chunk, seed)) = seeds.next() {
-            let done = walk.carry(chunk, seed);
-            if !collector.take(chunk, done)? {
-                break;
-            }
-        }
-    } else {
-        let board = Board::new(threads);
-        let seeds = Mutex::new(Seeds::new(&instants, start, chunk));
-        std::thread::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(|| {
-                    // Waiting threads are notified when this one ends early.
-                    let _leaving = Leaving(&board);
-                    while board.has_room() {
-                        let next = lock(&seeds).next();
-                        let Some((chunk, seed)) = next else { break };
-                        board.put(chunk, walk.carry(chunk, seed));
-                    }
-                });
-            }
-            // All threads are released on every exit path.
-            let _closing = Closing(&board);
-            let mut chunk = 0;
-            while let Some(done) = board.take(chunk) {
-                if !collector.take(chunk, done)? {
-                    break;
-                }
-                chunk += 1;
-            }
-            Ok::<(), Error>(())
-        })?;
-    }
+    let mut seeds = Seeds::new(&instants, start, chunk);
+    in_order(
+        threads,
+        || seeds.next(),
+        |(chunk, seed)| (chunk, walk.carry(chunk, seed)),
+        |(chunk, done)| collector.take(chunk, done),
+    )?;
     collector.finish()
 }
 
@@ -114,6 +86,7 @@ struct Walk<'a, W> {
     job: &'a Job<'a>,
     instants: &'a Instants,
     work: &'a W,
+    track: &'a Track,
     /// Number of samples of a chunk.
     chunk: usize,
 }
@@ -158,11 +131,15 @@ impl<'a, W: Work> Walk<'a, W> {
         check_finite(self.job.motion.signals(), self.instants.at(range.start))?;
         for sample in range {
             let time = self.instants.at(sample);
-            self.work.look(piece, &mut follower.solver, sample, time)?;
+            self.work.evaluate(piece, &mut follower.solver, sample, time)?;
             if sample + 1 == count {
                 return Ok(false);
             }
-            follower.go_to(self.instants.at(sample + 1))?;
+            let next = self.instants.at(sample + 1);
+            let known = self.track.at(sample + 1);
+            if !known.is_some_and(|coordinates| follower.return_to(next, coordinates)) {
+                follower.go_to(next)?;
+            }
         }
         Ok(true)
     }
@@ -229,12 +206,12 @@ struct Seeds<'a> {
     /// Index of the next chunk, and number of samples of each.
     next: usize,
     chunk: usize,
-    leap: usize,
+    stride: usize,
 }
 
 impl<'a> Seeds<'a> {
     fn new(instants: &'a Instants, start: &Follower<'a>, chunk: usize) -> Self {
-        Self { instants, scout: Some(start.clone()), at: 0, next: 0, chunk, leap: LEAP }
+        Self { instants, scout: Some(start.clone()), at: 0, next: 0, chunk, stride: STRIDE }
     }
 
     /// Next chunk and the mechanism at its first sample.
@@ -256,101 +233,16 @@ impl<'a> Seeds<'a> {
     /// Advances the scout by one step, or halves a step that was too long; `None` if the motion
     /// cannot be followed.
     fn advance(&mut self, scout: &mut Follower<'a>, first: usize) -> Option<()> {
-        let samples = self.leap.min(first - self.at);
+        let samples = self.stride.min(first - self.at);
         let to = self.instants.at(self.at + samples);
         if samples == 1 {
             scout.go_to(to).ok()?;
-        } else if !scout.leap_to(to) {
-            self.leap = samples / 2;
+        } else if !scout.step_to(to) {
+            self.stride = samples / 2;
             return Some(());
         }
         self.at += samples;
-        self.leap = (2 * self.leap).min(LEAP);
+        self.stride = (2 * self.stride).min(STRIDE);
         Some(())
-    }
-}
-
-/// Exchange of completed chunks between the worker threads and the combining thread.
-struct Board<'a, P> {
-    state: Mutex<State<'a, P>>,
-    changed: Condvar,
-    is_closed: AtomicBool,
-    most: usize,
-}
-
-struct State<'a, P> {
-    done: BTreeMap<usize, Done<'a, P>>,
-    /// Number of chunks in progress or waiting.
-    under_way: usize,
-    workers: usize,
-}
-
-/// Locks a mutex, even after a panic: a thread that panicked leaves no partial state behind.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl<'a, P> Board<'a, P> {
-    fn new(workers: usize) -> Self {
-        Self {
-            state: Mutex::new(State { done: BTreeMap::new(), under_way: 0, workers }),
-            changed: Condvar::new(),
-            is_closed: AtomicBool::new(false),
-            // Each thread has one chunk in progress and one waiting, which bounds the memory.
-            most: 2 * workers + 1,
-        }
-    }
-
-    /// Waits until another chunk may start; false if no further chunk is needed.
-    fn has_room(&self) -> bool {
-        let mut state = lock(&self.state);
-        while state.under_way >= self.most && !self.is_closed.load(Ordering::Relaxed) {
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
-        }
-        state.under_way += 1;
-        !self.is_closed.load(Ordering::Relaxed)
-    }
-
-    fn put(&self, chunk: usize, done: Done<'a, P>) {
-        lock(&self.state).done.insert(chunk, done);
-        self.changed.notify_all();
-    }
-
-    /// Waits for a chunk; `None` if it cannot arrive any more.
-    fn take(&self, chunk: usize) -> Option<Done<'a, P>> {
-        let mut state = lock(&self.state);
-        loop {
-            if let Some(done) = state.done.remove(&chunk) {
-                state.under_way -= 1;
-                self.changed.notify_all();
-                return Some(done);
-            }
-            if state.workers == 0 {
-                return None;
-            }
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
-        }
-    }
-}
-
-/// Guard that reports the end of a thread.
-struct Leaving<'b, 'a, P>(&'b Board<'a, P>);
-
-impl<P> Drop for Leaving<'_, '_, P> {
-    fn drop(&mut self) {
-        lock(&self.0.state).workers -= 1;
-        self.0.changed.notify_all();
-    }
-}
-
-/// Guard that stops all threads.
-struct Closing<'b, 'a, P>(&'b Board<'a, P>);
-
-impl<P> Drop for Closing<'_, '_, P> {
-    fn drop(&mut self) {
-        // The lock ensures that no thread starts to wait in between.
-        let _state = lock(&self.0.state);
-        self.0.is_closed.store(true, Ordering::Relaxed);
-        self.0.changed.notify_all();
     }
 }

@@ -5,7 +5,7 @@ use crate::names::{Names, listed};
 use crate::statistics::Size;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
-use stiction_core::dynamics::{FrictionMode, Shares};
+use stiction_core::dynamics::{Contributions, FrictionMode};
 use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::number;
 
@@ -36,7 +36,7 @@ impl Ranking {
         Self(vec![vec![Size::default(); interfaces]; drives])
     }
 
-    pub(super) fn add(&mut self, time: f64, shares: &Shares<f64>) {
+    pub(super) fn add(&mut self, time: f64, shares: &Contributions<f64>) {
         for (drive, sizes) in self.0.iter_mut().enumerate() {
             for (size, share) in sizes.iter_mut().zip(shares.of_actuator(drive)) {
                 size.add(time, share);
@@ -114,7 +114,7 @@ impl ShareCurves {
         }
     }
 
-    pub(super) fn add(&mut self, time: f64, shares: &Shares<f64>) {
+    pub(super) fn add(&mut self, time: f64, shares: &Contributions<f64>) {
         self.ranking.add(time, shares);
         for (drive, (all, traces)) in self.all.iter_mut().zip(&mut self.traces).enumerate() {
             all.push(time, shares.of_actuator(drive).sum());
@@ -135,7 +135,7 @@ impl ShareCurves {
                 lines.push(trace.line(&names.interfaces[interface].0, place, false));
             }
             let (name, unit) = &names.drives[drive];
-            panels.push(Panel { y_label: format!("{name} [{unit}]"), lines });
+            panels.push(Panel { y_label: format!("{name} [{unit}]"), lines, ..Panel::default() });
         }
         Figure { title, x_label, panels }
     }

@@ -38,14 +38,14 @@ pub enum Backward {
 /// Evaluates back-driving at the pose of a solved mechanism, in the direction of motion and in the
 /// opposite one: with reversed rates and the same loads and accelerations.
 pub(super) fn look_back(
-    solver: &InverseDynamics,
+    solver: &mut InverseDynamics,
     mirror: &mut Mirror,
     loads: &[AppliedLoad<f64>],
     backward: &mut Vec<Backward>,
 ) {
-    let powers = |solver: &InverseDynamics, forces: &Forces| -> Vec<(f64, f64)> {
-        let drives = forces.efforts_frictionless.iter().zip(&forces.efforts);
-        let at_rates = drives.zip(solver.actuator_rates());
+    let powers = |solver: &InverseDynamics, efforts: &[f64], sense: f64| -> Vec<(f64, f64)> {
+        let drives = solver.forces().efforts_frictionless.iter().zip(efforts);
+        let at_rates = drives.zip(solver.actuator_rates().map(|rate| sense * rate));
         // Power absorbed by the actuator.
         at_rates.map(|((without, with), rate)| (-without * rate, -with * rate)).collect()
     };
@@ -54,7 +54,7 @@ pub(super) fn look_back(
     let driven = |(given, left): (f64, f64)| {
         if given > rounding { Backward::Driven { given, left } } else { Backward::Undriven }
     };
-    let ahead = powers(solver, forces);
+    let ahead = powers(solver, &forces.efforts, 1.0);
     backward.clear();
     backward.extend(ahead.iter().copied().map(driven));
     // An effort that opposes the motion assists the reversed motion.
@@ -62,10 +62,18 @@ pub(super) fn look_back(
     if !ahead.iter().any(works) {
         return;
     }
-    let mirror = mirror.of(solver);
-    let back = match mirror.solve(loads) {
-        Ok(_) => Ok(powers(mirror, mirror.forces())),
-        Err(error) => Err(error),
+    let back = match solver.reversed_efforts() {
+        Some(efforts) => Ok(powers(solver, &efforts, -1.0)),
+        None => {
+            let mirror = mirror.of(solver);
+            match mirror.solve(loads) {
+                Ok(forces) => {
+                    let efforts = forces.efforts.clone();
+                    Ok(powers(mirror, &efforts, 1.0))
+                }
+                Err(error) => Err(error),
+            }
+        }
     };
     for (k, backward) in backward.iter_mut().enumerate().filter(|(k, _)| works(&ahead[*k])) {
         *backward = match &back {

@@ -7,8 +7,9 @@ use crate::by_leg::ByLeg;
 use crate::job::Job;
 use crate::names::Names;
 use crate::{Sink, SinkError};
-use stiction_core::dynamics::FrictionMode;
-use stiction_draw::figure::{Figure, Panel, Trace};
+use stiction_core::dynamics::{FrictionMode, InterfaceForce};
+use stiction_draw::figure::meaning::{ENERGY, FRICTION, LIMIT, LOAD, REFERENCE, RESULT};
+use stiction_draw::figure::{BandTrace, Figure, JumpTrace, Panel, Trace, reversal};
 
 /// Collects the curves of a run, sample by sample.
 #[derive(Clone, Debug)]
@@ -16,12 +17,14 @@ pub struct Curves {
     names: Names,
     has_friction: bool,
     title: String,
-    drives: Vec<[Trace; 2]>,
-    /// Interval of each actuator's effort at rest, and true once the interval has a width.
-    intervals: Vec<([Trace; 2], bool)>,
+    drives: Vec<(JumpTrace, Trace)>,
+    /// Interval of each actuator's effort at rest.
+    intervals: Vec<BandTrace>,
     friction: ByLeg,
     power: [Trace; 4],
-    residual: Trace,
+    distances: [Trace; 2],
+    /// Time and sliding velocities of the last sample.
+    last: Option<(f64, Vec<f64>)>,
     shares: ShareCurves,
     motors: MotorCurves,
 }
@@ -34,11 +37,12 @@ impl Curves {
         Self {
             has_friction: job.friction != FrictionMode::Off && !names.interfaces.is_empty(),
             title: format!("{} - {}, load {}", job.model.name, job.motion_name, job.load_name),
-            drives: vec![[trace.clone(), trace.clone()]; names.drives.len()],
-            intervals: vec![([trace.clone(), trace.clone()], false); names.drives.len()],
+            drives: vec![(JumpTrace::new(count), trace.clone()); names.drives.len()],
+            intervals: vec![BandTrace::new(count); names.drives.len()],
             friction: ByLeg::new(job.model, &names, count),
             power: std::array::from_fn(|_| trace.clone()),
-            residual: trace,
+            distances: [trace.clone(), trace],
+            last: None,
             shares: ShareCurves::new(&names, count),
             motors: MotorCurves::new(job, count),
             names,
@@ -52,19 +56,17 @@ impl Curves {
 
         let mut panels = Vec::new();
         let drives = self.drives.into_iter().zip(self.intervals);
-        for ((name, unit), ([with, without], ([least, greatest], has_width))) in
-            self.names.drives.iter().zip(drives)
-        {
-            let mut lines = if self.has_friction {
-                vec![with.line("with friction", 0, false), without.line("frictionless", 1, true)]
+        for ((name, unit), ((with, without), interval)) in self.names.drives.iter().zip(drives) {
+            let lines = if self.has_friction {
+                vec![
+                    without.line("frictionless", REFERENCE, true),
+                    with.line("with friction", RESULT, false),
+                ]
             } else {
-                vec![with.line("drive", 0, false)]
+                vec![without.line("effort", RESULT, false)]
             };
-            if has_width {
-                lines.push(least.line("least at rest", 2, true));
-                lines.push(greatest.line("greatest at rest", 3, true));
-            }
-            panels.push(Panel { y_label: format!("{name} [{unit}]"), lines });
+            let bands = interval.band("possible at rest", LIMIT).into_iter().collect();
+            panels.push(Panel { y_label: format!("{name} [{unit}]"), lines, bands });
         }
         if !panels.is_empty() {
             let title = format!("Actuator efforts: {}", self.title);
@@ -79,22 +81,31 @@ impl Curves {
             if !self.names.drives.is_empty() {
                 let title = format!("Friction contributions to the efforts: {}", self.title);
                 let figure = self.shares.figure(&self.names, title, x_label.clone());
-                figures.push(("shares", figure));
+                figures.push(("contributions", figure));
             }
         }
 
-        let labels = ["drives", "loads", "d/dt energy", "dissipated"];
-        let lines = labels.iter().zip(self.power).enumerate();
-        let lines = lines.map(|(k, (label, trace))| trace.line(label, k, false)).collect();
-        let panels = vec![
-            Panel { y_label: "power [W]".to_owned(), lines },
-            Panel {
-                y_label: "residual / turnover".to_owned(),
-                lines: vec![self.residual.line("residual", 6, false)],
-            },
+        let labels = [
+            ("actuators", RESULT),
+            ("loads", LOAD),
+            ("rate of energy", ENERGY),
+            ("dissipated", FRICTION),
         ];
+        let lines = labels.iter().zip(self.power);
+        let lines =
+            lines.map(|((label, colour), trace)| trace.line(label, *colour, false)).collect();
+        let panels = vec![Panel { y_label: "power [W]".to_owned(), lines, ..Panel::default() }];
         let title = format!("Power balance: {}", self.title);
-        figures.push(("power", Figure { title, x_label, panels }));
+        figures.push(("power", Figure { title, x_label: x_label.clone(), panels }));
+        let [actuation, constraint] = self.distances;
+        let lines = vec![
+            actuation.line("actuation", RESULT, false),
+            constraint.line("constraint", REFERENCE, true),
+        ];
+        let panels =
+            vec![Panel { y_label: "singularity index".to_owned(), lines, ..Panel::default() }];
+        let title = format!("Singularity indices, zero is singular: {}", self.title);
+        figures.push(("singularity", Figure { title, x_label, panels }));
         figures
     }
 }
@@ -102,20 +113,26 @@ impl Curves {
 impl Sink<Sample> for Curves {
     fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
         let (time, forces) = (sample.time, &sample.forces);
-        for (k, [with, without]) in self.drives.iter_mut().enumerate() {
-            with.push(time, forces.efforts[k]);
-            without.push(time, forces.efforts_frictionless[k]);
+        let velocities: Vec<f64> =
+            forces.interfaces.iter().map(|interface| interface.velocity).collect();
+        // The first reversal since the last sample: efforts may jump there.
+        let crossing = self.last.as_ref().and_then(|(before, known)| {
+            let pairs = known.iter().zip(&velocities);
+            let all = pairs.filter_map(|(v0, v1)| reversal((*before, *v0), (time, *v1)));
+            all.reduce(f64::min)
+        });
+        for (k, (with, without)) in self.drives.iter_mut().enumerate() {
+            let smooth = forces.efforts_frictionless[k];
+            let (low, high) = forces.effort_bounds[k];
+            let rests = high > low;
+            with.push(time, smooth, forces.efforts[k] - smooth, rests, crossing);
+            without.push(time, smooth);
+            self.intervals[k].push(time, rests.then_some((low, high)));
         }
-        for (([least, greatest], has_width), &(low, high)) in
-            self.intervals.iter_mut().zip(&forces.effort_bounds)
-        {
-            if low.is_finite() && high.is_finite() {
-                least.push(time, low);
-                greatest.push(time, high);
-                *has_width |= high > low;
-            }
-        }
-        self.friction.add(time, forces.interfaces.iter().map(|interface| interface.friction));
+        self.last = Some((time, velocities));
+        let rests = |interface: &InterfaceForce| !interface.slides && interface.limit > 0.0;
+        let frictions = forces.interfaces.iter();
+        self.friction.add(time, frictions.map(|own| (own.velocity, own.friction, rests(own))));
         self.shares.add(time, &sample.shares);
         self.motors.add(&sample.motors);
         let power = &forces.power;
@@ -127,8 +144,11 @@ impl Sink<Sample> for Curves {
         ]) {
             trace.push(time, value);
         }
-        let relative = if power.turnover > 0.0 { power.residual() / power.turnover } else { 0.0 };
-        self.residual.push(time, relative);
+        for (trace, value) in
+            self.distances.iter_mut().zip([sample.distances.actuation, sample.distances.constraint])
+        {
+            trace.push(time, value);
+        }
         Ok(())
     }
 }

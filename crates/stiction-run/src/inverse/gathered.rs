@@ -5,7 +5,7 @@ use super::joints::Turns;
 use super::motors::Motors;
 use super::sample::Sample;
 use super::sides::Sides;
-use super::solving::Look;
+use super::solving::SampleResult;
 use super::verdict::Verdict;
 use crate::error::{Error, Missing, SinkError};
 use crate::job::Job;
@@ -44,10 +44,10 @@ impl<'a> Gathered<'a> {
     pub(super) fn take(
         &mut self,
         mechanism: &Mechanism,
-        look: Look,
+        result: SampleResult,
         receive: &mut impl FnMut(&Sample) -> Result<(), SinkError>,
     ) -> Result<(), Error> {
-        let Look { time, found } = look;
+        let SampleResult { time, found } = result;
         let verdict = &mut self.verdict;
         let mut found = match found {
             Ok(found) if self.missing.is_none() && self.failed.is_none() => found,
@@ -85,7 +85,8 @@ impl<'a> Gathered<'a> {
         verdict.coupling = verdict.coupling.zip(found.asked.coupling).map(|(a, b)| a.max(b));
         verdict.redundancy = verdict.redundancy.max(found.redundancy);
         let sample = &mut found.sample;
-        self.motors.evaluate(&sample.forces, &sample.joints, &mut sample.motors);
+        let motion = (&sample.joints[..], &sample.bodies);
+        self.motors.evaluate(&sample.forces, motion, &mut sample.motors);
         receive(sample).map_err(Error::Receiver)
     }
 

@@ -1,16 +1,20 @@
 //! Inverse dynamics along a motion.
 
+mod animation;
 mod certainty;
 mod chunks;
 mod contributions;
 mod efficiency;
 mod figures;
 mod gathered;
+mod headlines;
 mod joints;
 mod motion_scan;
 mod motor_curves;
 mod motor_summary;
 mod motors;
+mod page;
+pub(crate) mod rows;
 mod run;
 mod sample;
 pub(crate) mod sides;
@@ -18,16 +22,19 @@ mod solving;
 mod summary;
 mod tables;
 mod terminal;
+mod track;
 mod uniqueness;
 pub(crate) mod verdict;
 
+pub use animation::Animation;
 pub use certainty::{MOST_MARGIN, Margin, OtherSolutions};
 pub use efficiency::Backward;
 pub use figures::Curves;
+pub use page::draw_report;
 pub use run::Phase;
 pub use sample::Sample;
 pub use summary::Summary;
-pub use tables::Tables;
+pub use tables::{Columns, Tables};
 pub use terminal::write_summary;
 pub(crate) use uniqueness::SINGULAR;
 pub use uniqueness::Singular;

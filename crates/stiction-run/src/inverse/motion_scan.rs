@@ -1,6 +1,7 @@
 //! Scan of the motion without forces: feasibility, sliding speeds and mobility.
 
 use super::chunks::Work;
+use super::track::Track;
 use super::uniqueness::is_determined;
 use crate::error::Error;
 use stiction_core::dynamics::InverseDynamics;
@@ -14,18 +15,21 @@ pub(super) struct Following {
 }
 
 /// Fastest rates and least mobility along the motion.
-pub(super) struct Pace {
+pub(super) struct MotionExtremes {
     /// Fastest sliding speed, m/s.
     pub(super) fastest: f64,
     /// Greatest rate of each actuator, m/s or rad/s; empty before the first sample.
     pub(super) actuators: Vec<f64>,
     pub(super) mobility: usize,
+    /// Positions of the first samples.
+    pub(super) track: Track,
 }
 
-impl Pace {
+impl MotionExtremes {
     /// Result of an empty set of samples.
     pub(super) fn none() -> Self {
-        Self { fastest: 0.0, actuators: Vec::new(), mobility: usize::MAX }
+        let (actuators, track) = (Vec::new(), Track::default());
+        Self { fastest: 0.0, actuators, mobility: usize::MAX, track }
     }
 
     /// Combines the results of two sets of samples.
@@ -36,19 +40,20 @@ impl Pace {
         for (own, other) in self.actuators.iter_mut().zip(other.actuators) {
             *own = own.max(other);
         }
+        self.track.append(&other.track);
     }
 }
 
 impl Work for Following {
-    type Piece = Pace;
+    type Piece = MotionExtremes;
 
-    fn begin(&self) -> Pace {
-        Pace::none()
+    fn begin(&self) -> MotionExtremes {
+        MotionExtremes::none()
     }
 
-    fn look(
+    fn evaluate(
         &self,
-        pace: &mut Pace,
+        extremes: &mut MotionExtremes,
         solver: &mut InverseDynamics,
         sample: usize,
         _time: f64,
@@ -61,7 +66,9 @@ impl Work for Following {
             [] => Vec::new(),
             _ => solver.actuator_rates().map(f64::abs).collect(),
         };
-        pace.add(Pace { fastest: fastest_interface(solver), actuators, mobility });
+        let fastest = fastest_interface(solver);
+        extremes.add(MotionExtremes { fastest, actuators, mobility, ..MotionExtremes::none() });
+        extremes.track.add(&solver.state().coordinates);
         Ok(())
     }
 }

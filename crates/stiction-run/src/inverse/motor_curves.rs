@@ -81,5 +81,5 @@ fn panel(train: &DriveTrain, points: Vec<(f64, f64)>, rms: f64) -> Panel {
             lines.push(Line { label: label.to_owned(), points, colour: 3, dashed: true });
         }
     }
-    Panel { y_label: format!("{} [N m]", train.name), lines }
+    Panel { y_label: format!("{} [N m]", train.name), lines, ..Panel::default() }
 }

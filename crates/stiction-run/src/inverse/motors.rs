@@ -2,22 +2,21 @@
 
 use crate::dofs::{actuated, dofs_of};
 use crate::job::Job;
-use crate::power_off::actuators_of;
 use stiction_core::dynamics::{Forces, FrictionMode};
-use stiction_core::kinematics::Target;
-use stiction_core::mechanism::{DriveTrain, Motor};
+use stiction_core::kinematics::{Bodies, Target};
+use stiction_core::mechanism::{DriveTrain, Motor, MotorMap};
 
 /// Evaluation of all drive trains, sample by sample.
 pub(super) struct Motors {
     trains: Vec<Train>,
+    /// Index of each actuator among the scalar degrees of freedom of all joints.
+    dofs: Vec<usize>,
 }
 
 struct Train {
     train: DriveTrain,
-    actuator: usize,
-    /// Index among the scalar degrees of freedom of all joints.
-    dof: usize,
-    /// Rate below which the joint is at rest, m/s or rad/s.
+    map: MotorMap,
+    /// Rate of the output below which it is at rest, m/s or rad/s.
     rest_rate: f64,
 }
 
@@ -26,33 +25,35 @@ impl Motors {
     pub(super) fn new(job: &Job<'_>, rest_rates: Vec<f64>) -> Self {
         let mechanism = &job.model.mechanism;
         let dofs = actuated(&dofs_of(mechanism));
-        let trains = mechanism.drive_trains().iter().zip(actuators_of(mechanism));
-        let train = |(train, actuator): (&DriveTrain, usize)| Train {
+        let trains = mechanism.drive_trains().iter().zip(mechanism.motor_maps());
+        let train = |(train, map): (&DriveTrain, MotorMap)| Train {
             train: match job.friction {
                 FrictionMode::Off => train.without_friction(),
                 _ => train.clone(),
             },
-            actuator,
-            dof: dofs[actuator],
-            rest_rate: rest_rates.get(actuator).copied().unwrap_or_default(),
+            rest_rate: map.most(|actuator| rest_rates.get(actuator).copied().unwrap_or_default()),
+            map,
         };
-        Self { trains: trains.map(train).collect() }
+        Self { trains: trains.map(train).collect(), dofs }
     }
 
-    /// Motors for these forces and this motion of the joints.
+    /// Motors for these forces and this motion of joints and bodies.
     pub(super) fn evaluate(
         &self,
         forces: &Forces,
-        joints: &[Target<f64>],
+        (joints, bodies): (&[Target<f64>], &Bodies<f64>),
         motors: &mut Vec<Motor>,
     ) {
         motors.clear();
         motors.extend(self.trains.iter().map(|each| {
-            let motion = &joints[each.dof];
-            let rate = Some(motion.rate).filter(|rate| rate.abs() > each.rest_rate);
-            let (effort, bounds) =
-                (forces.efforts[each.actuator], forces.effort_bounds[each.actuator]);
-            each.train.motor(effort, bounds, rate, motion.acceleration)
+            let motion = |actuator: usize| &joints[self.dofs[actuator]];
+            let rate = each.map.output(|actuator| motion(actuator).rate);
+            let rate = Some(rate).filter(|rate| rate.abs() > each.rest_rate);
+            let acceleration = each.map.output(|actuator| motion(actuator).acceleration);
+            let effort = each.map.effort(&forces.efforts);
+            let bounds = each.map.effort_bounds(&forces.effort_bounds);
+            let carrier = each.train.acceleration_of_carrier(&bodies.pose, &bodies.acceleration);
+            each.train.motor(effort, bounds, rate, acceleration, carrier)
         }));
     }
 }

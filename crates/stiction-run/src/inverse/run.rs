@@ -2,10 +2,11 @@
 
 use super::chunks;
 use super::gathered::Gathered;
-use super::motion_scan::{Following, Pace};
+use super::motion_scan::{Following, MotionExtremes};
 use super::motors::Motors;
 use super::sample::Sample;
-use super::solving::{Looks, Solving};
+use super::solving::{ChunkResults, Solving};
+use super::track::Track;
 use super::uniqueness::Uniqueness;
 use super::verdict::{Verdict, idle_spins};
 use crate::dofs::dofs_of;
@@ -59,16 +60,18 @@ impl Job<'_> {
         let mut follower = self.assemble(instants.at(0))?;
 
         // The first pass scans the motion.
-        let mut pace = Pace::none();
+        let mut extremes = MotionExtremes::none();
         let following = Following { mobility_at: [0, count / 3, 2 * count / 3] };
-        chunks::carry_out(self, &follower, &following, threads, |range, piece: Pace| {
-            pace.add(piece);
+        let nothing = Track::default();
+        let scan = (&following, &nothing);
+        chunks::carry_out(self, &follower, scan, threads, |range, piece: MotionExtremes| {
+            extremes.add(piece);
             range.into_iter().try_for_each(|k| go_on(progress(Phase::Motion, k + 1, count)))
         })?;
 
-        let rest_speed = (REST * pace.fastest).max(STANDSTILL);
+        let rest_speed = (REST * extremes.fastest).max(STANDSTILL);
         let rest_of = |fastest: &f64| (REST * fastest).max(STANDSTILL);
-        let rest_rates = pace.actuators.iter().map(rest_of).collect();
+        let rest_rates = extremes.actuators.iter().map(rest_of).collect();
         *follower.solver.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
         let start = &follower.solver;
@@ -76,11 +79,11 @@ impl Job<'_> {
         let actuators = start.mechanism().actuators().count();
         // Mobility intended by the design: at most the actuated degrees of freedom and the local
         // rotations.
-        let meant = pace.mobility.min(actuators + spins);
+        let meant = extremes.mobility.min(actuators + spins);
         let verdict = Verdict {
             samples: count,
             assembly_notes: start.assembly_report().notes(),
-            mobility: pace.mobility,
+            mobility: extremes.mobility,
             idle_spins: idle_spins(start),
             redundancy: 0,
             weighting: start.weighting(),
@@ -94,9 +97,10 @@ impl Job<'_> {
         let dofs = dofs_of(&self.model.mechanism);
         let solving = Solving { job: self, uniqueness: Uniqueness::new(start, meant), dofs };
         let mut gathered = Gathered::new(self, verdict, Motors::new(self, rest_rates));
-        chunks::carry_out(self, &follower, &solving, threads, |range, piece: Looks| {
-            for look in piece.looks {
-                gathered.take(start.mechanism(), look, &mut receive)?;
+        let solving = (&solving, &extremes.track);
+        chunks::carry_out(self, &follower, solving, threads, |range, piece: ChunkResults| {
+            for result in piece.samples {
+                gathered.take(start.mechanism(), result, &mut receive)?;
             }
             range.into_iter().try_for_each(|k| go_on(progress(Phase::Forces, k + 1, count)))
         })?;

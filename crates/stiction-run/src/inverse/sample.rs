@@ -1,7 +1,7 @@
 //! Record of one sample of inverse dynamics.
 
 use super::efficiency::Backward;
-use stiction_core::dynamics::{AppliedLoad, Forces, Shares};
+use stiction_core::dynamics::{AppliedLoad, Contributions, Forces};
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::mechanism::Motor;
 use stiction_core::spatial::Vec3;
@@ -30,6 +30,8 @@ pub struct Sample {
     /// True for each component of each joint's reaction (force, then moment) that statics
     /// determines.
     pub determined_reactions: Vec<[bool; 6]>,
+    /// True for each gearing whose effort is determined.
+    pub determined_gearings: Vec<bool>,
     /// True for each friction interface whose normal load is determined.
     pub determined_loads: Vec<bool>,
     /// True for each actuator whose effort is determined.
@@ -40,7 +42,7 @@ pub struct Sample {
     /// `None` unless requested.
     pub friction_margin: Option<f64>,
     /// Contribution of each friction interface to each actuator's effort.
-    pub shares: Shares<f64>,
+    pub shares: Contributions<f64>,
     /// Power with which the load back-drives each actuator; empty without friction.
     pub backward: Vec<Backward>,
     /// Motor and gear of each drive train, in the order of

@@ -12,7 +12,11 @@ pub(crate) struct Sides {
 
 impl Sides {
     /// Adds a sample; returns the times, s, of the two samples between which the sign changed.
-    pub(crate) fn look(&mut self, solver: &mut InverseDynamics, time: f64) -> Option<(f64, f64)> {
+    pub(crate) fn observe(
+        &mut self,
+        solver: &mut InverseDynamics,
+        time: f64,
+    ) -> Option<(f64, f64)> {
         self.see(solver.side(), time)
     }
 

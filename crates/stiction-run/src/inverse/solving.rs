@@ -22,21 +22,21 @@ pub(super) struct Solving<'a> {
 }
 
 /// Results of a chunk.
-pub(super) struct Looks {
-    pub(super) looks: Vec<Look>,
+pub(super) struct ChunkResults {
+    pub(super) samples: Vec<SampleResult>,
     uniqueness: Uniqueness,
     mirror: Mirror,
     has_failed: bool,
 }
 
 /// Result of one sample.
-pub(super) struct Look {
+pub(super) struct SampleResult {
     pub(super) time: f64,
-    pub(super) found: Result<Box<Found>, InverseError>,
+    pub(super) found: Result<Box<Solved>, InverseError>,
 }
 
 /// Complete result of a sample with forces.
-pub(super) struct Found {
+pub(super) struct Solved {
     pub(super) sample: Sample,
     pub(super) redundancy: usize,
     pub(super) is_singular: bool,
@@ -46,20 +46,20 @@ pub(super) struct Found {
 }
 
 impl Work for Solving<'_> {
-    type Piece = Looks;
+    type Piece = ChunkResults;
 
-    fn begin(&self) -> Looks {
-        Looks {
-            looks: Vec::new(),
+    fn begin(&self) -> ChunkResults {
+        ChunkResults {
+            samples: Vec::new(),
             uniqueness: self.uniqueness.clone(),
             mirror: Mirror::default(),
             has_failed: false,
         }
     }
 
-    fn look(
+    fn evaluate(
         &self,
-        piece: &mut Looks,
+        piece: &mut ChunkResults,
         solver: &mut InverseDynamics,
         _sample: usize,
         time: f64,
@@ -73,13 +73,13 @@ impl Work for Solving<'_> {
             match solver.solve(&loads) {
                 Err(error) => {
                     piece.has_failed = true;
-                    piece.looks.push(Look { time, found: Err(error) });
+                    piece.samples.push(SampleResult { time, found: Err(error) });
                 }
                 // After a failure the other samples are unnecessary.
                 Ok(_) if piece.has_failed => {}
                 Ok(_) => {
                     let found = self.find(piece, solver, loads, time);
-                    piece.looks.push(Look { time, found: Ok(Box::new(found)) });
+                    piece.samples.push(SampleResult { time, found: Ok(Box::new(found)) });
                 }
             }
         }
@@ -91,11 +91,11 @@ impl Solving<'_> {
     /// Collects the results of a solved sample.
     fn find(
         &self,
-        piece: &mut Looks,
+        piece: &mut ChunkResults,
         solver: &mut InverseDynamics,
         loads: Vec<AppliedLoad<f64>>,
         time: f64,
-    ) -> Found {
+    ) -> Solved {
         let side = solver.side();
         let mut backward = Vec::new();
         if self.job.friction != FrictionMode::Off && !solver.forces().interfaces.is_empty() {
@@ -103,7 +103,7 @@ impl Solving<'_> {
         }
         let shares = solver.shares().clone();
         let uniqueness = &mut piece.uniqueness;
-        uniqueness.look(solver, time);
+        uniqueness.observe(solver, time);
         let asked = Asked::of(solver, &loads, self.job.friction_margin);
         let sample = Sample {
             time,
@@ -115,6 +115,7 @@ impl Solving<'_> {
             closure: solver.closure_error(),
             distances: uniqueness.distances,
             determined_reactions: uniqueness.reactions.clone(),
+            determined_gearings: uniqueness.gearings.clone(),
             determined_loads: uniqueness.loads.clone(),
             determined_drives: uniqueness.drives.clone(),
             coupling: asked.coupling,
@@ -123,7 +124,7 @@ impl Solving<'_> {
             backward,
             motors: Vec::new(),
         };
-        Found {
+        Solved {
             sample,
             redundancy: uniqueness.redundancy,
             is_singular: uniqueness.is_singular,

@@ -7,9 +7,10 @@ use super::motor_summary::MotorSummary;
 use super::sample::Sample;
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
-use crate::dofs::{actuated, dofs_of};
+use crate::dofs::{Dof, actuated, dofs_of};
 use crate::job::Job;
 use crate::names::Names;
+use crate::ranges::Ranges;
 use crate::statistics::{Comparison, Integral, Least, Range, Reactions, Size};
 use crate::undetermined::open_components;
 use crate::{Sink, SinkError};
@@ -47,12 +48,18 @@ pub struct Summary {
     pub(super) power_residual: Size,
     pub(super) power_residual_relative: Size,
     pub(super) motors: MotorSummary,
+    /// Times of the first and the last sample, s.
+    span: Option<(f64, f64)>,
+    ranges: Ranges,
+    dofs: Vec<Dof>,
     /// Characteristic length, m.
     length: f64,
     pub(super) closure: Size,
     pub(super) actuation: Least,
     pub(super) constraint: Least,
     /// True for each component of each joint's reaction that is determined at all samples.
+    /// Effort of each gearing, and whether statics determines it in all samples.
+    pub(super) gearings: Vec<(Size, bool)>,
     pub(super) determined_reactions: Vec<[bool; 6]>,
     pub(super) determined_loads: Vec<bool>,
     pub(super) determined_drives: Vec<bool>,
@@ -101,14 +108,28 @@ impl Summary {
             power_residual: Size::default(),
             power_residual_relative: Size::default(),
             motors: MotorSummary::new(job),
+            span: None,
+            ranges: Ranges::new(&job.model.mechanism),
+            dofs: dofs_of(&job.model.mechanism),
             length: job.model.mechanism.characteristic_length(),
             closure: Size::default(),
             actuation: Least::default(),
             constraint: Least::default(),
+            gearings: vec![(Size::default(), true); job.model.mechanism.gearings().len()],
             determined_reactions: vec![[true; 6]; joints],
             determined_loads: vec![true; interfaces],
             determined_drives: vec![true; drives],
         }
+    }
+
+    /// Time from the first to the last sample, s.
+    pub(super) fn duration(&self) -> f64 {
+        self.span.map_or(0.0, |(first, last)| last - first)
+    }
+
+    /// Power of each actuator, W.
+    pub(super) fn powers(&self) -> impl Iterator<Item = &Size> {
+        self.motions.iter().map(|(_, _, power)| power)
     }
 
     /// Components of reactions that statics does not determine, by joint.
@@ -162,6 +183,21 @@ impl Summary {
             "efficiency": self.has_friction(job).then(|| self.efficiency.json(&self.names)),
             "verdicts": self.verdicts_json(job, verdict),
         });
+        // Only models with gearings have this entry.
+        if !self.gearings.is_empty() {
+            let each = self.names.gearings.iter().zip(&self.gearings);
+            let entry = |((name, unit), (size, determined)): (&(String, &str), &(Size, bool))| {
+                let mut entry = size.json();
+                entry["unit"] = json!(unit);
+                entry["determined"] = json!(determined);
+                (name.clone(), entry)
+            };
+            value["gearings"] = Value::Object(each.map(entry).collect());
+        }
+        // Only models with ranges have this entry.
+        if !self.ranges.all.is_empty() {
+            value["ranges"] = self.ranges.json();
+        }
         // Only models with drive trains have these entries.
         if !self.motors.is_empty() {
             value["actuators"] = self.motors.json(&self.names);
@@ -170,10 +206,30 @@ impl Summary {
         value
     }
 
-    /// Doubts about the motion, and limits of motors that it exceeds.
+    /// Doubts about the motion, ranges that it leaves, and limits of motors that it exceeds.
     pub(super) fn cautions(&self, job: &Job<'_>) -> Vec<String> {
-        let doubts = job.motion.warnings.iter().map(|doubt| doubt.message.clone());
-        doubts.chain(self.motors.cautions()).collect()
+        job.motion.cautions().chain(self.ranges.cautions()).chain(self.motors.cautions()).collect()
+    }
+
+    /// Reasons to read the results of a run with care, one short sentence each: ranges and limits that it
+    /// exceeds, results that are not unique, singular positions that it passes. Those of the recording
+    /// ([`Motion::cautions`](stiction_format::Motion::cautions)) are left out.
+    pub fn doubts(&self, job: &Job<'_>, verdict: &Verdict) -> Vec<String> {
+        let mut doubts: Vec<String> =
+            self.ranges.cautions().chain(self.motors.cautions()).collect();
+        if let Some(singular) = &verdict.singular {
+            doubts.push(format!("singular at t = {} s: forces are not unique", singular.time));
+        }
+        if let Some((from, to)) = verdict.passed_singularities.first() {
+            doubts.push(format!("passes a singular position between t = {from} s and {to} s"));
+        }
+        if !self.drives_are_unique(job.friction) {
+            doubts.push("actuator efforts are not unique".to_owned());
+        }
+        if let Some(others) = &verdict.other_solutions {
+            doubts.push(format!("friction has other solutions at t = {} s", others.time));
+        }
+        doubts
     }
 
     /// True if friction acts in some joint.
@@ -201,7 +257,7 @@ impl Summary {
                 "power": self.motions[k].2.json(),
             });
             if self.has_friction(job) {
-                value["friction_shares"] = self.shares.json(&self.names, k);
+                value["friction_contributions"] = self.shares.json(&self.names, k);
             }
             drives.insert(name.clone(), value);
         }
@@ -236,7 +292,7 @@ impl Summary {
         json!({
             "drives_unique": self.drives_are_unique(job.friction),
             "mobility": verdict.mobility,
-            "idle_spins": verdict.idle_spins,
+            "local_dofs": verdict.idle_spins,
             "redundancy": verdict.redundancy,
             "undetermined_reactions": undetermined,
             "weighting": weighting_words(job, verdict),
@@ -280,6 +336,7 @@ impl Summary {
 impl Sink<Sample> for Summary {
     fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
         let (time, forces) = (sample.time, &sample.forces);
+        self.span = Some((self.span.map_or(time, |(first, _)| first), time));
         for (k, comparison) in self.drives.iter_mut().enumerate() {
             comparison.add(time, forces.efforts[k], forces.efforts_frictionless[k]);
             let (low, high) = forces.effort_bounds[k];
@@ -325,11 +382,27 @@ impl Sink<Sample> for Summary {
         self.power_residual.add(time, power.residual());
         self.power_residual_relative.add(time, forces.imbalance(self.length));
         self.motors.add(time, &sample.motors, forces);
+        let bodies = &sample.bodies;
+        self.ranges.add(
+            time,
+            |of| of.value(bodies),
+            |joint, index| {
+                let place =
+                    self.dofs.iter().position(|dof| (dof.joint, dof.index) == (joint, index));
+                let motion = sample.joints.get(place?)?;
+                Some((motion.value, Some(motion.rate)))
+            },
+        );
         self.closure.add(time, sample.closure);
         self.actuation.add(time, sample.distances.actuation);
         self.constraint.add(time, sample.distances.constraint);
         for (all, now) in self.determined_reactions.iter_mut().zip(&sample.determined_reactions) {
             all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
+        }
+        let gearings = forces.gearings.iter().zip(&sample.determined_gearings);
+        for ((size, all), (effort, now)) in self.gearings.iter_mut().zip(gearings) {
+            size.add(time, *effort);
+            *all &= now;
         }
         for (all, now) in self.determined_loads.iter_mut().zip(&sample.determined_loads) {
             *all &= now;

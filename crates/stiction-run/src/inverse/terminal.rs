@@ -14,9 +14,9 @@ use stiction_draw::numbers::{number, order, percent};
 
 /// Accuracy of singularity indices where rates at a singular pose are finite: the square root of
 /// the rounding error.
-const ROOT_OF_ROUNDING: f64 = 1e-6;
+pub(super) const ROOT_OF_ROUNDING: f64 = 1e-6;
 /// Singularity index below which the summary has a caution.
-const NEAR_SINGULAR: f64 = 1e-3;
+pub(super) const NEAR_SINGULAR: f64 = 1e-3;
 /// Largest number of joints and friction interfaces listed.
 const LISTED: usize = 6;
 
@@ -185,7 +185,29 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
             writeln!(out, "{:>9} N m {:>9} s", number(moment.peak), number(moment.peak_time))?;
         }
     }
+    write_gearings(out, summary)?;
     writeln!(out)
+}
+
+/// Writes the greatest effort of each gearing.
+fn write_gearings(out: &mut impl Write, summary: &Summary) -> fmt::Result {
+    let names = &summary.names.gearings;
+    if names.is_empty() {
+        return Ok(());
+    }
+    let wide = width(names.iter().map(|(name, _)| name.as_str()), 13);
+    writeln!(out, "\n{:wide$}  {:>13} {:>11} {:>13}", "gearing", "effort", "at", "rms")?;
+    for ((name, unit), (size, determined)) in names.iter().zip(&summary.gearings) {
+        writeln!(
+            out,
+            "{name:wide$}  {:>9} {unit:3} {:>9} s {:>9} {unit:3}{}",
+            number(size.peak),
+            number(size.peak_time),
+            number(size.rms()),
+            if *determined { "" } else { "  not unique" },
+        )?;
+    }
+    Ok(())
 }
 
 fn write_friction(

@@ -16,6 +16,7 @@ pub(super) struct Uniqueness {
     pub(super) distances: Distances,
     pub(super) redundancy: usize,
     pub(super) reactions: Vec<[bool; 6]>,
+    pub(super) gearings: Vec<bool>,
     pub(super) loads: Vec<bool>,
     pub(super) drives: Vec<bool>,
     /// True if the pose is singular although the load is carried.
@@ -53,6 +54,7 @@ impl Uniqueness {
             distances: Distances { actuation: 1.0, constraint: 1.0 },
             redundancy: 0,
             reactions: vec![[true; 6]; mechanism.joints().len()],
+            gearings: vec![true; mechanism.gearings().len()],
             loads: vec![true; solver.parameters().interfaces.len()],
             drives: vec![true; mechanism.actuators().count()],
             is_singular: false,
@@ -62,7 +64,7 @@ impl Uniqueness {
     }
 
     /// Examines the current pose.
-    pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64) {
+    pub(super) fn observe(&mut self, solver: &InverseDynamics, time: f64) {
         (self.is_singular, self.singular) = (false, None);
         if is_determined(solver)
             && let Some(proximity) = &mut self.proximity
@@ -70,6 +72,7 @@ impl Uniqueness {
             // Only the singularity indices must be computed.
             self.redundancy = 0;
             self.reactions.fill([true; 6]);
+            self.gearings.fill(true);
             self.loads.fill(true);
             self.drives.fill(true);
             self.distances =
@@ -80,6 +83,7 @@ impl Uniqueness {
         let statics: Statics = solver.statics();
         self.redundancy = statics.redundancy();
         self.reactions = statics.determined_reactions();
+        self.gearings = statics.determined_gearings();
         self.loads = solver.determined_loads(&statics);
         self.drives = statics.determined_drives();
         self.distances = Distances::new(&statics, self.mobility, spins);

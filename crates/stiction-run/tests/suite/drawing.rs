@@ -24,7 +24,7 @@ fn assembled(model: &ModelFile) -> InverseDynamics {
 }
 
 fn picture(solver: &InverseDynamics) -> String {
-    let drawing = Drawing::new(solver);
+    let drawing = Drawing::new(solver.mechanism(), &solver.bodies().pose);
     drawing.svg(&drawing.best_view(), Detail::Full, Surface::Inline)
 }
 
@@ -108,8 +108,8 @@ fn check_picture(what: &str, solver: &InverseDynamics, svg: &str) {
 fn every_robot_of_the_gallery_is_drawn() {
     for name in gallery::names() {
         let solver = assembled(&model(name));
-        let trail = Trail::new(&solver);
-        let drawing = Drawing::new(&solver).with_trail(&trail);
+        let trail = Trail::new(solver.mechanism(), &solver.bodies().pose);
+        let drawing = Drawing::new(solver.mechanism(), &solver.bodies().pose).with_trail(&trail);
         let views = [drawing.best_view(), View::front(), View::side(), View::top()];
         for view in views {
             for detail in [Detail::Full, Detail::Small] {
@@ -125,7 +125,7 @@ fn every_robot_of_the_gallery_is_drawn() {
 fn planar_robots_are_seen_face_on() {
     for name in gallery::names() {
         let solver = assembled(&model(name));
-        let drawing = Drawing::new(&solver);
+        let drawing = Drawing::new(solver.mechanism(), &solver.bodies().pose);
         let is_planar = ["3rrr", "five-bar", "four-bar", "slider-crank"].contains(&name);
         if is_planar {
             assert!(drawing.is_planar(), "{name}");
@@ -287,7 +287,7 @@ const SCALAR: [JointType; 7] = [
 fn every_type_of_joint_is_drawn_at_any_size() {
     for step in [1e-9, 0.2, 1e9, 0.0] {
         let solver = chain(&SCALAR, step, "link");
-        let drawing = Drawing::new(&solver);
+        let drawing = Drawing::new(solver.mechanism(), &solver.bodies().pose);
         for view in [drawing.best_view(), View::front(), View::side(), View::top()] {
             let svg = drawing.svg(&view, Detail::Full, Surface::Inline);
             check_picture(&format!("steps of {step} m"), &solver, &svg);

@@ -60,7 +60,7 @@ fn a_description_is_an_assembled_mechanism() {
             let joint_type = JointType::from_symbol(joint["type"].as_str().unwrap()).unwrap();
             let j = frame(&joint["from"]) * pose(&joint["frame_from"]);
             let k = frame(&joint["to"]) * pose(&joint["frame_to"]);
-            let dofs = joint["freedoms"].as_array().unwrap();
+            let dofs = joint["dofs"].as_array().unwrap();
             let coordinates: Vec<Option<f64>> =
                 dofs.iter().map(|dof| dof["coordinate"].as_f64()).collect();
             // Loops are closed to 1e-12 m.
@@ -90,9 +90,9 @@ fn a_description_has_the_numbers_of_the_model() {
     assert_eq!(spring["stiffness"], 4530.0);
     assert_eq!(vector(&spring["point_from"]), known.points[0]);
     let crank = &read["joints"][0];
-    assert_eq!(crank["freedoms"][0]["actuated"], true);
+    assert_eq!(crank["dofs"][0]["actuated"], true);
     // The initial angle of the benchmark.
-    let angle = crank["freedoms"][0]["coordinate"].as_f64().unwrap();
+    let angle = crank["dofs"][0]["coordinate"].as_f64().unwrap();
     assert!((angle + 0.061_713_890_014_276_4).abs() < 1e-15, "{angle}");
     let body = &read["bodies"][1];
     assert_eq!((&body["name"], &body["mass"]), (&"K1".into(), &0.04325.into()));

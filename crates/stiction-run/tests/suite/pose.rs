@@ -38,7 +38,7 @@ fn nothing_is_undefined() {
         let motion = format!("duration = 0; platform.z = {z}; platform.rx = 0; platform.ry = 0");
         let (verdict, text, json, files) = run(&robot(), &motion);
         assert_eq!(verdict.samples, 1);
-        assert_eq!(files.len(), 10);
+        assert_eq!(files.len(), 11);
         for file in files.iter().chain([&text]) {
             for word in ["NaN", "nan", "inf"] {
                 assert!(!file.contains(word), "{word} in {file}");

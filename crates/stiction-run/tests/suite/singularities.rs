@@ -102,9 +102,9 @@ fn the_printed_robot() {
 
     let weakness = found.constraint.weakness.as_ref().unwrap();
     assert_eq!(weakness.motion, "rotation about the line leg2.S - leg3.S (along x)");
-    let (least, greatest, _) = found.governance.unwrap();
+    let (least, greatest, _) = found.actuation_of_motion.unwrap();
     assert!(least.abs() < 1e-9 && greatest < 1e-9, "theta = 90 deg all along: {greatest}");
-    assert!(found.architecture.governance.unwrap() > 0.01, "other poses are governed");
+    assert!(found.architecture.actuation_of_motion.unwrap() > 0.01, "other poses are governed");
 }
 
 #[test]

@@ -129,7 +129,7 @@ fn simulate(
         ..forward::Job::new(model, ("none", &load))
     };
     let mut samples = 0;
-    let receive = |sample: &forward::Sample<'_>, _: &dyn Fn() -> forward::Mark| {
+    let receive = |sample: &forward::Sample<'_>, _: &dyn Fn() -> forward::RunCheckpoint| {
         assert!(sample.joints.iter().all(|joint| joint.value.is_finite()));
         samples += 1;
         Ok(())

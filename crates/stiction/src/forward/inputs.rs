@@ -53,6 +53,9 @@ pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usiz
     for (actuator, _) in &mut drives.efforts {
         *actuator = place(*actuator);
     }
+    for (actuator, _) in &mut drives.laws {
+        *actuator = place(*actuator);
+    }
 }
 
 /// Changes the actuator indices of a controller after actuators were added; `count` is the new
@@ -62,9 +65,7 @@ pub(super) fn renumber_control(
     count: usize,
     place: impl Fn(usize) -> usize,
 ) {
-    let unused =
-        Channel { proportional: None, derivative: None, resolution: 0.0, limit: f64::INFINITY };
-    let mut channels = vec![unused; count];
+    let mut channels = vec![Channel::NONE; count];
     for (old, channel) in control.channels.iter().enumerate() {
         channels[place(old)] = *channel;
     }
@@ -115,7 +116,7 @@ impl Forward {
 pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let mechanism = &job.model.mechanism;
     if let Feed::Given(drives) = job.drives {
-        let named: Vec<usize> = drives.efforts.iter().map(|(actuator, _)| *actuator).collect();
+        let named: Vec<usize> = drives.actuators().collect();
         refuse_unused(("an effort is given for", "drives"), &named, mechanism, job)?;
     }
     if let Some(control) = job.control {
@@ -130,6 +131,11 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
             .with_option("controller"));
         }
     }
+    if job.law.is_some() && job.control.is_some() {
+        return Err(Error::input("there is a control law and a controller")
+            .with_help("leave one of them out")
+            .with_option("controller"));
+    }
     if job.follows() && job.motion.is_none() {
         return Err(Error::input("there is no motion to follow")
             .with_help("add one to the model as [motions.NAME], or give one as assignments")
@@ -140,13 +146,14 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     if let Feed::Given(drives) = job.drives {
         refuse_gaps(drives, &job.drives_name, (job.from, job.until))?;
     }
-    if let Some(control) = job.control {
-        let samples = (job.until - job.from) / control.period;
+    let sampled = job.control.map(|control| control.period).filter(|period| *period > 0.0);
+    if let Some(period) = job.law.map(|law| law.period).or(sampled) {
+        let samples = (job.until - job.from) / period;
         if samples > MOST_CONTROLLER_SAMPLES {
             return Err(Error::input(format!(
-                "the controller's period of {} s means {samples:.1e} samples until {} s; the limit is \
+                "the controller's period of {period} s means {samples:.1e} samples until {} s; the limit is \
                  {MOST_CONTROLLER_SAMPLES:.0e}",
-                control.period, job.until
+                job.until
             ))
             .with_help("give the controller a longer period, or end earlier")
             .with_option("until"));

@@ -44,6 +44,7 @@ pub struct Sample {
     joints: Vec<JointMotion>,
     efforts: Vec<f64>,
     reactions: Vec<Reaction>,
+    gearings: Vec<f64>,
     interfaces: Vec<Interface>,
     poses: Vec<BodyPose>,
     /// Kinetic energy, J.
@@ -92,6 +93,7 @@ impl Sample {
             joints: joints.collect(),
             efforts: now.drives.clone(),
             reactions: reactions.collect(),
+            gearings: now.gearings.clone(),
             interfaces: interfaces.collect(),
             poses: poses.collect(),
             kinetic_energy: now.account.kinetic,
@@ -145,6 +147,15 @@ impl Sample {
     /// There is no actuator of that name.
     pub fn work(&self, actuator: &str) -> Result<f64, Error> {
         Ok(self.works[self.names.actuator(actuator)?])
+    }
+
+    /// Effort of a rigid gearing, N m, or N if its sum is a length: it exerts its coefficient times this effort on each
+    /// of its joints.
+    ///
+    /// # Errors
+    /// There is no gearing of that name.
+    pub fn gearing_effort(&self, gearing: &str) -> Result<f64, Error> {
+        Ok(self.gearings[self.names.gearing(gearing)?])
     }
 
     /// Reaction in a joint.

@@ -1,4 +1,5 @@
 //! The text of a model: a file, standard input or a built-in model, not yet interpreted.
+//! Robot files of other programs are converted first.
 
 use crate::error::Error;
 use crate::files::{Files, ReadProgress, standard_input};
@@ -6,7 +7,49 @@ use crate::names::find;
 use crate::robot::Robot;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use stiction_format::{Source, gallery};
+use stiction_format::{
+    Contents, Draft, ImportOptions, Note, Source, gallery, import, is_robot_file,
+};
+
+/// Choices of the import of a URDF, MJCF or SDF file.
+#[derive(Clone, Debug, Default)]
+pub struct Import {
+    /// Keeps every joint as the file has it, instead of recognising hinges, balls and others.
+    pub literal: bool,
+    /// Folders in which packages and models are looked for (`package://`, `model://`).
+    pub package_paths: Vec<PathBuf>,
+}
+
+impl Import {
+    /// Paths at which a file may be that a robot file in `folder` names.
+    fn candidates(&self, folder: &Path, name: &str) -> Vec<PathBuf> {
+        let schemes = ["package://", "model://", "file://"];
+        let Some(rest) = schemes.iter().find_map(|scheme| name.strip_prefix(scheme)) else {
+            let others = self.package_paths.iter().map(|path| path.join(name));
+            return std::iter::once(folder.join(name)).chain(others).collect();
+        };
+        if name.starts_with("file://") {
+            return vec![folder.join(rest)];
+        }
+        let (package, within) = rest.split_once('/').unwrap_or((rest, ""));
+        let mut all = Vec::new();
+        for path in &self.package_paths {
+            all.push(path.join(rest));
+            if path.file_name().is_some_and(|own| own == package) {
+                all.push(path.join(within));
+            }
+        }
+        // The robot file is usually within its package.
+        let own = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+        for above in own.ancestors() {
+            if above.file_name().is_some_and(|own| own == package) {
+                all.push(above.join(within));
+            }
+            all.push(above.join(rest));
+        }
+        all
+    }
+}
 
 /// The text of a model, not yet interpreted, so that single values can still be changed.
 ///
@@ -23,14 +66,47 @@ pub struct ModelText {
     folder: Option<PathBuf>,
     files: Files,
     changes: Vec<String>,
+    /// Cut-off frequency of the filter for recorded motions, Hz.
+    filter: Option<f64>,
+    /// Remarks of the import of a robot file of another program.
+    notes: Arc<Vec<Note>>,
+    /// True if the text was converted from a robot file of another program.
+    imported: bool,
+}
+
+/// Parts of a [`ModelText`], for storing it or sending it elsewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelParts {
+    /// Name that messages use.
+    pub name: String,
+    /// The text.
+    pub text: String,
+    /// Folder in which files that the model names are read; `None` for a built-in model.
+    pub folder: Option<PathBuf>,
+    /// Changes of single values.
+    pub changes: Vec<String>,
+    /// Cut-off frequency of the filter for recorded motions, Hz.
+    pub filter: Option<f64>,
 }
 
 impl ModelText {
-    /// A model file. Files that the model names are looked for in its folder.
+    /// A model file, or a URDF, MJCF or SDF file. Files that it names are looked for in its folder.
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// The file cannot be read, or cannot be converted.
     pub fn file(path: &Path, progress: Option<Arc<ReadProgress>>) -> Result<Self, Error> {
+        Self::robot_file(path, progress, &Import::default())
+    }
+
+    /// As [`Self::file`], with choices for the import of a URDF, MJCF or SDF file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or cannot be converted.
+    pub fn robot_file(
+        path: &Path,
+        progress: Option<Arc<ReadProgress>>,
+        options: &Import,
+    ) -> Result<Self, Error> {
         let files = Files::with_progress(progress);
         let name = path.display().to_string();
         let text = files.text(path).map_err(|why| {
@@ -38,7 +114,48 @@ impl ModelText {
                 .with_help("give a model file, or the name of a built-in model")
         })?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        Ok(Self::new(Source::new(name, text), Some(folder), files))
+        Self::converted(Source::new(name, text), folder, files, options)
+    }
+
+    /// Converts the text of a robot file; keeps that of a model file.
+    fn converted(
+        source: Source,
+        folder: PathBuf,
+        files: Files,
+        options: &Import,
+    ) -> Result<Self, Error> {
+        if !is_robot_file(&source.text) {
+            return Ok(Self::new(source, Some(folder), files));
+        }
+        let load = |name: &str| {
+            let paths = options.candidates(&folder, name);
+            let path = paths.iter().find(|path| path.is_file()).or(paths.first());
+            path.map_or(Err("there is no such file".to_owned()), |path| files.bytes(path))
+        };
+        let choices = ImportOptions { literal: options.literal };
+        let imported = import(&source, choices, &load)?;
+        let source = Source::new(format!("{} as a model file", source.name), imported.text);
+        Ok(Self {
+            notes: Arc::new(imported.notes),
+            imported: true,
+            ..Self::new(source, Some(folder), files)
+        })
+    }
+
+    /// Remarks of the import of a URDF, MJCF or SDF file: what the model does not express, or what
+    /// was understood in another way than written.
+    pub fn notes(&self) -> &[Note] {
+        &self.notes
+    }
+
+    /// True if the text was converted from a URDF, MJCF or SDF file.
+    pub fn is_imported(&self) -> bool {
+        self.imported
+    }
+
+    /// The text of the model file, without changes.
+    pub fn as_text(&self) -> &str {
+        &self.source.text
     }
 
     /// Standard input, up to its end. Files that the model names are looked for in the current folder.
@@ -51,7 +168,8 @@ impl ModelText {
                 .with_help("give a model file, or the name of a built-in model")
         })?;
         let files = Files::with_progress(progress);
-        Ok(Self::new(Source::new("standard input", text), Some(PathBuf::new()), files))
+        let source = Source::new("standard input", text);
+        Self::converted(source, PathBuf::new(), files, &Import::default())
     }
 
     /// A text. Files that the model names are looked for in the current folder.
@@ -70,8 +188,51 @@ impl ModelText {
         Ok(Self::new(Source::new(format!("{name}.toml"), text), None, Files::default()))
     }
 
+    /// A file, a built-in model or a text: a text of several lines, or with an equals sign, is a model; a name
+    /// with a folder or an extension, or of an existing file, is a file; anything else is a built-in model.
+    ///
+    /// # Errors
+    /// The file cannot be read, or there is no such built-in model.
+    pub fn find(source: &str) -> Result<Self, Error> {
+        if source.contains(['\n', '=']) && !Path::new(source).is_file() {
+            return Ok(Self::text(source));
+        }
+        let path = Path::new(source);
+        let looks_like_file = path.extension().is_some() || path.components().count() > 1;
+        if gallery::get(source).is_some() || !looks_like_file && !path.exists() {
+            return Self::builtin(source);
+        }
+        Self::file(path, None)
+    }
+
+    /// The parts from which [`Self::from_parts`] makes the same text again.
+    pub fn parts(&self) -> ModelParts {
+        ModelParts {
+            name: self.source.name.clone(),
+            text: self.source.text.clone(),
+            folder: self.folder.clone(),
+            changes: self.changes.clone(),
+            filter: self.filter,
+        }
+    }
+
+    /// Makes a text from its parts; the file is not read again.
+    pub fn from_parts(parts: ModelParts) -> Self {
+        let ModelParts { name, text, folder, changes, filter } = parts;
+        let source = Source::new(name, text);
+        Self { changes, filter, ..Self::new(source, folder, Files::default()) }
+    }
+
     fn new(source: Source, folder: Option<PathBuf>, files: Files) -> Self {
-        Self { source, folder, files, changes: Vec::new() }
+        Self {
+            source,
+            folder,
+            files,
+            changes: Vec::new(),
+            filter: None,
+            notes: Arc::default(),
+            imported: false,
+        }
     }
 
     /// Changes a value: `KEY = VALUE` with the path of a key (`bodies.platform.mass = 2 kg`) or the name
@@ -82,17 +243,42 @@ impl ModelText {
         self
     }
 
+    /// Sets the cut-off frequency, Hz, of a low-pass filter for all recorded motions of the robot: those
+    /// of the model, whose own `filter` it replaces, and files given later.
+    #[must_use]
+    pub fn with_filter(mut self, cutoff: f64) -> Self {
+        self.filter = Some(cutoff);
+        self
+    }
+
     /// Reads the robot.
     ///
     /// # Errors
     /// The text or a change is defective: the error lists all defects, each with its place.
     pub fn read(self) -> Result<Robot, Error> {
-        let source = self.source.clone().with_changes(&self.changes);
-        let model = stiction_format::read(&source, &|file| match &self.folder {
+        let model = stiction_format::read(&self.changed(), &|file| self.contents(file))?;
+        Ok(Robot::of_text(model, self))
+    }
+
+    fn changed(&self) -> Source {
+        self.source.clone().with_changes(&self.changes).with_filter(self.filter)
+    }
+
+    /// The text, parsed, to be read repeatedly with other values.
+    pub(crate) fn draft(&self) -> Result<Draft, Error> {
+        Ok(Draft::parse(&self.changed())?)
+    }
+
+    /// Contents of a file that the model names.
+    pub(crate) fn contents(&self, file: &str) -> Result<Contents, String> {
+        match &self.folder {
             Some(folder) => self.files.contents(&folder.join(file)),
             None => Err("a built-in model has no other files".to_owned()),
-        })?;
-        Ok(Robot::of_text(model, self))
+        }
+    }
+
+    pub(crate) fn filter(&self) -> Option<f64> {
+        self.filter
     }
 
     pub(crate) fn files(&self) -> &Files {

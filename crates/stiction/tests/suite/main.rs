@@ -1,10 +1,15 @@
 //! Tests of the library by name: closed forms, streams, messages.
 
+mod control;
+mod filter;
 mod forward;
 mod inverse;
 mod messages;
+mod ranges;
 mod rest;
+mod states;
 mod stream;
+mod sweep;
 
 use stiction::Robot;
 

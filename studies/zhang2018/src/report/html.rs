@@ -163,7 +163,7 @@ impl Page {
             "<p class=\"nothing\">There is nothing to draw.</p>\n".to_owned()
         } else {
             // Names of link targets contain no underscores, so this one is unique.
-            figure.inline(&format!("figure_{}", self.figures), &label)
+            figure.inline(&label)
         };
         format!("<figure class=\"plot\"{place}>\n{inner}{}</figure>\n", caption(&label, text))
     }

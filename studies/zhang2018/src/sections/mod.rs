@@ -75,7 +75,11 @@ pub(super) fn panel<const N: usize>(y_label: &str, lines: [Drawn<'_>; N]) -> Pan
         colour,
         dashed,
     };
-    Panel { y_label: y_label.into(), lines: lines.into_iter().map(line).collect() }
+    Panel {
+        y_label: y_label.into(),
+        lines: lines.into_iter().map(line).collect(),
+        ..Panel::default()
+    }
 }
 
 /// Builds a figure of panels over time.

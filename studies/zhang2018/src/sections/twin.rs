@@ -108,7 +108,7 @@ fn shares(summary: &Value) -> Vec<[Cell; 5]> {
     for leg in 1..=3 {
         let drive = &summary["drives"][format!("leg{leg}.P")];
         let unit_root = drive["frictionless"]["rms"].as_f64().unwrap_or(f64::NAN);
-        for share in drive["friction_shares"].as_array().into_iter().flatten().take(4) {
+        for share in drive["friction_contributions"].as_array().into_iter().flatten().take(4) {
             let root = share["rms"].as_f64().unwrap_or(f64::NAN);
             rows.push([
                 Cell::from(format!("τ<sub>{leg}</sub>")),

@@ -132,7 +132,7 @@ fn plots_follow_the_page() {
         assert!(frame.skip(2).all(|side| side > 100.0));
         assert!(plot.attribute("width").is_none() && plot.attribute("height").is_none());
     }
-    assert!(elements(plots[0], "text").any(|node| text(node) == "−400"));
+    assert!(elements(plots[0], "text").any(|node| text(node).starts_with('−')));
     let strokes = |plot: Node<'_, '_>| -> Vec<String> {
         elements(plot, "path").filter_map(|n| n.attribute("stroke").map(str::to_owned)).collect()
     };
@@ -162,10 +162,10 @@ fn legends_are_common_where_lines_mean_the_same() {
     assert_eq!(legends(colours())[0].len(), 11);
     let mut figure = drives();
     figure.panels[1].lines[0].label = "something else".into();
-    let legends = legends(figure);
-    assert_eq!(legends.len(), 2);
-    assert_eq!((legends[0][0].as_str(), legends[0].len()), ("force [N]:", 7));
-    assert_eq!((legends[1][0].as_str(), legends[1][1].as_str()), ("power [W]:", "something else"));
+    // Otherwise the names stand at the ends of the lines.
+    let markup = figure.inline("");
+    assert!(markup.contains(">something else</text>"));
+    assert!(legends(figure).is_empty());
 }
 
 /// Tests if `shown` is the cell's number, rounded to the digits that the cell requests.
@@ -395,7 +395,11 @@ fn lines_of_one_name_have_their_own_columns() {
         colour: 0,
         dashed: false,
     };
-    let panels = vec![Panel { y_label: "force [N]".into(), lines: vec![line(1.0), line(2.0)] }];
+    let panels = vec![Panel {
+        y_label: "force [N]".into(),
+        lines: vec![line(1.0), line(2.0)],
+        ..Panel::default()
+    }];
     let figure = Figure { title: String::new(), x_label: "time [s]".into(), panels };
     let report = of(vec![Block::Curves { id: "f".into(), figure, caption: String::new() }]);
     let expected = [vec!["time [s]", "a [N]", "a (2) [N]"], vec!["0", "1", "2"]];

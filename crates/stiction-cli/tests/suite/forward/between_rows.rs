@@ -27,7 +27,7 @@ fn turns_between_rows_count() {
     let spin = ["forward", "wheel.toml", "--step", "1", "-o", ".", "--controller", controller];
     folder.stiction(&spin).succeeds();
     let table = folder.read("forward.csv");
-    for name in ["axle.position [rad]", "axle.wanted [rad]"] {
+    for name in ["axle.position [rad]", "axle.reference [rad]"] {
         let angles = column(&table, name);
         assert_eq!(angles.len(), 6);
         for (second, angle) in angles.iter().enumerate() {

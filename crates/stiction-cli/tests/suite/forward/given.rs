@@ -97,7 +97,7 @@ fn joints_can_be_prescribed_and_locked() {
     folder.stiction(&run).succeeds();
     let table = folder.read("forward.csv");
     let get = |name: &str| column(&table, name);
-    let (position, wanted) = (get("leg2.P.position [m]"), get("leg2.P.wanted [m]"));
+    let (position, wanted) = (get("leg2.P.position [m]"), get("leg2.P.reference [m]"));
     assert!(position.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12));
     assert!(get("leg3.P.drive [N]").iter().all(|drive| *drive == 20.0));
     // A joint without an actuator: the lock exerts an effort.
@@ -149,7 +149,7 @@ fn angles_continue_with_their_turns() {
     folder.stiction(&run).succeeds();
     let table = folder.read("forward.csv");
     let places = column(&table, "A.position [rad]");
-    let wanted = column(&table, "A.wanted [rad]");
+    let wanted = column(&table, "A.reference [rad]");
     assert!((places[0] - 7.0).abs() < 1e-12);
     // They differ only by the closure of the loop.
     assert!(places.iter().zip(&wanted).all(|(place, wanted)| (place - wanted).abs() < 1e-12));
@@ -199,10 +199,10 @@ fn unprescribed_coordinates_are_free() {
     let angles = column(&table, "pivot.position [rad]");
     assert!(angles.iter().all(|angle| (angle + 0.3f64.atan()).abs() < 1e-12), "{angles:?}");
     assert!(column(&table, "rail.drive [N]").iter().all(|drive| (drive - 12.0).abs() < 1e-9));
-    let (at, wanted) = (column(&table, "rail.position [m]"), column(&table, "rail.wanted [m]"));
+    let (at, wanted) = (column(&table, "rail.position [m]"), column(&table, "rail.reference [m]"));
     assert!(at.iter().zip(wanted).all(|(at, wanted)| (at - wanted).abs() < 1e-12));
     // The pivot has no reference.
-    assert!(!table.contains("pivot.wanted"));
+    assert!(!table.contains("pivot.reference"));
     // A controller with given gains needs no further input.
     let alone = model.replace("axis = \"z\"\n        actuated = true", "axis = \"z\"");
     assert!(alone.len() < model.len());

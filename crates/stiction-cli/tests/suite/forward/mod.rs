@@ -38,6 +38,7 @@ fn the_files_are_complete() {
     let inner = Folder(folder.0.join("new/deep"));
     let mut expected = FILES.to_vec();
     expected.extend(["drives.svg", "energy.svg", "error.svg", "friction.svg", "motion.svg"]);
+    expected.push("report.html");
     expected.sort_unstable();
     assert_eq!(inner.files(), expected);
 
@@ -45,7 +46,7 @@ fn the_files_are_complete() {
     let times = column(&forward, "time [s]");
     assert_eq!((times.len(), times[0], times[20]), (21, 0.0, 0.2));
     let (position, wanted) =
-        (column(&forward, "leg1.P.position [m]"), column(&forward, "leg1.P.wanted [m]"));
+        (column(&forward, "leg1.P.position [m]"), column(&forward, "leg1.P.reference [m]"));
     // It follows the motion, except for the effect of friction.
     assert!(position.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-3 && *a > 0.5));
     assert!(column(&forward, "closure [m]").iter().all(|x| *x < 1e-12));

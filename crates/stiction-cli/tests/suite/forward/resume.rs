@@ -2,7 +2,7 @@
 
 #[cfg(unix)]
 use crate::forward::FILES;
-use crate::program::Folder;
+use crate::program::{Folder, column};
 #[cfg(unix)]
 use crate::program::{Said, json};
 
@@ -43,6 +43,7 @@ fn ctrl_c_keeps_finished_rows() {
     let mut expected = FILES.to_vec();
     expected.extend(["checkpoint.json"]);
     expected.extend(["drives.svg", "energy.svg", "error.svg", "friction.svg", "motion.svg"]);
+    expected.push("report.html");
     expected.sort_unstable();
     assert_eq!(folder.files(), expected);
     let rows = |name: &str| folder.read(name).lines().count();
@@ -53,12 +54,41 @@ fn ctrl_c_keeps_finished_rows() {
     assert_eq!(json(&folder.read("summary.json"))["ended"], "interrupted");
 }
 
+/// The five-bar of the gallery, whose tool picks up its part at 0.3 s and places it at 0.62 s.
+fn five_bar_with_a_part() -> String {
+    let text = stiction_format::gallery::get("five-bar").unwrap();
+    let (before, part) = text.split_once("[[loads.payload.payload]]").unwrap();
+    format!("{before}[[loads.payload.payload]]\nfrom = \"0.3 s\"\nuntil = \"0.62 s\"\n{part}")
+}
+
+/// A part that is picked up and placed: the energy balance closes, and the impact is an event.
+#[test]
+fn a_part_is_picked_up_and_placed() {
+    let folder = Folder::new("forward-payload");
+    folder.write("pick.toml", &five_bar_with_a_part());
+    let run = ["forward", "pick.toml", "--controller", "pd", "--until", "1", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let events = folder.read("events.csv");
+    assert!(events.contains("0.3,picks-up,tool,") && events.contains("0.62,places,tool,"));
+    let energy = folder.read("energy.csv");
+    let largest = column(&energy, "turnover [J]").into_iter().fold(0.0, f64::max);
+    let lost = column(&energy, "impacts.lost [J]");
+    assert!(lost.last().is_some_and(|lost| *lost > 0.1), "{lost:?}");
+    assert!(column(&energy, "error [J]").iter().all(|error| error.abs() < 1e-9 * largest));
+}
+
 /// An interrupted or killed run resumes to the same bytes as an uninterrupted one for all inputs:
 /// efforts, controllers with models of their own, prescribed motions, and both methods.
 #[cfg(unix)]
 #[test]
 fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {
-    let cases: [&[&str]; 5] = [
+    let pid = "type = pid; period = 0; ki = 60 N m/(rad s); limit = 1.2 N m";
+    let cases: [&[&str]; 8] = [
+        // A part is picked up and placed.
+        &["pick.toml", "--controller", "pd", "--step", "0.002"],
+        // The integral part of a continuous controller, its saturation, and a stop condition.
+        &["four-bar", "--controller", pid, "--step", "0.0002", "--stop", "t > 0.97 s"],
+        &["four-bar", "--drives", "A = 2 N m*abs(cos(3*A))", "--step", "0.0002"],
         &["four-bar", "--drives", "A = 2 N m*sin(9*t)", "--from", "rest", "--step", "0.002"],
         &["--controller", "pd", "--drives", "inverse", "--step", "0.002", "--until", "0.4"],
         &["four-bar", "--controller", "computed-torque+friction", "--step", "0.002"],
@@ -66,7 +96,11 @@ fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {
         &["--prescribe", "leg1.P", "--controller", "pd", "--step", "0.002", "--until", "0.4"],
     ];
     for (index, case) in cases.into_iter().enumerate() {
-        let folder = |name: &str| Folder::new(&format!("forward-resume-{index}-{name}"));
+        let folder = |name: &str| {
+            let folder = Folder::new(&format!("forward-resume-{index}-{name}"));
+            folder.write("pick.toml", &five_bar_with_a_part());
+            folder
+        };
         let until: &[&str] = if case.contains(&"--until") { &[] } else { &["--until", "1"] };
         let all =
             |more: &[&'static str]| [&["forward"][..], case, until, &["-o", "."], more].concat();

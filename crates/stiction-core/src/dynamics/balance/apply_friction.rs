@@ -3,7 +3,7 @@
 //! Equation (F5) of the book's theory.
 
 use super::Balance;
-use crate::dynamics::interfaces::{Coupling, InterfaceState, Interfaces};
+use crate::dynamics::interfaces::{Coupling, Interfaces};
 use crate::dynamics::plan::BalancePlan;
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
@@ -96,33 +96,44 @@ impl<T: Scalar> Balance<T> {
         self.cut_constants[cut] = absorb(constant);
     }
 
-    /// Solves the balance of [`Self::factor_frictionless`] with the present friction of one
-    /// interface alone; writes the actuator efforts that overcome it.
+    /// Solves the balance of [`Self::factor_frictionless`] with the friction of one interface
+    /// alone: generalised forces per newton, and newtons. Writes the actuator efforts that overcome
+    /// it.
     pub(in crate::dynamics) fn apply_friction_alone(
         &mut self,
         plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         interface: &InterfaceParameters<T>,
-        state: &InterfaceState<T>,
+        friction: ([T; 3], T),
         efforts: &mut [T],
     ) {
         let topology = &plan.topology;
+        self.set_friction_alone(topology, bodies, interface, friction);
+        self.solve_factored(plan, parameters, bodies);
+        self.read_efforts(plan, parameters, bodies, &self.constants, efforts);
+    }
+
+    /// Sets the constants of the balance to the friction of one interface alone.
+    pub(super) fn set_friction_alone(
+        &mut self,
+        topology: &Topology,
+        bodies: &Bodies<T>,
+        interface: &InterfaceParameters<T>,
+        (against, friction): ([T; 3], T),
+    ) {
         self.constants.fill(T::zero());
         self.cut_constants.fill(Wrench::zero());
         match topology.role[interface.joint] {
             Role::Tree { node } => {
                 let first = topology.nodes[node].tree_dofs.start;
-                for (&against, dof) in state.against.iter().zip(interface.shape.dofs()) {
-                    self.constants[first + dof] = against * state.friction();
+                for (&against, dof) in against.iter().zip(interface.shape.dofs()) {
+                    self.constants[first + dof] = against * friction;
                 }
             }
             Role::Cut { cut } => {
-                let wrench = bodies.wrench_of(topology, interface, state.against);
-                self.cut_constants[cut] = wrench * state.friction();
+                self.cut_constants[cut] = bodies.wrench_of(topology, interface, against) * friction;
             }
         }
-        self.solve_factored(plan, parameters, bodies);
-        self.read_efforts(topology, bodies, &self.constants, efforts);
     }
 }

@@ -4,11 +4,12 @@
 
 use super::Balance;
 use crate::dynamics::plan::BalancePlan;
-use crate::dynamics::spring::SpringForce;
+use crate::dynamics::rotor::RotorMotion;
+use crate::dynamics::spring::spring_wrenches;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
-use crate::spatial::{Twist, Wrench};
+use crate::spatial::{Twist, Vec3, Wrench};
 use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
@@ -31,6 +32,7 @@ impl<T: Scalar> Balance<T> {
             }
         }
         self.load_springs(topology, parameters, bodies);
+        self.load_rotors(topology, parameters, bodies);
         accumulate(topology, &mut self.demand);
         for cut in &topology.cuts {
             let joint_type = topology.joint_types[cut.joint];
@@ -47,23 +49,31 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Adds the spring forces. Not inlined: few mechanisms have springs, and inlined kernels of
-    /// nested scalars take minutes to compile.
-    #[inline(never)]
+    /// Adds the spring forces.
     fn load_springs(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
     ) {
-        for spring in &parameters.springs {
-            let wrench = SpringForce::of(spring, bodies).wrench;
-            let [from, to] = spring.ends.map(|body| topology.node_of_body[body]);
+        spring_wrenches(parameters, bodies, |ends, wrench| {
+            let [from, to] = ends.map(|body| topology.node_of_body[body]);
             if let Some(node) = to {
                 self.demand[node] -= wrench;
             }
             if let Some(node) = from {
                 self.demand[node] += wrench;
+            }
+        });
+    }
+
+    /// Adds the moments that spinning rotors need.
+    #[inline(never)]
+    fn load_rotors(&mut self, topology: &Topology, parameters: &Parameters<T>, bodies: &Bodies<T>) {
+        for rotor in &parameters.rotors {
+            if let Some(node) = topology.node_of_body[rotor.body] {
+                let moment = RotorMotion::of(rotor, topology, parameters, bodies).moment;
+                self.demand[node] += Wrench { force: Vec3::zero(), moment };
             }
         }
     }

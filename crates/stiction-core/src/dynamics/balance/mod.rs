@@ -5,6 +5,9 @@
 mod apply_friction;
 mod loading;
 mod system;
+mod unit_frictions;
+
+pub(in crate::dynamics) use unit_frictions::{LaneWorkspace, UnitFriction, UnitResponse};
 
 use super::plan::BalancePlan;
 use super::structure::BalanceStructure;
@@ -15,7 +18,7 @@ use crate::scalar::Scalar;
 use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// Balance of one instant, and the buffers to solve it.
+/// Force and moment balance at one instant, with the buffers to solve it.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance<T> {
     /// Inverse-dynamics wrench of each node's body and all bodies beyond it.
@@ -124,6 +127,16 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
+    /// Sets the unknowns to zero and all wrenches to those that do not depend on them.
+    fn begin_wrenches(&mut self, topology: &Topology) {
+        self.unknowns.fill(T::zero());
+        self.node_wrenches.copy_from_slice(&self.demand);
+        self.cut_wrenches.fill(Wrench::zero());
+        for cut in 0..topology.cuts.len() {
+            self.add_at_cut(topology, cut, self.cut_constants[cut]);
+        }
+    }
+
     /// Solves with the last factorisation.
     fn solve_factored(
         &mut self,
@@ -133,12 +146,7 @@ impl<T: Scalar> Balance<T> {
     ) {
         let BalancePlan { topology, structure, program } = plan;
         let passes = plan.passes();
-        self.unknowns.fill(T::zero());
-        self.node_wrenches.copy_from_slice(&self.demand);
-        self.cut_wrenches.fill(Wrench::zero());
-        for cut in 0..topology.cuts.len() {
-            self.add_at_cut(topology, cut, self.cut_constants[cut]);
-        }
+        self.begin_wrenches(topology);
         for pass in 1..=passes {
             self.measure(plan, parameters, bodies);
             program.solve(&self.factors, &mut self.right, &mut self.correction);
@@ -171,14 +179,16 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Computes the actuator efforts: for each actuated DOF the effort that the joint transmits,
-    /// less that of friction.
+    /// less those of friction and gearings.
     pub(super) fn read_efforts(
         &self,
-        topology: &Topology,
+        plan: &BalancePlan,
+        parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         friction_efforts: &[T],
         efforts: &mut [T],
     ) {
+        let BalancePlan { topology, structure, .. } = plan;
         for (tree_dof, content) in topology.tree_dofs.iter().enumerate() {
             let (Some(actuator), Link::Joint { joint, reversed }) =
                 (content.actuator, topology.nodes[content.node].link)
@@ -189,6 +199,7 @@ impl<T: Scalar> Balance<T> {
             let effort = if reversed { -effort } else { effort };
             efforts[actuator] = effort - friction_efforts[tree_dof];
         }
+        structure.subtract_gearings(topology, parameters, &self.unknowns, efforts);
         for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
             efforts[actuator] = self.unknowns[topology.constraints + index];
         }
@@ -250,6 +261,7 @@ impl Balance<f64> {
     pub(super) fn efforts_of(
         &mut self,
         plan: &BalancePlan,
+        parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
         unknowns: &[f64],
     ) -> Vec<f64> {
@@ -266,6 +278,7 @@ impl Balance<f64> {
                 efforts[actuator] = bodies.screws[tree_dof].power(self.node_wrenches[content.node]);
             }
         }
+        structure.subtract_gearings(topology, parameters, &self.unknowns, &mut efforts);
         for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
             efforts[actuator] = self.unknowns[topology.constraints + index];
         }

@@ -53,6 +53,17 @@ impl<T: Scalar> Balance<T> {
                 }
             }
         }
+        for gearing in &structure.gearings {
+            let coefficients = &parameters.gearings[gearing.gearing].coefficients;
+            for ((_, equation), &coefficient) in gearing.dofs.iter().zip(coefficients) {
+                if equation.is_some() {
+                    push(coefficient);
+                    if bordered {
+                        push(coefficient);
+                    }
+                }
+            }
+        }
         for weighed in &structure.weighed {
             match weighed.what {
                 WeighedKind::CutActuator { column } => push(effort_weight(
@@ -106,6 +117,15 @@ impl<T: Scalar> Balance<T> {
         for (right, &tree_dof) in self.right[first..].iter_mut().zip(&structure.passive) {
             let wrench = self.node_wrenches[topology.tree_dofs[tree_dof].node];
             *right = self.rows[tree_dof].power(wrench) - self.constants[tree_dof];
+        }
+        for (index, gearing) in structure.gearings.iter().enumerate() {
+            let multiplier = self.unknowns[structure.first_gearing() + index];
+            let coefficients = &parameters.gearings[gearing.gearing].coefficients;
+            for ((_, equation), &coefficient) in gearing.dofs.iter().zip(coefficients) {
+                if let Some(equation) = equation {
+                    self.right[first + equation] -= coefficient * multiplier;
+                }
+            }
         }
         if structure.weighting == Weighting::Determined {
             return;
@@ -168,10 +188,19 @@ impl<T: Scalar> Balance<T> {
         let BalancePlan { topology, structure, .. } = plan;
         let length = parameters.length.largest();
         let mut residual: f64 = 0.0;
-        for &tree_dof in &structure.passive {
+        for (equation, &tree_dof) in structure.passive.iter().enumerate() {
             let content = &topology.tree_dofs[tree_dof];
             let wrench = self.node_wrenches[content.node];
-            let error = (self.rows[tree_dof].power(wrench) - self.constants[tree_dof]).largest();
+            let mut error = self.rows[tree_dof].power(wrench) - self.constants[tree_dof];
+            for (index, gearing) in structure.gearings.iter().enumerate() {
+                let coefficients = &parameters.gearings[gearing.gearing].coefficients;
+                let own = gearing.dofs.iter().position(|(_, known)| *known == Some(equation));
+                if let Some(own) = own {
+                    let multiplier = self.unknowns[structure.first_gearing() + index];
+                    error -= coefficients[own] * multiplier;
+                }
+            }
+            let error = error.largest();
             let error = if topology.tree_dof_translates(content) { error } else { error / length };
             residual = if error.is_nan() { f64::INFINITY } else { residual.max(error) };
         }

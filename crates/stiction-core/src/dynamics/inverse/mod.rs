@@ -114,11 +114,22 @@ impl<T: Scalar> Inverse<T> {
         settings: &Settings,
     ) {
         self.begin(model, parameters, kinematics, loads, settings);
+        self.complete(model, parameters, kinematics, settings);
+    }
+
+    /// Solves with friction from the present normal forces, after [`Self::begin`].
+    pub(super) fn complete(
+        &mut self,
+        model: &Model,
+        parameters: &Parameters<T>,
+        kinematics: &mut Kinematics<T>,
+        settings: &Settings,
+    ) {
         match settings.friction {
             FrictionMode::Off => {}
             FrictionMode::OnePass => {
                 self.couple(model, parameters, &kinematics.bodies, Coupling::Frozen);
-                self.finish_friction(model.topology(), parameters, &kinematics.bodies);
+                self.finish_friction(model, parameters, &kinematics.bodies);
             }
             FrictionMode::Converged => {
                 for _ in 0..settings.friction_steps {
@@ -127,7 +138,7 @@ impl<T: Scalar> Inverse<T> {
                         break;
                     }
                 }
-                self.finish_friction(model.topology(), parameters, &kinematics.bodies);
+                self.finish_friction(model, parameters, &kinematics.bodies);
             }
         }
         self.spin_up(model, kinematics);
@@ -156,7 +167,7 @@ impl<T: Scalar> Inverse<T> {
         self.sign_with = self.sign_without;
         self.friction_efforts.fill(T::zero());
         let topology = model.topology();
-        self.read_efforts(topology, bodies);
+        self.read_efforts(model, parameters, bodies);
         self.efforts_frictionless.copy_from_slice(&self.efforts);
         let rest_speed = T::from_f64(settings.rest_speed);
         self.interfaces.update_slip(topology, parameters, bodies, rest_speed);
@@ -204,7 +215,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.carry(&model.balance, cuts, spins);
         self.interfaces.update_normal_forces(parameters, bodies, &self.balance.joint_wrenches);
         self.step(model, parameters, bodies);
-        self.finish_friction(model.topology(), parameters, bodies);
+        self.finish_friction(model, parameters, bodies);
     }
 
     /// Takes one Newton step of the coupling with friction linearised about these joint wrenches,
@@ -219,7 +230,7 @@ impl<T: Scalar> Inverse<T> {
     ) {
         self.restart_from(parameters, bodies, wrenches);
         self.step(model, parameters, bodies);
-        self.finish_friction(model.topology(), parameters, bodies);
+        self.finish_friction(model, parameters, bodies);
     }
 
     /// Reciprocal pivots of the last factorisation of the balance, in a fixed order.
@@ -244,18 +255,12 @@ impl<T: Scalar> Inverse<T> {
     /// Computes the efforts that include the friction of the present normal forces.
     pub(super) fn finish_friction(
         &mut self,
-        topology: &Topology,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
     ) {
-        self.add_friction_efforts(topology, parameters);
-        self.read_efforts(topology, bodies);
-    }
-
-    /// Accelerations of local degrees of freedom in the last solution, rad/s^2.
-    pub(super) fn spin_accelerations(&self, model: &Model) -> &[T] {
-        let first = model.balance.structure.wrench_columns;
-        &self.balance.unknowns[first..first + self.spin_responses.len()]
+        self.add_friction_efforts(model.topology(), parameters);
+        self.read_efforts(model, parameters, bodies);
     }
 
     /// Computes the generalised friction forces on the DOFs of the tree.
@@ -270,8 +275,20 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    fn read_efforts(&mut self, topology: &Topology, bodies: &Bodies<T>) {
-        self.balance.read_efforts(topology, bodies, &self.friction_efforts, &mut self.efforts);
+    fn read_efforts(&mut self, model: &Model, parameters: &Parameters<T>, bodies: &Bodies<T>) {
+        let (plan, frictions) = (&*model.balance, &self.friction_efforts);
+        self.balance.read_efforts(plan, parameters, bodies, frictions, &mut self.efforts);
+    }
+
+    /// Effort of each gearing, in the order of the mechanism.
+    pub fn gearing_efforts<'a>(
+        &'a self,
+        model: &'a Model,
+        parameters: &'a Parameters<T>,
+    ) -> impl Iterator<Item = T> + 'a {
+        let first = model.balance.structure.first_gearing();
+        let each = self.balance.unknowns[first..].iter().zip(&parameters.gearings);
+        each.map(|(multiplier, gearing)| *multiplier * T::from_f64(gearing.size.recip()))
     }
 
     /// Last solution of the balance.

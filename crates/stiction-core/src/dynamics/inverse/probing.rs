@@ -57,21 +57,7 @@ impl<T: Scalar> Inverse<T> {
         } else {
             self.couple(model, parameters, bodies, Coupling::Frozen);
         }
-        self.finish_friction(model.topology(), parameters, bodies);
-    }
-
-    /// Sets the friction law value of all interfaces.
-    pub(in crate::dynamics) fn set_resistances(&mut self, resistance: Resistance<T>) {
-        self.interfaces.states.iter_mut().for_each(|state| state.resistance = resistance);
-    }
-
-    /// Sets the friction law value of one interface.
-    pub(in crate::dynamics) fn set_resistance(
-        &mut self,
-        interface: usize,
-        resistance: Resistance<T>,
-    ) {
-        self.interfaces.states[interface].resistance = resistance;
+        self.finish_friction(model, parameters, bodies);
     }
 
     /// Solves with given friction forces, N, one for each interface and independent of its normal
@@ -88,17 +74,6 @@ impl<T: Scalar> Inverse<T> {
             state.resistance = Resistance { coefficient: T::zero(), constant: *friction };
         }
         self.couple(model, parameters, bodies, Coupling::Frozen);
-        self.finish_friction(model.topology(), parameters, bodies);
-    }
-
-    /// Solves for the joint wrenches with the present friction forces held constant.
-    pub(in crate::dynamics) fn frozen_wrenches(
-        &mut self,
-        model: &Model,
-        parameters: &Parameters<T>,
-        bodies: &Bodies<T>,
-    ) -> &[Wrench<T>] {
-        self.couple(model, parameters, bodies, Coupling::Frozen);
-        &self.balance.joint_wrenches
+        self.finish_friction(model, parameters, bodies);
     }
 }

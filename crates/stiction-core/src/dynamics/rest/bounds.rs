@@ -4,11 +4,15 @@
 
 use super::map::FrictionMap;
 use super::outer::outer_changes;
+use super::search::Search;
 use crate::dynamics::continuation;
+use crate::dynamics::coupling::FrictionCoupling;
 use crate::dynamics::forces::Forces;
 use crate::dynamics::inverse::Inverse;
 use crate::dynamics::model::Model;
-use crate::dynamics::settings::Settings;
+use crate::dynamics::settings::{FrictionMode, Settings};
+use crate::friction::InterfaceShape;
+use crate::friction_problem::normal_load::Configuration;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
@@ -40,9 +44,23 @@ pub(super) struct StaticFriction {
 }
 
 impl StaticFriction {
-    fn is_near(&self, other: &Self) -> bool {
+    pub(super) fn is_near(&self, other: &Self) -> bool {
         let pairs = self.direction.iter().zip(&other.direction);
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < SAME
+    }
+
+    /// Static friction in the direction of a vector with a component for each DOF, unless its
+    /// direction is prescribed.
+    pub(super) fn towards(&self, components: impl Iterator<Item = f64>) -> Self {
+        if self.fixed {
+            return *self;
+        }
+        let mut direction = [0.0; 3];
+        direction.iter_mut().zip(components).for_each(|(own, component)| *own = component);
+        // One DOF has only two directions.
+        let size = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
+        let over = if size > 0.0 { 1.0 / size } else { 0.0 };
+        Self { direction: direction.map(|d| d * over), ..*self }
     }
 }
 
@@ -60,6 +78,7 @@ pub(in crate::dynamics) fn bound_efforts(
     forces: &mut Forces,
     inverse: &mut Inverse<f64>,
     mut position: Position<'_>,
+    coupling: &mut FrictionCoupling,
 ) {
     forces.close_bounds();
     let resting: Vec<usize> = (0..position.parameters.interfaces.len())
@@ -76,21 +95,44 @@ pub(in crate::dynamics) fn bound_efforts(
         .iter()
         .map(|&interface| StaticFriction { interface, direction: [0.0; 3], fixed: false })
         .collect();
-    let slopes = probe(inverse, &position, &released);
     let Position { model, parameters, settings, .. } = position;
-    let map = FrictionMap::new(inverse, model, parameters, &position.kinematics.bodies, settings);
+    let at = Configuration { parameters, bodies: &position.kinematics.bodies };
+    let responses = coupling.responses(inverse, model, parameters, at.bodies, true);
+    let map = FrictionMap::new(inverse, responses, parameters, at.bodies, settings);
     let changes = outer_changes(&map, forces.efforts.len());
-    for actuator in 0..forces.efforts.len() {
-        for sense in [1.0, -1.0] {
-            let before = forces.efforts[actuator];
-            let goal = Goal { actuator, sense, before };
-            let found = extreme(inverse, &mut position, &released, &slopes, goal);
-            let (low, high) = &mut forces.effort_bounds[actuator];
-            (*low, *high) = (low.min(found.least), high.max(found.greatest));
-        }
+    let goals: Vec<Goal> = (0..forces.efforts.len())
+        .flat_map(|actuator| [1.0, -1.0].map(|sense| (actuator, sense)))
+        .map(|(actuator, sense)| Goal { actuator, sense, before: forces.efforts[actuator] })
+        .collect();
+    // Outer bounds exist only for couplings so weak that every static friction has one solution.
+    let is_thread = |friction: &StaticFriction| {
+        parameters.interfaces[friction.interface].shape == InterfaceShape::Thread
+    };
+    let is_weak = changes.is_some()
+        && settings.friction == FrictionMode::Converged
+        && !released.iter().any(is_thread);
+    let extremes: Option<Vec<Extreme>> = is_weak
+        .then(|| {
+            let topology = model.topology();
+            let released = &released;
+            let mut search = Search { coupling, inverse, topology, at, settings, released };
+            goals.iter().map(|goal| search.extreme(*goal)).collect()
+        })
+        .flatten();
+    let extremes = extremes.unwrap_or_else(|| {
+        let slopes = probe(inverse, &position, &released);
+        let each = goals
+            .iter()
+            .map(|goal| extreme(inverse, &mut position, &released, &slopes, *goal))
+            .collect();
+        set_static_frictions(inverse, &released);
+        resolve(inverse, &mut position);
+        each
+    });
+    for (goal, found) in goals.iter().zip(extremes) {
+        let (low, high) = &mut forces.effort_bounds[goal.actuator];
+        (*low, *high) = (low.min(found.least), high.max(found.greatest));
     }
-    set_static_frictions(inverse, &released);
-    resolve(inverse, &mut position);
     forces.certify_bounds(changes);
 }
 
@@ -162,7 +204,7 @@ pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -
     let outcome =
         continuation::follow_friction(inverse, model, parameters, kinematics, loads, settings, 1.0);
     if outcome.is_err() {
-        inverse.finish_friction(model.topology(), parameters, &kinematics.bodies);
+        inverse.finish_friction(model, parameters, &kinematics.bodies);
     }
     outcome.is_ok()
 }
@@ -203,17 +245,7 @@ fn steepest(
     sense: f64,
 ) -> Vec<StaticFriction> {
     let direction_of = |(friction, slopes): (&StaticFriction, &Vec<Vec<f64>>)| {
-        if friction.fixed {
-            return *friction;
-        }
-        let mut direction = [0.0; 3];
-        for (component, slope) in direction.iter_mut().zip(slopes) {
-            *component = sense * slope[actuator];
-        }
-        // One DOF has only two directions.
-        let size = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
-        let over = if size > 0.0 { 1.0 / size } else { 0.0 };
-        StaticFriction { direction: direction.map(|d| d * over), ..*friction }
+        friction.towards(slopes.iter().map(|slope| sense * slope[actuator]))
     };
     frictions.iter().zip(slopes).map(direction_of).collect()
 }

@@ -1,25 +1,14 @@
 //! Joint wrenches and efforts as affine functions of the friction forces.
 
 use crate::dynamics::inverse::Inverse;
-use crate::dynamics::model::Model;
+use crate::dynamics::responses::Responses;
 use crate::dynamics::settings::{FrictionMode, Settings};
-use crate::friction::{NormalLoadMap, OwnFriction, Resistance};
+use crate::friction::{NormalLoadMap, OwnFriction};
 use crate::friction_problem::normal_load::normal_load;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 use nalgebra::DMatrix;
-
-/// One component of the friction at one interface.
-#[derive(Clone, Debug)]
-struct Component {
-    interface: usize,
-    /// Change of each joint wrench per newton.
-    wrenches: Vec<Wrench<f64>>,
-    /// Change of each effort and of the acceleration of each local degree of freedom, per newton.
-    efforts: Vec<f64>,
-    spins: Vec<f64>,
-}
 
 /// Friction forces and their effects at one position, relative to a solution without static
 /// friction. A component has the sign of the sliding velocity that it opposes.
@@ -31,56 +20,27 @@ pub(super) struct FrictionMap<'a> {
     parameters: &'a Parameters<f64>,
     bodies: &'a Bodies<f64>,
     inverse: &'a Inverse<f64>,
-    components: Vec<Component>,
+    responses: &'a Responses,
     /// True if friction changes normal forces.
     coupled: bool,
 }
 
 impl<'a> FrictionMap<'a> {
-    /// Linearises about the solution in `inverse`.
+    /// Linearises about the solution in `inverse`, with the responses at its position.
     pub(super) fn new(
         inverse: &'a Inverse<f64>,
-        model: &Model,
+        responses: &'a Responses,
         parameters: &'a Parameters<f64>,
         bodies: &'a Bodies<f64>,
         settings: &Settings,
     ) -> Self {
-        let mut probe = inverse.clone();
-        let mut respond = |interface: usize, direction: [f64; 3], force: f64| {
-            probe.set_static_friction(interface, direction);
-            probe.apply_friction_at(model.topology(), parameters, bodies, settings, 1.0);
-            probe.set_resistances(Resistance { coefficient: 0.0, constant: 0.0 });
-            probe.set_resistance(interface, Resistance { coefficient: 0.0, constant: force });
-            let wrenches = probe.frozen_wrenches(model, parameters, bodies).to_vec();
-            probe.finish_friction(model.topology(), parameters, bodies);
-            probe.set_static_friction(interface, [0.0; 3]);
-            (wrenches, probe.efforts().to_vec(), probe.spin_accelerations(model).to_vec())
-        };
-        let mut components = Vec::new();
-        for (interface, content) in parameters.interfaces.iter().enumerate() {
-            let rests = inverse.interfaces()[interface].sliding == 0.0;
-            let without = respond(interface, [0.0; 3], 0.0);
-            let dofs = if rests { content.shape.dofs().len() } else { 1 };
-            for dof in 0..dofs {
-                let mut direction = [0.0; 3];
-                direction[dof] = 1.0;
-                let with = respond(interface, direction, 1.0);
-                let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
-                components.push(Component {
-                    interface,
-                    wrenches: with.0.iter().zip(&without.0).map(|(a, b)| *a - *b).collect(),
-                    efforts: less(&with.1, &without.1),
-                    spins: less(&with.2, &without.2),
-                });
-            }
-        }
         let coupled = settings.friction == FrictionMode::Converged;
-        Self { parameters, bodies, inverse, components, coupled }
+        Self { parameters, bodies, inverse, responses, coupled }
     }
 
     /// Number of components over all interfaces.
     pub(super) fn len(&self) -> usize {
-        self.components.len()
+        self.responses.len()
     }
 
     /// Number of friction interfaces.
@@ -90,7 +50,7 @@ impl<'a> FrictionMap<'a> {
 
     /// Interface of each component.
     pub(super) fn owners(&self) -> impl Iterator<Item = usize> {
-        self.components.iter().map(|component| component.interface)
+        (0..self.len()).map(|component| self.responses.interface(component))
     }
 
     /// Euclidean norms of each interface's part of a vector with an entry for each component.
@@ -104,12 +64,12 @@ impl<'a> FrictionMap<'a> {
 
     /// Derivative of an effort with respect to each component.
     pub(super) fn slopes(&self, actuator: usize) -> Vec<f64> {
-        self.components.iter().map(|component| component.efforts[actuator]).collect()
+        (0..self.len()).map(|component| self.responses.efforts(component)[actuator]).collect()
     }
 
     /// Derivative of the acceleration of a local degree of freedom with respect to each component.
     pub(super) fn spin_slopes(&self, spin: usize) -> Vec<f64> {
-        self.components.iter().map(|component| component.spins[spin]).collect()
+        (0..self.len()).map(|component| self.responses.spins(component)[spin]).collect()
     }
 
     /// Coefficients of an interface for friction forward and backward (positive and negative).
@@ -175,10 +135,9 @@ impl<'a> FrictionMap<'a> {
 
     fn change(&self, joint: usize, frictions: &[f64]) -> Wrench<f64> {
         let mut sum = Wrench::zero();
-        let acting =
-            self.components.iter().zip(frictions).filter(|(_, friction)| **friction != 0.0);
+        let acting = frictions.iter().enumerate().filter(|(_, friction)| **friction != 0.0);
         for (component, &friction) in acting {
-            sum += component.wrenches[joint] * friction;
+            sum += self.responses.wrench(component, joint) * friction;
         }
         sum
     }
@@ -191,7 +150,7 @@ impl<'a> FrictionMap<'a> {
         frictions: &[f64],
     ) -> f64 {
         // The friction of a thread carries part of its normal force; it has one component.
-        let own = self.owners().position(|owner| owner == interface);
+        let own = self.responses.components(interface).next();
         let constant = own.map_or(0.0, |k| frictions[k]);
         let state = &self.inverse.interfaces()[interface];
         let direction = if state.sliding > 0.0 { state.sense } else { 1.0 };

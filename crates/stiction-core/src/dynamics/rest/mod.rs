@@ -10,10 +10,12 @@ mod breakaway;
 mod holding;
 mod map;
 mod outer;
+mod search;
 
 pub use breakaway::Breakaway;
 pub use holding::{Holding, Verdict};
 
+use super::coupling::FrictionCoupling;
 use super::forces::{Bounds, Forces};
 use super::inverse::Inverse;
 use crate::joint::Motion;
@@ -69,7 +71,11 @@ impl Rest {
 }
 
 /// Analyses static friction at the position in `inverse`, with the mechanism at rest.
-pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) -> Rest {
+pub(super) fn examine(
+    inverse: &mut Inverse<f64>,
+    mut position: Position<'_>,
+    coupling: &mut FrictionCoupling,
+) -> Rest {
     let released: Vec<StaticFriction> = (0..position.parameters.interfaces.len())
         .map(|interface| StaticFriction { interface, direction: [0.0; 3], fixed: false })
         .collect();
@@ -87,7 +93,9 @@ pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) ->
 
     let Position { model, parameters, settings, .. } = position;
     let bodies = &position.kinematics.bodies;
-    let map = FrictionMap::new(inverse, model, parameters, bodies, settings);
+    coupling.leave();
+    let responses = coupling.responses(inverse, model, parameters, bodies, true);
+    let map = FrictionMap::new(inverse, responses, parameters, bodies, settings);
     let efforts: Vec<(usize, f64, f64)> = inverse
         .efforts()
         .iter()

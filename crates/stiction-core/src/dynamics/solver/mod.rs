@@ -6,8 +6,8 @@ mod checkpoint;
 mod planning;
 mod solve;
 
-use super::contributions::{Shares, Sharing};
-use super::coupling::CouplingWorkspace;
+use super::contributions::Contributions;
+use super::coupling::FrictionCoupling;
 use super::error::InverseError;
 use super::forces::Forces;
 use super::inverse::Inverse;
@@ -67,12 +67,11 @@ pub struct InverseDynamics {
     forces: Forces,
     /// Bound on the coupling in the last solution by the kernel, see [`InverseDynamics::coupling`].
     strength: f64,
-    coupling_workspace: CouplingWorkspace,
-    /// Buffers for the friction contributions, allocated on first use.
-    sharing: Option<Sharing<f64>>,
+    /// Responses to unit frictions at the position of the last solution by the kernel.
+    friction_coupling: FrictionCoupling,
     /// True if the last forces are those of the kernel, false for the dense fallback.
     forces_by_kernel: bool,
-    shares: Shares<f64>,
+    shares: Contributions<f64>,
     /// Number of compilations of the balance.
     plans: u64,
     /// The tree's coordinates at which the balance was compiled.
@@ -160,12 +159,11 @@ impl InverseDynamics {
         let assembly =
             Assembly::new(&mechanism, &topology, &parameters, initial_poses, coordinates, targets)?;
         let forces = Forces::new(
-            topology.actuators.len(),
-            mechanism.joints().len(),
+            [topology.actuators.len(), mechanism.joints().len(), mechanism.gearings().len()],
             parameters.interfaces.len(),
         );
         let first_rates = Arc::clone(&assembly.model().rates);
-        let shares = Shares::new(topology.actuators.len(), parameters.interfaces.len());
+        let shares = Contributions::new(topology.actuators.len(), parameters.interfaces.len());
         let mut solver = Self {
             mechanism: Arc::new(mechanism),
             topology,
@@ -176,8 +174,7 @@ impl InverseDynamics {
             first_rates,
             forces,
             strength: 0.0,
-            coupling_workspace: CouplingWorkspace::default(),
-            sharing: None,
+            friction_coupling: FrictionCoupling::default(),
             forces_by_kernel: true,
             shares,
             plans: 0,
@@ -272,9 +269,14 @@ impl InverseDynamics {
         if count == 0 || count != topology.actuators.len() {
             return None;
         }
+        // Compiled again elsewhere, the program has another constant.
+        let own = match Arc::ptr_eq(&model.rates, &self.first_rates) {
+            true => kinematics.sign(),
+            false => kinematics.sign_by(&self.first_rates)?,
+        };
         // If exactly the actuators are prescribed, the matrix is a permutation.
         if let Some(sign) = order_of_actuators(topology, coordinates) {
-            return Some(sign * kinematics.sign_by(&self.first_rates)?.signum());
+            return Some(sign * own.signum());
         }
         let mut rates = vec![0.0; dofs];
         let mut matrix = DMatrix::zeros(count, count);
@@ -288,7 +290,7 @@ impl InverseDynamics {
         }
         // The determinant of closures and actuators equals this one times that of closures and
         // coordinates.
-        let determinant = matrix.determinant() * kinematics.sign_by(&self.first_rates)?;
+        let determinant = matrix.determinant() * own;
         determinant.is_finite().then(|| determinant.signum())
     }
 
@@ -334,15 +336,44 @@ impl InverseDynamics {
 
     /// Friction contributions to each effort of the last [`Self::solve`]. Valid until the mechanism
     /// is moved.
-    pub fn shares(&mut self) -> &Shares<f64> {
+    pub fn shares(&mut self) -> &Contributions<f64> {
         // The dense fallback computes the contributions itself.
         self.share_kinematics();
         if let (true, Ok(Compiled { model, inverse })) = (self.forces_by_kernel, &self.compiled) {
-            let bodies = &self.assembly.kinematics().bodies;
-            let sharing = self.sharing.get_or_insert_with(|| Sharing::new(model));
-            sharing.run(model, &self.parameters, bodies, inverse, &mut self.shares);
+            self.shares.clear();
+            if inverse.has_friction() {
+                let bodies = &self.assembly.kinematics().bodies;
+                let coupling = &mut self.friction_coupling;
+                let responses = coupling.responses(inverse, model, &self.parameters, bodies, false);
+                for (interface, state) in inverse.interfaces().iter().enumerate() {
+                    // Interfaces at rest have no friction.
+                    if state.sliding > 0.0 {
+                        let efforts = responses.efforts(responses.components(interface).start);
+                        let friction = state.friction();
+                        let shares = self.shares.row(interface).iter_mut().zip(efforts);
+                        shares.for_each(|(share, effort)| *share = effort * friction);
+                    }
+                }
+            }
         }
         &self.shares
+    }
+
+    /// Efforts for the opposite motion at the present position, with the same accelerations and
+    /// loads as in the last [`Self::solve`]. `None` unless a few operations on its results suffice
+    /// and the solution is unique; [`Self::reversed`] then gives the answer.
+    #[doc(hidden)]
+    pub fn reversed_efforts(&mut self) -> Option<Vec<f64>> {
+        let is_unique = self.forces_by_kernel && self.strength < 1.0;
+        // Dampers reverse their forces.
+        let has_dampers = self.parameters.has_dampers();
+        if !is_unique || has_dampers || self.settings.friction != FrictionMode::Converged {
+            return None;
+        }
+        let Ok(Compiled { inverse, .. }) = &self.compiled else { return None };
+        let (parameters, bodies) = (&*self.parameters, &self.assembly.kinematics().bodies);
+        let at = Configuration { parameters, bodies };
+        self.friction_coupling.reversed_efforts(inverse.interfaces(), at)
     }
 
     /// Rates of the actuators, rad/s or m/s, in the order of [`Mechanism::actuators`].
@@ -410,8 +441,16 @@ impl InverseDynamics {
     /// # Panics
     /// If the numbers of targets and prescribed coordinates differ.
     #[must_use = "it may have stayed where it was"]
-    pub fn leap(&mut self, step: f64, targets: &[Target<f64>]) -> bool {
-        self.assembly.leap(&self.parameters, step, targets)
+    pub fn follow_in_one_step(&mut self, step: f64, targets: &[Target<f64>]) -> bool {
+        self.assembly.follow_in_one_step(&self.parameters, step, targets)
+    }
+
+    /// Moves to known coordinates of the tree, those of [`Self::state`] at an earlier visit, and to
+    /// the targets there. Returns false, and keeps the present position, if they do not fit.
+    #[doc(hidden)]
+    #[must_use = "it may have stayed where it was"]
+    pub fn return_to(&mut self, coordinates: &[f64], targets: &[Target<f64>]) -> bool {
+        self.assembly.return_to(&self.parameters, coordinates, targets)
     }
 
     /// Newton-Euler equations of all bodies at the present position.

@@ -17,7 +17,7 @@ impl InverseDynamics {
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;
         let balance = BalancePlan::new(&self.topology, &self.parameters, bodies, &spins);
-        self.sharing = None;
+        self.friction_coupling.leave();
         self.compiled = balance.map(|balance| {
             let model = Model {
                 mechanism: Arc::clone(&self.mechanism),

@@ -11,6 +11,7 @@ use crate::dynamics::power::Power;
 use crate::dynamics::rest::bounds;
 use crate::dynamics::rest::{self, Rest};
 use crate::dynamics::settings::FrictionMode;
+use crate::dynamics::spring::SpringFault;
 use crate::friction::InterfaceShape;
 use crate::friction_problem::continuation::Lock;
 use crate::mechanism::Mechanism;
@@ -29,14 +30,16 @@ impl InverseDynamics {
         self.check_loads(loads)?;
         self.check_springs()?;
         self.check_overlaps()?;
-        if !self.by_kernel(loads) {
+        let mut balanced = self.by_kernel(loads);
+        if !balanced {
             // The elimination order belongs to another position, or this position is special.
             self.replan();
-            if !self.by_kernel(loads) && !self.is_balanced_without_friction(loads) {
+            balanced = self.by_kernel(loads);
+            if !balanced && !self.is_balanced_without_friction(loads) {
                 return self.solve_dense(loads);
             }
         }
-        match self.finish(loads) {
+        match self.finish(loads, balanced) {
             Ok(()) if self.forces.imbalance(self.parameters.length) <= BALANCED => Ok(&self.forces),
             Err(locked @ InverseError::Locked { .. }) => Err(locked),
             _ => self.solve_dense(loads),
@@ -55,13 +58,13 @@ impl InverseDynamics {
         }
     }
 
-    /// Checks that the force of every spring has a direction.
+    /// Checks that the force of every spring is defined.
     fn check_springs(&self) -> Result<(), InverseError> {
-        match checks::spring_without_direction(&self.parameters, self.bodies()) {
+        let fault = SpringFault::first(&self.topology, &self.parameters, self.bodies());
+        match fault.map(|fault| fault.in_words(&self.mechanism)) {
             None => Ok(()),
-            Some(k) => Err(InverseError::SpringWithoutDirection {
-                spring: self.mechanism.springs()[k].name.clone(),
-            }),
+            Some((spring, None)) => Err(InverseError::SpringWithoutDirection { spring }),
+            Some((spring, Some(problem))) => Err(InverseError::Spring { spring, problem }),
         }
     }
 
@@ -99,29 +102,33 @@ impl InverseDynamics {
         let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };
         self.assembly.forget_spins();
         let (_, kinematics) = self.assembly.parts();
-        inverse.solve(model, &self.parameters, kinematics, loads, &self.settings);
-        inverse.is_balanced(model, &self.parameters)
+        let (parameters, settings) = (&*self.parameters, &self.settings);
+        inverse.begin(model, parameters, kinematics, loads, settings);
+        let coupling = &mut self.friction_coupling;
+        coupling.start_from(inverse);
+        self.strength = 0.0;
+        if settings.friction == FrictionMode::Converged
+            && inverse.interfaces().iter().any(|interface| interface.sliding > 0.0)
+        {
+            let bodies = &kinematics.bodies;
+            self.strength = coupling.begin(inverse, model, parameters, bodies);
+        }
+        inverse.complete(model, parameters, kinematics, settings);
+        inverse.is_balanced(model, parameters)
     }
 
-    /// Checks friction and copies the results of the kernel.
-    fn finish(&mut self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
+    /// Checks friction and copies the results of the kernel, in which the balance holds or not.
+    fn finish(&mut self, loads: &[AppliedLoad<f64>], balanced: bool) -> Result<(), InverseError> {
         let Ok(Compiled { model, inverse }) = &mut self.compiled else {
             return Err(InverseError::Unsettled);
         };
         let (topology, parameters) = (&*self.topology, &*self.parameters);
         let settings = &self.settings;
         let (_, kinematics) = self.assembly.parts();
-        let is_coupled = settings.friction == FrictionMode::Converged
-            && inverse.interfaces().iter().any(|interface| interface.sliding > 0.0);
-        let strength = match is_coupled {
-            true => self.coupling_workspace.bound(inverse, model, parameters, &kinematics.bodies),
-            false => 0.0,
-        };
-        self.strength = strength;
-        let is_unique = strength < 1.0;
+        let is_unique = self.strength < 1.0;
         let settled =
             inverse.friction_settled(settings) || (is_unique && inverse.friction_stagnated());
-        if !settled || !is_unique || !inverse.is_balanced(model, parameters) {
+        if !settled || !is_unique || !balanced {
             // Other solutions may exist, or none: continuation from zero friction reaches the
             // connected solution, or ends at the lock.
             let followed = continuation::follow_friction(
@@ -142,9 +149,9 @@ impl InverseDynamics {
         }
         self.forces_by_kernel = true;
         let forces = &mut self.forces;
-        forces.read(&kinematics.bodies, inverse);
+        forces.read(model, parameters, &kinematics.bodies, inverse);
         let position = bounds::Position { model, parameters, kinematics, loads, settings };
-        bounds::bound_efforts(forces, inverse, position);
+        bounds::bound_efforts(forces, inverse, position, &mut self.friction_coupling);
         let dissipated = forces.interfaces.iter().map(|c| c.power);
         let bodies = &kinematics.bodies;
         forces.power = Power::new(topology, parameters, bodies, &forces.efforts, dissipated, loads);
@@ -228,7 +235,7 @@ impl InverseDynamics {
         let (parameters, settings) = (&*self.parameters, &self.settings);
         let (_, kinematics) = self.assembly.parts();
         let position = bounds::Position { model, parameters, kinematics, loads, settings };
-        let mut rest = rest::examine(inverse, position);
+        let mut rest = rest::examine(inverse, position, &mut self.friction_coupling);
         rest.extend_intervals(&mut self.forces);
         rest.take_intervals(&self.forces);
         Ok(rest)

@@ -119,6 +119,11 @@ impl Balance {
         Ok(())
     }
 
+    /// Basis of the tree rates that the constraints allow, vector by vector.
+    pub(super) fn null_space(&self) -> &[f64] {
+        &self.basis
+    }
+
     /// Number of DOFs left by the constraints; `n` is that of the tree.
     pub(super) fn mobility(&self, n: usize) -> usize {
         n - self.space.rank()

@@ -8,10 +8,10 @@ use crate::forward::Forward;
 use crate::forward::constraint_jacobian::each_dof;
 use crate::forward::data::Data;
 use crate::scalar::{Lanes, Scalar};
-use crate::spatial::{Twist, Wrench};
+use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Role};
 
-/// Numbers of four responses side by side.
+/// Corresponding values of four responses, one per lane.
 pub(in crate::forward) type Four = Lanes<f64, 4>;
 
 /// Response with its intermediate quantities.
@@ -109,7 +109,7 @@ impl Balance {
         self.redundancy.apply((model, data), &self.rows, whole, redundancy, response);
     }
 
-    /// Joint wrenches in response to up to four joint wrenches, separately; requires a balance
+    /// Joint wrenches and multipliers in response to up to four joint wrenches, separately; requires a balance
     /// without redundant constraints.
     pub(in crate::forward) fn respond_to_four<'s>(
         &self,
@@ -117,7 +117,7 @@ impl Balance {
         data: &Data,
         efforts: &[(usize, Wrench<f64>)],
         workspace: &'s mut Workspace,
-    ) -> &'s [Wrench<Four>] {
+    ) -> (&'s [Wrench<Four>], &'s [Four]) {
         debug_assert!(!self.is_redundant(), "reactions are not unique");
         let n = model.topology.dofs();
         let four = &mut workspace.four;
@@ -133,7 +133,7 @@ impl Balance {
             });
         }
         self.accelerate(model, data, &lanes[..efforts.len().min(4)], false, four);
-        &four.wrenches
+        (&four.wrenches, &four.multipliers)
     }
 
     /// Computes a response from the accelerations that satisfy the rows, from the remaining
@@ -206,6 +206,14 @@ impl Balance {
     ) {
         let (topology, bodies, masses) = (&model.topology, &data.bodies, &data.masses);
         let Stages { accelerations, multipliers, twists, demand, wrenches, .. } = stages;
+        let n = topology.dofs().max(1);
+        let sum_of = |row: &[f64], accelerations: &[T], bias: f64| {
+            let mut sum = T::from_f64(bias);
+            for (a, r) in accelerations.iter().zip(row) {
+                sum += *a * T::from_f64(*r);
+            }
+            sum
+        };
         fill(twists, bodies.pose.len(), Twist::zero());
         for node in &topology.nodes {
             let mut sum = match (node.link, node.parent) {
@@ -232,17 +240,19 @@ impl Balance {
         }
         // Rotors take a part of the efforts before these reach the joint; wrenches in the tree follow from
         // the bodies.
-        let n = topology.dofs().max(1);
-        for (rotor, row) in masses.rotors.iter().zip(masses.rotor_rows.chunks_exact(n)) {
-            if !in_cuts(rotor.joint) {
-                continue;
+        let rows = masses.rotor_rows.chunks_exact(n).zip(masses.taken_rows.chunks_exact(n));
+        for (rotor, (row, taken)) in masses.rotors.iter().zip(rows) {
+            if let Some((body, momentum)) = rotor.carrier {
+                let moment = momentum.lift() * sum_of(row, accelerations, 0.0);
+                demand[body] += Wrench { force: Vec3::zero(), moment };
             }
-            let mut acceleration = T::from_f64(if whole { rotor.bias } else { 0.0 });
-            for (a, r) in accelerations.iter().zip(row) {
-                acceleration += *a * T::from_f64(*r);
+            for part in &masses.rotor_parts[rotor.parts.clone()] {
+                if in_cuts(part.joint) {
+                    let bias = if whole { rotor.bias } else { 0.0 };
+                    let taken = sum_of(taken, accelerations, bias);
+                    wrenches[part.joint] -= part.covector.lift() * taken;
+                }
             }
-            let taken = acceleration * T::from_f64(rotor.inertia);
-            wrenches[rotor.joint] -= rotor.covector.lift() * taken;
         }
         for cut in &topology.cuts {
             let (predecessor, successor) = topology.ends[cut.joint];

@@ -11,7 +11,7 @@ use super::{Energies, Simulation};
 use crate::forward::Forward;
 use crate::forward::data::Data;
 use crate::forward::error::ForwardError;
-use crate::forward::inputs::Inputs;
+use crate::forward::inputs::{InputState, Inputs};
 use crate::forward::instant::Instant;
 use crate::kinematics::State;
 
@@ -42,18 +42,19 @@ impl Forward {
     pub(super) fn can_begin(
         &self,
         now: &Instant,
-        inputs: &mut dyn Inputs,
+        (input, inputs): (&InputState, &mut dyn Inputs),
     ) -> Result<(), ForwardError> {
         let targets = self.targets(now.time, inputs);
-        let led = targets.iter().any(|t| t.rate != 0.0 || t.acceleration != 0.0);
+        let prescribed = targets.iter().any(|t| t.rate != 0.0 || t.acceleration != 0.0);
         let State { rates, accelerations, .. } = &now.state;
-        if led || rates.iter().any(|v| *v != 0.0) || accelerations.iter().all(|a| *a == 0.0) {
+        if prescribed || rates.iter().any(|v| *v != 0.0) || accelerations.iter().all(|a| *a == 0.0)
+        {
             return Ok(());
         }
         let mut state = now.state.clone();
         state.rates.clone_from(accelerations);
         let bristles = vec![[0.0; 3]; now.interfaces.len()];
-        let situation = self.data(now.time, state, &bristles, (&[], &[]), inputs);
+        let situation = self.data(now.time, state, &bristles, (&[], &[]), (input, inputs));
         self.can_go_on(&situation).map_err(|error| match error {
             ForwardError::Blocked { time, what, by, translates, .. } => {
                 ForwardError::Blocked { time, what, by, translates, at_rest: true }
@@ -72,7 +73,11 @@ impl Forward {
                 return format!("the loop through joint `{}`", self.joint_name(cut.joint));
             }
         }
-        match self.prescribed.get(row - first) {
+        let row = row - first;
+        if let Some(own) = topology.gearings.get(row) {
+            return format!("gearing `{}`", self.mechanism.gearings()[own.gearing].name);
+        }
+        match self.prescribed.get(row - topology.gearings.len()) {
             Some(&actuator) => {
                 let at = topology.actuators[actuator];
                 let name = self.joint_name(at.joint);
@@ -116,7 +121,7 @@ impl Simulation<'_> {
             let targets = model.targets(time, inputs);
             let rows = model.constraint_rows(&arrived.bodies, &targets, &[]);
             let n = model.topology.dofs();
-            let first = model.topology.constraints;
+            let first = model.topology.closures();
             let missed = |row: usize| {
                 let entries = &rows.matrix[row * n..(row + 1) * n];
                 let has: f64 = entries.iter().zip(free).map(|(a, b)| a * b).sum();
@@ -132,7 +137,8 @@ impl Simulation<'_> {
         let (drives, energies) = energies.split_at(self.energies.drives.len());
         let supplied = drives.iter().sum::<f64>() - self.energies.drives.iter().sum::<f64>()
             + (energies[0] - loads);
-        let lost = energies[1] - dampers + energies[3..].iter().sum::<f64>()
+        let interfaces = &energies[3..3 + self.modes.len()];
+        let lost = energies[1] - dampers + interfaces.iter().sum::<f64>()
             - self.energies.interfaces.iter().sum::<f64>();
         let (was, is) = (&self.now.account, &arrived.account);
         let gained = (is.kinetic - was.kinetic) + (is.potential - was.potential);

@@ -109,6 +109,8 @@ impl<'a> Simulation<'a> {
                 let instant = copy.on_chord(time, part, self, inputs)?;
                 let span = self.now.time - from;
                 copy.energies.blend(&self.energies, &self.now.account, (part, span));
+                let values = copy.input.values.iter_mut().zip(&self.input.values);
+                values.for_each(|(value, end)| *value += part * (end - *value));
                 copy.modes.clone_from(&self.modes);
                 copy.stepping.clone_from(&self.stepping);
                 copy.become_now(instant);
@@ -218,7 +220,7 @@ impl<'a> Simulation<'a> {
         state.accelerations.clone_from(&to.state.accelerations);
         let targets = model.targets(time, inputs);
         model.project(time, &mut state, &targets, &end.anchors, &end.frozen)?;
-        let data = model.data(time, state, &end.bristles, (&[], &[]), inputs);
+        let data = model.data(time, state, &end.bristles, (&[], &[]), (&self.input, inputs));
         let mut instant = Instant { time, state: data.state.clone(), ..to.clone() };
         instant.bodies = data.bodies.clone();
         instant.bodies.accelerate(&model.topology, &instant.state.accelerations);

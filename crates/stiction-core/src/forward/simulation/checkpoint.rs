@@ -6,6 +6,7 @@ use super::stepping::{QUIET, Stepping};
 use super::{Event, Settings, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::error::ForwardError;
+use crate::forward::inputs::InputState;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Steps;
 use crate::forward::project::Anchor;
@@ -26,10 +27,13 @@ pub struct Checkpoint {
 }
 
 /// First number: version of the format.
-const FORMAT: f64 = 6.0;
+const FORMAT: f64 = 8.0;
 
 /// Largest valid count; rejects numbers that cannot be counts.
 const COUNTABLE: f64 = 1e15;
+
+/// Largest number of own states or of switching functions of the inputs; larger numbers are invalid.
+const MOST_INPUTS: usize = 1_000_000;
 
 /// Writer or reader of numbers. The same calls serve both, which ensures the same order.
 pub(super) enum Tape<'a> {
@@ -156,7 +160,7 @@ impl<'a> Simulation<'a> {
         let State { coordinates, rates, accelerations } = &mut now.state;
         tape.numbers(coordinates.iter_mut().chain(rates).chain(accelerations));
         now.bodies.acceleration.iter_mut().for_each(|t| tape.twist(t));
-        tape.numbers(&mut now.drives);
+        tape.numbers(now.drives.iter_mut().chain(&mut now.gearings));
         now.wrenches.iter_mut().for_each(|w| tape.wrench(w));
         for interface in &mut now.interfaces {
             tape.mode(&mut interface.interface);
@@ -194,12 +198,38 @@ impl<'a> Simulation<'a> {
         tape.numbers(&mut self.grips);
         tape.numbers(self.shares.iter_mut().flatten());
         tape.number(&mut self.overload);
-        for angle in &mut self.angles {
+        for angle in &mut self.input.angles {
             tape.numbers([&mut angle.value, &mut angle.rate, &mut angle.time]);
         }
+        let InputState { values, scales, sides, angles: _ } = &mut self.input;
+        let (mut states, mut switches) = (values.len(), sides.len());
+        tape.count(&mut states);
+        tape.count(&mut switches);
+        let (states, switches) = (states.min(MOST_INPUTS), switches.min(MOST_INPUTS));
+        values.resize(states, 0.0);
+        scales.resize(states, 0.0);
+        now.input_rates.resize(states, 0.0);
+        tape.numbers(values.iter_mut().chain(scales).chain(&mut now.input_rates));
+        sides.resize(switches, false);
+        self.switching.resize(switches, false);
+        sides.iter_mut().chain(&mut self.switching).for_each(|side| tape.flag(side));
+        let mut ahead = Some(self.switch_at).filter(|time| time.is_finite());
+        tape.option(&mut ahead);
+        self.switch_at = ahead.unwrap_or(f64::INFINITY);
+        tape.count(&mut self.switches_at_once.0);
+        tape.number(&mut self.switches_at_once.1);
+        let mut ended = self.ended_by.map_or(0, |switch| switch + 1);
+        tape.count(&mut ended);
+        self.ended_by = ended.checked_sub(1);
+        let mut shortened = Some(self.shortened_at).filter(|time| time.is_finite());
+        tape.option(&mut shortened);
+        self.shortened_at = shortened.unwrap_or(f64::NEG_INFINITY);
+        tape.count(&mut self.chatter.0);
+        tape.numbers([&mut self.chatter.1, &mut self.chatter.2]);
         let energies = &mut self.energies;
         tape.numbers(energies.drives.iter_mut().chain(&mut energies.interfaces));
         tape.numbers([&mut energies.loads, &mut energies.dampers, &mut energies.turnover]);
+        tape.numbers([&mut energies.impacts, &mut energies.payloads]);
         tape.numbers([&mut self.energy_at_start, &mut self.fastest, &mut self.fastest_rate]);
         tape.numbers([&mut self.coarsest, &mut self.step]);
         tape.flag(&mut self.in_passage);
@@ -255,9 +285,11 @@ impl Forward {
             state: State::new(topology),
             bodies: Bodies::new(topology),
             drives: drives.clone(),
+            gearings: vec![0.0; topology.gearings.len()],
             wrenches: vec![Wrench::zero(); joints],
             interfaces: vec![interface; interfaces],
             bristle_rates: vec![[0.0; 3]; interfaces],
+            input_rates: Vec::new(),
             account: Account {
                 drives: drives.clone(),
                 interfaces: each.clone(),
@@ -282,7 +314,13 @@ impl Forward {
             grips: vec![1.0; interfaces],
             shares: vec![[0.0; 3]; interfaces],
             overload: 1.0,
-            angles,
+            input: InputState { angles, ..InputState::default() },
+            switch_at: f64::INFINITY,
+            switching: Vec::new(),
+            ended_by: None,
+            switches_at_once: (0, 0.0),
+            shortened_at: f64::NEG_INFINITY,
+            chatter: (0, 0.0, 0.0),
             energies: Energies { drives, interfaces: each, ..Energies::default() },
             energy_at_start: 0.0,
             fastest: 0.0,

@@ -101,8 +101,13 @@ impl Simulation<'_> {
                 return self.reverse(interface, inputs);
             }
         }
-        let mut situation =
-            model.data(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        let mut situation = model.data(
+            time,
+            state,
+            &self.bristles,
+            (&self.grips, &self.shares),
+            (&self.input, inputs),
+        );
         if let Some(interface) = stopped
             && !self.takes_dof(&situation, interface)
         {
@@ -120,8 +125,8 @@ impl Simulation<'_> {
                 || stopped == Some(index)
                 || *mode == InterfaceMode::Sticks
             {
-                match model.led(index, (time, self.fastest), inputs) {
-                    Some(led) => *mode = led,
+                match model.prescribed_mode(index, (time, self.fastest), inputs) {
+                    Some(prescribed) => *mode = prescribed,
                     None => resting.push(index),
                 }
             } else if matches!(mode, InterfaceMode::AtLimit(_)) {

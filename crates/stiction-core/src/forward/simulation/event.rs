@@ -2,7 +2,7 @@
 
 use super::Method;
 use crate::forward::error::Competitor;
-use crate::mechanism::JointId;
+use crate::mechanism::{BodyId, JointId};
 
 /// Event of a simulation.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +54,20 @@ pub enum EventKind {
     Singular {
         /// Number of constraints that are dependent only at this position.
         lost: usize,
+    },
+    /// A switching function of the inputs that ends the simulation is or becomes negative.
+    Ends {
+        /// Index of the switching function.
+        switch: usize,
+    },
+    /// A body picks up or places a part.
+    Payload {
+        /// The body.
+        body: BodyId,
+        /// True if the part is picked up, by a plastic impact.
+        picked_up: bool,
+        /// Energy lost in the impact, J, apart from the work of friction and actuators.
+        lost: f64,
     },
     /// The integration scheme changes.
     Method {

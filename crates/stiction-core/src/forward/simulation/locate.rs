@@ -59,7 +59,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<Option<(f64, Ending)>, ForwardError> {
         let mut suspects = Vec::new();
-        let mut led: Option<f64> = None;
+        let mut prescribed: Option<f64> = None;
         let mut holds = false;
         for interface in 0..self.modes.len() {
             match self.modes[interface] {
@@ -72,8 +72,9 @@ impl Simulation<'_> {
                 }
                 InterfaceMode::Sticks => {
                     holds = true;
-                    if let Some(part) = self.is_led_away(interface, (time, step), inputs) {
-                        led = Some(led.map_or(part, |before| before.min(part)));
+                    if let Some(part) = self.prescribed_slip_onset(interface, (time, step), inputs)
+                    {
+                        prescribed = Some(prescribed.map_or(part, |before| before.min(part)));
                     }
                 }
                 InterfaceMode::Smooth | InterfaceMode::AtLimit(_) => {}
@@ -81,7 +82,7 @@ impl Simulation<'_> {
         }
         // The stages of the step sample its whole length.
         holds &= self.workspace.margin.min(self.least_margin(arrived)) < FAR_FROM_LIMIT;
-        if suspects.is_empty() && !holds && led.is_none() {
+        if suspects.is_empty() && !holds && prescribed.is_none() {
             return Ok(None);
         }
         // Dense output of the step.
@@ -93,7 +94,7 @@ impl Simulation<'_> {
         self.steps = steps;
         self.lists.push(last);
         prepared?;
-        let mut first: Option<(f64, Ending)> = led.map(|part| (part, Ending::LetsGo));
+        let mut first: Option<(f64, Ending)> = prescribed.map(|part| (part, Ending::LetsGo));
         for interface in suspects {
             if let Some(part) = self.stop_within(interface)
                 && first.as_ref().is_none_or(|(before, _)| part < *before)

@@ -54,7 +54,7 @@ impl Simulation<'_> {
             state.clone(),
             &self.bristles,
             (&self.grips, &self.shares),
-            inputs,
+            (&self.input, &mut *inputs),
         );
         let loads: Vec<f64> = self.now.interfaces.iter().map(|c| c.load).collect();
         let solved = model
@@ -78,8 +78,13 @@ impl Simulation<'_> {
             self.events.push(Event { time: self.now.time, kind });
         }
         self.told_of_shares = shares;
-        let situation =
-            model.data(self.now.time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        let situation = model.data(
+            self.now.time,
+            state,
+            &self.bristles,
+            (&self.grips, &self.shares),
+            (&self.input, &mut *inputs),
+        );
         self.now = model.instant(&situation, &self.modes, &solved);
         self.still();
         Ok(())

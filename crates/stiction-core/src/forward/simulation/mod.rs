@@ -7,11 +7,13 @@ mod decide;
 mod energies;
 mod event;
 mod input_change;
+mod linearisation;
 mod locate;
 mod locking;
 mod others;
 mod packing;
 mod passage;
+mod payload;
 mod prescribed;
 mod ranks;
 mod rest;
@@ -22,17 +24,20 @@ mod singular;
 mod start;
 mod step;
 mod stepping;
+mod switching;
 mod turns;
 mod wait;
 
 pub use checkpoint::Checkpoint;
 pub use energies::Energies;
 pub use event::{Event, EventKind, RateJump};
+pub use linearisation::{Linearisation, LinearisationError};
+pub use payload::PayloadChange;
 pub use settings::{Method, Settings};
 
 use super::Forward;
 use super::error::ForwardError;
-use super::inputs::{Angle, Inputs};
+use super::inputs::{InputState, Inputs};
 use super::integrator::Steps;
 use super::project::Anchor;
 use crate::forward::affine_friction::InterfaceMode;
@@ -46,8 +51,8 @@ const REST: f64 = 1e-10;
 
 /// A simulation stalls if time advances by less than a fraction of the longest step over this many
 /// evaluations.
-const PATIENCE: usize = 20_000;
-const LEAST_PROGRESS: f64 = 1e-4;
+const PATIENCE: usize = 5_000;
+const LEAST_PROGRESS: f64 = 1e-3;
 
 /// Simulation of a mechanism over time, see [`Forward::start`].
 #[derive(Clone, Debug)]
@@ -62,8 +67,19 @@ pub struct Simulation<'a> {
     grips: Vec<f64>,
     shares: Vec<[f64; 3]>,
     overload: f64,
-    /// Angles of joints that close a loop, counted over full turns.
-    angles: Vec<Angle>,
+    /// Own states of the inputs, sides of their switching functions, counted angles.
+    input: InputState,
+    /// Time, s, at which switching functions change their sign, and which; infinite if none is ahead.
+    switch_at: f64,
+    switching: Vec<bool>,
+    /// Number of changes of sides at a time, and that time, s.
+    switches_at_once: (usize, f64),
+    /// Start of the time step that was shortened last because of a switching function, s.
+    shortened_at: f64,
+    /// Number of changes of sides in quick succession, times of the first and of the last one, s.
+    chatter: (usize, f64, f64),
+    /// Switching function that ended the simulation.
+    ended_by: Option<usize>,
     energies: Energies,
     energy_at_start: f64,
     fastest: f64,
@@ -140,24 +156,31 @@ impl<'a> Simulation<'a> {
 
     /// Advances to a time, s. Does nothing if that time has passed.
     ///
+    /// A simulation that a switching function has ended does not advance, see
+    /// [`Self::ended_by`].
+    ///
     /// Steps do not end at this time: the mechanism and its inputs determine their lengths, and
     /// the instant within the last step is interpolated.
     ///
     /// # Errors
     /// See [`ForwardError`]; the simulation then stays at the last valid instant.
     pub fn advance(&mut self, until: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
-        if until <= self.instant().time {
+        if until <= self.instant().time || self.is_over() {
             return Ok(());
         }
-        while self.now.time < until {
+        while self.now.time < until && self.ended_by.is_none() {
             self.last_step.shows = false;
             self.take_change(inputs)?;
             inputs.begin_step(self.now.time);
             self.begin_step();
             let end = self.step_end(until, inputs);
             self.go_on(end, inputs)?;
+            if self.goes_back_to_switch(inputs)? {
+                continue;
+            }
             self.count_turns();
             self.check_speeds()?;
+            self.switch(inputs)?;
         }
         if self.now.time > until {
             return self.show(until, inputs);
@@ -166,7 +189,7 @@ impl<'a> Simulation<'a> {
         self.take_change(inputs)
     }
 
-    /// Time that the next step must not pass, s: the next change of the inputs. While nothing
+    /// Time that the next step must not pass, s: the next change of the inputs or switch. While nothing
     /// moves there is no step to interpolate.
     fn step_end(&mut self, until: f64, inputs: &mut dyn Inputs) -> f64 {
         let time = self.now.time;
@@ -176,14 +199,14 @@ impl<'a> Simulation<'a> {
         if known < end {
             end = known.max(until);
         }
-        let rests = self.stepping.is_none() && self.is_still();
+        let rests = self.stepping.is_none() && self.waits();
         if rests && inputs.steady_until(time) >= until && until < end {
             end = until;
         } else if rests && time + self.settings.longest_step < end {
             end = time + self.settings.longest_step;
         }
         self.change_at = change.unwrap_or(f64::INFINITY);
-        end
+        end.min(self.switch_at)
     }
 
     /// Applies the change of the inputs at the present time, if there is one.

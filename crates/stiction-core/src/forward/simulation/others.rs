@@ -24,7 +24,7 @@ impl Simulation<'_> {
             self.now.state.clone(),
             &self.bristles,
             (&self.grips, &self.shares),
-            inputs,
+            (&self.input, inputs),
         );
         let loads: Vec<f64> = self.now.interfaces.iter().map(|c| c.load).collect();
         let mut solved = model

@@ -1,4 +1,5 @@
-//! State vector of the integrator: coordinates, rates, bristles, energies.
+//! State vector of the integrator: coordinates, rates, bristles, energies, own
+//! states of the inputs.
 
 use super::Simulation;
 use crate::forward::instant::Instant;
@@ -22,6 +23,7 @@ impl Simulation<'_> {
         y.extend_from_slice(&energies.drives);
         y.extend([energies.loads, energies.dampers, energies.turnover]);
         y.extend_from_slice(&energies.interfaces);
+        y.extend_from_slice(&self.input.values);
     }
 
     pub(super) fn unpack<'y>(&self, y: &'y [f64]) -> (State<f64>, &'y [f64]) {
@@ -46,6 +48,7 @@ impl Simulation<'_> {
         let others = [account.loads, account.dampers, account.exchange];
         rates.push(powers.chain(others.map(f64::abs)).sum::<f64>());
         rates.extend_from_slice(&account.interfaces);
+        rates.extend_from_slice(&at.input_rates);
     }
 
     /// Returns an empty list, reusing memory.
@@ -72,6 +75,7 @@ impl Simulation<'_> {
         }
         let energies = self.energies.drives.len() + 3 + self.energies.interfaces.len();
         scales.extend(std::iter::repeat_n(f64::INFINITY, energies));
+        scales.extend(&self.input.scales);
         scales
     }
 }

@@ -16,8 +16,11 @@ const NEAR: f64 = 0.5;
 const NARROW: f64 = 0.02;
 /// The distance at both ends of the interval exceeds that of the passage by this factor.
 const RISES: f64 = 3.0;
+/// Part of the distance at one end of the interval by which it must change in the other half for a
+/// passage between: beside a passage the distance is proportional to the time from it.
+const CHANGES: f64 = 0.3;
 /// Parts of the interval at which the distance is sampled.
-const LOOKS: usize = 24;
+const SAMPLES: usize = 24;
 /// Interval that is searched, in units of the step.
 const AHEAD: f64 = 1.7;
 /// Lengths of a step that are compared.
@@ -40,7 +43,7 @@ impl Simulation<'_> {
         let far = 2.0 * wish * self.fastest_rate;
         let distance = self.now.distance;
         self.workspace.crosses = None;
-        if self.model.topology.constraints == 0 || distance > NEAR.min(far.max(0.2)) {
+        if self.model.topology.closures() == 0 || distance > NEAR.min(far.max(0.2)) {
             return wish;
         }
         let Some((crossing, slope)) = self.crossing_ahead(AHEAD * wish) else { return wish };
@@ -79,10 +82,16 @@ impl Simulation<'_> {
             ahead.advance(&model.topology, &by);
             ranks.at(model, &ahead).1
         };
-        let spacing = time / LOOKS as f64;
-        let values: Vec<f64> = (0..=LOOKS).map(|k| distance(k as f64 * spacing)).collect();
+        let [first, middle, last] = [0.0, 0.5, 1.0].map(|part| distance(part * time));
+        let passes_early = (last - middle).abs() >= CHANGES * first;
+        let passes_late = (first - middle).abs() >= CHANGES * last;
+        if !passes_early && !passes_late {
+            return None;
+        }
+        let spacing = time / SAMPLES as f64;
+        let values: Vec<f64> = (0..=SAMPLES).map(|k| distance(k as f64 * spacing)).collect();
         let is_least = |k: &usize| values[*k] <= values[k - 1] && values[*k] <= values[k + 1];
-        (1..LOOKS).filter(is_least).find_map(|k| {
+        (1..SAMPLES).filter(is_least).find_map(|k| {
             let bounds = ((k - 1) as f64 * spacing, (k + 1) as f64 * spacing);
             let (crossing, narrow) = golden_section(bounds, 1e-3 * spacing, &mut distance);
             let beside = [-2.0, 2.0].map(|k| distance(crossing + k * spacing));

@@ -16,61 +16,61 @@ const MOVES: f64 = 1e-13;
 impl Forward {
     /// Index into the prescribed actuators for each degree of freedom of an interface, `None` for
     /// those that are not prescribed.
-    fn leaders(&self, interface: usize) -> [Option<usize>; 3] {
+    fn targets_of(&self, interface: usize) -> [Option<usize>; 3] {
         let content = &self.parameters.interfaces[interface];
-        let mut leaders = [None; 3];
-        for (leader, dof) in leaders.iter_mut().zip(content.shape.dofs()) {
-            *leader = self.prescribed.iter().position(|&actuator| {
+        let mut of_dofs = [None; 3];
+        for (target, dof) in of_dofs.iter_mut().zip(content.shape.dofs()) {
+            *target = self.prescribed.iter().position(|&actuator| {
                 let at = self.topology.actuators[actuator];
                 (at.joint, at.dof) == (content.joint, dof)
             });
         }
-        leaders
+        of_dofs
     }
 
     /// Returns whether all degrees of freedom of an interface are prescribed.
-    pub(in crate::forward) fn is_led(&self, interface: usize) -> bool {
+    pub(in crate::forward) fn is_prescribed_interface(&self, interface: usize) -> bool {
         let dofs = self.parameters.interfaces[interface].shape.dofs().len();
-        self.leaders(interface)[..dofs].iter().all(Option::is_some)
+        self.targets_of(interface)[..dofs].iter().all(Option::is_some)
     }
 
     /// Slip velocity of an interface along its prescribed degrees of freedom, m/s.
-    fn led_velocity(
+    fn prescribed_slip_velocity(
         &self,
         interface: usize,
-        leaders: &[Option<usize>; 3],
+        of_dofs: &[Option<usize>; 3],
         targets: &[Target<f64>],
     ) -> [f64; 3] {
         let content = &self.parameters.interfaces[interface];
         let arms = content.arms(self.parameters.pitch[content.joint]);
-        [0, 1, 2].map(|k| leaders[k].map_or(0.0, |leader| arms[k] * targets[leader].rate))
+        [0, 1, 2].map(|k| of_dofs[k].map_or(0.0, |target| arms[k] * targets[target].rate))
     }
 
     /// Mode of an interface at rest that its prescribed degrees of freedom determine; `None` if
     /// they do not: they are at rest, and others are not prescribed.
-    pub(super) fn led(
+    pub(super) fn prescribed_mode(
         &self,
         interface: usize,
         (time, fastest): (f64, f64),
         inputs: &mut dyn Inputs,
     ) -> Option<InterfaceMode> {
-        let leaders = self.leaders(interface);
-        if leaders == [None; 3] {
+        let of_dofs = self.targets_of(interface);
+        if of_dofs == [None; 3] {
             return None;
         }
-        let least = self.least_led(fastest);
+        let least = self.least_prescribed_speed(fastest);
         for ahead in [0.0, AHEAD] {
             let targets = self.targets(time + ahead, inputs);
-            let velocity = self.led_velocity(interface, &leaders, &targets);
+            let velocity = self.prescribed_slip_velocity(interface, &of_dofs, &targets);
             let speed = norm(velocity);
             if speed > least {
                 return Some(InterfaceMode::Slides(velocity.map(|v| v / speed)));
             }
         }
-        self.is_led(interface).then_some(InterfaceMode::Sticks)
+        self.is_prescribed_interface(interface).then_some(InterfaceMode::Sticks)
     }
 
-    fn least_led(&self, fastest: f64) -> f64 {
+    fn least_prescribed_speed(&self, fastest: f64) -> f64 {
         (REST * fastest).max(MOVES * self.parameters.length)
     }
 }
@@ -78,20 +78,20 @@ impl Forward {
 impl Simulation<'_> {
     /// Fraction of a step at which an interface at rest in a prescribed joint begins to slip, if it
     /// slips at the end of the step.
-    pub(super) fn is_led_away(
+    pub(super) fn prescribed_slip_onset(
         &self,
         interface: usize,
         (time, step): (f64, f64),
         inputs: &mut dyn Inputs,
     ) -> Option<f64> {
-        let leaders = self.model.leaders(interface);
-        if leaders == [None; 3] {
+        let of_dofs = self.model.targets_of(interface);
+        if of_dofs == [None; 3] {
             return None;
         }
-        let least = self.model.least_led(self.fastest);
+        let least = self.model.least_prescribed_speed(self.fastest);
         let mut moves = |part: f64| {
             let targets = self.model.targets(time + part * step, inputs);
-            norm(self.model.led_velocity(interface, &leaders, &targets)) > least
+            norm(self.model.prescribed_slip_velocity(interface, &of_dofs, &targets)) > least
         };
         if !moves(1.0) {
             return None;

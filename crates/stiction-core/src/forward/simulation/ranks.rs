@@ -2,8 +2,8 @@
 
 use crate::forward::Forward;
 use crate::forward::balance::DEPENDENT;
+use crate::forward::constraint_jacobian::StickingDof;
 use crate::forward::constraint_jacobian::{ConstrainedDof, ConstraintRows};
-use crate::forward::solve::StickingDof;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
 

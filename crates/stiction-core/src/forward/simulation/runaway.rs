@@ -4,6 +4,7 @@
 //! speed of light, a limit that holds for every mechanism.
 
 use super::Simulation;
+use crate::dynamics::SpringFault;
 use crate::forward::error::ForwardError;
 
 /// Speed of light, m/s.
@@ -14,6 +15,12 @@ impl Simulation<'_> {
     pub(super) fn check_speeds(&self) -> Result<(), ForwardError> {
         let parameters = &self.model.parameters;
         let bodies = &self.now.bodies;
+        let turned = SpringFault::first_turned(&self.model.topology, parameters, bodies);
+        if let Some((spring, Some(problem))) =
+            turned.map(|fault| fault.in_words(&self.model.mechanism))
+        {
+            return Err(ForwardError::Spring { time: self.now.time, spring, problem });
+        }
         for (body, (twist, pose)) in bodies.twist.iter().zip(&bodies.pose).enumerate() {
             let velocity = twist.velocity_at(pose.apply(parameters.com[body]));
             let speed = velocity.norm().max(twist.angular.norm() * parameters.length);

@@ -8,6 +8,9 @@ use crate::forward::project::Projection;
 use crate::forward::solve::Solved;
 use crate::kinematics::State;
 
+/// Largest number of unused instants that are kept.
+const MOST_SPARE: usize = 8;
+
 /// Buffers of evaluations. They are no part of the state of a simulation.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
@@ -56,8 +59,11 @@ impl Scratch {
         self.spare.pop().unwrap_or_else(|| Instant::new(model))
     }
 
-    /// Returns an instant that is no longer used.
+    /// Returns an instant that is no longer used. Some instants are created anew, and only a few are needed at
+    /// once.
     pub(super) fn spare(&mut self, instant: Instant) {
-        self.spare.push(instant);
+        if self.spare.len() < MOST_SPARE {
+            self.spare.push(instant);
+        }
     }
 }

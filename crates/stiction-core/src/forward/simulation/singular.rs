@@ -32,7 +32,7 @@ impl Simulation<'_> {
     /// has a rate of change.
     pub(super) fn start_on_one_way(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let (model, time) = (self.model, self.now.time);
-        if model.topology.constraints == 0 || self.fastest_rate == 0.0 {
+        if model.topology.closures() == 0 || self.fastest_rate == 0.0 {
             return Ok(());
         }
         let state = self.now.state.clone();
@@ -50,6 +50,7 @@ impl Simulation<'_> {
         let mut found = self.now.clone();
         found.state.accelerations.fill(0.0);
         found.drives.fill(0.0);
+        found.gearings.fill(0.0);
         found.wrenches.iter_mut().for_each(|w| *w = Wrench::zero());
         for interface in &mut found.interfaces {
             (interface.load, interface.friction, interface.limit) = (0.0, [0.0; 3], 0.0);
@@ -68,6 +69,7 @@ impl Simulation<'_> {
             };
             sum(&mut found.state.accelerations, &there.state.accelerations);
             sum(&mut found.drives, &there.drives);
+            sum(&mut found.gearings, &there.gearings);
             for (to, from) in found.wrenches.iter_mut().zip(&there.wrenches) {
                 *to += *from * weight;
             }
@@ -100,7 +102,7 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         let model = self.model;
         let step = self.now.time - time;
-        if model.topology.constraints == 0 || step <= 0.0 {
+        if model.topology.closures() == 0 || step <= 0.0 {
             return Ok(());
         }
         let Scratch { ranks, before, .. } = &mut *self.workspace;

@@ -7,8 +7,9 @@ use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, is_smooth, norm};
 use crate::forward::error::ForwardError;
-use crate::forward::inputs::{Inputs, View};
+use crate::forward::inputs::{InputState, Inputs, View};
 use crate::forward::integrator::Steps;
+use crate::forward::rotors::{friction_of_several, unequal_gears};
 use crate::forward::stick::Choice;
 use crate::forward::time_stepping::StepStart;
 use crate::kinematics::{Bodies, State};
@@ -61,8 +62,12 @@ impl<'a> Simulation<'a> {
         inputs: &mut dyn Inputs,
     ) -> Result<Self, ForwardError> {
         check(model, time, &state)?;
-        if let Some(train) = model.lossy_gear() {
-            return Err(ForwardError::GearLoss { actuator: train.name.clone() });
+        if let Some([first, second]) = unequal_gears(&model.mechanism) {
+            let [first, second] = [first, second].map(|train| train.name.clone());
+            return Err(ForwardError::UnequalGears { first, second });
+        }
+        if let Some(train) = friction_of_several(&model.mechanism) {
+            return Err(ForwardError::FrictionOfSeveral { actuator: train.name.clone() });
         }
         let interfaces = &model.parameters.interfaces;
         let bristles = vec![[0.0; 3]; interfaces.len()];
@@ -88,17 +93,28 @@ impl<'a> Simulation<'a> {
         let largest = size(&|k| wished[k]);
         let changed = size(&|k| wished[k] - state.rates[k]);
         let dropped = if largest > 0.0 { changed / largest } else { 0.0 };
-        let (topology, pitch) = (&model.topology, &model.parameters.pitch[..]);
-        let angles = model.angles(time, &state, &bodies);
-        inputs.change(&View {
+        let own = inputs.initial_states();
+        let (topology, parameters) = (&model.topology, &model.parameters);
+        let mut input = InputState {
+            values: own.iter().map(|(value, _)| *value).collect(),
+            scales: own.iter().map(|(_, scale)| *scale).collect(),
+            sides: Vec::new(),
+            angles: model.angles(time, &state, &bodies),
+        };
+        let (view_state, view_bodies) = (&state, &bodies);
+        let view = |input| View {
             time,
-            state: &state,
-            bodies: &bodies,
+            state: view_state,
+            bodies: view_bodies,
             topology,
-            pitch,
-            angles: &angles,
-        });
-        let mut situation = model.data(time, state, &bristles, (&[], &[]), inputs);
+            parameters,
+            input,
+        };
+        inputs.change(&view(&input));
+        let mut values = Vec::new();
+        inputs.switches(&view(&input), &mut values);
+        input.sides = values.iter().map(|value| *value >= 0.0).collect();
+        let mut situation = model.data(time, state, &bristles, (&[], &[]), (&input, &mut *inputs));
         model.can_go_on(&situation)?;
         let fastest = situation.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
         let mut modes = Vec::with_capacity(interfaces.len());
@@ -109,8 +125,8 @@ impl<'a> Simulation<'a> {
             modes.push(if is_smooth(interface) {
                 InterfaceMode::Smooth
             } else if speed <= REST * fastest {
-                if let Some(led) = model.led(index, (time, fastest), inputs) {
-                    led
+                if let Some(prescribed) = model.prescribed_mode(index, (time, fastest), inputs) {
+                    prescribed
                 } else {
                     resting.push(index);
                     InterfaceMode::Sticks
@@ -150,18 +166,19 @@ impl<'a> Simulation<'a> {
                         modes: &modes,
                         bristles: &bristles,
                         frictions: &bristles,
+                        input: &input,
                     },
                     inputs,
                 );
-                let leap = match (first, failed) {
-                    (Ok(leap), failed) => {
+                let time_step = match (first, failed) {
+                    (Ok(time_step), failed) => {
                         refusal = failed.and_then(Result::err);
-                        leap
+                        time_step
                     }
                     (Err(_), Some(Err(error))) | (Err(error), _) => return Err(error),
                 };
-                let modes = leap.modes.clone();
-                (model.instant_of(time, leap, state, inputs), modes, true)
+                let modes = time_step.modes.clone();
+                (model.instant_of(time, time_step, state, (&input, &mut *inputs)), modes, true)
             }
         };
         if let Some(what) = now.unfinite() {
@@ -184,7 +201,13 @@ impl<'a> Simulation<'a> {
             grips,
             shares,
             overload,
-            angles,
+            switch_at: f64::INFINITY,
+            switching: vec![false; input.sides.len()],
+            ended_by: None,
+            switches_at_once: (0, 0.0),
+            shortened_at: f64::NEG_INFINITY,
+            chatter: (0, 0.0, 0.0),
+            input,
             energies,
             fastest,
             fastest_rate: 0.0,
@@ -213,6 +236,7 @@ impl<'a> Simulation<'a> {
         let rates = simulation.now.state.rates.iter().zip(&model.columns);
         simulation.fastest_rate = rates.map(|(v, c)| (v / c).abs()).fold(0.0, f64::max);
         simulation.scales = simulation.error_scales();
+        simulation.end_at_start(inputs);
         simulation.step = 1e-4 * settings.longest_step.min(1.0);
         if stepping {
             simulation.begin_stepping();
@@ -226,7 +250,7 @@ impl<'a> Simulation<'a> {
             };
         }
         simulation.hold(inputs)?;
-        model.can_begin(&simulation.now, inputs)?;
+        model.can_begin(&simulation.now, (&simulation.input, &mut *inputs))?;
         simulation.start_on_one_way(inputs)?;
         simulation.look_for_others(inputs)?;
         Ok(simulation)

@@ -49,7 +49,7 @@ impl Simulation<'_> {
         end: f64,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
-        if self.is_still() {
+        if self.waits() {
             return self.wait_through(end, inputs);
         }
         self.last_step.course = Course::Curve;
@@ -320,7 +320,9 @@ impl Simulation<'_> {
         self.energies.loads = energies[drives];
         self.energies.dampers = energies[drives + 1];
         self.energies.turnover = energies[drives + 2];
-        self.energies.interfaces.copy_from_slice(&energies[drives + 3..]);
+        let (interfaces, states) = energies[drives + 3..].split_at(count);
+        self.energies.interfaces.copy_from_slice(interfaces);
+        self.input.values.copy_from_slice(states);
         self.become_now(arrived);
         self.keep_fastest();
     }
@@ -426,6 +428,9 @@ impl Simulation<'_> {
         let bristles = rest.chunks_exact(3).take(self.modes.len());
         situation.bristles.clear();
         situation.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
+        situation.input.clone_from(&self.input);
+        let states = rest.len() - self.input.values.len();
+        situation.input.values.copy_from_slice(&rest[states..]);
         situation.friction_scales.clone_from(&self.grips);
         situation.reference_frictions.clone_from(&self.shares);
         model.update_data(situation, inputs);

@@ -6,7 +6,7 @@ use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
-use crate::forward::inputs::Inputs;
+use crate::forward::inputs::{InputState, Inputs};
 use crate::forward::instant::{Account, Instant, InterfaceSample};
 use crate::forward::project::Anchor;
 use crate::forward::time_stepping::{StepStart, TimeStep};
@@ -43,9 +43,10 @@ pub(super) struct Stepping {
     pub(super) wait: usize,
 }
 
-struct Landed {
-    leap: TimeStep,
-    state: State<f64>,
+/// End of a time step, projected onto the constraints.
+pub(super) struct StepResult {
+    pub(super) time_step: TimeStep,
+    pub(super) state: State<f64>,
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
 }
@@ -104,63 +105,64 @@ impl Simulation<'_> {
     }
 
     /// Computes one step and projects its end onto the loop constraints.
-    fn land(
+    pub(super) fn land(
         &mut self,
         time: f64,
         step: f64,
         from: &State<f64>,
         (modes, bristles, near): (&[InterfaceMode], &[[f64; 3]], &[[f64; 3]]),
-        inputs: &mut dyn Inputs,
-    ) -> Result<Landed, ForwardError> {
+        (input, inputs): (&InputState, &mut dyn Inputs),
+    ) -> Result<StepResult, ForwardError> {
         self.evaluations += 1;
         let model = self.model;
-        let mut leap = model.time_step(
+        let mut time_step = model.time_step(
             time,
             step,
-            StepStart { state: from, modes, bristles, frictions: near },
+            StepStart { state: from, modes, bristles, frictions: near, input },
             inputs,
         )?;
-        if let Some(stands) = self.stands_while_it_turns(modes, &leap) {
-            let near = &leap.frictions;
+        if let Some(stands) = self.stands_while_it_turns(modes, &time_step) {
+            let near = &time_step.frictions;
             let held = model.time_step(
                 time,
                 step,
-                StepStart { state: from, modes: &stands, bristles, frictions: near },
+                StepStart { state: from, modes: &stands, bristles, frictions: near, input },
                 inputs,
             );
-            let stays = |leap: &TimeStep| {
-                let each = modes.iter().zip(&stands).zip(&leap.modes);
+            let stays = |time_step: &TimeStep| {
+                let each = modes.iter().zip(&stands).zip(&time_step.modes);
                 each.into_iter().any(|((a, b), after)| a != b && *after == InterfaceMode::Sticks)
             };
             if let Ok(held) = held
                 && stays(&held)
             {
-                leap = held;
+                time_step = held;
             }
         }
-        let mut state = leap.state.clone();
+        let mut state = time_step.state.clone();
         let targets = model.targets(time + step, inputs);
-        let (anchors, mut frozen) = self.places_of(modes, &leap.modes);
+        let (anchors, mut frozen) = self.places_of(modes, &time_step.modes);
         let at_rest = from.rates.iter().all(|rate| *rate == 0.0);
-        if at_rest && self.change(from, &state) <= STILL * leap.free_rate {
+        if at_rest && self.change(from, &state) <= STILL * time_step.free_rate {
             // At rest: freeze all degrees of freedom so that rounding does not move them.
             frozen.fill(true);
         }
         self.restore(from, &mut state, &frozen);
         let time = time + step;
         if frozen.iter().all(|f| *f) {
-            return Ok(Landed { leap, state, anchors, frozen });
+            return Ok(StepResult { time_step, state, anchors, frozen });
         }
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
         // Interfaces that stick at the end of the step have zero velocity at the new position, too.
-        let all: Vec<usize> =
-            (0..leap.modes.len()).filter(|&c| leap.modes[c] == InterfaceMode::Sticks).collect();
+        let all: Vec<usize> = (0..time_step.modes.len())
+            .filter(|&c| time_step.modes[c] == InterfaceMode::Sticks)
+            .collect();
         let (_, frozen) = self.holds_of(&all);
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
         if !state.coordinates.iter().chain(&state.rates).all(|x| x.is_finite()) {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
-        Ok(Landed { leap, state, anchors, frozen })
+        Ok(StepResult { time_step, state, anchors, frozen })
     }
 
     /// Modes at the start of a step in which the interfaces that reverse their slip within it stick
@@ -169,18 +171,18 @@ impl Simulation<'_> {
     fn stands_while_it_turns(
         &self,
         modes: &[InterfaceMode],
-        leap: &TimeStep,
+        time_step: &TimeStep,
     ) -> Option<Vec<InterfaceMode>> {
         let mut stands = modes.to_vec();
         for (interface, mode) in stands.iter_mut().enumerate() {
             let (InterfaceMode::Slides(before), InterfaceMode::Slides(after)) =
-                (*mode, leap.modes[interface])
+                (*mode, time_step.modes[interface])
             else {
                 continue;
             };
             let turns = before.iter().zip(after).map(|(a, b)| a * b).sum::<f64>() < 0.0;
             let law = self.model.parameters.interfaces[interface].law_towards(after[0]);
-            if turns && law.at_rest() > law.coefficient(norm(leap.velocities[interface])) {
+            if turns && law.at_rest() > law.coefficient(norm(time_step.velocities[interface])) {
                 *mode = InterfaceMode::Sticks;
             }
         }
@@ -202,8 +204,10 @@ impl Simulation<'_> {
         }
     }
 
-    /// Difference of two states in units of the tolerance: coordinates, and rates times the step.
-    fn apart(&self, a: &State<f64>, b: &State<f64>, step: f64) -> f64 {
+    /// Difference of the results of a whole step and of two halves in units of the tolerance: coordinates,
+    /// rates times the step, own states of the inputs.
+    fn apart(&self, whole: &StepResult, halves: &StepResult, step: f64) -> f64 {
+        let (a, b) = (&whole.state, &halves.state);
         let tolerance = self.settings.time_step_tolerance;
         let columns = &self.model.columns;
         let count = a.coordinates.len();
@@ -211,7 +215,11 @@ impl Simulation<'_> {
         let moved = moved.map(|((a, b), s)| (a - b).abs() / s);
         let rates = a.rates.iter().zip(&b.rates).zip(columns);
         let rates = rates.map(|((a, b), c)| step * (a - b).abs() / c);
-        moved.chain(rates).fold(0.0, f64::max) / tolerance
+        let (a, b) = (&whole.time_step.input_states, &halves.time_step.input_states);
+        let scales = &self.scales[self.scales.len() - a.len()..];
+        let states = a.iter().zip(b).zip(scales);
+        let states = states.map(|((a, b), s)| (a - b).abs() / s.max(a.abs()));
+        moved.chain(rates).chain(states).fold(0.0, f64::max) / tolerance
     }
 
     /// Largest change of a rate, rad/s or characteristic lengths per second.
@@ -257,7 +265,7 @@ impl Simulation<'_> {
                     continue;
                 }
             };
-            let error = self.apart(&whole.state, &second.state, step);
+            let error = self.apart(&whole, &second, step);
             // A velocity that changes by nearly as much in one half as in the whole step jumps.
             let all = self.change(&from, &whole.state);
             let one =
@@ -266,7 +274,7 @@ impl Simulation<'_> {
             // natural time.
             let Parameters { gravity, length, .. } = &self.model.parameters;
             let slow = self.fastest_rate.max(JUMP * (gravity.norm() / length).sqrt());
-            let moves = all > STILL * whole.leap.free_rate;
+            let moves = all > STILL * whole.time_step.free_rate;
             let jumps = moves && one > 0.75 * all && all > JUMP * slow;
             if (error > 1.0 || jumps) && step > SHORTEST_BEFORE_JUMP && !is_last_resort {
                 let factor = if error > 1.0 { (0.8 / error.sqrt()).clamp(0.1, 0.7) } else { 0.25 };
@@ -274,14 +282,14 @@ impl Simulation<'_> {
                 continue;
             }
             if jumps || is_last_resort {
-                self.record_jump(&second.leap, &second.state, time, all);
+                self.record_jump(&second.time_step, &second.state, time, all);
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
             let next = step * grow;
             stepping.step = if shortened { next.max(stepping.step) } else { next };
             let to = if step == left { end } else { time + step };
             let before = self.modes.clone();
-            self.add(&first.leap.work);
+            self.add(&first.time_step.work);
             self.settle(to, second, inputs);
             self.tell(&before);
             let same = before
@@ -301,20 +309,23 @@ impl Simulation<'_> {
         from: &State<f64>,
         (modes, bristles): (&[InterfaceMode], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
-    ) -> Result<(Landed, Landed, Landed), ForwardError> {
+    ) -> Result<(StepResult, StepResult, StepResult), ForwardError> {
         let near: Vec<[f64; 3]> = self.now.interfaces.iter().map(|c| c.friction).collect();
-        let whole = self.land(time, 2.0 * half, from, (modes, bristles, &near), inputs)?;
-        let near = &whole.leap.frictions;
-        let first = self.land(time, half, from, (modes, bristles, near), inputs)?;
-        let TimeStep { modes, bristles, frictions, .. } = &first.leap;
+        let mut input = self.input.clone();
+        let whole =
+            self.land(time, 2.0 * half, from, (modes, bristles, &near), (&input, &mut *inputs))?;
+        let near = &whole.time_step.frictions;
+        let first = self.land(time, half, from, (modes, bristles, near), (&input, &mut *inputs))?;
+        let TimeStep { modes, bristles, frictions, input_states, .. } = &first.time_step;
+        input.values.clone_from(input_states);
         let next = (&modes[..], &bristles[..], &frictions[..]);
-        let second = self.land(time + half, half, &first.state, next, inputs)?;
+        let second = self.land(time + half, half, &first.state, next, (&input, inputs))?;
         Ok((whole, first, second))
     }
 
     /// Records a jump of velocities within a step from `time`, of size `change`, to the end `state`.
-    fn record_jump(&mut self, leap: &TimeStep, state: &State<f64>, time: f64, change: f64) {
-        let most = (0..leap.loads.len()).max_by(|a, b| leap.loads[*a].total_cmp(&leap.loads[*b]));
+    fn record_jump(&mut self, step: &TimeStep, state: &State<f64>, time: f64, change: f64) {
+        let most = (0..step.loads.len()).max_by(|a, b| step.loads[*a].total_cmp(&step.loads[*b]));
         let joint = JointId(most.map_or(0, |c| self.model.parameters.interfaces[c].joint));
         let rates = self.rate_jumps(state);
         self.events.push(Event { time, kind: EventKind::Jump { joint, change, rates } });
@@ -360,14 +371,15 @@ impl Simulation<'_> {
     }
 
     /// Makes the end of a step the present instant.
-    fn settle(&mut self, time: f64, landed: Landed, inputs: &mut dyn Inputs) {
-        let Landed { leap, state, anchors, frozen } = landed;
-        self.add(&leap.work);
-        self.bristles.clone_from(&leap.bristles);
-        self.modes.clone_from(&leap.modes);
+    pub(super) fn settle(&mut self, time: f64, result: StepResult, inputs: &mut dyn Inputs) {
+        let StepResult { time_step, state, anchors, frozen } = result;
+        self.add(&time_step.work);
+        self.bristles.clone_from(&time_step.bristles);
+        self.input.values.clone_from(&time_step.input_states);
+        self.modes.clone_from(&time_step.modes);
         self.frozen = frozen;
         let before = self.now.account.potential;
-        self.now = self.model.instant_of(time, leap, state, inputs);
+        self.now = self.model.instant_of(time, time_step, state, (&self.input, inputs));
         self.energies.turnover += (self.now.account.potential - before).abs();
         // Interfaces that stuck before keep their anchors; new ones are anchored at the present
         // pose.
@@ -436,13 +448,13 @@ impl Forward {
     pub(super) fn instant_of(
         &self,
         time: f64,
-        leap: TimeStep,
+        time_step: TimeStep,
         state: State<f64>,
-        inputs: &mut dyn Inputs,
+        (input, inputs): (&InputState, &mut dyn Inputs),
     ) -> Instant {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let accelerations = leap.response.accelerations.clone();
-        let situation = self.data(time, state, &leap.bristles, (&[], &[]), inputs);
+        let accelerations = time_step.response.accelerations.clone();
+        let situation = self.data(time, state, &time_step.bristles, (&[], &[]), (input, inputs));
         let (mut state, mut bodies) = (situation.state, situation.bodies);
         state.accelerations = accelerations;
         bodies.accelerate(topology, &state.accelerations);
@@ -451,30 +463,33 @@ impl Forward {
             .iter()
             .enumerate()
             .map(|(k, interface)| InterfaceSample {
-                interface: leap.modes[k],
-                velocity: leap.velocities[k],
-                load: leap.loads[k],
-                friction: leap.frictions[k],
-                limit: interface.law_towards(leap.frictions[k][0]).at_rest() * leap.loads[k],
+                interface: time_step.modes[k],
+                velocity: time_step.velocities[k],
+                load: time_step.loads[k],
+                friction: time_step.frictions[k],
+                limit: interface.law_towards(time_step.frictions[k][0]).at_rest()
+                    * time_step.loads[k],
             })
             .collect();
         let mut account = Account::default();
         let acting = (&situation.masses, &situation.loads[..]);
-        account.update(self, acting, &bodies, &leap.drives, &interfaces);
+        account.update(self, acting, &bodies, &time_step.drives, &interfaces);
         Instant {
             time,
             state,
             bodies,
-            drives: leap.drives,
-            wrenches: leap.response.wrenches,
+            drives: time_step.drives,
+            gearings: self.gearing_efforts(&time_step.response).collect(),
+            wrenches: time_step.response.wrenches,
             interfaces,
-            bristle_rates: vec![[0.0; 3]; leap.modes.len()],
+            bristle_rates: vec![[0.0; 3]; time_step.modes.len()],
+            input_rates: situation.input_rates,
             account,
             coupling: None,
-            redundant: leap.redundant,
-            open_drives: leap.open_drives,
-            mobility: leap.mobility,
-            distance: leap.distance,
+            redundant: time_step.redundant,
+            open_drives: time_step.open_drives,
+            mobility: time_step.mobility,
+            distance: time_step.distance,
             gives_way: None,
         }
     }

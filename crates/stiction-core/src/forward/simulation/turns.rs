@@ -2,10 +2,9 @@
 
 use super::Simulation;
 use crate::forward::Forward;
-use crate::forward::inputs::{Angle, View};
+use crate::forward::inputs::{Angle, InputState, View};
 use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
-use std::f64::consts::TAU;
 
 impl Forward {
     /// Angles of these joints within half a turn.
@@ -32,7 +31,7 @@ impl Simulation<'_> {
     /// Coordinate, rate and acceleration of a joint's degree of freedom at present, see
     /// [`Forward::joint_motion`]. Angles count full turns since the start.
     pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
-        let Self { now, angles, .. } = self.shown();
+        let Self { now, input: InputState { angles, .. }, .. } = self.shown();
         let mut motion = self.model.joint_motion(&now.state, &now.bodies, joint, dof);
         let own = |angle: &&Angle| (angle.joint, angle.dof) == (joint.0, dof);
         if let Some(angle) = angles.iter().find(own) {
@@ -42,29 +41,25 @@ impl Simulation<'_> {
     }
 
     /// View of the present state for the inputs.
-    pub(super) fn view(&self) -> View<'_> {
+    pub fn view(&self) -> View<'_> {
         let now = &self.now;
         View {
             time: now.time,
             state: &now.state,
             bodies: &now.bodies,
             topology: &self.model.topology,
-            pitch: &self.model.parameters.pitch,
-            angles: &self.angles,
+            parameters: &self.model.parameters,
+            input: &self.input,
         }
     }
 
-    /// Updates the counted angles after a step: among angles that differ by full turns, takes the
-    /// one nearest to that predicted by the mean rate. Rates change little within a step compared
-    /// with half a turn.
+    /// Updates the counted angles after a step.
     pub(super) fn count_turns(&mut self) {
         let (model, now) = (self.model, &self.now);
-        for angle in &mut self.angles {
+        for angle in &mut self.input.angles {
             let joint = JointId(angle.joint);
             let motion = model.joint_motion(&now.state, &now.bodies, joint, angle.dof);
-            let passed = now.time - angle.time;
-            let expected = angle.value + 0.5 * passed * (angle.rate + motion.rate);
-            angle.value = motion.value + TAU * ((expected - motion.value) / TAU).round();
+            angle.value = angle.count_on(now.time, motion.value, motion.rate);
             angle.rate = motion.rate;
             angle.time = now.time;
         }

@@ -9,7 +9,7 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 
 /// Number of checks of the friction limits within the longest step.
-const LOOKS: f64 = 4.0;
+const SAMPLES: f64 = 4.0;
 
 impl Simulation<'_> {
     /// Returns whether nothing moves and no joint is prescribed.
@@ -17,6 +17,11 @@ impl Simulation<'_> {
         self.model.prescribed.is_empty()
             && !self.frozen.is_empty()
             && self.frozen.iter().all(|frozen| *frozen)
+    }
+
+    /// Returns whether nothing but time and forces changes: at rest, without own states of the inputs.
+    pub(super) fn waits(&self) -> bool {
+        self.is_still() && self.input.values.is_empty()
     }
 
     /// Advances time to `end` or to the next slip onset.
@@ -32,7 +37,7 @@ impl Simulation<'_> {
             self.now.time = end;
             return Ok(());
         }
-        let count = ((end - time) * LOOKS / self.settings.longest_step).ceil().max(1.0);
+        let count = ((end - time) * SAMPLES / self.settings.longest_step).ceil().max(1.0);
         let piece = (end - time) / count;
         let mut y = self.list();
         self.pack_into(&mut y);
@@ -89,6 +94,9 @@ impl Simulation<'_> {
         let mut instant = self.workspace.instant(model);
         let Scratch { situation, solved, loads, .. } = &mut *self.workspace;
         situation.time = time;
+        situation.input.clone_from(&self.input);
+        let states = y.len() - self.input.values.len();
+        situation.input.values.copy_from_slice(&y[states..]);
         model.update_data(situation, inputs);
         model
             .couple(situation, &self.modes, Some(loads), measure, solved)

@@ -61,7 +61,9 @@ impl Forward {
                 |part: [f64; 3]| bodies.wrench_of(&self.topology, content, part.map(|x| -x));
             let friction = self.friction(data, interface, *mode);
             if friction.constant != [0.0; 3] {
-                constant.push((content.joint, wrench(friction.constant)));
+                let own = wrench(friction.constant);
+                constant.push((content.joint, own));
+                members.include(interface, own);
             }
             if friction.per_load != [0.0; 3] && !resting.contains(&interface) {
                 let law = MemberLaw::Sliding(friction.own);
@@ -71,7 +73,8 @@ impl Forward {
         let base = balance.respond(self, data, &constant, true);
         let accelerated = self.accelerated(bodies, &base.accelerations);
         let surface = |interface: usize| self.surface_acceleration(&accelerated, interface);
-        let mut problem = members.problem(&base, 1.0, surface);
+        let prescribed: Vec<f64> = data.targets.iter().map(|t| t.acceleration).collect();
+        let mut problem = members.problem(&base, 1.0, surface, &prescribed);
         let largest = resting.iter().flat_map(|&c| surface(c)).fold(0.0_f64, |m, a| m.max(a.abs()));
         // Without mobility all rates are round-off.
         let can_move = balance.mobility(self.topology.dofs()) > 0;

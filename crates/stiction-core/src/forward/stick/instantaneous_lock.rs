@@ -7,8 +7,9 @@
 //! `-y^T r / y_k`.
 
 use crate::forward::Forward;
+use crate::forward::constraint_jacobian::StickingDof;
 use crate::forward::data::Data;
-use crate::forward::solve::{Solved, StickingDof};
+use crate::forward::solve::Solved;
 
 /// Contradiction, relative to the squares of rates, that counts as round-off.
 const ROUND_OFF: f64 = 1e-6;
@@ -27,7 +28,7 @@ impl Forward {
         if solved.sticking.is_empty() || stresses.is_empty() {
             return None;
         }
-        let first = self.topology.constraints;
+        let first = self.topology.closures();
         let square = self.fastest(data).powi(2);
         for stress in stresses {
             let each = rows.iter().zip(&stress.multipliers);

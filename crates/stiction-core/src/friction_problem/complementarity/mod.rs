@@ -27,6 +27,7 @@ mod projection;
 mod residual;
 
 pub(crate) use laws::{DryFriction, MemberLaw, SmoothFriction};
+use problem::Scaling;
 pub(crate) use problem::{Complementarity, Member};
 
 use super::continuation::{self, Branch, StepPolicy};
@@ -36,9 +37,14 @@ const SETTLED: f64 = 1e-12;
 /// Number of Gauss-Seidel sweeps before Newton's method is tried again; doubles after each failure.
 const SWEEPS: usize = 40;
 const ROUNDS: usize = 6;
-/// Factors of the rates in Newton's method, tried in this order, relative to the effective mass of
-/// each member in its lightest direction: a rod between balls spins far more easily than it swings.
-const STIFFNESSES: [f64; 3] = [1.0, 30.0, 1000.0];
+/// Factors of the rates in Newton's method, tried in this order. Effective masses are those of each
+/// member in its lightest direction: a rod between balls spins far more easily than it swings.
+const SCALINGS: [Scaling; 4] = [
+    Scaling::EffectiveMass(1.0),
+    Scaling::ForcePerRate,
+    Scaling::EffectiveMass(30.0),
+    Scaling::EffectiveMass(1000.0),
+];
 /// Step sizes of the continuation from zero friction.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-4 };
@@ -98,18 +104,18 @@ impl Complementarity<'_> {
         worst.map(|member| member.interface)
     }
 
-    /// Runs Newton's method from a start, with each stiffness in turn.
+    /// Runs Newton's method from a start, with each scaling in turn.
     fn newton_from(&mut self, start: &[f64]) -> Option<Vec<f64>> {
         let mut found = None;
-        for stiffness in STIFFNESSES {
-            self.stiffness = stiffness;
+        for scaling in SCALINGS {
+            self.scaling = scaling;
             let mut trial = start.to_vec();
             if self.newton(&mut trial, 1.0) && trial.iter().all(|x| x.is_finite()) {
                 found = Some(trial);
                 break;
             }
         }
-        self.stiffness = 1.0;
+        self.scaling = Scaling::EffectiveMass(1.0);
         found
     }
 

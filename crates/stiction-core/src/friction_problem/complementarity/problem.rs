@@ -36,8 +36,20 @@ pub(crate) struct Complementarity<'a> {
     pub(crate) slack: f64,
     /// Response of each member with several components to its own friction.
     pub(super) local: Vec<Option<LocalResponse>>,
-    /// Factor of the rates, relative to the default.
-    pub(super) stiffness: f64,
+    pub(super) scaling: Scaling,
+    /// Largest friction under the normal loads without friction, N.
+    force: f64,
+}
+
+/// Choice of the factor that converts rates to the magnitude of forces. The solutions do not depend on it; the
+/// convergence does.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Scaling {
+    /// Multiple of a member's effective mass.
+    EffectiveMass(f64),
+    /// Such that the largest rate counts at least as much as the largest friction. Where rates are
+    /// prescribed, no friction changes them, and effective masses say nothing about them.
+    ForcePerRate,
 }
 
 impl<'a> Complementarity<'a> {
@@ -60,8 +72,20 @@ impl<'a> Complementarity<'a> {
                 .then(|| LocalResponse::new(&compliance, &member.places, n))
         };
         let local = members.iter().map(own).collect();
-        let (slack, stiffness) = (f64::INFINITY, 1.0);
-        Self { at, members, free, compliance, base, influence, slack, local, stiffness }
+        let mut problem = Self {
+            at,
+            members,
+            free,
+            compliance,
+            base,
+            influence,
+            slack: f64::INFINITY,
+            local,
+            scaling: Scaling::EffectiveMass(1.0),
+            force: 0.0,
+        };
+        problem.force = problem.largest_friction();
+        problem
     }
 
     /// Number of unknowns.
@@ -102,6 +126,32 @@ impl<'a> Complementarity<'a> {
     pub(super) fn rate_factor(&self, places: &Range<usize>) -> f64 {
         let n = self.count();
         let compliance: f64 = places.clone().map(|i| -self.compliance[i * n + i]).sum();
-        if compliance > 0.0 { self.stiffness / compliance } else { 0.0 }
+        if compliance <= 0.0 {
+            // No friction changes these rates.
+            return self.force_per_rate(&self.free[places.clone()]);
+        }
+        match self.scaling {
+            Scaling::EffectiveMass(multiple) => multiple / compliance,
+            // A smaller factor would hide residual rates of sticking members.
+            Scaling::ForcePerRate => self.force_per_rate(&self.free).max(1.0 / compliance),
+        }
+    }
+
+    /// Largest friction over the largest of some rates, 0 if these vanish.
+    fn force_per_rate(&self, rates: &[f64]) -> f64 {
+        let factor = self.force / rates.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));
+        if factor.is_finite() { factor } else { 0.0 }
+    }
+
+    fn largest_friction(&self) -> f64 {
+        let none = vec![0.0; self.count()];
+        let each = self.members.iter().enumerate().map(|(index, member)| match &member.law {
+            MemberLaw::Dry(law) => {
+                let load = self.load(index, &none, self.base[index]).value;
+                law.forward.max(law.backward) * load
+            }
+            _ => 0.0,
+        });
+        each.fold(0.0, f64::max)
     }
 }

@@ -30,8 +30,10 @@ impl Assembly {
             let (value, rate, acceleration) = (numbers[0], numbers[1], numbers[2]);
             *target = Target { value, rate, acceleration };
         }
-        self.state.coordinates.copy_from_slice(planned_at);
-        self.plan(parameters).ok()?;
+        if planned_at != self.planned_at {
+            self.state.coordinates.copy_from_slice(planned_at);
+            self.plan(parameters).ok()?;
+        }
         self.state.coordinates.copy_from_slice(coordinates);
         self.differentiate(parameters);
         // At a singular position these differ from the solution of the equations.

@@ -8,6 +8,8 @@ use crate::kinematics::error::AssemblyError;
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 
+/// Distance from the predicted pose that is no jump: lengths in units of the characteristic length.
+const NEGLIGIBLE: f64 = 1e-6;
 /// Maximum number of halvings of a step of the motion.
 const HALVINGS: u32 = 12;
 
@@ -95,7 +97,7 @@ impl Assembly {
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.
     #[must_use = "it may have stayed where it was"]
-    pub(crate) fn leap(
+    pub(crate) fn follow_in_one_step(
         &mut self,
         parameters: &Parameters<f64>,
         step: f64,
@@ -132,7 +134,7 @@ impl Assembly {
         self.state.advance(&self.model.topology, &self.step);
         if may_search {
             self.settle(parameters)?;
-        } else if !self.newton(parameters) || !self.differentiates(parameters) {
+        } else if !self.newton(parameters) || !self.differentiates_here(parameters) {
             return Err(AssemblyError::Undetermined { open: Vec::new() });
         }
 
@@ -144,6 +146,9 @@ impl Assembly {
         }
         self.predicted.clone_from(&self.before);
         self.predicted.advance(&self.model.topology, &self.step);
+        if self.is_near_prediction(parameters) {
+            return Ok(());
+        }
         let length = parameters.length;
         self.trial.place(&self.model.topology, parameters, &self.before.coordinates);
         let (_, _, moved) = farthest(&self.trial, &self.kinematics.bodies, length);
@@ -151,7 +156,7 @@ impl Assembly {
         let (body, apart, missed) = farthest(&self.trial, &self.kinematics.bodies, length);
         // A smooth motion has a prediction error much smaller than the displacement; a jump does
         // not.
-        let follows = missed <= 0.2 * moved + 1e-6 && missed <= 0.1;
+        let follows = missed <= 0.2 * moved + NEGLIGIBLE && missed <= 0.1;
         if !follows && !self.has_a_kink(parameters, step, missed) {
             return Err(AssemblyError::Jump {
                 body: self.body_names[body].clone(),
@@ -161,6 +166,22 @@ impl Assembly {
             });
         }
         Ok(())
+    }
+
+    /// Returns `true` if the coordinates of the tree are so near the predicted ones that no body can
+    /// be farther than [`NEGLIGIBLE`] from its predicted pose.
+    fn is_near_prediction(&self, parameters: &Parameters<f64>) -> bool {
+        let pairs = self.state.coordinates.iter().zip(&self.predicted.coordinates);
+        let apart: f64 = pairs.map(|(a, b)| (a - b).abs()).sum();
+        // Bodies turn about the joints between them, and components of quaternions are half angles.
+        let bodies = &self.kinematics.bodies;
+        let places = bodies.frame_j.iter().chain(&bodies.frame_k).chain(&bodies.pose);
+        let base = bodies.pose[0].position;
+        let reach = places.map(|pose| (pose.position - base).norm()).fold(0.0, f64::max);
+        let pitch = parameters.pitch.iter().fold(0.0_f64, |most, pitch| most.max(pitch.abs()));
+        let turned = 4.0 * (1.0 + (2.0 * reach + pitch) / parameters.length);
+        // Twice the first order.
+        2.0 * apart * (turned + 1.0 / parameters.length) <= NEGLIGIBLE
     }
 
     /// Returns `true` if a kink of the prescribed motion explains the prediction error `missed`:

@@ -44,7 +44,7 @@ impl Given<'_> {
         let equations = PositionEquations::new(topology, parameters, &constraints, &targets);
         equations.errors(&mut kinematics, &state);
         let jacobian = equations.jacobian(&mut kinematics);
-        let first = topology.constraints + self.coordinates.len();
+        let first = topology.closures() + self.coordinates.len();
         let svd = Svd::new(&jacobian.rows(0, first).into_owned());
         let open = svd.null_space(svd.rank_of_order_one(dof::OPEN));
         if open.is_empty() {

@@ -40,6 +40,11 @@ const CLOSED: f64 = 1e-14;
 const CLOSED_AT_WORST: f64 = 1e-12;
 /// Error below which Newton's method converges quadratically.
 const NEAR: f64 = 1e-7;
+/// Error below which a step with the matrix of the step before leaves about its product with the
+/// error before that.
+const CLOSE: f64 = 1e-3;
+/// Fraction of the tolerance that is about round-off.
+const ROUNDED: f64 = 0.1;
 /// Maximum number of Newton steps before the search by damped least squares.
 const NEWTON_STEPS: usize = 12;
 
@@ -111,7 +116,9 @@ impl Assembly {
         targets: &[Target<f64>],
     ) -> Result<Self, AssemblyError> {
         let body_names: Vec<_> = mechanism.bodies().iter().map(|b| b.name.clone()).collect();
-        let joint_names: Vec<_> = mechanism.joints().iter().map(|j| j.name.clone()).collect();
+        let gearings = mechanism.gearings().iter().map(|gearing| gearing.name.clone());
+        let joint_names: Vec<_> =
+            mechanism.joints().iter().map(|j| j.name.clone()).chain(gearings).collect();
         check_existence(mechanism, initial_poses, coordinates);
         check_targets(&body_names, coordinates, targets)?;
         let state = State::new(topology);
@@ -234,6 +241,34 @@ impl Assembly {
         outcome
     }
 
+    /// Moves to known coordinates of the tree at which the loops are closed and these targets hold;
+    /// `false`, and no move, if they do not, or if the rates are not unique there.
+    pub(crate) fn return_to(
+        &mut self,
+        parameters: &Parameters<f64>,
+        coordinates: &[f64],
+        targets: &[Target<f64>],
+    ) -> bool {
+        let count = self.model.constraints.coordinates().len();
+        if coordinates.len() != self.state.coordinates.len() || targets.len() != count {
+            return false;
+        }
+        self.before.clone_from(&self.state);
+        self.passed.copy_from_slice(&self.targets);
+        self.state.coordinates.copy_from_slice(coordinates);
+        self.targets.copy_from_slice(targets);
+        let closed = CLOSED_AT_WORST.max(self.state.round_off());
+        let arrived = self.place(parameters) < closed
+            && self.differentiates_here(parameters)
+            && self.agree(parameters).is_ok();
+        if !arrived {
+            self.state.clone_from(&self.before);
+            self.targets.copy_from_slice(&self.passed);
+            self.differentiate(parameters);
+        }
+        arrived
+    }
+
     /// Sets all rates and accelerations to zero at the present position.
     pub(crate) fn stop(&mut self, parameters: &Parameters<f64>) {
         for target in &mut self.targets {
@@ -245,10 +280,15 @@ impl Assembly {
     /// Newton's method from the current state to the current targets, then rates and accelerations.
     /// If it fails, plans the elimination again or searches.
     fn settle(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
-        if !self.newton(parameters) {
+        let arrived = self.newton(parameters);
+        if !arrived {
             self.reassemble(parameters).map_err(on_the_way)?;
         }
-        if self.differentiates(parameters) {
+        let differentiates = match arrived {
+            true => self.differentiates_here(parameters),
+            false => self.differentiates(parameters),
+        };
+        if differentiates {
             let agreed = self.agree(parameters);
             // A plan made far from here may omit rows that are independent here, or lose digits.
             if agreed.is_err() && self.plan(parameters).is_ok() && self.differentiates(parameters) {
@@ -266,6 +306,18 @@ impl Assembly {
     /// Solves for rates and accelerations; `false` if they are not finite.
     fn differentiates(&mut self, parameters: &Parameters<f64>) -> bool {
         self.differentiate(parameters);
+        self.is_differentiated()
+    }
+
+    /// Solves for rates and accelerations where [`Self::newton`] has converged, with its factors; `false`
+    /// if they are not finite.
+    fn differentiates_here(&mut self, parameters: &Parameters<f64>) -> bool {
+        let Self { kinematics, model, state, targets, .. } = self;
+        kinematics.differentiate_here(model, parameters, state, targets);
+        self.is_differentiated()
+    }
+
+    fn is_differentiated(&self) -> bool {
         let mut derivatives = self.state.rates.iter().chain(&self.state.accelerations);
         derivatives.all(|x| x.is_finite())
     }
@@ -301,7 +353,8 @@ impl Assembly {
         self.kinematics.differentiate(&self.model, parameters, &mut self.state, &self.targets);
     }
 
-    /// Newton's method with the current plan; `false` if some loops remain open.
+    /// Newton's method with the current plan; `false` if some loops remain open. Otherwise the
+    /// bodies are placed.
     fn newton(&mut self, parameters: &Parameters<f64>) -> bool {
         let closed = CLOSED.max(self.state.round_off());
         let mut error = f64::INFINITY;
@@ -314,22 +367,31 @@ impl Assembly {
                 return false;
             }
             // The error before this step.
-            if self.scaled_error() < NEAR {
-                let (motion_constraints, state) = (&self.model.constraints, &self.state);
-                self.kinematics.place(
-                    &self.model.topology,
-                    parameters,
-                    motion_constraints,
-                    state,
-                    &self.targets,
-                );
-                error = self.scaled_error();
+            let before = self.scaled_error();
+            if before < CLOSE {
+                error = self.place(parameters);
+                // Its matrix is still good enough for two more steps, down to round-off.
+                let again = if before < NEAR { 0 } else { 2 };
+                for _ in 0..again {
+                    if error < ROUNDED * closed {
+                        return true;
+                    }
+                    self.kinematics.approach_again(&self.model, &mut self.state);
+                    error = self.place(parameters);
+                }
                 if error < closed {
                     return true;
                 }
             }
         }
         error < CLOSED_AT_WORST.max(closed)
+    }
+
+    /// Places the bodies; returns the largest error.
+    fn place(&mut self, parameters: &Parameters<f64>) -> f64 {
+        let Self { kinematics, model, state, targets, .. } = self;
+        kinematics.place(&model.topology, parameters, &model.constraints, state, targets);
+        self.scaled_error()
     }
 
     /// Largest error, lengths in units of the characteristic length; infinite if undefined.

@@ -70,7 +70,7 @@ impl Assembly {
         }
         let (topology, constraints) = (&self.model.topology, &self.model.constraints);
         self.kinematics.place(topology, parameters, constraints, &self.state, &self.targets);
-        self.kinematics.linearise(topology, constraints);
+        self.kinematics.linearise(topology, parameters, constraints);
         let bodies = &self.kinematics.bodies;
         let all = self.scaled_jacobian(parameters);
         let svd = Svd::new(&all.rows(0, all.nrows() - spins).into_owned());
@@ -105,7 +105,7 @@ impl Assembly {
             state,
             &self.targets,
         );
-        self.kinematics.linearise(&self.model.topology, motion_constraints);
+        self.kinematics.linearise(&self.model.topology, parameters, motion_constraints);
         let Ok(plan) =
             self.kinematics.plan(&self.model.topology, &self.model.constraints, parameters.length)
         else {

@@ -128,7 +128,7 @@ impl Assembly {
         for _ in 0..=UNDEFINED_AT_MOST {
             let (constraints, targets) = (&self.model.constraints, &self.targets);
             let equations = PositionEquations::new(topology, parameters, constraints, targets)
-                .weighted(|row| if row < topology.constraints { 1.0 } else { PRESCRIBED_WEIGHT });
+                .weighted(|row| if row < topology.closures() { 1.0 } else { PRESCRIBED_WEIGHT });
             descent = equations.solve(&mut self.kinematics, &mut self.state, CLOSELY, SEARCH_STEPS);
             if !descent.is_undefined {
                 return match descent.error < FOUND {
@@ -322,9 +322,9 @@ impl Assembly {
         &mut self,
         parameters: &Parameters<f64>,
     ) -> Option<(usize, usize)> {
-        self.kinematics.linearise(&self.model.topology, &self.model.constraints);
+        self.kinematics.linearise(&self.model.topology, parameters, &self.model.constraints);
         let rows = self.model.constraints.row_scales(parameters.length);
-        let (closures, dofs) = (self.model.topology.constraints, self.model.topology.dofs());
+        let (closures, dofs) = (self.model.topology.closures(), self.model.topology.dofs());
         let columns = column_scales(&self.model.topology, parameters.length);
         let all = self.kinematics.scaled_matrix(&self.model.constraints, &rows, &columns);
         let scaled = all.rows(0, closures).into_owned();
@@ -355,6 +355,16 @@ impl Assembly {
             if worst.joint.is_none() || size(length, angle) > size(worst.length, worst.angle) {
                 let joint = Some(self.joint_names[cut.joint].clone());
                 worst = Gap { joint, length, angle, ..worst };
+            }
+        }
+        for gearing in &self.model.topology.gearings {
+            let error = errors[row].abs();
+            row += 1;
+            let (length, angle) = if gearing.is_length { (error, 0.0) } else { (0.0, error) };
+            if worst.joint.is_none() || size(length, angle) > size(worst.length, worst.angle) {
+                let first = self.model.topology.joint_types.len();
+                let joint = Some(self.joint_names[first + gearing.gearing].clone());
+                worst = Gap { joint, of_gearing: true, length, angle, ..worst };
             }
         }
         for (error, is_angle) in errors.iter().zip(self.model.constraints.are_angles()).skip(row) {

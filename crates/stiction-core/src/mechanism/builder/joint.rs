@@ -3,7 +3,7 @@
 use super::{check_finite, pose_numbers};
 use crate::friction::JointFriction;
 use crate::joint::JointType;
-use crate::mechanism::{BodyId, Compliance, Defect, Joint};
+use crate::mechanism::{BodyId, Compliance, Defect, Joint, JointRange};
 use crate::spatial::Pose;
 use std::collections::HashMap;
 
@@ -22,6 +22,7 @@ pub struct JointSpec {
     start: Option<Vec<f64>>,
     pub(super) friction: Vec<JointFriction>,
     compliance: Option<Compliance>,
+    ranges: Vec<JointRange>,
 }
 
 impl JointSpec {
@@ -44,6 +45,7 @@ impl JointSpec {
             start: None,
             friction: Vec::new(),
             compliance: None,
+            ranges: Vec::new(),
         }
     }
 
@@ -80,6 +82,13 @@ impl JointSpec {
     /// Compliance of the joint under load.
     pub fn compliance(mut self, compliance: Compliance) -> Self {
         self.compliance = Some(compliance);
+        self
+    }
+
+    /// Adds a range that the joint should not leave. Ranges change no results; runs report where a
+    /// motion leaves them.
+    pub fn range(mut self, range: JointRange) -> Self {
+        self.ranges.push(range);
         self
     }
 
@@ -123,6 +132,7 @@ impl JointSpec {
         }
         self.check_friction(defects);
         self.check_compliance(defects);
+        self.check_ranges(defects);
 
         let mut body = |name: &str| {
             let id = ids.get(name).copied();
@@ -150,7 +160,24 @@ impl JointSpec {
             start: self.start,
             friction: self.friction,
             compliance: self.compliance,
+            ranges: self.ranges,
         })
+    }
+
+    fn check_ranges(&self, defects: &mut Vec<Defect>) {
+        for range in &self.ranges {
+            let (least, greatest) = range.limits;
+            // Comparisons with NaN are false.
+            let is_ordered = least < greatest && least.is_finite() && greatest.is_finite();
+            let problem = if !range.of.is_of(self.joint_type) {
+                "does not apply to a joint of this type"
+            } else if !is_ordered {
+                "must be finite and begin with the lesser number"
+            } else {
+                continue;
+            };
+            defects.push(Defect::Range { joint: self.name.clone(), of: range.of, problem });
+        }
     }
 
     fn check_compliance(&self, defects: &mut Vec<Defect>) {

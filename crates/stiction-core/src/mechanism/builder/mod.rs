@@ -8,9 +8,11 @@ mod length;
 pub use body::BodySpec;
 pub use joint::JointSpec;
 
-use super::drive_train::check_shares;
+use super::drive_train::{check_rotors, check_shares};
+use super::gearing::check_loops;
 use super::{
-    Body, BodyId, Defect, Defects, DriveTrainSpec, GROUND_NAME, Joint, Mechanism, SpringSpec,
+    Body, BodyId, BushingSpec, Defect, Defects, DriveTrainSpec, GROUND_NAME, GearingSpec, Joint,
+    JointSpringSpec, Mechanism, SpringSpec,
 };
 use crate::spatial::{Pose, Vec3};
 use length::own_length;
@@ -59,7 +61,10 @@ pub struct MechanismBuilder {
     bodies: Vec<BodySpec>,
     joints: Vec<JointSpec>,
     springs: Vec<SpringSpec>,
+    joint_springs: Vec<JointSpringSpec>,
+    bushings: Vec<BushingSpec>,
     drive_trains: Vec<DriveTrainSpec>,
+    gearings: Vec<GearingSpec>,
     gravity: Vec3<f64>,
     base: Pose<f64>,
     characteristic_length: Option<f64>,
@@ -73,7 +78,10 @@ impl MechanismBuilder {
             bodies: Vec::new(),
             joints: Vec::new(),
             springs: Vec::new(),
+            joint_springs: Vec::new(),
+            bushings: Vec::new(),
             drive_trains: Vec::new(),
+            gearings: Vec::new(),
             gravity: Vec3::zero(),
             base: Pose::identity(),
             characteristic_length: None,
@@ -110,13 +118,31 @@ impl MechanismBuilder {
         self
     }
 
-    /// Adds a spring.
+    /// Adds a spring between points of two bodies.
     pub fn spring(mut self, spring: SpringSpec) -> Self {
         self.springs.push(spring);
         self
     }
 
-    /// Adds a drive train and actuates its degree of freedom.
+    /// Adds a spring on a degree of freedom of a joint.
+    pub fn joint_spring(mut self, spring: JointSpringSpec) -> Self {
+        self.joint_springs.push(spring);
+        self
+    }
+
+    /// Adds a bushing between frames of two bodies.
+    pub fn bushing(mut self, bushing: BushingSpec) -> Self {
+        self.bushings.push(bushing);
+        self
+    }
+
+    /// Adds a rigid gearing.
+    pub fn gearing(mut self, gearing: GearingSpec) -> Self {
+        self.gearings.push(gearing);
+        self
+    }
+
+    /// Adds a drive train and actuates its degrees of freedom.
     pub fn drive_train(mut self, drive_train: DriveTrainSpec) -> Self {
         self.drive_trains.push(drive_train);
         self
@@ -161,13 +187,26 @@ impl MechanismBuilder {
         check_names(&joints, &mut defects);
 
         let mut names = HashSet::new();
-        let mut springs = Vec::new();
-        for spec in self.springs {
-            if !names.insert(spec.name().to_owned()) {
-                let name = spec.name().to_owned();
+        let mut distinct = |name: &str, defects: &mut Vec<Defect>| {
+            if !names.insert(name.to_owned()) {
+                let name = name.to_owned();
                 defects.push(Defect::DuplicateName { what: "springs", name });
             }
+        };
+        let mut springs = Vec::new();
+        for spec in self.springs {
+            distinct(spec.name(), &mut defects);
             springs.extend(spec.resolve(&ids, &mut defects));
+        }
+        let mut joint_springs = Vec::new();
+        for spec in self.joint_springs {
+            distinct(spec.name(), &mut defects);
+            joint_springs.extend(spec.resolve(&joints, &mut defects));
+        }
+        let mut bushings = Vec::new();
+        for spec in self.bushings {
+            distinct(spec.name(), &mut defects);
+            bushings.extend(spec.resolve(&ids, &mut defects));
         }
 
         let mut names = HashSet::new();
@@ -177,10 +216,21 @@ impl MechanismBuilder {
                 let name = spec.name().to_owned();
                 defects.push(Defect::DuplicateName { what: "actuators", name });
             }
-            drive_trains.extend(spec.resolve(&mut joints, &mut defects));
+            drive_trains.extend(spec.resolve(&ids, &mut joints, &mut defects));
+        }
+        let mut names = HashSet::new();
+        let mut gearings = Vec::new();
+        for spec in self.gearings {
+            if !names.insert(spec.name().to_owned()) {
+                let name = spec.name().to_owned();
+                defects.push(Defect::DuplicateName { what: "gearings", name });
+            }
+            gearings.extend(spec.resolve(&joints, &mut defects));
         }
         if defects.is_empty() {
+            check_loops(&gearings, (bodies.len(), &joints), &mut defects);
             check_shares(&drive_trains, &joints, &mut defects);
+            check_rotors(&drive_trains, &bodies, &mut defects);
         }
 
         // Check connectivity once all joints have valid bodies.
@@ -208,7 +258,10 @@ impl MechanismBuilder {
             bodies,
             joints,
             springs,
+            joint_springs,
+            bushings,
             drive_trains,
+            gearings,
             gravity: self.gravity,
             base: self.base,
             characteristic_length,

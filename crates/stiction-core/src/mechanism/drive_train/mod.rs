@@ -1,46 +1,52 @@
-//! Drive trains: motor, gear or screw, and what they lose, between a motor and a joint coordinate.
+//! Drive trains: motor, gear or screw, and what they lose, between a motor and one or several joint coordinates.
 //!
-//! Equations (G1), (G2) of the book's theory.
+//! Equations (G1), (G2) and (G10) of the book's theory.
 
 mod mesh;
 mod motor;
+mod sharing;
 mod spec;
 
 pub use mesh::Mesh;
 pub use motor::Motor;
+pub use sharing::{MotorMap, MotorTerm};
+pub(super) use sharing::{check_shares, motor_maps};
 pub use spec::DriveTrainSpec;
-pub(super) use spec::check_shares;
+pub(super) use spec::check_rotors;
 
-use super::JointId;
+use super::{BodyId, GearedDof, JointId};
+use crate::spatial::Vec3;
 use core::f64::consts::TAU;
 
-/// Drive train of one motor: a rotary motor with a transmission to one degree of freedom of a joint.
+/// Drive train of one motor: a rotary motor with a transmission to one or several degrees of freedom of joints.
 ///
-/// With the transmission `n`, the motor turns by `n q`, and its torque
+/// Its output coordinate `u` is the joint coordinate, or a sum of several with coefficients. With the
+/// transmission `n`, the motor turns by `n u`, and its torque
 ///
 /// ```text
-/// tau_m = J n q'' + c sgn(n q') + b n q' + tau_g
+/// tau_m = J n u'' + c sgn(n u') + b n u' + tau_g
 /// ```
 ///
 /// accelerates the rotor, overcomes the friction of the motor, and enters the gear as `tau_g`. The gear
-/// exerts its share of the joint's effort `tau_o`: `tau_g = tau_o / (n efficiency)` where it drives the joint,
-/// and `tau_g = backward_efficiency tau_o / n` where the joint drives it.
+/// exerts the effort `tau_o` at its output: `tau_g = tau_o / (n efficiency)` where it drives,
+/// and `tau_g = backward_efficiency tau_o / n` where it is driven.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrain {
     /// Name, unique among drive trains.
     pub name: String,
-    /// Joint that it drives.
-    pub joint: JointId,
-    /// Index of the degree of freedom in the joint.
-    pub dof: usize,
-    /// Revolutions of the motor per revolution of the joint or, with a lead, of the screw or pulley; not zero.
+    /// Degrees of freedom that it moves together; at least one, each once.
+    pub dofs: Vec<GearedDof>,
+    /// Revolutions of the motor per revolution of the output or, with a lead, of the screw or pulley; not zero.
     pub ratio: f64,
-    /// Travel per revolution of the screw or pulley, m; only for a degree of freedom that translates, not zero.
+    /// Travel per revolution of the screw or pulley, m; only for degrees of freedom that translate, not zero.
     pub lead: Option<f64>,
-    /// Part of the effort of the degree of freedom that it exerts; one unless several motors share it.
+    /// Weight with which it takes part where motors share the efforts of joints; for one degree of freedom the part
+    /// of its effort. One unless several motors share efforts.
     pub share: f64,
     /// Moment of inertia of all that turns with the motor, about its axis, kg m^2; not negative.
     pub rotor_inertia: f64,
+    /// Axis of the rotor in the body that carries it; without it the rotor is reflected to the joint alone.
+    pub rotor_axis: Option<RotorAxis>,
     /// Loss that depends on the load.
     pub gear: GearLoss,
     /// Friction on the side of the motor.
@@ -49,6 +55,16 @@ pub struct DriveTrain {
     pub torque_constant: Option<f64>,
     /// Limits of the motor.
     pub limits: MotorLimits,
+}
+
+/// Axis about which a rotor spins. Mass and inertia of the body that carries it include those of the rotor at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotorAxis {
+    /// Body that carries the motor.
+    pub body: BodyId,
+    /// Unit vector in the body's frame; the motor turns about it in the positive sense with the joint if the
+    /// transmission is positive.
+    pub axis: Vec3<f64>,
 }
 
 /// Load-dependent loss of a gear or screw.
@@ -106,12 +122,47 @@ impl GearLoss {
 }
 
 impl DriveTrain {
-    /// Transmission `n`: angle of the motor over the coordinate of the joint, rad/rad or rad/m.
+    /// Transmission `n`: angle of the motor over the output coordinate, rad/rad, or rad/m if all its degrees of
+    /// freedom translate.
     pub fn transmission(&self) -> f64 {
-        self.lead.map_or(self.ratio, |lead| self.ratio * (TAU / lead))
+        match self.lead {
+            Some(lead) if self.translates() => self.ratio * (TAU / lead),
+            _ => self.ratio,
+        }
     }
 
-    /// Inertia of the rotor as the joint coordinate has it, `n^2 J`, kg m^2 or kg.
+    /// True if the output coordinate is a length: all degrees of freedom translate.
+    pub fn translates(&self) -> bool {
+        self.dofs.iter().all(|driven| driven.translates)
+    }
+
+    /// Degrees of freedom of the output coordinate `u`, each with its part `du/dq`. If some rotate and others
+    /// translate, `u` is an angle, and the parts of the translations contain the lead.
+    pub fn output_parts(&self) -> impl Iterator<Item = (JointId, usize, f64)> + '_ {
+        let mixed = !self.translates();
+        self.dofs.iter().map(move |driven| {
+            let turn = match self.lead {
+                Some(lead) if mixed && driven.translates => TAU / lead,
+                _ => 1.0,
+            };
+            (driven.joint, driven.dof, driven.coefficient * turn)
+        })
+    }
+
+    /// Joint and degree of freedom, if it moves only one.
+    pub fn only_dof(&self) -> Option<(JointId, usize)> {
+        match self.dofs[..] {
+            [GearedDof { joint, dof, .. }] => Some((joint, dof)),
+            _ => None,
+        }
+    }
+
+    /// True if it moves this degree of freedom.
+    pub fn moves(&self, joint: JointId, dof: usize) -> bool {
+        self.dofs.iter().any(|driven| (driven.joint, driven.dof) == (joint, dof))
+    }
+
+    /// Inertia of the rotor as the output coordinate has it, `n^2 J`, kg m^2 or kg.
     pub fn reflected_inertia(&self) -> f64 {
         let n = self.transmission();
         n * n * self.rotor_inertia
@@ -120,6 +171,19 @@ impl DriveTrain {
     /// True if the motor has friction.
     pub fn has_motor_friction(&self) -> bool {
         self.motor_friction != MotorFriction::default()
+    }
+
+    /// Losses of the gear per effort at its output, while the motor drives and while it is driven: `1/efficiency - 1`
+    /// and `1 - backward_efficiency`. `None` without a loss.
+    pub fn losses(&self) -> Option<[f64; 2]> {
+        let (forward, backward) = self.gear.efficiencies();
+        let losses = [forward.recip() - 1.0, 1.0 - backward];
+        (losses != [0.0; 2]).then_some(losses)
+    }
+
+    /// True if motor or gear have friction.
+    pub fn has_friction(&self) -> bool {
+        self.has_motor_friction() || self.losses().is_some()
     }
 
     /// Copy without friction in motor and gear.

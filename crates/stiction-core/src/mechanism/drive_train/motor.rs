@@ -1,8 +1,9 @@
-//! Torque, power and losses of a motor for given effort and motion of its joint.
+//! Torque, power and losses of a motor for given effort and motion at the output of its gear.
 //!
 //! Equations (G3), (G4), (G6) of the book's theory.
 
-use super::DriveTrain;
+use super::{DriveTrain, RotorAxis};
+use crate::spatial::{Pose, Twist};
 
 /// Motor and gear at one instant: `power = output + rotor_power + friction_power + gear_loss`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,15 +15,15 @@ pub struct Motor {
     pub torque_bounds: (f64, f64),
     /// Angular rate of the motor, rad/s.
     pub speed: f64,
-    /// Angular acceleration of the motor, rad/s^2.
+    /// Angular acceleration of the motor relative to the body that carries it, rad/s^2.
     pub acceleration: f64,
-    /// Its part of the joint's effort, N or N m.
+    /// Effort at the output of its gear, N or N m: its part of the effort of its joints.
     pub effort: f64,
     /// Mechanical power of the motor, W.
     pub power: f64,
     /// Power that the gear delivers to the joint, W.
     pub output: f64,
-    /// Rate of change of the rotor's kinetic energy, W.
+    /// Power that accelerates the rotor, W; of a reflected rotor the rate of change of its kinetic energy.
     pub rotor_power: f64,
     /// Power dissipated by the friction of the motor, W.
     pub friction_power: f64,
@@ -39,21 +40,21 @@ impl Motor {
 }
 
 impl DriveTrain {
-    /// State of the motor for the effort of its degree of freedom (N or N m, all motors together), the
-    /// interval of this effort, and rate and acceleration of the coordinate. The rate is `None` at rest, where
-    /// friction of motor and gear is a set, and the torque has an interval.
+    /// State of the motor for the effort at the output of its gear (N or N m; [`MotorMap`](super::MotorMap) gives it),
+    /// the interval of this effort, and rate and acceleration of the output coordinate. The rate is `None` at rest, where
+    /// friction of motor and gear is a set, and the torque has an interval. `carrier` is the angular acceleration
+    /// about the rotor's axis, rad/s^2, of the body that carries it; zero for a rotor that is reflected alone.
     pub fn motor(
         &self,
         effort: f64,
         bounds: (f64, f64),
         rate: Option<f64>,
         acceleration: f64,
+        carrier: f64,
     ) -> Motor {
         let n = self.transmission();
-        let (effort, bounds) =
-            (self.share * effort, (times(bounds.0, self.share), times(bounds.1, self.share)));
         let acceleration = n * acceleration;
-        let inertial = self.rotor_inertia * acceleration;
+        let inertial = self.rotor_inertia * (acceleration + carrier);
         let friction = self.motor_friction;
         let Some(rate) = rate else {
             let mut interval = (f64::INFINITY, f64::NEG_INFINITY);
@@ -100,6 +101,18 @@ impl DriveTrain {
         }
     }
 
+    /// Angular acceleration about the rotor's axis, rad/s^2, of the body that carries it, for poses and
+    /// accelerations of all bodies; zero for a rotor that is reflected alone.
+    pub fn acceleration_of_carrier(
+        &self,
+        poses: &[Pose<f64>],
+        accelerations: &[Twist<f64>],
+    ) -> f64 {
+        self.rotor_axis.map_or(0.0, |RotorAxis { body, axis }| {
+            (poses[body.0].rotation * axis).dot(accelerations[body.0].angular)
+        })
+    }
+
     /// Torque that enters the gear for an output effort, while the motor drives and while it is driven.
     fn inputs(&self, effort: f64) -> [f64; 2] {
         let (forward, backward) = self.gear.efficiencies();
@@ -109,7 +122,7 @@ impl DriveTrain {
 }
 
 /// Product that is zero if the factor is, also of an infinite effort.
-fn times(effort: f64, factor: f64) -> f64 {
+pub(super) fn times(effort: f64, factor: f64) -> f64 {
     if factor == 0.0 { 0.0 } else { effort * factor }
 }
 

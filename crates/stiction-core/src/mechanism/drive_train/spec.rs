@@ -1,16 +1,21 @@
 //! Specification of a drive train, and its checks.
 
-use super::{DriveTrain, GearLoss, Mesh, MotorFriction, MotorLimits};
-use crate::joint::Motion;
-use crate::mechanism::{Defect, Joint, JointId};
+use super::{DriveTrain, GearLoss, Mesh, MotorFriction, MotorLimits, RotorAxis};
+use crate::mechanism::scalar_dof::{self, Coefficients};
+use crate::mechanism::{Body, BodyId, Defect, GearedDof, Joint};
+use crate::spatial::Vec3;
 use core::f64::consts::FRAC_PI_2;
+use std::collections::HashMap;
 
-/// Specification of a drive train; the joint by name. It actuates its degree of freedom.
+/// Specification of a drive train; the joints by name. It actuates its degrees of freedom.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrainSpec {
-    joint: String,
+    /// Joints with their coefficients.
+    joints: Vec<(String, f64)>,
     train: DriveTrain,
+    /// Body that carries the rotor, and its axis.
+    rotor_axis: Option<(String, Vec3<f64>)>,
 }
 
 const POSITIVE: &str = "greater than 0";
@@ -20,27 +25,37 @@ impl DriveTrainSpec {
     /// A motor without inertia and losses, coupled directly to a degree of freedom: the name of the joint,
     /// followed by that of the degree of freedom where the joint has several actuators.
     pub fn new(name: impl Into<String>, joint: impl Into<String>) -> Self {
+        Self::of_joints(name, [(joint, 1.0)])
+    }
+
+    /// A motor without inertia and losses whose output coordinate is a sum of degrees of freedom with coefficients, such
+    /// as that of a differential.
+    pub fn of_joints<N: Into<String>>(
+        name: impl Into<String>,
+        joints: impl IntoIterator<Item = (N, f64)>,
+    ) -> Self {
         let train = DriveTrain {
             name: name.into(),
-            joint: JointId(0),
-            dof: 0,
+            dofs: Vec::new(),
             ratio: 1.0,
             lead: None,
             share: 1.0,
             rotor_inertia: 0.0,
+            rotor_axis: None,
             gear: GearLoss::NONE,
             motor_friction: MotorFriction::default(),
             torque_constant: None,
             limits: MotorLimits::default(),
         };
-        Self { joint: joint.into(), train }
+        let joints = joints.into_iter().map(|(joint, coefficient)| (joint.into(), coefficient));
+        Self { joints: joints.collect(), train, rotor_axis: None }
     }
 
     pub(in crate::mechanism) fn name(&self) -> &str {
         &self.train.name
     }
 
-    /// Revolutions of the motor per revolution of the joint, screw or pulley.
+    /// Revolutions of the motor per revolution of the output, screw or pulley.
     pub fn ratio(mut self, ratio: f64) -> Self {
         self.train.ratio = ratio;
         self
@@ -52,7 +67,8 @@ impl DriveTrainSpec {
         self
     }
 
-    /// Part of the effort that this motor exerts, where several drive one degree of freedom.
+    /// Part of the effort that this motor exerts, where several drive one degree of freedom; its weight, where several
+    /// motors share the efforts of several.
     pub fn share(mut self, share: f64) -> Self {
         self.train.share = share;
         self
@@ -61,6 +77,12 @@ impl DriveTrainSpec {
     /// Moment of inertia of all that turns with the motor, kg m^2.
     pub fn rotor_inertia(mut self, inertia: f64) -> Self {
         self.train.rotor_inertia = inertia;
+        self
+    }
+
+    /// Body that carries the rotor, and the rotor's axis in the body's frame.
+    pub fn rotor_axis(mut self, body: impl Into<String>, axis: Vec3<f64>) -> Self {
+        self.rotor_axis = Some((body.into(), axis));
         self
     }
 
@@ -88,51 +110,84 @@ impl DriveTrainSpec {
         self
     }
 
-    /// Builds the drive train and actuates its degree of freedom; defects go to `defects`.
+    /// Builds the drive train and actuates its degrees of freedom; defects go to `defects`.
     pub(in crate::mechanism) fn resolve(
         mut self,
+        ids: &HashMap<String, BodyId>,
         joints: &mut [Joint],
         defects: &mut Vec<Defect>,
     ) -> Option<DriveTrain> {
         self.check_numbers(defects);
-        let name = || self.train.name.clone();
-        let Some((joint, dof)) = find(joints, &self.joint) else {
-            let joint = self.joint.clone();
-            let problem = match joints.iter().find(|known| known.name == joint) {
-                Some(known) if known.joint_type.has_scalar_coordinates() => {
-                    let dofs: Vec<_> = (0..known.joint_type.dofs().len())
-                        .map(|dof| format!("`{}`", known.dof_name(dof)))
-                        .collect();
-                    format!(
-                        "joint `{joint}` has several degrees of freedom: name one of {}",
-                        dofs.join(", ")
-                    )
-                }
-                Some(_) => {
-                    format!("joint `{joint}` has no degree of freedom that an actuator could drive")
-                }
-                None => {
-                    defects.push(Defect::UnknownJointOfActuator { actuator: name(), joint });
-                    return None;
-                }
-            };
-            defects.push(Defect::Actuator { actuator: name(), problem });
-            return None;
+        self.train.rotor_axis = self.carrier(ids, defects);
+        let name = &self.train.name;
+        let (mut driven, problems) = match scalar_dof::resolve(joints, &self.joints) {
+            Ok(driven) => (driven, Vec::new()),
+            Err(problems) => (Vec::new(), problems),
         };
-        let translates = joints[joint].joint_type.dofs()[dof].motion == Motion::Translation;
-        let problem = match (translates, self.train.lead) {
-            (true, None) => Some("translates: give the `lead` of its screw or pulley"),
-            (false, Some(_)) => Some("turns: it takes a `ratio` and no `lead`"),
-            _ => None,
-        };
-        if let Some(problem) = problem {
-            let problem = format!("`{}` {problem}", joints[joint].dof_name(dof));
-            defects.push(Defect::Actuator { actuator: name(), problem });
+        let misfits = problems.into_iter().map(|problem| match problem {
+            Coefficients::Unknown(joint) => {
+                Defect::UnknownJointOfActuator { actuator: name.clone(), joint }
+            }
+            Coefficients::OutOfRange(value) => Defect::ActuatorParameter {
+                actuator: name.clone(),
+                parameter: "joints",
+                value,
+                range: "other than 0",
+            },
+            Coefficients::Unfit(problem) => Defect::Actuator { actuator: name.clone(), problem },
+        });
+        let before = defects.len();
+        defects.extend(misfits);
+        if defects.len() > before {
             return None;
         }
-        joints[joint].actuated[dof] = true;
-        (self.train.joint, self.train.dof) = (JointId(joint), dof);
+        let Some(&first) = driven.first() else {
+            let problem = "it moves no joint: name at least one".to_owned();
+            defects.push(Defect::Actuator { actuator: name.clone(), problem });
+            return None;
+        };
+        let sliding = driven.iter().copied().find(|driven: &GearedDof| driven.translates);
+        let misfit = match (sliding, self.train.lead) {
+            (Some(sliding), None) => {
+                Some((sliding, "translates: give the `lead` of its screw or pulley"))
+            }
+            (None, Some(_)) => Some((first, "turns: it takes a `ratio` and no `lead`")),
+            _ => None,
+        };
+        if let Some((misfit, problem)) = misfit {
+            let problem = format!("`{}` {problem}", joints[misfit.joint.0].dof_name(misfit.dof));
+            defects.push(Defect::Actuator { actuator: name.clone(), problem });
+            return None;
+        }
+        if let [only] = &mut driven[..] {
+            self.train.ratio *= only.coefficient;
+            only.coefficient = 1.0;
+        }
+        for driven in &driven {
+            joints[driven.joint.0].actuated[driven.dof] = true;
+        }
+        self.train.dofs = driven;
         Some(self.train)
+    }
+
+    fn carrier(
+        &self,
+        ids: &HashMap<String, BodyId>,
+        defects: &mut Vec<Defect>,
+    ) -> Option<RotorAxis> {
+        let (name, axis) = self.rotor_axis.as_ref()?;
+        let actuator = || self.train.name.clone();
+        let body = ids.get(name).copied();
+        if body.is_none() {
+            let body = name.clone();
+            defects.push(Defect::UnknownBodyOfActuator { actuator: actuator(), body });
+        }
+        let axis = axis.direction();
+        if axis.is_none() {
+            let problem = "its `rotor_axis` is a vector without length".to_owned();
+            defects.push(Defect::Actuator { actuator: actuator(), problem });
+        }
+        Some(RotorAxis { body: body?, axis: axis? })
     }
 
     fn check_numbers(&self, defects: &mut Vec<Defect>) {
@@ -188,45 +243,35 @@ impl DriveTrainSpec {
     }
 }
 
-/// Joint and degree of freedom of this name: a joint with one degree of freedom or one actuator, or `joint.dof`.
-fn find(joints: &[Joint], name: &str) -> Option<(usize, usize)> {
-    let scalar = |(_, joint): &(usize, &Joint)| joint.joint_type.has_scalar_coordinates();
-    joints.iter().enumerate().filter(scalar).find_map(|(id, joint)| {
-        let mut driven = joint.actuated_dofs();
-        let of_joint = match (joint.joint_type.dofs(), driven.next(), driven.next()) {
-            ([_], ..) => Some(0),
-            (_, only, None) => only,
-            _ => None,
-        };
-        let named = || (0..joint.actuated.len()).find(|dof| joint.dof_name(*dof) == name);
-        let dof = of_joint.filter(|_| joint.name == name).or_else(named)?;
-        Some((id, dof))
-    })
-}
-
-/// Checks that the shares of motors on one degree of freedom sum to one.
-pub(in crate::mechanism) fn check_shares(
+/// Checks that bodies include the rotors that they carry.
+pub(in crate::mechanism) fn check_rotors(
     trains: &[DriveTrain],
-    joints: &[Joint],
+    bodies: &[Body],
     defects: &mut Vec<Defect>,
 ) {
-    for (k, train) in trains.iter().enumerate() {
-        let of_same = |other: &&DriveTrain| (other.joint, other.dof) == (train.joint, train.dof);
-        if trains[..k].iter().any(|other| of_same(&other)) {
+    // Round-off of an inertia that is exactly that of its rotor.
+    const ROUND_OFF: f64 = 1e-12;
+    let about = |train: &DriveTrain| Some((train.rotor_axis?, train.rotor_inertia));
+    for train in trains {
+        let Some(RotorAxis { body, axis }) = train.rotor_axis else { continue };
+        if body == BodyId::GROUND {
             continue;
         }
-        let all: Vec<_> = trains.iter().filter(of_same).collect();
-        let sum: f64 = all.iter().map(|train| train.share).sum();
-        if (sum - 1.0).abs() <= 1e-9 {
-            continue;
+        let whole = axis.dot(bodies[body.0].inertia * axis);
+        let of_rotors: f64 = trains
+            .iter()
+            .filter_map(about)
+            .filter(|(other, _)| other.body == body)
+            .map(|(other, inertia)| inertia * other.axis.dot(axis).powi(2))
+            .sum();
+        if of_rotors > whole * (1.0 + ROUND_OFF) {
+            defects.push(Defect::ActuatorParameter {
+                actuator: train.name.clone(),
+                parameter: "rotor_inertia",
+                value: train.rotor_inertia,
+                range: "at most the moment of inertia about `rotor_axis` of the body that carries the rotor, \
+                        which includes all its rotors",
+            });
         }
-        let names: Vec<_> = all.iter().map(|train| format!("`{}`", train.name)).collect();
-        let problem = format!(
-            "the shares of {} in the effort of `{}` sum to {sum}: give each a `share`, together 1",
-            names.join(", "),
-            joints[train.joint.0].dof_name(train.dof),
-        );
-        let actuator = all.last().map_or_else(String::new, |train| train.name.clone());
-        defects.push(Defect::Actuator { actuator, problem });
     }
 }

@@ -1,4 +1,8 @@
 //! Checks of pages in headless Chromium.
+#![allow(dead_code, reason = "each test suite uses its part")]
+
+#[cfg(unix)]
+pub(crate) mod person;
 
 use serde_json::Value;
 use std::env;
@@ -24,8 +28,19 @@ const LARGEST: u64 = 3_000_000;
 /// Fails if the browser finds a defect in a page; `name` is part of the names of its screenshots.
 #[track_caller]
 pub(crate) fn look_at(name: &str, html: &str) {
+    judge_page(name, html, None);
+}
+
+/// The same for a page with a moving robot, which may run this script and no other.
+#[track_caller]
+pub(crate) fn look_at_with_script(name: &str, html: &str, script: &str) {
+    judge_page(name, html, Some(script));
+}
+
+#[track_caller]
+fn judge_page(name: &str, html: &str, script: Option<&str>) {
     let Some(browser) = Browser::find() else { return };
-    let defects = browser.defects(name, html);
+    let defects = browser.defects(name, html, script);
     assert!(defects.is_empty(), "{name}:\n{}", defects.join("\n"));
 }
 
@@ -95,7 +110,7 @@ impl Browser {
     }
 
     /// Writes screenshots of a page to `target/browser` and returns the defects of the page.
-    pub(crate) fn defects(&self, name: &str, html: &str) -> Vec<String> {
+    pub(crate) fn defects(&self, name: &str, html: &str, script: Option<&str>) -> Vec<String> {
         let tmp = Path::new(env!("CARGO_TARGET_TMPDIR"));
         let folder = tmp.join(format!("browser-{name}"));
         let _ = fs::remove_dir_all(&folder);
@@ -109,8 +124,11 @@ impl Browser {
         }
         let frames = frames(&WIDTHS, 800, html);
         let measure = folder.join("measure.html");
-        fs::write(&measure, include_str!("measure.html").replace("<!--FRAMES-->", &frames))
-            .unwrap();
+        // The policy of the frame applies in it, too.
+        let source = script.map_or(String::new(), stiction_draw::page::source_of);
+        let text = include_str!("measure.html")
+            .replace("'nonce-measure'", &format!("'nonce-measure' {source}"));
+        fs::write(&measure, text.replace("<!--FRAMES-->", &frames)).unwrap();
         let mut heights = Vec::new();
         for is_dark in [false, true] {
             let window = "--window-size=1300,1700";

@@ -41,6 +41,14 @@ impl Parser<'_> {
     /// Error for an unknown name; `unit` is true if a unit was expected.
     pub(super) fn unknown(&self, unit: bool) -> Fault {
         let name = self.word_at(0);
+        if !unit
+            && name.contains('.')
+            && let Some(Err((message, help))) = self.scope.measured(name, false)
+        {
+            return Fault::new(self.span(), message, "unknown name")
+                .maybe_help(help)
+                .code("unknown-name");
+        }
         let units = UNITS.iter().map(|unit| unit.name);
         let mut known = self.scope.names();
         known.extend(Function::ALL.iter().map(|(name, _)| *name));

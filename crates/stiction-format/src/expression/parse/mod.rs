@@ -20,7 +20,7 @@ use super::dimension::Dimension;
 use super::function::Function;
 use super::token::{Token, TokenKind, tokens};
 use super::unit::{self, Scale};
-use super::{Fault, Scope};
+use super::{Fault, Scope, Unmeasured};
 use crate::diagnostic::{nearest, quoted};
 use crate::source::Span;
 use std::f64::consts;
@@ -36,6 +36,8 @@ pub(crate) enum Op {
     Number(f64, Dimension),
     Parameter(usize),
     Time,
+    /// A measured coordinate or rate.
+    Measured(usize, Dimension),
     Negate,
     Add,
     Subtract,
@@ -43,6 +45,18 @@ pub(crate) enum Op {
     Divide,
     Power,
     Call(Function, usize),
+}
+
+impl Op {
+    /// Number of arguments.
+    pub(super) fn arguments(self) -> usize {
+        match self {
+            Self::Number(..) | Self::Parameter(_) | Self::Time | Self::Measured(..) => 0,
+            Self::Negate => 1,
+            Self::Call(_, count) => count,
+            Self::Add | Self::Subtract | Self::Multiply | Self::Divide | Self::Power => 2,
+        }
+    }
 }
 
 /// Instructions, each with the place of its operator or operand.
@@ -209,7 +223,11 @@ impl<'a> Parser<'a> {
                 }
                 self.emit(Op::Number(value, dimension), span);
             }
+            TokenKind::Name if self.is_rate() => self.rate()?,
             TokenKind::Name if self.kind_at(1) == TokenKind::Symbol('(') => self.call()?,
+            TokenKind::Name if self.measured(0, false).is_some_and(|m| m.is_ok()) => {
+                self.coordinate(false)?;
+            }
             TokenKind::Name if self.unit_here().is_some() => {
                 let named = self.scope.find(self.word_at(0));
                 let (scale, dimension) = self.units()?;
@@ -242,6 +260,56 @@ impl<'a> Parser<'a> {
                 ));
             }
         }
+        Ok(())
+    }
+
+    fn measured(&self, ahead: usize, rate: bool) -> Option<Result<(usize, Dimension), Unmeasured>> {
+        self.scope.measured(self.word_at(ahead), rate)
+    }
+
+    /// Tests for `d(` where coordinates are measured.
+    fn is_rate(&self) -> bool {
+        self.word_at(0) == "d"
+            && self.kind_at(1) == TokenKind::Symbol('(')
+            && self.measured(2, true).is_some()
+    }
+
+    /// Reads `d(NAME)`.
+    fn rate(&mut self) -> Result<(), Fault> {
+        let open = self.span();
+        self.at += 2;
+        if self.kind() != TokenKind::Name {
+            return Err(Fault::new(
+                self.span(),
+                "`d` takes the name of a coordinate",
+                "not a name",
+            )
+            .help("write for example `d(leg1.P)`"));
+        }
+        self.coordinate(true)?;
+        if !self.accept(')') {
+            return Err(self.unclosed(open));
+        }
+        Ok(())
+    }
+
+    /// Reads the name of a measured coordinate.
+    fn coordinate(&mut self, rate: bool) -> Result<(), Fault> {
+        let (span, name) = (self.span(), self.word_at(0));
+        if self.scope.find(name).is_some() {
+            let message = format!("{} is ambiguous: a parameter and a coordinate", quoted(name));
+            return Err(Fault::new(span, message, "two meanings").help("rename the parameter"));
+        }
+        match self.measured(0, rate) {
+            Some(Ok((index, dimension))) => self.emit(Op::Measured(index, dimension), span),
+            Some(Err((message, help))) => {
+                return Err(Fault::new(span, message, "not a coordinate")
+                    .maybe_help(help)
+                    .code("unknown-name"));
+            }
+            None => return Err(self.unknown(false)),
+        }
+        self.at += 1;
         Ok(())
     }
 
@@ -297,6 +365,10 @@ impl<'a> Parser<'a> {
                 format!("{} given", arguments(count)),
             )
             .help(format!("write `{}`", function.usage())));
+        }
+        if function == Function::Sign && self.scope.measured("", false).is_none() {
+            let message = "`sign` has a meaning only in formulas over measured coordinates";
+            return Err(Fault::new(span, message, "this jumps").help("write `tanh(x/width)`"));
         }
         self.emit(Op::Call(function, count), span.start..self.before());
         Ok(())

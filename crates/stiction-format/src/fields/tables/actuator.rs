@@ -3,7 +3,7 @@
 use crate::expression::Measure::{
     Angle, AngularDamping, AngularSpeed, Inertia, Lead, Length, Moment, Number, TorquePerCurrent,
 };
-use crate::fields::Shape::{Name, Quantity, Table};
+use crate::fields::Shape::{Axis, Coefficients, Name, Quantity, Table};
 use crate::fields::{Field, field, joined, required};
 
 /// A drive train of a leg: the joint is its key.
@@ -55,23 +55,50 @@ pub(crate) const LEG_ACTUATOR: &[Field] = &[
         "Limits of the motor; results name those that are exceeded.",
     ),
     field(
+        "rotor_axis",
+        Table(ROTOR_AXIS),
+        "Axis and carrying body of a spinning rotor, whose gyroscopic torque and reactions then count; mass and \
+         inertia of the body include those of the rotor. By default the rotor is only reflected to the joint.",
+    ),
+    field(
         "share",
         Quantity(Number),
         "Part of the joint's effort that this motor exerts, from 0 to 1; by default 1. Required where several \
-         motors drive one degree of freedom; their shares sum to 1.",
+         motors drive one degree of freedom; their shares sum to 1. Where more motors than joints share the efforts \
+         of several joints, the weight of this one: the sum of effort^2/`share` is least.",
     ),
 ];
 
 /// A drive train.
-pub(crate) const ACTUATOR: &[Field] = &joined::<11>(
-    &[required(
-        "joint",
-        Name,
-        "Joint that it drives, followed by the degree of freedom where the joint has several: \"spindle.slide\". \
-         The drive train actuates it.",
-    )],
+pub(crate) const ACTUATOR: &[Field] = &joined::<13>(
+    &[
+        field(
+            "joint",
+            Name,
+            "Joint that it drives, followed by the degree of freedom where the joint has several: \"spindle.slide\". \
+             The drive train actuates it. Required unless it has `joints`.",
+        ),
+        field(
+            "joints",
+            Coefficients,
+            "Joints that it drives together, each with its coefficient, not 0: with { a = 1, b = -1 } the motor turns by \
+             `ratio`*(a - b). It takes as many independent motors as joints. The `lead` applies to joints that \
+             translate. Instead of `joint`.",
+        ),
+    ],
     LEG_ACTUATOR,
 );
+
+/// Axis of a rotor.
+pub(crate) const ROTOR_AXIS: &[Field] = &[
+    required("body", Name, "Body that carries the motor; in legs also a body of the chain."),
+    required(
+        "axis",
+        Axis,
+        "Direction in the body's frame about which the motor turns forward: in the positive sense as the joint moves \
+         forward, if the transmission is positive.",
+    ),
+];
 
 /// Friction of a motor.
 pub(crate) const MOTOR_FRICTION: &[Field] = &[

@@ -1,6 +1,8 @@
 //! Actuator efforts and controllers.
 
-use crate::expression::Measure::{Damping, Force, Frequency, Length, Number, Stiffness, Time};
+use crate::expression::Measure::{
+    Damping, Force, Frequency, IntegralGain, Length, Number, Stiffness, Time,
+};
 use crate::fields::Shape::{Choice, Quantity, Text};
 use crate::fields::{Field, field, required};
 
@@ -16,7 +18,11 @@ pub(crate) const CONTROL: &[Field] = &[
         Choice(FEED_MODES),
         "Motion for which computed torque compensates friction: off (the default), reference, measured.",
     ),
-    field("period", Quantity(Time), "Sampling period; by default 1 ms."),
+    field(
+        "period",
+        Quantity(Time),
+        "Sampling period; by default 1 ms. With 0 the controller is continuous in time (pd and pid).",
+    ),
     field(
         "bandwidth",
         Quantity(Frequency),
@@ -29,17 +35,24 @@ pub(crate) const CONTROL: &[Field] = &[
         "Source of rates: measured, or difference of two measured positions (the default with a \
          `resolution`).",
     ),
-    field("kp", Quantity(Stiffness), "Position gain of a controller of type pd."),
-    field("kd", Quantity(Damping), "Rate gain of a controller of type pd."),
+    field("kp", Quantity(Stiffness), "Position gain of a controller of type pd or pid."),
+    field("kd", Quantity(Damping), "Rate gain of a controller of type pd or pid."),
+    field("ki", Quantity(IntegralGain), "Integral gain of a controller of type pid."),
+    field(
+        "tracking",
+        Quantity(Time),
+        "Time constant with which the integral part follows a saturated effort (anti-windup by \
+         back-calculation); by default kp/ki.",
+    ),
     field("resolution", Quantity(Length), "Resolution of the measured position; by default none."),
     field("limit", Quantity(Force), "Effort limit; by default none."),
 ];
 
 /// Settings of a controller for one actuator.
-pub(crate) const CHANNEL: &[&str] = &["kp", "kd", "resolution", "limit"];
+pub(crate) const CHANNEL: &[&str] = &["kp", "kd", "ki", "tracking", "resolution", "limit"];
 
 /// Types of controllers.
-const CONTROL_TYPES: &[&str] = &["pd", "computed-torque"];
+const CONTROL_TYPES: &[&str] = &["pd", "pid", "computed-torque"];
 
 /// Motions for which computed torque compensates friction.
 const FEED_MODES: &[&str] = &["off", "reference", "measured"];

@@ -3,7 +3,7 @@
 use super::friction::JOINT_FRICTION;
 use crate::expression::Measure::{AngularCompliance, Compliance, Length, Pitch};
 use crate::fields::Shape::{
-    Actuated, Axis, Choice, Name, Quantity, Rotation, Start, Table, Vector,
+    Actuated, Axis, Choice, Name, Quantity, Range, Rotation, Start, Table, Vector,
 };
 use crate::fields::{Field, field, joined, required};
 
@@ -33,7 +33,7 @@ const X_AXIS: Field = field(
     "x_axis",
     Axis,
     "Direction x of the joint's frame, in the frame of `from`, at right angles to `axis`. By default \
-     the smallest rotation that takes z to the axis takes x to it.",
+     axis x turned by the smallest rotation that takes z to `axis`.",
 );
 const TURN: Field = field(
     "turn",
@@ -62,6 +62,14 @@ const COMPLIANCE: Field = field(
     "compliance",
     Table(JOINT_COMPLIANCE),
     "Compliance of the joint, which determines how redundant constraints share a load.",
+);
+
+const RANGE: Field = field(
+    "range",
+    Range,
+    "Range that the joint should not leave: [least, greatest]. Of C, U and E joints a table by degree of \
+     freedom, { slide = [0, \"50 mm\"] }; `tilt` of a U joint is the angle between the normals to its axes, of an \
+     S joint that between its z axes. Runs report where a motion leaves it; results do not change.",
 );
 
 /// Compliances of a joint.
@@ -95,8 +103,20 @@ const ENDS: &[Field] = &[
 ];
 
 /// A joint.
-pub(crate) const JOINT: &[Field] = &joined::<14>(ENDS, LEG_JOINT);
+pub(crate) const JOINT: &[Field] = &joined::<15>(ENDS, LEG_JOINT);
 
 /// A joint of a leg: type and bodies are in the chain.
-pub(crate) const LEG_JOINT: &[Field] =
-    &[AT, TO_AT, AXIS, SECOND_AXIS, X_AXIS, TURN, ACTUATED, START, PITCH, FRICTION, COMPLIANCE];
+pub(crate) const LEG_JOINT: &[Field] = &[
+    AT,
+    TO_AT,
+    AXIS,
+    SECOND_AXIS,
+    X_AXIS,
+    TURN,
+    ACTUATED,
+    START,
+    PITCH,
+    FRICTION,
+    COMPLIANCE,
+    RANGE,
+];

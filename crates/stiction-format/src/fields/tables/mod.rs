@@ -3,25 +3,29 @@
 mod actuator;
 mod drives;
 mod friction;
+mod gearing;
 mod joint;
 mod legs;
 mod load;
 mod motion;
+mod spring;
 
-pub(crate) use actuator::{ACTUATOR, LEG_ACTUATOR, MESH, MOTOR_FRICTION, MOTOR_LIMITS};
+pub(crate) use actuator::{ACTUATOR, LEG_ACTUATOR, MESH, MOTOR_FRICTION, MOTOR_LIMITS, ROTOR_AXIS};
 pub(crate) use drives::{CHANNEL, CONTROL, DRIVES};
 pub(crate) use friction::{BACKWARD_LAW, INTERFACE, JOINT_FRICTION};
+pub(crate) use gearing::GEARING;
 pub(crate) use joint::{JOINT, JOINT_COMPLIANCE, JOINT_TYPES, LEG_JOINT};
 pub(crate) use legs::{LEGS, PLACE};
 pub(crate) use load::{BODY_LOAD, LOAD, PAYLOAD};
 pub(crate) use motion::{ANGULAR_LIMITS, BODY_MOTION, LIMITS, MOTION, ORDERS, WAYPOINT};
+pub(crate) use spring::{BUSHING, SPRING};
 
 use super::Shape::{
     Choice, Inertia, Loads, Motions, Name, Named, OneOrMore, Parameters, Quantity, Rotation, Table,
     Text, Vector,
 };
 use super::{Field, field, required};
-use crate::expression::Measure::{Acceleration, Damping, Length, Mass, Stiffness};
+use crate::expression::Measure::{Acceleration, Length, Mass};
 
 /// The whole file.
 pub(crate) const MODEL: &[Field] = &[
@@ -50,9 +54,19 @@ pub(crate) const MODEL: &[Field] = &[
     field(
         "actuators",
         Named(ACTUATOR),
-        "Drive trains: motors with their gears or screws, each on a degree of freedom of a joint.",
+        "Drive trains: motors with their gears or screws, each on a degree of freedom of a joint, or on several together.",
     ),
-    field("springs", Named(SPRING), "Springs and dampers, each between points of two bodies."),
+    field(
+        "gearings",
+        Named(GEARING),
+        "Rigid gearings: constraints between the coordinates of joints.",
+    ),
+    field(
+        "springs",
+        Named(SPRING),
+        "Springs and dampers: between points of two bodies, gas springs, and springs on joints.",
+    ),
+    field("bushings", Named(BUSHING), "Elastic connections between frames of two bodies."),
     field("legs", OneOrMore(LEGS), "Equal legs around an axis: a short form for symmetric robots."),
     field("motions", Motions(MOTION), "Prescribed motions."),
     field("loads", Loads(LOAD), "External forces and moments."),
@@ -84,29 +98,6 @@ pub(crate) const BODY: &[Field] = &[
          mass.",
     ),
     HOME,
-];
-
-/// A spring.
-pub(crate) const SPRING: &[Field] = &[
-    required("from", Name, "The body at one end."),
-    required("to", Name, "The body at the other end."),
-    field("at", Vector(Length), "The end on `from`, in its frame; by default [0, 0, 0]."),
-    field("to_at", Vector(Length), "The end on `to`, in its frame; by default [0, 0, 0]."),
-    field(
-        "stiffness",
-        Quantity(Stiffness),
-        "Force over elongation, along the line between the ends, at least 0; by default 0.",
-    ),
-    field(
-        "free_length",
-        Quantity(Length),
-        "Length without spring force, at least 0; required with a stiffness.",
-    ),
-    field(
-        "damping",
-        Quantity(Damping),
-        "Force over rate of the length, along the same line, at least 0; by default 0.",
-    ),
 ];
 
 /// Defaults.

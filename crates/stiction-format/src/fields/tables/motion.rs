@@ -25,6 +25,12 @@ pub(crate) const MOTION: &[Field] = &[
     ),
     field("step", Quantity(Time), "Time between samples of the result."),
     field(
+        "filter",
+        Quantity(Frequency),
+        "Cut-off frequency of a low-pass filter for the positions of `file`: without phase shift, -3 dB at \
+         the cut-off, without ringing at the ends. By default none.",
+    ),
+    field(
         "file",
         Text,
         "CSV file with samples, instead of expressions; its path is relative to the model file.",

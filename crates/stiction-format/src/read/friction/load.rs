@@ -35,6 +35,7 @@ pub(super) fn read(
         supports,
         flank_cosine,
         smoothing,
+        gear: None,
     }
 }
 

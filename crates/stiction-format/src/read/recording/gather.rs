@@ -29,6 +29,9 @@ pub(super) struct Recording {
     pub(super) curves: Vec<RecordedCurve>,
 }
 
+/// Reader of a header, from the text, its line and the separator.
+pub(super) type ReadHeader<'a> = &'a dyn Fn(&str, Line, Delimiter, &mut Messages) -> Header;
+
 /// A curve of a recording.
 pub(super) struct RecordedCurve {
     /// Column of its values.
@@ -102,7 +105,7 @@ impl Collector {
 pub(super) fn gather(
     input: &Input,
     example: &str,
-    head: &dyn Fn(&str, Line, Delimiter, &mut Messages) -> Header,
+    head: ReadHeader<'_>,
 ) -> Result<(Option<Recording>, Messages), String> {
     let mut kept: Option<Collector> = None;
     let Scan { header, mut messages } =
@@ -163,7 +166,21 @@ pub(super) fn gather(
     Ok((Some(recording), messages))
 }
 
+impl RecordedCurve {
+    /// Tests if noise of its positions, not the rounding of written numbers, makes accelerations
+    /// uncertain.
+    pub(super) fn is_noisy(&self) -> bool {
+        let noise = self.findings.as_ref().and_then(|findings| findings.noise.as_ref());
+        noise.is_some_and(|noise| noise.order == 0 && !noise.is_rounding)
+    }
+}
+
 impl Recording {
+    /// Tests if a coordinate is noisy.
+    pub(super) fn is_noisy(&self) -> bool {
+        self.curves.iter().any(RecordedCurve::is_noisy)
+    }
+
     /// Reports curves that are not finite. The page of `messages` must be that of the header.
     fn check(&self, messages: &mut Messages) {
         for curve in self.curves.iter().filter(|curve| !curve.is_finite) {

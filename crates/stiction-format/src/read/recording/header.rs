@@ -240,7 +240,7 @@ fn read_column(
                 let help = Some(
                     "set it in the model, beside `file`: `platform.order = \"zyx\"`".to_owned(),
                 );
-                let message = "the order of angles is not a column".to_owned();
+                let message = "the order of rotations cannot be given as a column".to_owned();
                 messages.push_help("unknown-name", message, name_span, "not a coordinate", help);
                 return column;
             }

@@ -1,6 +1,7 @@
 //! Reader of recorded motions: CSV files with a header such as `time [s], platform.x [mm],
 //! d(platform.x) [mm/s]`.
 
+mod filtering;
 mod gather;
 mod header;
 mod input;
@@ -10,6 +11,7 @@ mod report;
 mod rows;
 mod scan;
 
+pub(crate) use filtering::Cutoff;
 pub(crate) use input::Input;
 
 use super::actuators::Actuators;
@@ -17,15 +19,20 @@ use super::context::Context;
 use super::names::Names;
 use super::path::Orders;
 use crate::model_file::{Drives, Motion};
-use gather::{Recording, gather};
+use crate::signal::Signal;
+use filtering::filtered;
+use gather::{ReadHeader, Recording, gather};
 use header::{Header, Role};
 use messages::Messages;
 use report::Report;
 
+/// Name of a column for messages.
+const EXAMPLE: &str = "platform.x [mm]";
 /// Minimum number of samples of a spline.
 const MIN_SAMPLES: usize = 2;
 
-/// Reads a recorded motion and reports its errors to `context`.
+/// Reads a recorded motion and reports its errors to `context`. The filter of an option replaces
+/// `filter`, that of the motion's own text.
 ///
 /// # Errors
 /// A reason if the file cannot be read.
@@ -34,43 +41,78 @@ pub(crate) fn read(
     names: &Names,
     orders: &Orders,
     context: &Context<'_>,
+    filter: Option<Cutoff>,
 ) -> Result<Option<Motion>, String> {
-    let (recording, mut messages) =
-        gather(input, "platform.x [mm]", &|text, line, delimiter, messages| {
-            Header::read(text, line, delimiter, names, orders, messages)
-        })?;
-    let motion = recording.and_then(|recording| motion(recording, &mut messages));
+    let filter = context.source.filter().map(Cutoff::from).or(filter);
+    let head: ReadHeader<'_> = &|text, line, delimiter, messages| {
+        Header::read(text, line, delimiter, names, orders, messages)
+    };
+    let (recording, mut messages) = gather(input, EXAMPLE, head)?;
+    let motion = match recording {
+        Some(recording) => motion(recording, (input, head), filter, &mut messages)?,
+        None => None,
+    };
     let failed = messages.out.has_errors();
     context.out.borrow_mut().append(messages.out);
     Ok(motion.filter(|_| !failed))
 }
 
-fn motion(recording: Recording, messages: &mut Messages) -> Option<Motion> {
-    let Recording { header, header_page, samples, curves } = recording;
-    if samples.count() < MIN_SAMPLES {
-        too_few(samples.count(), messages);
-        return None;
+fn motion(
+    recording: Recording,
+    (input, head): (&Input, ReadHeader<'_>),
+    filter: Option<Cutoff>,
+    messages: &mut Messages,
+) -> Result<Option<Motion>, String> {
+    if recording.samples.count() < MIN_SAMPLES {
+        too_few(recording.samples.count(), messages);
+        return Ok(None);
     }
-    let (start, end) = samples.ends()?;
+    let Some((start, end)) = recording.samples.ends() else { return Ok(None) };
+    let filtered = match filter {
+        Some(cutoff) => match filtered(&recording, (input, head), &cutoff)? {
+            Ok(filtered) => Some((cutoff.hertz, filtered)),
+            Err(refused) => {
+                messages.out.push(refused);
+                return Ok(None);
+            }
+        },
+        None => None,
+    };
+    let suggestion = match &filtered {
+        None if recording.is_noisy() => filtering::suggestion(&recording, (input, head))?,
+        _ => None,
+    };
+    let Recording { header, header_page, samples, curves } = recording;
     let (mut coordinates, mut kinds) = (Vec::new(), Kinds::default());
-    let mut report = Report::new(&header, header_page);
-    for curve in curves {
-        let column = header.columns.get(curve.column)?;
+    let mut report = Report::new(&header, header_page, suggestion);
+    for (index, curve) in curves.into_iter().enumerate() {
+        let Some(column) = header.columns.get(curve.column) else { continue };
         let Role::Coordinate { coordinate, .. } = column.role else { continue };
-        let mut kind = curve.interpolation.describe(samples.count());
-        if curve.is_global {
-            kind += "; computed for all samples at once, as the time steps are too unequal to do it in \
-                     parts";
-        }
+        let of_curve = filtered.as_ref().and_then(|(hertz, all)| Some((*hertz, all.get(index)?)));
+        let (kind, signal) = match of_curve {
+            Some((cutoff, filtered)) => {
+                let findings = curve.findings.as_ref();
+                report.filtered(coordinate, curve.column, (cutoff, filtered), findings);
+                (filtering::describe(cutoff), Signal::curve(filtered.curve.clone()))
+            }
+            None => {
+                let mut kind = curve.interpolation.describe(samples.count());
+                if curve.is_global {
+                    kind += "; computed for all samples at once, as the time steps are too unequal to do \
+                             it in parts";
+                }
+                if let Some(findings) = &curve.findings {
+                    report.add(coordinate, curve.column, findings);
+                }
+                (kind, curve.signal)
+            }
+        };
         kinds.add(kind, &column.name);
-        if let Some(findings) = &curve.findings {
-            report.add(coordinate, curve.column, findings);
-        }
-        coordinates.push((coordinate, curve.signal));
+        coordinates.push((coordinate, signal));
     }
     let (notes, warnings, errors) = report.finish();
     messages.out.append(errors);
-    Some(Motion {
+    Ok(Some(Motion {
         title: String::new(),
         start,
         duration: end - start,
@@ -80,7 +122,7 @@ fn motion(recording: Recording, messages: &mut Messages) -> Option<Motion> {
         interpolation: Some(kinds.describe()),
         notes,
         warnings,
-    })
+    }))
 }
 
 /// Reports a recording with too few samples. The page of `messages` must be the last.
@@ -132,7 +174,7 @@ fn drives(recording: Recording, messages: &mut Messages) -> Option<Drives> {
             _ => None,
         });
     let efforts = efforts.collect();
-    Some(Drives { title: String::new(), efforts, samples: Some(samples), interpolation })
+    Some(Drives { efforts, samples: Some(samples), interpolation, ..Drives::default() })
 }
 
 /// Description of the interpolation: each kind with its coordinates.

@@ -2,6 +2,7 @@
 
 use super::header::{Header, Role};
 use crate::diagnostic::{Diagnostic, Diagnostics, number};
+use crate::signal::filter::{Filtered, Rest, rise_time};
 use crate::signal::quality::{Contradiction, Findings, Noise, Peak};
 use crate::source::{Place, Source};
 use std::sync::Arc;
@@ -10,6 +11,8 @@ use stiction_core::kinematics::Coordinate;
 /// Number of significant digits from which numbers have the usual precision of logs: the effect of
 /// their rounding on accelerations is a note, not a defect of the recording.
 const USUAL_DIGITS: i32 = 7;
+/// Change of the acceleration by a filter, relative to its peak, at which it is reported.
+const SMEARING_LIMIT: f64 = 0.05;
 
 /// Notes, warnings and errors about the columns of a recording.
 pub(super) struct Report<'a> {
@@ -18,17 +21,21 @@ pub(super) struct Report<'a> {
     notes: Vec<String>,
     warnings: Diagnostics,
     errors: Diagnostics,
+    /// Suggested cut-off frequency of a filter, Hz.
+    suggestion: Option<f64>,
 }
 
 impl<'a> Report<'a> {
-    /// An empty report; `page` contains the header.
-    pub(super) fn new(header: &'a Header, page: Arc<Source>) -> Self {
+    /// An empty report; `page` contains the header, `suggestion` is the cut-off frequency of a filter
+    /// that would suit the noise, Hz.
+    pub(super) fn new(header: &'a Header, page: Arc<Source>, suggestion: Option<f64>) -> Self {
         Self {
             header,
             page,
             notes: Vec::new(),
             warnings: Diagnostics::new(),
             errors: Diagnostics::new(),
+            suggestion,
         }
     }
 
@@ -95,15 +102,69 @@ impl<'a> Report<'a> {
             short(peak.size)
         );
         let label = format!("largest from t = {} s", short(noise.deviation.time));
-        let help = if noise.is_rounding {
+        let mut help = String::new();
+        // One filter suits all columns: it is named once.
+        if let Some(cutoff) = self.suggestion.take_if(|_| noise.order == 0) {
+            let cutoff = number(cutoff);
+            help = format!(
+                "filter the recording, with --filter \"{cutoff} Hz\" or `filter = \"{cutoff} Hz\"` in \
+                 [motions.NAME], which suits noise and motion; or "
+            );
+        }
+        help += if noise.is_rounding {
             "record more digits, fewer samples per second, or also rates and accelerations"
         } else {
-            "low-pass filter the recording, check its time column, or also record rates and \
-             accelerations"
+            "check its time column, or also record rates and accelerations"
         };
         let place = self.place(coordinate, noise.order);
         let warning = Diagnostic::warning("recording", message);
         self.warnings.push(warning.at(place, label).help(help));
+    }
+
+    /// Reports on a filtered coordinate whose positions are in a column.
+    pub(super) fn filtered(
+        &mut self,
+        coordinate: Coordinate,
+        column: usize,
+        (cutoff, filtered): (f64, &Filtered),
+        findings: Option<&Findings>,
+    ) {
+        let Some(positions) = self.header.columns.get(column) else { return };
+        let unit = if positions.is_angle { "rad" } else { "m" };
+        let name = positions.name.as_str();
+        let peak = filtered.acceleration;
+        let mut note = format!(
+            "{name}: the filter removes {} {unit} (rms) and leaves an uncertainty of the acceleration \
+             of {} {unit}/s^2 (rms); peak acceleration {} {unit}/s^2 at t = {} s",
+            short(filtered.removed),
+            short(filtered.acceleration_noise),
+            short(peak.size),
+            short(peak.time),
+        );
+        let rests: Vec<String> = filtered.rests.iter().map(describe_rest).collect();
+        if !rests.is_empty() {
+            note += &format!("; at rest within the noise {}", rests.join(", "));
+        }
+        self.notes.push(note);
+        let Peak { size, time } = filtered.smearing;
+        if size > SMEARING_LIMIT * peak.size {
+            let message = format!(
+                "the low-pass filter of {} Hz smears `{name}`: it changes the acceleration by {} \
+                 {unit}/s^2 or more near t = {} s; its peak is {} {unit}/s^2",
+                number(cutoff),
+                short(size),
+                short(time),
+                short(peak.size)
+            );
+            let place = self.place(coordinate, 0);
+            let label =
+                format!("steps of the acceleration are spread over {} s", short(rise_time(cutoff)));
+            let warning = Diagnostic::warning("recording", message).at(place, label);
+            self.warnings.push(warning.help("filter at a higher frequency"));
+        }
+        if let Some(findings) = findings.filter(|findings| !findings.outliers.is_empty()) {
+            self.outliers(coordinate, (name, unit), &findings.outliers, findings.acceleration);
+        }
     }
 
     fn outliers(
@@ -162,6 +223,14 @@ impl<'a> Report<'a> {
     }
 }
 
+/// Describes in words when a signal is at rest.
+fn describe_rest(rest: &Rest) -> String {
+    if rest.from == rest.until {
+        return format!("at t = {} s", short(rest.from));
+    }
+    format!("from {} to {} s", short(rest.from), short(rest.until))
+}
+
 /// Name of the column with a derivative of a coordinate.
 fn derivative(name: &str, order: usize) -> String {
     match order {
@@ -171,7 +240,7 @@ fn derivative(name: &str, order: usize) -> String {
 }
 
 /// A number with four significant digits.
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return number(x);
     }

@@ -43,6 +43,8 @@ const OUTLIER_LIMIT: f64 = 0.025;
 const OUTLIER_FACTOR: f64 = 5.0;
 /// Outliers exceed the standard deviation of noise and rounding by this factor.
 const OUTLIER_SIGMAS: f64 = 8.0;
+/// Outliers exceed the standard deviation of the acceleration that noise causes by this factor.
+const OUTLIER_NOISE: f64 = 4.0;
 /// Contradiction relative to the root mean square of the derivative at which it is reported, at a
 /// single sample and for half of a block.
 const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
@@ -57,7 +59,7 @@ pub(crate) struct Peak {
 }
 
 impl Peak {
-    fn raise(&mut self, size: f64, time: f64) {
+    pub(crate) fn raise(&mut self, size: f64, time: f64) {
         // Comparisons with NaN are false.
         if size > self.size {
             *self = Self { size, time };
@@ -202,6 +204,7 @@ impl Quality {
         let scale = self.typical(0);
         let significant = |noise: &Noise| noise.acceleration >= NOISE_LIMIT * peak;
         let noise = self.noise.into_iter().flatten().find(significant);
+        let noisy = noise.filter(|noise| !noise.is_rounding).map_or(0.0, |n| n.acceleration);
         let typical = self.errors.quantile(0.8);
         let mut outliers: Vec<Peak> = self
             .outliers
@@ -210,6 +213,7 @@ impl Quality {
                 error.size >= OUTLIER_LIMIT * peak
                     && error.size >= OUTLIER_FACTOR * typical
                     && error.size >= OUTLIER_SIGMAS * sigma
+                    && error.size >= OUTLIER_NOISE * noisy
             })
             .map(|(error, _)| *error)
             .collect();

@@ -53,7 +53,7 @@ pub(crate) struct Recorded {
 /// Index entry of a window.
 #[derive(Debug)]
 struct WindowEntry {
-    /// Time of the first sample of its core, s.
+    /// Time of the first sample in the middle part of the segment, without the overlap, s.
     time: f64,
     /// Knots of all curves there.
     knots: Vec<Target<f64>>,

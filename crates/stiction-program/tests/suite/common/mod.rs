@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test uses a part")]
 
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Settings};
-use stiction_core::kinematics::Target;
+use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{ModelFile, Source, gallery, read};
 
 /// A solver at the first position of a motion.
@@ -47,4 +47,40 @@ impl Robot {
         let loads = load.at(0.1).collect();
         Self { solver, signal, loads }
     }
+}
+
+/// A solver with the actuators as independent coordinates, and positions of its default motion.
+pub(crate) struct Loop {
+    pub(crate) solver: InverseDynamics,
+    pub(crate) signal: Vec<Vec<Target<f64>>>,
+}
+
+/// The control loop of a gallery model; `None` if the actuators do not determine the motion.
+pub(crate) fn gallery_loop(name: &str) -> Option<Loop> {
+    let Robot { mut solver, signal, .. } = Robot::new(name, None);
+    let actuators: Vec<_> = solver.mechanism().actuators().collect();
+    let mut own: Vec<Vec<Target<f64>>> = Vec::new();
+    let mut home = None;
+    for targets in &signal {
+        solver.move_to(targets).ok()?;
+        let mut now = Vec::new();
+        for (k, (joint, dof)) in actuators.iter().enumerate() {
+            let mut target = solver.joint_motion(*joint, *dof);
+            (target.rate, target.acceleration) = (0.0, 0.0);
+            // Angles are within half a turn: continue them.
+            let is_angle =
+                !solver.mechanism().joints()[joint.0].joint_type.dofs()[*dof].translates();
+            if let Some(before) = own.last().filter(|_| is_angle) {
+                let turns = ((target.value - before[k].value) / core::f64::consts::TAU).round();
+                target.value -= turns * core::f64::consts::TAU;
+            }
+            now.push(target);
+        }
+        own.push(now);
+        home.get_or_insert_with(|| solver.mechanism().starting_at(solver.bodies().joint_poses()));
+    }
+    let coordinate = |(joint, dof): &(_, _)| Coordinate::Joint { joint: *joint, dof: *dof };
+    let coordinates: Vec<_> = actuators.iter().map(coordinate).collect();
+    let solver = InverseDynamics::new(home?, &[], &coordinates, &own[0], Settings::default());
+    Some(Loop { solver: solver.ok()?, signal: own })
 }

@@ -1,9 +1,9 @@
 //! Degrees of freedom: three counts, the singular values that decide them, and the motions of each
 //! body.
 
-use super::html::{Column, note, paragraph, section, table};
 use crate::Job;
 use crate::check::{Findings, words};
+use crate::report::html::{Column, note, paragraph, section, table};
 
 pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     let mobility = &findings.mobility;
@@ -26,11 +26,8 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
             "traced from this position, with closed loops after each step",
         ),
     ];
-    let head = [
-        ("count", Column::Text),
-        ("freedoms", Column::Number),
-        ("how it is counted", Column::Text),
-    ];
+    let head =
+        [("count", Column::Text), ("dofs", Column::Number), ("how it is counted", Column::Text)];
     let mut inner = table(&head, &counts);
     inner += &gap(findings);
     if mobility.finite.traced < mobility.instantaneous {

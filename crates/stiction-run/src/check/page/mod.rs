@@ -2,7 +2,6 @@
 //!
 //! Each section is a function. `html` escapes names and titles, which come from the user's files.
 
-mod html;
 mod mobility;
 mod redundancy;
 mod singular;
@@ -10,8 +9,8 @@ mod sizes;
 
 use super::{Findings, words};
 use crate::portrait::Portrait;
+use crate::report::html::{self, card, note, paragraph, section};
 use crate::{Error, Job};
-use html::{card, note, paragraph, section};
 use stiction_draw::drawing::Surface;
 use stiction_draw::numbers::number;
 use stiction_draw::xml::escape;
@@ -38,7 +37,7 @@ pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
     let inner = [
         header(job, findings),
         cards(findings),
-        warnings(findings),
+        html::warnings(findings.warnings.iter().chain(&findings.cautions)),
         picture(&portrait),
         mobility::mobility(job, findings),
         redundancy::redundancy(job, findings),
@@ -107,16 +106,7 @@ fn cards(findings: &Findings) -> String {
         card(drives, "actuator efforts (without friction)", !findings.drives_unique),
         positions,
     ];
-    format!("<div class=\"cards\">\n{}</div>\n", inner.concat())
-}
-
-fn warnings(findings: &Findings) -> String {
-    if findings.warnings.is_empty() {
-        return String::new();
-    }
-    let item = |warning: &String| format!("<li>{}</li>\n", escape(warning));
-    let items: String = findings.warnings.iter().map(item).collect();
-    format!("<ul class=\"warnings\" title=\"warnings\">\n{items}</ul>\n")
+    html::cards(&inner)
 }
 
 fn picture(portrait: &Portrait) -> String {

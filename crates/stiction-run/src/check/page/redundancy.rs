@@ -1,8 +1,8 @@
 //! Redundant constraints and undetermined reactions.
 
-use super::html::{Column, folded, note, paragraph, section, table};
 use crate::Job;
 use crate::check::Findings;
+use crate::report::html::{Column, folded, note, paragraph, section, table};
 use stiction_core::statics::JointLoad;
 use stiction_draw::numbers::number;
 

@@ -1,8 +1,8 @@
 //! Closest approaches to singular poses.
 
-use super::html::{Column, note, paragraph, section, table};
 use crate::Job;
 use crate::check::{Findings, Kind, Nearness, words};
+use crate::report::html::{Column, note, paragraph, section, table};
 use stiction_draw::numbers::number;
 
 /// Largest number of passages listed.
@@ -38,7 +38,8 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
             inner += &paragraph(&format!("Singular in {}: {gained}.", kind.word()));
         }
     }
-    for sentence in words::in_general(findings).iter().chain(&words::governance(findings)) {
+    for sentence in words::in_general(findings).iter().chain(&words::actuation_of_motion(findings))
+    {
         inner += &paragraph(&capitalised(sentence));
     }
     inner += &note(&format!(

@@ -1,8 +1,8 @@
 //! Masses of bodies and ranges of joints.
 
-use super::html::{Column, note, paragraph, section, table};
 use crate::Job;
 use crate::check::{Findings, Range};
+use crate::report::html::{Column, note, paragraph, section, table};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;

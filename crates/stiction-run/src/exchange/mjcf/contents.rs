@@ -1,10 +1,13 @@
 //! Elements after the bodies: springs, motors and the home pose.
 
-use super::names::Names;
 use super::parts::{NamedPart, NamedStep};
 use super::steps::Kind;
 use super::writer::{Writer, quaternion};
-use super::xml::numbers;
+use crate::exchange::extension::{self, Entry};
+use crate::exchange::names::Names;
+use crate::exchange::xml::numbers;
+use stiction_core::mechanism::{DriveTrain, JointId};
+use stiction_format::NAMESPACE;
 
 impl Writer<'_> {
     /// Writes springs as tendons between sites.
@@ -15,12 +18,15 @@ impl Writer<'_> {
         }
         self.xml.open("tendon", &[]);
         for (spring, sites) in springs.iter().zip(&self.sites.of_spring) {
+            // A preload moves the length without force; without a stiffness it is left out, see the notes.
+            let shift =
+                if spring.stiffness > 0.0 { spring.preload / spring.stiffness } else { 0.0 };
             self.xml.open(
                 "spatial",
                 &[
                     ("name", spring.name.clone()),
                     ("stiffness", numbers(&[spring.stiffness])),
-                    ("springlength", numbers(&[spring.free_length])),
+                    ("springlength", numbers(&[spring.free_length + shift])),
                     ("damping", numbers(&[spring.damping])),
                 ],
             );
@@ -32,6 +38,13 @@ impl Writer<'_> {
         self.xml.close();
     }
 
+    /// Joint of the file for a degree of freedom; none if its joint closes a loop.
+    pub(super) fn step_of(&self, joint: JointId, dof: usize) -> Option<&NamedStep> {
+        let steps = self.tree.parts.iter().zip(&self.parts);
+        let own = steps.filter(|(part, _)| part.joint == joint.0).flat_map(|(_, own)| &own.steps);
+        own.into_iter().find(|named| named.step.dof == Some(dof))
+    }
+
     /// Writes motors, in the order of the actuators.
     pub(super) fn write_drives(&mut self) {
         let mechanism = &self.home.model.mechanism;
@@ -40,16 +53,19 @@ impl Writer<'_> {
         let mut taken = Names::default();
         for ((joint, dof), (name, _)) in mechanism.actuators().zip(names) {
             let trains = mechanism.drive_trains().iter();
-            let trains = trains.filter(|train| (train.joint, train.dof) == (joint, dof));
+            let trains = trains.filter(|train| train.only_dof() == Some((joint, dof)));
+            let of_several =
+                |train: &DriveTrain| train.only_dof().is_none() && train.moves(joint, dof);
+            if mechanism.drive_trains().iter().any(of_several) {
+                // The motors of several joints are left out, with a note.
+                continue;
+            }
             let mut motors: Vec<(&str, f64)> =
                 trains.map(|train| (train.name.as_str(), train.transmission())).collect();
             if motors.is_empty() {
                 motors.push((&name, 1.0));
             }
-            let steps = self.tree.parts.iter().zip(&self.parts);
-            let own =
-                steps.filter(|(part, _)| part.joint == joint.0).flat_map(|(_, own)| &own.steps);
-            let named = own.into_iter().find(|named| named.step.dof == Some(dof));
+            let named = self.step_of(joint, dof);
             for (name, gear) in motors {
                 drives.extend(named.map(|named| (taken.take(name), named.name.clone(), gear)));
             }
@@ -61,6 +77,24 @@ impl Writer<'_> {
         for (name, joint, gear) in drives {
             let gear = numbers(&[gear]);
             self.xml.empty("motor", &[("name", name), ("joint", joint), ("gear", gear)]);
+        }
+        self.xml.close();
+    }
+
+    /// Writes parts that only this program reads, as custom texts.
+    pub(super) fn write_extensions(&mut self) {
+        let mechanism = &self.home.model.mechanism;
+        let reversed = self.tree.parts.iter().filter(|part| part.reversed).map(|part| part.joint);
+        let mut entries = extension::frictions(mechanism);
+        entries.extend(extension::reversed(mechanism, reversed));
+        if entries.is_empty() {
+            return;
+        }
+        self.xml.open("custom", &[]);
+        for Entry { kind, name, text } in entries {
+            let name = format!("{NAMESPACE}/{kind}/{name}");
+            // White space in attributes is not kept.
+            self.xml.empty("text", &[("name", name), ("data", text.replace('\n', ";;"))]);
         }
         self.xml.close();
     }

@@ -1,10 +1,11 @@
 //! Equality constraints: loop closures and the coupling of a screw's advance to its angle.
 
-use super::names::Names;
 use super::tree::Closing;
 use super::writer::Writer;
-use super::xml::numbers;
+use crate::exchange::names::Names;
+use crate::exchange::xml::numbers;
 use stiction_core::joint::JointType;
+use stiction_core::mechanism::{GearedDof, Gearing};
 
 /// Stiffness of the equality constraints, which are soft in MuJoCo: among the stiffest values that
 /// its integrators follow with the time step of the file.
@@ -19,7 +20,10 @@ impl Writer<'_> {
             .filter(|&k| self.joint(self.tree.parts[k].joint).joint_type == JointType::Helical)
             .collect();
         let closings = &self.tree.closings;
-        if closings.iter().all(|(_, closing)| *closing == Closing::Nothing) && threads.is_empty() {
+        let gearings: Vec<_> = self.home.model.mechanism.gearings().iter().collect();
+        let geared = gearings.iter().filter_map(|gearing| self.geared(gearing)).collect::<Vec<_>>();
+        let is_closed = closings.iter().all(|(_, closing)| *closing == Closing::Nothing);
+        if is_closed && threads.is_empty() && geared.is_empty() {
             return;
         }
         self.xml.open("equality", &[]);
@@ -28,7 +32,7 @@ impl Writer<'_> {
                             soft."]);
         if closings.iter().any(|(_, closing)| *closing == Closing::Part) {
             self.xml.comment(&[
-                "A body behind a joint that closes a loop is in two parts, one of which hangs by that joint",
+                "A body at a joint that closes a loop is split into two parts, one of which is attached by that joint",
                 "and is named after it: welded together, they have the mass and the inertia of the body.",
             ]);
         }
@@ -39,7 +43,9 @@ impl Writer<'_> {
                 Closing::Weld | Closing::Part => "weld",
             };
             let [from, to] = sites.clone();
-            let name = joint_names.take(&self.joint(joint).name);
+            // The joint itself carries the other part under its own name.
+            let suffix = if closing == Closing::Part { ".weld" } else { "" };
+            let name = joint_names.take(&format!("{}{suffix}", self.joint(joint).name));
             let mut attributes = vec![("name", name), ("site1", from), ("site2", to)];
             attributes.extend(stiffness());
             self.xml.empty(tag, &attributes);
@@ -59,7 +65,27 @@ impl Writer<'_> {
             attributes.extend(stiffness());
             self.xml.empty("joint", &attributes);
         }
+        for (name, joints, ratio) in geared {
+            let [joint1, joint2] = joints;
+            let mut attributes = vec![
+                ("name", joint_names.take(&name)),
+                ("joint1", joint1),
+                ("joint2", joint2),
+                ("polycoef", numbers(&[0.0, ratio, 0.0, 0.0, 0.0])),
+            ];
+            attributes.extend(stiffness());
+            self.xml.empty("joint", &attributes);
+        }
         self.xml.close();
+    }
+
+    /// Name of a gearing of two joints, these joints, and the change of the first per change of the second. MJCF
+    /// measures both from the home pose. `None` for gearings of more joints, or of joints that close a loop.
+    pub(super) fn geared(&self, gearing: &Gearing) -> Option<(String, [String; 2], f64)> {
+        let [first, second] = &gearing.dofs[..] else { return None };
+        let joint = |dof: &GearedDof| Some(self.step_of(dof.joint, dof.dof)?.name.clone());
+        let ratio = -second.coefficient / first.coefficient;
+        Some((gearing.name.clone(), [joint(first)?, joint(second)?], ratio))
     }
 }
 

@@ -5,14 +5,12 @@ mod contents;
 mod equalities;
 mod friction;
 mod inertia;
-mod names;
 mod notes;
 mod parts;
 mod sites;
 mod steps;
 mod tree;
 mod writer;
-mod xml;
 
 use super::Home;
 use stiction_core::joint::JointType;
@@ -29,7 +27,7 @@ pub struct Mjcf {
     pub notes: Vec<String>,
 }
 
-/// Reason why a mechanism cannot be converted to MJCF.
+/// Reason why a mechanism cannot be converted to another format.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Unfit {
@@ -48,6 +46,14 @@ pub enum Unfit {
         /// The joint.
         joint: String,
     },
+    /// The format has no joints of this type.
+    #[error("{format} has no joint like `{joint}`")]
+    NoSuchJoint {
+        /// The joint.
+        joint: String,
+        /// Name of the format.
+        format: &'static str,
+    },
 }
 
 impl Unfit {
@@ -58,6 +64,7 @@ impl Unfit {
                 "give it a small mass, or leave it out and join its neighbours"
             }
             Self::CannotClose { .. } => "give one of them a small mass",
+            Self::NoSuchJoint { .. } => "use --to mjcf, or make it of several joints in the model",
         }
     }
 }

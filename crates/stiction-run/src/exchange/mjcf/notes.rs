@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use super::{friction, inertia};
-use stiction_core::mechanism::{DriveTrain, Mechanism};
+use stiction_core::mechanism::{DriveTrain, GearedDof, Mechanism};
 
 /// Omitted or changed properties, one per line.
 pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
@@ -16,9 +16,9 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     }
     if left_out > 0 {
         notes.push(format!(
-            "friction is omitted at {left_out} of {all} friction interfaces: MJCF has no \
-             friction that depends on the load or the direction, and none in a ball that closes \
-             a loop; other viscous friction becomes damping"
+            "friction at {left_out} of {all} friction interfaces is in texts that only stiction \
+             reads: MJCF has no friction that depends on the load or the direction, and none in a \
+             ball that closes a loop; other viscous friction becomes damping"
         ));
     }
     let length = mechanism.characteristic_length();
@@ -40,11 +40,34 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     if mechanism.joints().iter().any(|joint| joint.compliance.is_some()) {
         notes.push("compliances of joints are omitted".to_owned());
     }
-    let trains = mechanism.drive_trains();
-    let has_steps = |train: &&DriveTrain| tree.parts.iter().any(|p| p.joint == train.joint.0);
+    if mechanism.joints().iter().any(|joint| !joint.ranges.is_empty()) {
+        notes.push("ranges of joints are omitted: in MJCF they are stops".to_owned());
+    }
+    let on_joints = mechanism.joint_springs().iter().map(|spring| spring.name.as_str());
+    let bushings = mechanism.bushings().iter().map(|bushing| bushing.name.as_str());
+    let pushing = mechanism.springs().iter().filter(|s| s.preload != 0.0 && s.stiffness == 0.0);
+    let left: Vec<&str> =
+        on_joints.chain(bushings).chain(pushing.map(|spring| spring.name.as_str())).collect();
+    if !left.is_empty() {
+        notes.push(format!(
+            "springs on joints, bushings, and springs of constant force are left out: {}",
+            left.join(", ")
+        ));
+    }
+    let (trains, of_several): (Vec<&DriveTrain>, Vec<&DriveTrain>) =
+        mechanism.drive_trains().iter().partition(|train| train.only_dof().is_some());
+    let has_steps = |train: &&&DriveTrain| {
+        let in_tree = |driven: &GearedDof| tree.parts.iter().any(|p| p.joint == driven.joint.0);
+        train.dofs.iter().all(in_tree)
+    };
     if trains.iter().filter(has_steps).any(|train| train.gear.efficiencies() != (1.0, 1.0)) {
         notes
             .push("losses of gears are left out: MJCF has none that grow with the load".to_owned());
+    }
+    if trains.iter().any(|train| train.rotor_axis.is_some()) {
+        notes.push(
+            "axes of rotors are left out: the armature of MJCF has no gyroscopic torque".to_owned(),
+        );
     }
     let lost: Vec<_> =
         trains.iter().filter(|train| !has_steps(train)).map(|t| t.name.as_str()).collect();
@@ -52,6 +75,21 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
         notes.push(format!(
             "motors of joints that close a loop are left out, with their rotors: {}",
             lost.join(", ")
+        ));
+    }
+    if !of_several.is_empty() {
+        let names: Vec<_> = of_several.iter().map(|train| train.name.as_str()).collect();
+        notes.push(format!(
+            "motors that move several joints together are left out, with their rotors: {}",
+            names.join(", ")
+        ));
+    }
+    let large = mechanism.gearings().iter().filter(|gearing| gearing.dofs.len() > 2);
+    let large: Vec<&str> = large.map(|gearing| gearing.name.as_str()).collect();
+    if !large.is_empty() {
+        notes.push(format!(
+            "gearings of more than two joints are left out, so that the joints move independently: {}",
+            large.join(", ")
         ));
     }
     notes

@@ -1,9 +1,9 @@
 //! Bodies of the file and their joints, with unique names.
 
-use super::names::Names;
 use super::steps::{Step, steps};
 use super::tree::Tree;
 use crate::exchange::Home;
+use crate::exchange::names::Names;
 
 /// Joint of the file with its name.
 pub(super) struct NamedStep {

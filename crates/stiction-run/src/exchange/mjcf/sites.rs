@@ -2,8 +2,8 @@
 //! constraint independent of the position in which a program reads the file and of the places of
 //! its joints.
 
-use super::names::Names;
 use super::tree::{Closing, Part, Tree};
+use crate::exchange::names::Names;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Pose;
 

@@ -89,14 +89,14 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
             true => frame * product(&moves[..k]),
         };
         let axis = seen.rotation.columns[axis];
-        Step {
-            kind,
-            suffix,
-            dof,
-            position: seen.position,
-            axis: if reversed { -axis } else { axis },
-            home: if kind == Kind::Ball { 0.0 } else { coordinate(dof) },
-        }
+        let axis = if reversed { -axis } else { axis };
+        let home = if kind == Kind::Ball { 0.0 } else { coordinate(dof) };
+        // The position of a slide has no meaning in MuJoCo: it marks the joint's origin at zero.
+        let position = match kind {
+            Kind::Slide => seen.position + axis * -home,
+            _ => seen.position,
+        };
+        Step { kind, suffix, dof, position, axis, home }
     };
     let mut steps: Vec<Step> = (0..sequence.len()).map(step).collect();
     if reversed {

@@ -62,7 +62,10 @@ impl Tree {
     pub(super) fn new(mechanism: &Mechanism) -> Result<Self, Unfit> {
         let joints = mechanism.joints();
         let mut order: Vec<usize> = (0..joints.len()).collect();
-        order.sort_by_key(|&index| rank(mechanism, &joints[index]));
+        // Gearings are equations between joints of the tree.
+        let geared = mechanism.gearings().iter().flat_map(|gearing| &gearing.dofs);
+        let geared: Vec<usize> = geared.map(|dof| dof.joint.0).collect();
+        order.sort_by_key(|&index| (!geared.contains(&index), rank(mechanism, &joints[index])));
         let mut group: Vec<usize> = (0..mechanism.bodies().len()).collect();
         let mut in_tree = vec![false; joints.len()];
         for index in order {

@@ -4,9 +4,9 @@ use super::parts::{NamedPart, NamedStep, named};
 use super::sites::Sites;
 use super::steps::Kind;
 use super::tree::Tree;
-use super::xml::{Xml, numbers};
 use super::{friction, inertia};
 use crate::exchange::Home;
+use crate::exchange::xml::{Xml, numbers};
 use stiction_core::mechanism::{BodyId, GROUND_NAME, Joint};
 use stiction_core::spatial::{Pose, Quaternion};
 
@@ -64,6 +64,7 @@ impl<'a> Writer<'a> {
         self.write_springs();
         self.write_drives();
         self.write_keyframe();
+        self.write_extensions();
         self.xml.finish()
     }
 
@@ -142,8 +143,9 @@ impl<'a> Writer<'a> {
             }
             let damping = step.dof.map_or(0.0, |dof| damping[dof]);
             let trains = self.home.model.mechanism.drive_trains().iter();
-            let own =
-                trains.filter(|train| train.joint.0 == part.joint && Some(train.dof) == step.dof);
+            let own = trains.filter(|train| {
+                train.only_dof().is_some_and(|(j, dof)| j.0 == part.joint && Some(dof) == step.dof)
+            });
             let (mut armature, mut constant, mut damping) = (0.0, 0.0, damping);
             for train in own {
                 let (n, friction) = (train.transmission().abs(), train.motor_friction);

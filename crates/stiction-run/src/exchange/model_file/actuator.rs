@@ -1,18 +1,24 @@
 //! Drive trains in a model file.
 
-use stiction_core::mechanism::{DriveTrain, GearLoss, Mechanism};
+use stiction_core::mechanism::{DriveTrain, GearLoss, GearedDof, Mechanism, RotorAxis};
 use toml::{Table, Value};
 
 /// Name and table of a drive train.
 pub(super) fn table(mechanism: &Mechanism, train: &DriveTrain) -> (String, Table) {
-    let joint = &mechanism.joints()[train.joint.0];
+    let name = |driven: &GearedDof| mechanism.joints()[driven.joint.0].dof_name(driven.dof);
     let mut table = Table::new();
     let mut put = |key: &str, value: Value| table.insert(key.to_owned(), value);
     let numbers = |entries: &[(&str, Option<f64>)]| {
         let given = entries.iter().filter_map(|(key, value)| Some(((*key).to_owned(), (*value)?)));
         Value::Table(given.map(|(key, value)| (key, Value::from(value))).collect())
     };
-    put("joint", joint.dof_name(train.dof).into());
+    match &train.dofs[..] {
+        [only] => put("joint", name(only).into()),
+        several => {
+            let each = several.iter().map(|driven| (name(driven), driven.coefficient.into()));
+            put("joints", Value::Table(each.collect()))
+        }
+    };
     put("ratio", train.ratio.into());
     if let Some(lead) = train.lead {
         put("lead", lead.into());
@@ -21,6 +27,12 @@ pub(super) fn table(mechanism: &Mechanism, train: &DriveTrain) -> (String, Table
         put("share", train.share.into());
     }
     put("rotor_inertia", train.rotor_inertia.into());
+    if let Some(RotorAxis { body, axis }) = train.rotor_axis {
+        let body = mechanism.bodies()[body.0].name.as_str();
+        let axis = Value::Array(axis.to_array().map(Value::from).to_vec());
+        let entries = [("body".to_owned(), body.into()), ("axis".to_owned(), axis)];
+        put("rotor_axis", Value::Table(entries.into_iter().collect()));
+    }
     match train.gear {
         GearLoss::Efficiency { forward, backward } => {
             put("efficiency", forward.into());

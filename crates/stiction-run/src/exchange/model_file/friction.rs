@@ -8,7 +8,7 @@ use stiction_core::mechanism::Joint;
 use toml::{Table, Value};
 
 /// Table of all friction interfaces of a joint; `None` without friction.
-pub(super) fn table(joint: &Joint) -> Result<Option<Table>, Unwritable> {
+pub(in crate::exchange) fn table(joint: &Joint) -> Result<Option<Table>, Unwritable> {
     if joint.friction.is_empty() {
         return Ok(None);
     }
@@ -124,6 +124,7 @@ fn load(table: &mut Table, joint: &Joint, interface: &JointFriction) {
         supports,
         flank_cosine,
         smoothing,
+        gear: _,
     } = interface.load;
     let mut put = |key: &str, value: Value| table.insert(key.to_owned(), value);
     let radius = interface.radius.unwrap_or(0.0);

@@ -2,7 +2,7 @@
 
 use super::{Unwritable, friction, pose, rotation, vector};
 use stiction_core::joint::JointType;
-use stiction_core::mechanism::{Joint, Mechanism};
+use stiction_core::mechanism::{Joint, JointRange, Mechanism, RangeOf};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 use toml::{Table, Value};
 
@@ -36,6 +36,16 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
     if let Some(start) = start(joint) {
         put("start", start);
     }
+    // The z axes of a written S joint are those of its bodies.
+    let is_tilted = joint.joint_type == JointType::Spherical
+        && !joint.ranges.is_empty()
+        && column(&axes, 2) != Vec3::new(0.0, 0.0, 1.0);
+    if is_tilted {
+        return Err(Unwritable { joint: joint.name.clone() });
+    }
+    if let Some(range) = range(joint) {
+        put("range", range);
+    }
     if let Some(friction) = friction::table(joint)? {
         put("friction", friction.into());
     }
@@ -48,6 +58,27 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
         put("compliance", parts.into());
     }
     Ok(table)
+}
+
+/// Ranges: that of the only degree of freedom, or all by name.
+fn range(joint: &Joint) -> Option<Value> {
+    let pair = |range: &JointRange| -> Value {
+        let (least, greatest) = range.limits;
+        vec![Value::from(least), Value::from(greatest)].into()
+    };
+    let name = |of: RangeOf| match of {
+        RangeOf::Dof(dof) => joint.joint_type.dofs()[dof].name,
+        RangeOf::Tilt => "tilt",
+    };
+    match (joint.ranges.as_slice(), joint.joint_type.dofs()) {
+        ([], _) => None,
+        ([range], [_]) => Some(pair(range)),
+        (all, _) => {
+            let table: Table =
+                all.iter().map(|range| (name(range.of).to_owned(), pair(range))).collect();
+            Some(table.into())
+        }
+    }
 }
 
 const fn has_no_axes(joint_type: JointType) -> bool {

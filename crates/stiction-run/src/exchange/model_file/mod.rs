@@ -1,12 +1,13 @@
 //! Model file of a given mechanism: legs written out, expressions evaluated.
 
 mod actuator;
-mod friction;
+pub(super) mod friction;
 mod joint;
+pub(super) mod spring;
 
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction_core::kinematics::{Coordinate, Target};
-use stiction_core::mechanism::{Body, Mechanism, Spring};
+use stiction_core::mechanism::{Body, Gearing, Mechanism};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use thiserror::Error;
 use toml::{Table, Value};
@@ -68,14 +69,18 @@ pub fn model_file(
         joints.insert(written.name.clone(), joint::table(mechanism, written)?.into());
     }
     put("joints", joints.into());
-    if !mechanism.springs().is_empty() {
-        let springs = mechanism.springs().iter();
-        let springs = springs.map(|spring| (spring.name.clone(), spring_table(mechanism, spring)));
-        put("springs", named(springs));
+    if !(mechanism.springs().is_empty() && mechanism.joint_springs().is_empty()) {
+        put("springs", named(spring::tables(mechanism)));
+    }
+    if !mechanism.bushings().is_empty() {
+        put("bushings", named(spring::bushing_tables(mechanism)));
     }
     if !mechanism.drive_trains().is_empty() {
         let trains = mechanism.drive_trains().iter();
         put("actuators", named(trains.map(|train| actuator::table(mechanism, train))));
+    }
+    if !mechanism.gearings().is_empty() {
+        put("gearings", named(mechanism.gearings().iter().map(|g| gearing_table(mechanism, g))));
     }
     let here = |table: Table| named([("here".to_owned(), table)]);
     let mut default = Table::new();
@@ -99,6 +104,17 @@ pub fn model_file(
         put("default", default.into());
     }
     Ok(file.to_string())
+}
+
+/// Name and table of a gearing.
+fn gearing_table(mechanism: &Mechanism, gearing: &Gearing) -> (String, Table) {
+    let each = gearing.dofs.iter().map(|geared| {
+        let name = mechanism.joints()[geared.joint.0].dof_name(geared.dof);
+        (name, Value::from(geared.coefficient))
+    });
+    let joints = Value::Table(each.collect());
+    let entries = [("joints".to_owned(), joints), ("offset".to_owned(), gearing.offset.into())];
+    (gearing.name.clone(), entries.into_iter().collect())
 }
 
 fn named(tables: impl IntoIterator<Item = (String, Table)>) -> Value {
@@ -141,20 +157,6 @@ fn body_table(body: &Body) -> Table {
         .collect();
     table.insert("inertia".into(), inertia.into());
     table
-}
-
-fn spring_table(mechanism: &Mechanism, spring: &Spring) -> Table {
-    let name = |end: usize| Value::from(mechanism.bodies()[spring.ends[end].0].name.as_str());
-    let entries = [
-        ("from", name(0)),
-        ("at", vector(spring.points[0])),
-        ("to", name(1)),
-        ("to_at", vector(spring.points[1])),
-        ("stiffness", spring.stiffness.into()),
-        ("free_length", spring.free_length.into()),
-        ("damping", spring.damping.into()),
-    ];
-    entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
 fn motion_table(mechanism: &Mechanism, motion: &[(Coordinate, Target<f64>)]) -> Table {

@@ -4,7 +4,7 @@ use crate::breakaway::holder::Holder;
 use crate::common::*;
 use stiction_core::dynamics::{Bounds, Breakaway, FrictionMode, InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
-use stiction_run::breakaway::look;
+use stiction_run::breakaway::evaluate;
 
 /// Statics gives the static friction that raises an actuator force most, and kinematics gives the
 /// impending motion. Friction takes power from the motion, so both results agree except for normal
@@ -16,7 +16,7 @@ fn breakaway_is_at_the_ends_of_the_interval() {
     let mut compared = 0;
     for name in regular() {
         let model = model(name);
-        let Ok(found) = look(&default_job(&model, FrictionMode::Converged), Some(0.0)) else {
+        let Ok(found) = evaluate(&default_job(&model, FrictionMode::Converged), Some(0.0)) else {
             continue;
         };
         for (k, breakaway) in found.rest.breakaway.iter().enumerate() {
@@ -117,7 +117,7 @@ motion = "go"
 load = "press"
 "#;
     let model = model_of("strong", STRONG);
-    let found = look(&default_job(&model, FrictionMode::Converged), None).unwrap();
+    let found = evaluate(&default_job(&model, FrictionMode::Converged), None).unwrap();
     assert_eq!(found.forces.bounds, Bounds::Attained);
     let mut some = 0;
     for (breakaway, (low, high)) in found.rest.breakaway.iter().zip(&found.forces.effort_bounds) {

@@ -8,12 +8,12 @@ mod ways_to_hold;
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
-use stiction_run::breakaway::{Findings, look};
+use stiction_run::breakaway::{Findings, evaluate};
 
 /// A model at the start of its default motion under its default load.
 fn at_rest(text: &str) -> Findings {
     let model = model_of("rest", text);
-    look(&default_job(&model, FrictionMode::Converged), None).unwrap()
+    evaluate(&default_job(&model, FrictionMode::Converged), None).unwrap()
 }
 
 fn near(found: f64, expected: f64) {

@@ -8,6 +8,7 @@
 mod balances;
 mod changes;
 mod friction;
+mod gearings;
 mod harness;
 mod inertia;
 mod richness;

@@ -32,8 +32,8 @@ pub(crate) fn drives() -> Figure {
         title: "Driving forces".into(),
         x_label: "time [s]".into(),
         panels: vec![
-            Panel { y_label: "force [N]".into(), lines: legs(310.0).collect() },
-            Panel { y_label: "power [W]".into(), lines: legs(12.0).collect() },
+            Panel { y_label: "force [N]".into(), lines: legs(310.0).collect(), ..Panel::default() },
+            Panel { y_label: "power [W]".into(), lines: legs(12.0).collect(), ..Panel::default() },
         ],
     }
 }
@@ -56,7 +56,7 @@ pub(crate) fn colours() -> Figure {
     Figure {
         title: "All colours <b>".into(),
         x_label: "time [s]".into(),
-        panels: vec![Panel { y_label: "ratio & \"more\"".into(), lines }],
+        panels: vec![Panel { y_label: "ratio & \"more\"".into(), lines, ..Panel::default() }],
     }
 }
 
@@ -224,7 +224,11 @@ pub(crate) fn report() -> Report {
                         Figure {
                             title: HOSTILE.into(),
                             x_label: HOSTILE.into(),
-                            panels: vec![Panel { y_label: HOSTILE.into(), lines: vec![] }],
+                            panels: vec![Panel {
+                                y_label: HOSTILE.into(),
+                                lines: vec![],
+                                ..Panel::default()
+                            }],
                         },
                         "No lines.",
                     ),

@@ -1,0 +1,161 @@
+//! Several motions and loads in one run: all combinations, and their envelope.
+
+use crate::arguments::Report;
+use crate::failure::Failure;
+use crate::outputs::Outputs;
+use crate::print;
+use crate::report::{FILE, command_line};
+use crate::written::note_folder;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use stiction::Robot;
+use stiction_run::comparison::{Comparison, EffortCurves, Headline, overlay};
+
+/// A motion and a load of the run, as given, and the name of their folder.
+pub(crate) struct Case<'a> {
+    pub(crate) motion: Option<&'a str>,
+    pub(crate) load: Option<&'a str>,
+    pub(crate) name: String,
+}
+
+/// Results of one case.
+pub(crate) struct Done {
+    pub(crate) json: Value,
+    pub(crate) headlines: Vec<Headline>,
+    pub(crate) efforts: EffortCurves,
+    /// The files written.
+    pub(crate) files: Vec<PathBuf>,
+}
+
+/// The motions or loads of an option: each of a list of names or files, `a,b`, is one. A comma within
+/// assignments or within the name of an existing file separates nothing.
+pub(crate) fn separate(given: &[String]) -> Vec<&str> {
+    given.iter().flat_map(|text| separate_one(text)).collect()
+}
+
+fn separate_one(text: &str) -> Vec<&str> {
+    if text.contains('=') || !text.contains(',') || Path::new(text).exists() {
+        return vec![text];
+    }
+    text.split(',').map(str::trim).filter(|name| !name.is_empty()).collect()
+}
+
+/// All combinations of the motions and loads, with distinct names.
+pub(crate) fn cases<'a>([motions, loads]: &[Vec<&'a str>; 2]) -> Vec<Case<'a>> {
+    let each = |list: &[&'a str]| -> Vec<Option<(usize, &'a str)>> {
+        match list {
+            [] => vec![None],
+            list => list.iter().copied().enumerate().map(Some).collect(),
+        }
+    };
+    let part = |list: &[&str], given: Option<(usize, &str)>, kind: &str| {
+        let (index, text) = given.filter(|_| list.len() > 1)?;
+        Some(short_name(text).unwrap_or_else(|| format!("{kind}{}", index + 1)))
+    };
+    let mut cases: Vec<Case<'a>> = Vec::new();
+    for motion in each(motions) {
+        for load in each(loads) {
+            let parts = [part(motions, motion, "motion"), part(loads, load, "load")];
+            let name = parts.into_iter().flatten().collect::<Vec<_>>().join("-");
+            let is_new = cases.iter().all(|case| case.name != name);
+            let name = if is_new { name } else { format!("{name}-{}", cases.len() + 1) };
+            let text = |given: Option<(usize, &'a str)>| given.map(|(_, text)| text);
+            cases.push(Case { motion: text(motion), load: text(load), name });
+        }
+    }
+    cases
+}
+
+/// A name for folders: the name of a motion or load, or that of a file without its folder and
+/// extension; `None` for assignments.
+fn short_name(text: &str) -> Option<String> {
+    if text.contains('=') {
+        return None;
+    }
+    let file = text.rsplit(['/', '\\']).next().unwrap_or(text);
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+    let clean: String = stem
+        .chars()
+        .map(|c| if c.is_alphanumeric() || matches!(c, '-' | '_') { c } else { '_' })
+        .collect();
+    (!clean.is_empty()).then_some(clean)
+}
+
+/// Runs all cases by `each`, which takes the index of a case and its folder; with an output folder, each has a folder of
+/// its own below it.
+pub(crate) fn run_all(
+    robot: &Robot,
+    (folder, as_json, report): (Option<&Path>, bool, Report),
+    cases: &[Case<'_>],
+    mut each: impl FnMut(usize, Option<&Path>) -> Result<Done, Failure>,
+) -> Result<(), Failure> {
+    // The folder of the envelope, which is written last.
+    let outputs = folder.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+    outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
+    let (mut runs, mut figures, mut files) = (Vec::new(), Vec::new(), Vec::new());
+    let mut curves = Vec::new();
+    for (index, case) in cases.iter().enumerate() {
+        let own = folder.map(|dir| dir.join(&case.name));
+        if !as_json {
+            print(&format!("== {}\n", case.name))?;
+        }
+        let run = each(index, own.as_deref())
+            .map_err(|failure| in_case(failure, cases, index, folder))?;
+        if !as_json {
+            print("\n")?;
+        }
+        files.extend(run.files);
+        runs.push(json!({ "name": case.name, "summary": run.json }));
+        figures.push((case.name.clone(), run.headlines));
+        curves.push((case.name.clone(), run.efforts));
+    }
+    let comparison = Comparison::new(figures);
+    let json = json!({ "cases": runs, "envelope": comparison.json() });
+    if as_json {
+        print(&format!("{json:#}\n"))?;
+    } else {
+        let mut text = format!("== envelope of {} runs\n", cases.len());
+        // Writing to a string cannot fail.
+        let _ = comparison.write_envelope(&mut text);
+        print(&text)?;
+    }
+    if let Some(mut outputs) = outputs {
+        outputs.write("envelope.json", format!("{json:#}\n").as_bytes())?;
+        outputs.write("envelope.csv", &comparison.csv())?;
+        let title = format!("Actuator efforts: {}", robot.name());
+        let figure = overlay(title, curves);
+        if report.is_on() {
+            let title = format!("{}: envelope", robot.name());
+            let about = format!("{} runs: each figure with its worst run.", cases.len());
+            let page = comparison.report((&title, &about), &figure, Some(&command_line()));
+            outputs.write(FILE, page.as_bytes())?;
+        }
+        outputs.write_figures(vec![("drives", figure)])?;
+        files.extend(outputs.complete(&["drives.png", FILE])?);
+    }
+    if !as_json {
+        note_folder(folder, files.len());
+    }
+    report.show(folder);
+    Ok(())
+}
+
+/// Names the case that fails, the finished ones, and those that were not run.
+fn in_case(failure: Failure, cases: &[Case<'_>], failed: usize, folder: Option<&Path>) -> Failure {
+    let names = |cases: &[Case<'_>]| {
+        cases.iter().map(|case| case.name.as_str()).collect::<Vec<_>>().join(", ")
+    };
+    let mut failure = failure.in_run(format!("run `{}`", cases[failed].name));
+    let (before, after) = (&cases[..failed], &cases[failed + 1..]);
+    if !before.is_empty() {
+        let place = match folder {
+            Some(folder) => format!(", with results in {}", folder.display()),
+            None => String::new(),
+        };
+        failure = failure.note(format!("finished before: {}{place}", names(before)));
+    }
+    if !after.is_empty() {
+        failure = failure.note(format!("not run: {}", names(after)));
+    }
+    failure.note("there is no envelope")
+}

@@ -1,0 +1,41 @@
+//! `stiction export`: source code for controllers.
+
+use crate::arguments::{Export, Language, Precision, Tunable};
+use crate::failure::Failure;
+use crate::outputs::Outputs;
+use crate::sources::{self, warn};
+
+pub(crate) fn run(options: &Export) -> Result<(), Failure> {
+    let robot = sources::robot_or_default(&options.model)?;
+    warn(robot.warnings());
+    let tunes = |kind| options.tunable.contains(&kind);
+    let mut export = robot
+        .export()
+        .language(match options.to {
+            Language::C => stiction::Language::C,
+            Language::Rust => stiction::Language::Rust,
+        })
+        .precision(match options.precision {
+            Precision::Double => stiction::Precision::Double,
+            Precision::Float => stiction::Precision::Float,
+        })
+        .own_math(options.own_math)
+        .tunable(tunes(Tunable::Friction), tunes(Tunable::Masses))
+        .vectors(options.vectors as usize);
+    if let Some(name) = &options.prefix {
+        export = export.name(name);
+    }
+    if let Some(body) = &options.payload {
+        export = export.payload(body);
+    }
+    let files = export.files()?;
+    let mut outputs = Outputs::new(&options.output, robot.files_read())?;
+    outputs.refuse_interrupted()?;
+    for file in &files {
+        outputs.write(&file.name, file.text.as_bytes())?;
+    }
+    outputs.complete(&[])?;
+    let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
+    note!("wrote {} in {}", names.join(", "), options.output.display());
+    Ok(())
+}

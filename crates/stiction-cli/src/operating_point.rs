@@ -1,0 +1,99 @@
+//! `stiction equilibrium` and `stiction linearize`.
+
+use crate::arguments::{Equilibrium, Linearize, Switch};
+use crate::failure::Failure;
+use crate::fold::folded;
+use crate::outputs::Outputs;
+use crate::print;
+use crate::sources::{self, note_frictionless, warn};
+
+pub(crate) fn run_equilibrium(options: &Equilibrium) -> Result<(), Failure> {
+    equilibrium(options).map_err(|failure| failure.into_json(options.json))
+}
+
+fn equilibrium(options: &Equilibrium) -> Result<(), Failure> {
+    let robot = sources::robot_or_default(&options.model)?;
+    if !options.json {
+        warn(robot.warnings());
+    }
+    let mut request = robot.equilibrium()?;
+    for joint in &options.hold {
+        request = request.hold(joint)?;
+    }
+    if let Some(motion) = &options.motion {
+        request = request.motion(motion)?;
+    }
+    if let Some(load) = &options.load {
+        request = request.load(load)?;
+    }
+    if let Some(drives) = &options.drives {
+        request = request.drives(drives)?;
+    }
+    if let Some(start) = &options.from {
+        request = request.from(start)?;
+    }
+    if options.nearest {
+        request = request.nearest();
+    }
+    let found = request.run()?;
+    match options.json {
+        true => print(&format!("{:#}\n", found.to_json())),
+        false => print(&folded(&found.to_string())),
+    }
+}
+
+pub(crate) fn run_linearize(options: &Linearize) -> Result<(), Failure> {
+    linearize(options).map_err(|failure| failure.into_json(options.json))
+}
+
+fn linearize(options: &Linearize) -> Result<(), Failure> {
+    let robot = sources::robot_or_default(&options.model)?;
+    if !options.json {
+        warn(robot.warnings());
+        if options.friction != Some(Switch::Off) {
+            note_frictionless(&robot);
+        }
+    }
+    let mut request = robot.linearize()?;
+    if let Some(friction) = options.friction {
+        request = request.friction(friction == Switch::On);
+    }
+    for joint in &options.hold {
+        request = request.hold(joint)?;
+    }
+    if let Some(motion) = &options.motion {
+        request = request.motion(motion)?;
+    }
+    if let Some(time) = options.at {
+        request = request.at(time)?;
+    }
+    if let Some(load) = &options.load {
+        request = request.load(load)?;
+    }
+    if let Some(drives) = &options.drives {
+        request = request.drives(drives)?;
+    }
+    if let Some(start) = &options.from {
+        request = request.from(start)?;
+    }
+    // Reject an unwritable folder before the computation.
+    let mut outputs =
+        options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+    let model = request.run()?;
+    let json = format!("{:#}\n", model.json());
+    match options.json {
+        true => print(&json)?,
+        false => print(&folded(&model.to_string()))?,
+    }
+    let Some(mut outputs) = outputs.take() else { return Ok(()) };
+    for (name, table) in model.tables() {
+        outputs.write(name, table.as_bytes())?;
+    }
+    outputs.write("linearize.json", json.as_bytes())?;
+    let names = outputs.complete(&[])?;
+    if !options.json {
+        let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
+        note!("{}", folded(&format!("\nwrote {}", names.join(", "))));
+    }
+    Ok(())
+}

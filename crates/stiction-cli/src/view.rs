@@ -1,0 +1,40 @@
+//! `stiction view`: a robot and its motion, without forces.
+
+use crate::arguments::{Report, Switch, View};
+use crate::failure::Failure;
+use crate::outputs::Outputs;
+use crate::report;
+use crate::sources::{self, warn};
+use crate::written::note_files;
+use stiction::Error;
+use stiction_run::draw_view;
+
+/// Name of the moving picture.
+const PICTURE: &str = "moving.svg";
+
+pub(crate) fn run(options: &View) -> Result<(), Failure> {
+    let robot = sources::filtered_robot(&options.model, &options.filter)?;
+    warn(robot.warnings());
+    let mut request = robot.check_along();
+    if let Some(motion) = &options.motion {
+        request = request.motion(motion)?;
+    }
+    if let Some(step) = options.step {
+        request = request.step(step);
+    }
+    let job = request.job()?;
+    sources::refuse_filter(&options.filter, Some((&job.motion_name, job.motion)))?;
+    // Without a folder, the page is only looked at.
+    let shown = Report { report: Switch::On, open: options.open || options.output.is_none() };
+    let folder = shown.folder(options.output.as_deref())?;
+    let outputs = folder.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+    let Some(mut outputs) = outputs else { return Ok(()) };
+    outputs.refuse_interrupted()?;
+    let view = draw_view(&job).map_err(Error::from)?;
+    outputs.write(PICTURE, view.picture.as_bytes())?;
+    outputs.write(report::FILE, view.html.as_bytes())?;
+    let files = outputs.complete(&[])?;
+    note_files(&files, true);
+    shown.show(folder.as_deref());
+    Ok(())
+}

@@ -1,0 +1,23 @@
+//! Notes on the files that a run wrote.
+
+use crate::fold::folded;
+use std::io::{IsTerminal, stderr};
+use std::path::{Path, PathBuf};
+
+/// Names the folder with many files, or how to get them.
+pub(crate) fn note_folder(folder: Option<&Path>, files: usize) {
+    match folder {
+        Some(folder) => note!("\nwrote {files} files into {}", folder.display()),
+        None => note_files(&[], false),
+    }
+}
+
+/// Names the files that were written, or how to get them.
+pub(crate) fn note_files(files: &[PathBuf], is_asked: bool) {
+    if is_asked {
+        let names: Vec<String> = files.iter().map(|name| name.display().to_string()).collect();
+        note!("{}", folded(&format!("\nwrote {}", names.join(", "))));
+    } else if stderr().is_terminal() {
+        note!("\nTables and plots: add -o DIR");
+    }
+}

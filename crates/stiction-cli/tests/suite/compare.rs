@@ -1,0 +1,159 @@
+//! `stiction compare`, and several motions and loads of `stiction inverse`.
+
+use crate::program::Folder;
+use crate::program::models::slope;
+use serde_json::Value;
+
+/// The figure with a name, of `comparison` or `envelope`.
+fn figure<'a>(value: &'a Value, name: &str) -> &'a Value {
+    let figures = value["figures"].as_array().unwrap();
+    figures
+        .iter()
+        .find(|figure| figure["name"] == name)
+        .unwrap_or_else(|| panic!("{name}: {value}"))
+}
+
+#[test]
+fn two_variants_of_a_model() {
+    let folder = Folder::new("compare-slope");
+    folder.write("slope.toml", &slope(0.7));
+    // Without friction the drive carries the weight along the slope, 20 N sin 30 deg.
+    let options =
+        ["compare", "slope.toml", "--set-b", "bodies.block.mass=4 kg", "--friction", "off"];
+    let said = folder.stiction(&[&options[..], &["--json", "-o", "out"]].concat());
+    let value: Value = serde_json::from_str(said.succeeds()).unwrap();
+    let drives = ["A", "B"].map(|side| &value[side]["drives"]["slope"]["with_friction"]);
+    let peak = figure(&value["comparison"], "slope effort, peak");
+    for (k, drive) in drives.into_iter().enumerate() {
+        assert_eq!(peak["values"][k].as_f64().unwrap(), drive["peak"].as_f64().unwrap().abs());
+    }
+    let [a, b] = [0, 1].map(|k| peak["values"][k].as_f64().unwrap());
+    assert_eq!(peak["difference"].as_f64().unwrap(), b - a);
+    // Twice the mass, twice the weight.
+    assert!((b / a - 2.0).abs() < 1e-12, "{a} {b}");
+    for file in ["compare.csv", "compare.json", "drives.svg", "A/inverse.csv", "B/summary.json"] {
+        assert!(!folder.read(&format!("out/{file}")).is_empty(), "{file}");
+    }
+    let said = folder.stiction(&options);
+    assert!(said.succeeds().contains("B: slope: with bodies.block.mass=4 kg"));
+}
+
+#[test]
+fn wrong_comparisons_are_refused() {
+    let folder = Folder::new("compare-wrong");
+    folder.write("slope.toml", &slope(0.7));
+    folder.stiction(&["compare", "slope.toml"]).fails(2, &["no difference", "--set-b"]);
+    folder.stiction(&["compare", "-"]).fails(2, &["no difference"]);
+    folder.stiction(&["compare", "-", "-"]).fails(2, &["standard input can be read only once"]);
+    folder.stiction(&["compare", "slope.toml", "slpe"]).fails(2, &["no built-in model"]);
+}
+
+#[test]
+fn several_loads_have_an_envelope() {
+    let folder = Folder::new("envelope-slope");
+    folder.write("slope.toml", &slope(0.7));
+    let loads = ["--load", "none", "--load", "block.fz = -7 N"];
+    let said = folder
+        .stiction(&[&["inverse", "slope.toml"], &loads[..], &["--json", "-o", "out"]].concat());
+    let value: Value = serde_json::from_str(said.succeeds()).unwrap();
+    let cases = value["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 2);
+    assert_eq!([&cases[0]["name"], &cases[1]["name"]], ["none", "load2"]);
+    let worst = &figure(&value["envelope"], "slope effort, peak")["worst"];
+    let peaks = [0, 1].map(|k| {
+        cases[k]["summary"]["drives"]["slope"]["with_friction"]["peak"].as_f64().unwrap().abs()
+    });
+    assert_eq!(worst["value"].as_f64().unwrap(), peaks[0].max(peaks[1]));
+    assert_eq!(worst["run"], "load2");
+    for file in ["envelope.csv", "drives.svg", "none/inverse.csv", "load2/summary.json"] {
+        assert!(!folder.read(&format!("out/{file}")).is_empty(), "{file}");
+    }
+    // A list of names means the same.
+    let said = folder.stiction(&["inverse", "slope.toml", "--load", "none,none"]);
+    assert!(said.succeeds().contains("envelope of 2 runs"));
+}
+
+#[test]
+fn errors_name_the_model() {
+    let folder = Folder::new("compare-sides");
+    folder.write("slope.toml", &slope(0.7));
+    let command = |more: &[&str]| folder.stiction(&[&["compare", "slope.toml"], more].concat());
+    command(&["--set-b", "bodies.block.mas=1"]).fails(2, &["model B:"]);
+    command(&["--set-a", "bodies.block.mas=1"]).fails(2, &["model A:"]);
+    let said = command(&["--set-b", "bodies.block.mas=1", "--json"]);
+    let value: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(value["error"]["run"], "model B");
+}
+
+/// A slide with a motor: its figures are compared, and its limits in percent.
+#[test]
+fn motors_are_compared() {
+    let folder = Folder::new("compare-motors");
+    let motor = "[actuators.M]\njoint = \"slope\"\nlead = \"10 mm/rev\"\nrotor_inertia = \"1e-5 kg m^2\"\n\
+                 limits = { peak = \"0.1 N m\", rated = \"10 mN m\", speed = \"3000 rpm\" }\n";
+    folder.write("slope.toml", &format!("{}{motor}", slope(0.0)));
+    let said = folder.stiction(&[
+        "compare",
+        "slope.toml",
+        "--set-b",
+        "actuators.M.lead=20 mm/rev",
+        "--json",
+    ]);
+    let value: Value = serde_json::from_str(said.succeeds()).unwrap();
+    let values = |name: &str| {
+        let own = figure(&value["comparison"], name);
+        [0, 1].map(|k| own["values"][k].as_f64().unwrap())
+    };
+    // 10 N along the slope at 0.1 m/s, by the lead.
+    let torque = |lead: f64| 10.0 * lead / std::f64::consts::TAU;
+    for (found, lead) in values("M motor torque, peak").into_iter().zip([0.01, 0.02]) {
+        assert!((found / torque(lead) - 1.0).abs() < 1e-12, "{found}");
+    }
+    for (found, lead) in values("M of rated rms torque").into_iter().zip([0.01, 0.02]) {
+        assert!((found / (100.0 * torque(lead) / 0.01) - 1.0).abs() < 1e-12, "{found}");
+    }
+    let speeds = values("M motor speed, peak");
+    assert!((speeds[0] / speeds[1] - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn several_loads_of_a_simulation_have_an_envelope() {
+    let folder = Folder::new("forward-envelope");
+    folder.write("slope.toml", &slope(0.1));
+    let options = ["forward", "slope.toml", "--until", "0.1", "--load", "none"];
+    let more = ["--load", "block.fz = -7 N", "--json", "-o", "out"];
+    let said = folder.stiction(&[&options[..], &more].concat());
+    let value: Value = serde_json::from_str(said.succeeds()).unwrap();
+    let cases = value["cases"].as_array().unwrap();
+    assert_eq!([&cases[0]["name"], &cases[1]["name"]], ["none", "load2"]);
+    let worst = &figure(&value["envelope"], "slope effort, peak")["worst"];
+    let peaks = [0, 1].map(|k| {
+        let peak = &cases[k]["summary"]["drives"]["slope"]["drive"]["peak"];
+        peak.as_f64().unwrap().abs()
+    });
+    assert_eq!(worst["value"].as_f64().unwrap(), peaks[0].max(peaks[1]));
+    for file in ["envelope.csv", "drives.svg", "none/forward.csv", "load2/summary.json"] {
+        assert!(!folder.read(&format!("out/{file}")).is_empty(), "{file}");
+    }
+    // Each load alone gives the same table.
+    folder.stiction(&[&options[..], &["-o", "alone"]].concat()).succeeds();
+    assert_eq!(folder.read("alone/forward.csv"), folder.read("out/none/forward.csv"));
+    folder
+        .stiction(&[&options[..], &["--load", "none", "--resume", "-o", "out"]].concat())
+        .fails(2, &["--resume takes one load"]);
+}
+
+/// The failing one of several runs is named, with those that are finished.
+#[test]
+fn a_failing_run_is_named() {
+    let folder = Folder::new("envelope-fails");
+    let four = ["inverse", "five-bar", "--motion", "circle"];
+    // The tool leaves its workspace.
+    let far = "tool.x = 0.1 m + 2 m/s*t; tool.y = 0.3 m; duration = 1";
+    let more = ["--motion", far, "-o", "out"];
+    let said = folder.stiction(&[&four[..], &more].concat());
+    assert_ne!(said.code, 0);
+    assert!(said.err.contains("run `motion2`"), "{}", said.err);
+    assert!(said.err.contains("finished before: circle"), "{}", said.err);
+    assert!(!folder.read("out/circle/inverse.csv").is_empty());
+}

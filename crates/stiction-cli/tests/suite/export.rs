@@ -1,0 +1,57 @@
+//! The command `stiction export`.
+
+use crate::program::Folder;
+
+const FILES: [&str; 7] =
+    ["CMakeLists.txt", "Makefile", "README.md", "selftest.c", "vectors.csv", "NAME.c", "NAME.h"];
+
+fn files(name: &str) -> Vec<String> {
+    let mut files: Vec<String> = FILES.iter().map(|file| file.replace("NAME", name)).collect();
+    files.sort();
+    files
+}
+
+/// All files appear, the same for the same input, with changed values in the parameters.
+#[test]
+fn an_export_is_complete_and_reproducible() {
+    let folder = Folder::new("export");
+    let export = |out: &str, more: &[&str]| {
+        let common = ["export", "five-bar", "--to", "c", "--vectors", "20", "-o", out];
+        folder.stiction(&[&common, more].concat()).succeeds();
+        Folder(folder.0.join(out))
+    };
+    let (first, second) = (export("a", &[]), export("b", &[]));
+    assert_eq!(first.files(), files("five_bar"));
+    for file in first.files() {
+        assert_eq!(first.read(&file), second.read(&file), "{file}");
+    }
+    assert!(first.read("vectors.csv").lines().count() > 10);
+    let changed =
+        export("c", &["--set", "tool.mass=0.7kg", "--name", "arm", "--precision", "float"]);
+    assert_eq!(changed.files(), files("arm"));
+    assert!(changed.read("arm.h").contains("typedef float arm_real;"));
+    let loaded = export("d", &["--tunable", "masses", "--payload", "tool"]);
+    let header = loaded.read("five_bar.h");
+    for field in ["mass[", "payload[4]"] {
+        assert!(header.contains(field), "{field}");
+    }
+    assert!(!header.contains(" mu["));
+    folder.stiction(&["export", "five-bar", "--to", "rust", "-o", "r"]).succeeds();
+    let names = ["Makefile", "README.md", "five_bar.rs", "selftest.rs", "vectors.csv"];
+    assert_eq!(Folder(folder.0.join("r")).files(), names);
+}
+
+/// Robots and options that are not possible are refused with a reason, and nothing is written.
+#[test]
+fn impossible_exports_are_refused() {
+    let folder = Folder::new("export-wrong");
+    let refused = |arguments: &[&str], texts: &[&str]| {
+        folder.stiction(&[&["export"], arguments, &["-o", "code"]].concat()).fails(2, texts);
+        assert!(folder.files().is_empty(), "{arguments:?}");
+    };
+    refused(&["zhang2018", "--to", "c"], &["no code for `zhang2018`", "help: "]);
+    refused(&["five-bar", "--to", "c", "--name", "a/b"], &["for example `a_b`"]);
+    refused(&["five-bar", "--to", "c", "--payload", "tol"], &["no body `tol`", "`tool`"]);
+    refused(&["five-bar", "--to", "rust", "--own-math"], &["--own-math"]);
+    refused(&["five-bar", "--to", "pascal"], &["pascal"]);
+}

@@ -1,0 +1,289 @@
+//! `stiction sweep`: values, parts, threads, interruptions, bad input.
+
+use crate::program::{Folder, Said};
+use serde_json::Value;
+use std::fs;
+
+const OBJECTIVES: [&str; 8] = [
+    "peak(left_motor.effort)",
+    "rms(left_motor.drive)",
+    "mean(right_motor.drive)",
+    "min(distance.actuation)",
+    "max(right_motor.drive_high)",
+    "range(left_motor.position)",
+    "final(left_motor.speed)",
+    "work(right_motor.power)",
+];
+
+fn with_objectives<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+    let mut all = arguments.to_vec();
+    OBJECTIVES.iter().for_each(|objective| all.extend(["--objective", objective]));
+    all
+}
+
+/// Rows of a CSV table as texts by header.
+fn rows(text: &str) -> (Vec<String>, Vec<Vec<String>>) {
+    let split = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let mut lines = text.lines().map(split);
+    (lines.next().unwrap(), lines.collect())
+}
+
+fn column(text: &str, header: &str) -> Vec<f64> {
+    let (headers, rows) = rows(text);
+    let at = headers.iter().position(|name| name == header).unwrap_or_else(|| panic!("{header}"));
+    rows.iter().map(|row| row[at].parse().unwrap()).collect()
+}
+
+fn run(folder: &Folder, arguments: &[&str]) -> Said {
+    let said = folder.stiction(arguments);
+    assert_eq!(said.code, 0, "{}", said.err);
+    said
+}
+
+/// Every statistic, computed here from the table that `inverse --set` writes.
+#[test]
+fn values_are_statistics_of_the_tables_of_inverse() {
+    let folder = Folder::new("sweep-values");
+    let sweep = ["sweep", "five-bar", "--vary", "crank = [190 mm, 230 mm]", "-o", "s"];
+    run(&folder, &with_objectives(&sweep));
+    let table = folder.read("s/sweep.csv");
+    for (k, crank) in ["crank=190mm", "crank=230mm"].into_iter().enumerate() {
+        run(&folder, &["inverse", "five-bar", "--set", crank, "-o", "i"]);
+        let inverse = folder.read("i/inverse.csv");
+        let of = |name: &str| column(&inverse, name);
+        let time = of("time [s]");
+        let n = time.len() as f64;
+        let left = of("left_motor.drive [N m]");
+        let power = of("right_motor.power [W]");
+        let position = of("left_motor.position [rad]");
+        let greatest = |values: &[f64]| values.iter().copied().fold(f64::MIN, f64::max);
+        let least = |values: &[f64]| values.iter().copied().fold(f64::MAX, f64::min);
+        let expected = [
+            ("peak(left_motor.effort) [N m]", greatest(&left).max(-least(&left))),
+            ("rms(left_motor.drive) [N m]", (left.iter().map(|x| x * x).sum::<f64>() / n).sqrt()),
+            (
+                "mean(right_motor.drive) [N m]",
+                of("right_motor.drive [N m]").iter().sum::<f64>() / n,
+            ),
+            ("min(distance.actuation) [-]", least(&of("distance.actuation [-]"))),
+            ("max(right_motor.drive_high) [N m]", greatest(&of("right_motor.drive_high [N m]"))),
+            ("range(left_motor.position) [rad]", greatest(&position) - least(&position)),
+            ("final(left_motor.speed) [rad/s]", *of("left_motor.speed [rad/s]").last().unwrap()),
+            (
+                "work(right_motor.power) [J]",
+                (1..time.len())
+                    .map(|k| 0.5 * (power[k] + power[k - 1]) * (time[k] - time[k - 1]))
+                    .sum(),
+            ),
+        ];
+        for (header, expected) in expected {
+            // The sums are in another order.
+            let found = column(&table, header)[k];
+            assert!(
+                (found - expected).abs() <= 1e-13 * expected.abs().max(1.0),
+                "{header}: {found}"
+            );
+        }
+    }
+    assert!(folder.read("s/sweep.svg").starts_with("<svg"));
+    let json: Value = serde_json::from_str(&folder.read("s/sweep.json")).unwrap();
+    assert_eq!((json["rows"].as_u64(), json["ok"].as_u64()), (Some(2), Some(2)));
+    let peak = &json["objectives"]["peak(left_motor.effort) [N m]"];
+    assert_eq!(peak["greatest"]["settings"]["crank [mm]"], 230.0);
+}
+
+/// Threads and parts do not change a byte.
+#[test]
+fn threads_and_merged_parts_give_the_same_bytes() {
+    let folder = Folder::new("sweep-parts");
+    folder.write(
+        "designs.csv",
+        "crank [mm],tool.mass\n190,0.5 kg\n1,0.5\n200,\n210,heavy\n220,1\n230,0.9 kg\n240,0.1\n",
+    );
+    let sweep = |more: &[&str]| {
+        let all = [
+            "sweep",
+            "five-bar",
+            "--table",
+            "designs.csv",
+            "--objective",
+            "peak(left_motor.effort)",
+        ];
+        run(&folder, &[&all[..], more].concat())
+    };
+    sweep(&["-o", "one", "--threads", "1"]);
+    sweep(&["-o", "many", "--threads", "4"]);
+    let whole = folder.read("one/sweep.csv");
+    assert_eq!(whole, folder.read("many/sweep.csv"));
+    for part in ["1/3", "2/3", "3/3"] {
+        sweep(&["-o", &format!("part{}", &part[..1]), "--shard", part]);
+    }
+    let said = run(&folder, &["sweep", "--merge", "part3", "part1", "part2", "-o", "all"]);
+    assert!(said.out.contains("7 designs: 5 ok, 2 without results"), "{}", said.out);
+    assert_eq!(folder.read("all/sweep.csv"), whole);
+    let (headers, rows) = rows(&whole);
+    assert_eq!(
+        headers,
+        ["row", "crank [mm]", "tool.mass", "peak(left_motor.effort) [N m]", "status"]
+    );
+    let words: Vec<&str> = rows.iter().map(|row| row[4].split(' ').next().unwrap()).collect();
+    assert_eq!(words, ["ok", "no", "ok", "failed:", "ok", "ok", "ok"]);
+
+    let refused = |arguments: &[&str], words: &str| {
+        let said = folder.stiction(arguments);
+        assert_eq!(said.code, 2);
+        assert!(said.err.contains(words), "{}", said.err);
+    };
+    refused(&["sweep", "--merge", "part1", "part2", "-o", "x"], "part 3 of 3 is missing");
+    refused(
+        &["sweep", "--merge", "part1", "part1", "part2", "-o", "x"],
+        "part 1 of 3 is given twice",
+    );
+    refused(&["sweep", "--merge", "part1", "one", "-o", "x"], "are not parts of one study");
+    refused(&["sweep", "--merge", "nowhere", "-o", "x"], "not the folder of a complete part");
+}
+
+/// Sampled designs are equal in every run, and a longer Sobol design begins with a shorter one.
+#[test]
+fn sampled_designs_can_be_repeated() {
+    let folder = Folder::new("sweep-sampled");
+    let sweep = |more: &[&str]| {
+        let all = [
+            "sweep",
+            "five-bar",
+            "--motion",
+            "duration = 0; tool.y = 380 mm",
+            "--vary",
+            "motion.tool.x = -50 mm..50 mm",
+            "--vary",
+            "tool.mass = 0.2 kg..2 kg",
+            "--objective",
+            "peak(left_motor.effort)",
+            "-o",
+            "out",
+        ];
+        run(&folder, &[&all[..], more].concat());
+        folder.read("out/sweep.csv")
+    };
+    let sobol = sweep(&["--design", "sobol", "--samples", "8"]);
+    assert!(sweep(&["--design", "sobol", "--samples", "12"]).starts_with(&sobol));
+    assert_eq!(column(&sobol, "motion.tool.x [mm]")[..4], [-50.0, 0.0, 25.0, -25.0]);
+    let shifted = sweep(&["--design", "sobol", "--samples", "8", "--seed", "1"]);
+    assert_ne!(shifted, sobol);
+    let cube = sweep(&["--design", "lhs", "--samples", "10", "--seed", "7"]);
+    assert_eq!(cube, sweep(&["--design", "lhs", "--samples", "10", "--seed", "7"]));
+    let mut places: Vec<i64> =
+        column(&cube, "motion.tool.x [mm]").iter().map(|x| ((x + 50.0) / 10.0) as i64).collect();
+    places.sort_unstable();
+    assert_eq!(places, (0..10).collect::<Vec<_>>());
+}
+
+/// Killed twice, the study continues and has the bytes of one that was not.
+#[test]
+#[cfg(unix)]
+fn a_killed_study_continues_to_the_same_bytes() {
+    let folder = Folder::new("sweep-killed");
+    let arguments = [
+        "sweep",
+        "3rps",
+        "--vary",
+        "legs.P.friction.mu = 0.05..0.3 in 100",
+        "--vary",
+        "home_height = 500 mm..600 mm in 5",
+        "--friction",
+        "on",
+        "--step",
+        "5 ms",
+        "--objective",
+        "peak(leg1.P.effort)",
+        "--threads",
+        "2",
+    ];
+    let with = |more: &[&'static str]| [&arguments[..], more].concat();
+    run(&folder, &with(&["-o", "whole"]));
+    for resumed in [&[][..], &["--resume"]] {
+        let partial = folder.0.join("out/sweep.partial.csv");
+        let length = fs::metadata(&partial).map_or(0, |about| about.len());
+        let grown = || fs::metadata(&partial).is_ok_and(|about| about.len() > length + 1000);
+        let mut child = folder.begin(&with(&[&["-o", "out"][..], resumed].concat()), grown);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(!folder.0.join("out/sweep.csv").exists(), "the study ended too early to be killed");
+    }
+    // A row that was cut is computed again.
+    let partial = folder.0.join("out/sweep.partial.csv");
+    let text = fs::read(&partial).unwrap();
+    fs::write(&partial, &text[..text.len() - 7]).unwrap();
+    let refused = folder.stiction(&with(&["-o", "out"]));
+    assert!(
+        refused.code == 2 && refused.err.contains("holds an interrupted study"),
+        "{}",
+        refused.err
+    );
+    let other = folder.stiction(&with(&["-o", "out", "--resume", "--load", "none"]));
+    assert!(other.code == 2 && other.err.contains("belongs to another study"), "{}", other.err);
+    run(&folder, &with(&["-o", "out", "--resume"]));
+    for file in ["sweep.csv", "sweep.svg", "sweep.json"] {
+        assert!(
+            folder.read(&format!("out/{file}")) == folder.read(&format!("whole/{file}")),
+            "{file}"
+        );
+    }
+    assert_eq!(Folder(folder.0.join("out")).files(), Folder(folder.0.join("whole")).files());
+}
+
+/// A study in which no design has results fails, and says the first reason.
+#[test]
+fn a_study_without_results_fails() {
+    let folder = Folder::new("sweep-fails");
+    let base =
+        ["sweep", "five-bar", "--objective", "peak(left_motor.effort)", "-o", "out", "--vary"];
+    let said = folder.stiction(&[&base[..], &["crank = 1 mm..2 mm in 2"]].concat());
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("no design has results; row 1: no answer: "), "{}", said.err);
+    assert!(folder.read("out/sweep.csv").lines().count() == 3);
+    let said = folder.stiction(&[&base[..], &["crank = [1 kg]"]].concat());
+    assert_eq!(said.code, 2);
+}
+
+/// Messages on defective arguments.
+#[test]
+fn bad_arguments_are_explained() {
+    let folder = Folder::new("sweep-bad");
+    folder.write("odd.csv", "crank [mm],crank\n1,2\n");
+    folder.write("short.csv", "crank [mm]\n");
+    let peak = ["--objective", "peak(left_motor.effort)"];
+    let cases: &[&[&str]] = &[
+        &["sweep"],
+        &["sweep", "five-bar"],
+        &["sweep", "five-bar", "--vary", "crank = 1 mm..2 mm"],
+        &[
+            "sweep",
+            "five-bar",
+            "--vary",
+            "crank = 1 mm..2 mm in 2",
+            "--design",
+            "sobol",
+            "--samples",
+            "3",
+        ],
+        &["sweep", "five-bar", "--vary", "crank = 1 mm..2 mm", "--design", "lhs"],
+        &["sweep", "five-bar", "--vary", "crank = 1..2 in 2", "--samples", "3"],
+        &["sweep", "five-bar", "--vary", "crank = [1]", "--vary", "crank = [2]"],
+        &["sweep", "five-bar", "--vary", "cranc = [1]"],
+        &["sweep", "five-bar", "--vary", "crank"],
+        &["sweep", "five-bar", "--table", "odd.csv"],
+        &["sweep", "five-bar", "--table", "short.csv"],
+        &["sweep", "five-bar", "--table", "none.csv"],
+        &["sweep", "five-bar", "--vary", "crank = [1]", "--resume", "-o", "out"],
+        &["sweep", "five-bar", "--vary", "load.tool.fx = [1]", "--load", "none"],
+    ];
+    let mut all = String::new();
+    for case in cases {
+        let said = folder.stiction(&[*case, &peak[..]].concat());
+        assert_eq!((said.code, said.out.as_str()), (2, ""), "{case:?}");
+        all += &format!("$ {}\n{}\n", case.join(" "), said.err);
+    }
+    insta::assert_snapshot!(all);
+    assert!(!folder.0.join("out").exists());
+}

@@ -1,0 +1,79 @@
+//! Extreme efforts over static friction by the responses to unit frictions, for couplings so weak
+//! that every static friction has a single solution.
+//!
+//! Equation (R1) of the book's theory.
+
+use super::bounds::{Extreme, Goal, StaticFriction};
+use crate::dynamics::coupling::{Acting, FrictionCoupling, Start};
+use crate::dynamics::inverse::Inverse;
+use crate::dynamics::settings::Settings;
+use crate::friction_problem::normal_load::Configuration;
+use crate::topology::Topology;
+
+/// Largest number of updates of the directions: more than in the search by complete solutions,
+/// because each costs little.
+const ROUNDS: usize = 16;
+
+/// Search over the static friction of the interfaces at rest.
+pub(super) struct Search<'a> {
+    pub(super) coupling: &'a mut FrictionCoupling,
+    pub(super) inverse: &'a Inverse<f64>,
+    pub(super) topology: &'a Topology,
+    pub(super) at: Configuration<'a>,
+    pub(super) settings: &'a Settings,
+    /// Interfaces at rest, without static friction.
+    pub(super) released: &'a [StaticFriction],
+}
+
+impl Search<'_> {
+    /// Finds the largest (smallest) value that static friction can give to an effort. The slopes of
+    /// the effort are exact, from the adjoint of the coupled problem; each value is that of
+    /// frictions that satisfy all laws. `None` if Newton's method fails.
+    pub(super) fn extreme(&mut self, goal: Goal) -> Option<Extreme> {
+        let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
+        let mut frictions = self.released.to_vec();
+        let mut slopes = Vec::new();
+        self.settle(&frictions, Start::Uncoupled)?;
+        for round in 0..ROUNDS {
+            self.coupling.slopes(goal.actuator, self.at, &mut slopes)?;
+            let next: Vec<StaticFriction> = frictions
+                .iter()
+                .map(|friction| {
+                    let own = &slopes[self.coupling.components(friction.interface)];
+                    friction.towards(own.iter().map(|slope| goal.sense * slope))
+                })
+                .collect();
+            if next.iter().zip(&frictions).all(|(next, friction)| next.is_near(friction)) {
+                break;
+            }
+            frictions = next;
+            // Directions change little after the first update.
+            let start = if round == 0 { Start::Uncoupled } else { Start::Last };
+            self.settle(&frictions, start)?;
+            let effort = self.coupling.effort(goal.actuator);
+            let Extreme { least, greatest } = found;
+            found = Extreme { least: least.min(effort), greatest: greatest.max(effort) };
+        }
+        Some(found)
+    }
+
+    /// Solves with these static frictions.
+    fn settle(&mut self, frictions: &[StaticFriction], start: Start<'_>) -> Option<()> {
+        let Self { inverse, topology, at, settings, .. } = self;
+        let mut next = frictions.iter().peekable();
+        let acting = inverse.interfaces().iter().enumerate().map(|(interface, state)| {
+            let Some(friction) = next.next_if(|friction| friction.interface == interface) else {
+                return Acting::of(state, [0.0; 3]);
+            };
+            // The limit may depend on the direction.
+            let mut state = *state;
+            let content = &at.parameters.interfaces[interface];
+            let pitch = at.parameters.pitch[content.joint];
+            let held = friction.direction;
+            state.update_slip(topology, content, pitch, at.bodies, settings.rest_speed, held);
+            Acting::of(&state, held)
+        });
+        self.coupling.act(acting, self.at);
+        self.coupling.settle(self.at, start).then_some(())
+    }
+}

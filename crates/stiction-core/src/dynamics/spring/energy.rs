@@ -1,0 +1,82 @@
+//! Energy and power of springs, from lengths, coordinates and deflections instead of wrenches: an independent check of
+//! these.
+
+use super::bushing::BushingForce;
+use super::{SpringForce, joint};
+use crate::kinematics::Bodies;
+use crate::parameters::{BushingParameters, JointSpringParameters, Parameters, SpringParameters};
+use crate::spatial::{Twist, Vec3, Wrench};
+
+/// Energy and power of one spring or bushing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SpringPower {
+    /// Stored energy, J; with a preload, relative to the rest position.
+    pub(crate) energy: f64,
+    /// Rate of change of the stored energy, W.
+    pub(crate) energy_rate: f64,
+    /// Power dissipated by the damper, W.
+    pub(crate) dissipated: f64,
+    /// Velocities of both bodies times the wrench, as magnitudes, W: the scale of round-off in the power.
+    pub(crate) turnover: f64,
+}
+
+/// Energy and power of all springs and bushings.
+pub(crate) fn spring_powers<'a>(
+    parameters: &'a Parameters<f64>,
+    bodies: &'a Bodies<f64>,
+) -> impl Iterator<Item = SpringPower> + 'a {
+    let of_points = parameters.springs.iter().map(|spring| of_spring(spring, bodies));
+    let joints = parameters.joint_springs.iter().zip(&bodies.spring_coordinates);
+    let of_joints = joints.map(|(spring, &coordinate)| of_joint(spring, bodies, coordinate));
+    let of_bushings = parameters.bushings.iter().map(|bushing| of_bushing(bushing, bodies));
+    of_points.chain(of_joints).chain(of_bushings)
+}
+
+fn of_spring(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> SpringPower {
+    let now = SpringForce::of(spring, bodies);
+    let longer = now.length - spring.free_length;
+    SpringPower {
+        energy: 0.5 * spring.stiffness * longer * longer - spring.preload * longer,
+        energy_rate: (spring.stiffness * longer - spring.preload) * now.rate,
+        dissipated: spring.damping * now.rate * now.rate,
+        turnover: now.turnover(spring, bodies),
+    }
+}
+
+fn of_joint(
+    spring: &JointSpringParameters<f64>,
+    bodies: &Bodies<f64>,
+    coordinate: f64,
+) -> SpringPower {
+    let rate = joint::rate(spring, bodies);
+    let off = coordinate - spring.rest;
+    let wrench = joint::wrench(spring, bodies, coordinate);
+    let at = bodies.frame_k[spring.joint].position;
+    SpringPower {
+        energy: 0.5 * spring.stiffness * off * off - spring.preload * off,
+        energy_rate: (spring.stiffness * off - spring.preload) * rate,
+        dissipated: spring.damping * rate * rate,
+        turnover: spring.ends.iter().map(|&body| size(bodies.twist[body], wrench, at)).sum(),
+    }
+}
+
+fn of_bushing(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> SpringPower {
+    let now = BushingForce::of(bushing, bodies);
+    let (force, moment) = bushing.stiffness.times(now.deflection);
+    let (displacement, rotation) = now.deflection;
+    let (linear, rotation_rate) = now.deflection_rate;
+    let (damping_force, damping_moment) = bushing.damping.times((linear, now.angular));
+    let at = (bodies.pose[bushing.ends[1]] * bushing.frames[1]).position;
+    SpringPower {
+        energy: 0.5 * (force.dot(displacement) + moment.dot(rotation)),
+        energy_rate: force.dot(linear) + moment.dot(rotation_rate),
+        dissipated: damping_force.dot(linear) + damping_moment.dot(now.angular),
+        turnover: bushing.ends.iter().map(|&body| size(bodies.twist[body], now.wrench, at)).sum(),
+    }
+}
+
+/// Magnitudes of velocity and angular velocity times those of force and moment at a point.
+fn size(twist: Twist<f64>, wrench: Wrench<f64>, point: Vec3<f64>) -> f64 {
+    twist.velocity_at(point).norm() * wrench.force.norm()
+        + twist.angular.norm() * wrench.moment_about(point).norm()
+}

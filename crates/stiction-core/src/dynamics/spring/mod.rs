@@ -1,0 +1,96 @@
+//! Spring forces at one instant.
+//!
+//! Equation (B10) of the book's theory.
+
+mod bushing;
+mod energy;
+mod fault;
+mod joint;
+
+pub(crate) use energy::spring_powers;
+pub(crate) use fault::SpringFault;
+
+use crate::kinematics::Bodies;
+use crate::parameters::{Parameters, SpringParameters};
+use crate::scalar::Scalar;
+use crate::spatial::{Vec3, Wrench};
+
+/// Length, rate and force of a spring at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpringForce<T> {
+    /// Distance between its ends, m.
+    pub length: T,
+    /// Rate of that distance, m/s; zero if the ends coincide.
+    pub rate: T,
+    /// Force along the line between the ends, N; positive in tension.
+    pub tension: T,
+    /// Wrench on the body of the second end about the reference point, world axes; its negative
+    /// acts on the body of the first end.
+    pub wrench: Wrench<T>,
+}
+
+impl<T: Scalar> SpringForce<T> {
+    /// Spring force from poses and twists of the bodies.
+    ///
+    /// If the ends coincide, the direction is undefined, and only the linear part `stiffness *
+    /// span` of the force, which is zero, remains; see [`Self::has_direction`].
+    // Not inlined: few mechanisms have springs, and every kernel of every scalar would grow.
+    #[inline(never)]
+    pub fn of(spring: &SpringParameters<T>, bodies: &Bodies<T>) -> Self {
+        let [from, to] = spring.ends;
+        let a = bodies.pose[from].apply(spring.points[0]);
+        let b = bodies.pose[to].apply(spring.points[1]);
+        let span = b - a;
+        let length = span.norm();
+        let over = length.if_positive(length.if_positive(length, T::one()).recip(), T::zero());
+        let direction = span * over;
+        let approach = bodies.twist[to].velocity_at(b) - bodies.twist[from].velocity_at(a);
+        let rate = direction.dot(approach);
+        // Without a free length the force is linear in `span`, also through zero.
+        let along = spring.damping * rate - spring.stiffness * spring.free_length - spring.preload;
+        let force = -(span * spring.stiffness + direction * along);
+        let tension = spring.stiffness * length + along;
+        Self { length, rate, tension, wrench: Wrench { force, moment: b.cross(force) } }
+    }
+}
+
+/// Passes the wrench of each spring and bushing on its second body to `apply`, with the two bodies; its negative acts on the
+/// first. Wrenches are about the reference point, in world axes.
+// Not inlined: few mechanisms have springs, and inlined kernels of nested scalars take minutes to compile.
+#[inline(never)]
+pub(crate) fn spring_wrenches<T: Scalar>(
+    parameters: &Parameters<T>,
+    bodies: &Bodies<T>,
+    mut apply: impl FnMut([usize; 2], Wrench<T>),
+) {
+    for spring in &parameters.springs {
+        apply(spring.ends, SpringForce::of(spring, bodies).wrench);
+    }
+    for (spring, &coordinate) in parameters.joint_springs.iter().zip(&bodies.spring_coordinates) {
+        apply(spring.ends, joint::wrench(spring, bodies, coordinate));
+    }
+    for spring in &parameters.bushings {
+        apply(spring.ends, bushing::BushingForce::of(spring, bodies).wrench);
+    }
+}
+
+impl SpringForce<f64> {
+    /// True if the direction of the force is defined, or the force needs none. `length` is the
+    /// characteristic length, m.
+    pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {
+        // Closer ends define no direction: it would be round-off of the poses.
+        const APART: f64 = 1e-12;
+        let offset = spring.stiffness * spring.free_length + spring.preload;
+        let needs_none = offset == 0.0 && spring.damping == 0.0;
+        needs_none || self.length > APART * length
+    }
+
+    /// Speeds of both ends times the force, W: the scale of round-off in the power.
+    pub fn turnover(&self, spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> f64 {
+        let speed = |(&body, &point): (&usize, &Vec3<f64>)| {
+            bodies.twist[body].velocity_at(bodies.pose[body].apply(point)).norm()
+        };
+        let speeds: f64 = spring.ends.iter().zip(&spring.points).map(speed).sum();
+        speeds * self.wrench.force.norm()
+    }
+}

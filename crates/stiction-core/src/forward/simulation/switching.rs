@@ -1,0 +1,304 @@
+//! Switching functions of the inputs: steps end where one changes its sign.
+
+use super::between::Course;
+use super::stepping::LONGEST_WAIT;
+use super::{Event, EventKind, Method, Simulation};
+use crate::forward::error::ForwardError;
+use crate::forward::inputs::Inputs;
+
+/// Instants within a step at which the switching functions are sampled, besides its ends.
+const SAMPLES: usize = 3;
+/// A minimum between samples is searched if the tangents at its two sides meet below this fraction of the lesser of them.
+const NEAR_ZERO: f64 = 0.2;
+/// Golden-section iterations of that search.
+const SECTIONS: usize = 24;
+/// Longest time step, s, over which a switching function may be on the wrong side.
+const CHATTER: f64 = 1e-5;
+/// Changes of sides at one instant, for each switching function, after which they do not settle.
+const MOST_AT_ONCE: usize = 3;
+/// Changes of sides in quick succession after which a formula chatters, and the longest time between two of them, s.
+const MOST_CHANGES: usize = 2000;
+const QUICK: f64 = 4.0 * CHATTER;
+/// Part of the distance between two samples over which slopes are measured.
+const SLOPE: f64 = 1e-3;
+/// Part of an interval after which a function that is zero at its start shows its side.
+const BEYOND: f64 = 1e-6;
+/// Relative length of the interval to which a change of sign is located.
+const FINE: f64 = 1e-14;
+
+/// Values of the switching functions at an instant, positive on the present sides.
+struct SwitchValues {
+    time: f64,
+    values: Vec<f64>,
+}
+
+impl<'a> Simulation<'a> {
+    /// The switching function that ended the simulation before the requested time, if one did; see
+    /// [`Inputs::ends_at`].
+    pub fn ended_by(&self) -> Option<usize> {
+        self.ended_by.filter(|_| !self.last_step.shows)
+    }
+
+    /// Returns whether the simulation has ended and shows its end.
+    pub(super) fn is_over(&self) -> bool {
+        self.ended_by().is_some()
+    }
+
+    /// Ends the simulation at its start if a switching function demands it.
+    pub(super) fn end_at_start(&mut self, inputs: &dyn Inputs) {
+        let ends = |k: &usize| !self.input.sides[*k] && inputs.ends_at(*k);
+        self.ended_by = (0..self.input.sides.len()).find(ends);
+        if let Some(switch) = self.ended_by {
+            self.events.push(Event { time: self.now.time, kind: EventKind::Ends { switch } });
+        }
+    }
+
+    /// Looks for the first change of sign within the last step. If there is one, returns to the start
+    /// of the step, and the next steps lead to that change.
+    pub(super) fn goes_back_to_switch(
+        &mut self,
+        inputs: &mut dyn Inputs,
+    ) -> Result<bool, ForwardError> {
+        if self.input.sides.is_empty() || self.now.time == self.switch_at {
+            return Ok(false);
+        }
+        let Some((time, switching)) = self.first_switch(inputs)? else { return Ok(false) };
+        let from = self.last_step.numbers[0];
+        let ends = (0..switching.len()).any(|k| switching[k] && inputs.ends_at(k));
+        let is_short = self.now.time - from <= CHATTER || self.shortened_at == from;
+        // The simulation may have left time stepping at the end of the step.
+        let was_time_step = matches!(self.last_step.course, Course::Chord);
+        if time >= self.now.time || was_time_step && is_short && !ends {
+            // Short time steps end beside the change.
+            (self.switch_at, self.switching) = (self.now.time, switching);
+            return Ok(false);
+        }
+        let numbers = std::mem::take(&mut self.last_step.numbers);
+        // Repeated evaluations count: a simulation that only repeats steps stalls.
+        let evaluations = self.evaluations;
+        self.take_state(&numbers);
+        self.evaluations = evaluations;
+        self.last_step.numbers = numbers;
+        self.events.truncate(self.last_step.events);
+        self.workspace.loads.clear();
+        self.workspace.conditions_hold = false;
+        (self.switch_at, self.switching) = (time, switching);
+        if time > self.now.time {
+            return Ok(true);
+        }
+        if let Some(stepping) = &mut self.stepping
+            && !ends
+        {
+            // It may change back and forth: shorter time steps, without location.
+            self.shortened_at = from;
+            (stepping.step, self.switch_at) = (CHATTER.min(stepping.step), f64::INFINITY);
+            return Ok(true);
+        }
+        self.switch(inputs)?;
+        Ok(true)
+    }
+
+    /// Changes the sides of the switching functions that are zero at the present instant.
+    pub(super) fn switch(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        if self.now.time != self.switch_at {
+            return Ok(());
+        }
+        self.switch_at = f64::INFINITY;
+        for k in 0..self.switching.len() {
+            if !std::mem::take(&mut self.switching[k]) {
+                continue;
+            }
+            self.input.sides[k] = !self.input.sides[k];
+            self.check_chatter(k, inputs)?;
+            if !self.input.sides[k] && inputs.ends_at(k) && self.ended_by.is_none() {
+                self.ended_by = Some(k);
+                let kind = EventKind::Ends { switch: k };
+                self.events.push(Event { time: self.now.time, kind });
+            }
+        }
+        if self.stepping.is_some() {
+            return Ok(());
+        }
+        let (count, since) = self.switches_at_once;
+        let count = if since == self.now.time { count + 1 } else { 1 };
+        self.switches_at_once = (count, self.now.time);
+        let chatters = count > MOST_AT_ONCE * self.switching.len();
+        if self.settings.method == Method::Automatic && (self.is_dense() || chatters) {
+            self.wait = (2 * self.wait).min(LONGEST_WAIT);
+            self.begin_stepping();
+            return Ok(());
+        }
+        if chatters {
+            return Err(self.stalled_error());
+        }
+        match self.on_input_change(inputs) {
+            Err(error) if self.may_step(&error) => self.begin_stepping(),
+            other => other?,
+        }
+        self.count_turns();
+        Ok(())
+    }
+
+    /// Ends the simulation where a side changes too often in quick succession.
+    fn check_chatter(&mut self, switch: usize, inputs: &dyn Inputs) -> Result<(), ForwardError> {
+        let (count, first, last) = &mut self.chatter;
+        let time = self.now.time;
+        if time - *last > QUICK {
+            (*count, *first) = (0, time);
+        }
+        (*count, *last) = (*count + 1, time);
+        if *count <= MOST_CHANGES {
+            return Ok(());
+        }
+        let (count, span) = (*count, time - *first);
+        Err(ForwardError::Chatter { time, what: inputs.switch_name(switch), count, span })
+    }
+
+    /// Time of the first change of sign within the last step, s, and the functions that change.
+    fn first_switch(
+        &mut self,
+        inputs: &mut dyn Inputs,
+    ) -> Result<Option<(f64, Vec<bool>)>, ForwardError> {
+        let mut samples = Vec::with_capacity(SAMPLES + 2);
+        let (from, to) = (self.last_step.numbers[0], self.now.time);
+        let end = self.switch_values(to, inputs)?;
+        samples.push(self.switch_values(from, inputs)?);
+        for k in 1..=SAMPLES {
+            let time = from + (to - from) * k as f64 / (SAMPLES + 1) as f64;
+            if time > from && time < to {
+                samples.push(self.switch_values(time, inputs)?);
+            }
+        }
+        samples.push(end);
+        // Beside the samples, for slopes.
+        let mut beside = Vec::with_capacity(samples.len());
+        for pair in samples.windows(2) {
+            let part = SLOPE * (pair[1].time - pair[0].time);
+            let (after, before) = (pair[0].time + part, pair[1].time - part);
+            beside.push(if after > pair[0].time && before < pair[1].time {
+                Some([self.switch_values(after, inputs)?, self.switch_values(before, inputs)?])
+            } else {
+                None
+            });
+        }
+        let mut first: Option<(f64, usize)> = None;
+        for k in 0..self.input.sides.len() {
+            let until = first.map_or(f64::INFINITY, |(time, _)| time);
+            if let Some(time) = self.change_of(k, (&samples, &beside), inputs)?
+                && time < until
+            {
+                first = Some((time, k));
+            }
+        }
+        let Some((time, first)) = first else { return Ok(None) };
+        let mut switching = vec![false; self.input.sides.len()];
+        switching[first] = true;
+        Ok(Some((time, switching)))
+    }
+
+    /// First time at which one switching function changes its sign, s.
+    fn change_of(
+        &mut self,
+        k: usize,
+        (samples, beside): (&[SwitchValues], &[Option<[SwitchValues; 2]>]),
+        inputs: &mut dyn Inputs,
+    ) -> Result<Option<f64>, ForwardError> {
+        let at = |sample: &SwitchValues| (sample.time, sample.values[k]);
+        for place in 1..samples.len() {
+            let (low, high) = (at(&samples[place - 1]), at(&samples[place]));
+            if high.1 < 0.0 {
+                return self.change_between(k, low, high, inputs).map(Some);
+            }
+            if low.1 <= 0.0 {
+                continue;
+            }
+            // A minimum between two samples, also beside the ends of a step: the function falls after the first and
+            // rises before the second.
+            let Some([after, before]) = &beside[place - 1] else { continue };
+            let (after, before) = (at(after), at(before));
+            for inner in [after, before] {
+                if inner.1 < 0.0 {
+                    return self.change_between(k, low, inner, inputs).map(Some);
+                }
+            }
+            let part = after.0 - low.0;
+            let (falls, rises) = (low.1 - after.1, high.1 - before.1);
+            if falls <= 0.0 || rises <= 0.0 {
+                continue;
+            }
+            // Where the tangents meet: a convex function is above.
+            let (length, down, up) = (high.0 - low.0, falls / part, rises / part);
+            let meeting = (low.1 - high.1 + up * length) / (down + up);
+            let least = low.1 - down * meeting.clamp(0.0, length);
+            if least > NEAR_ZERO * low.1.min(high.1) {
+                continue;
+            }
+            const GOLDEN: f64 = 0.618_033_988_749_895;
+            let (mut left, mut right) = (low.0, high.0);
+            for _ in 0..SECTIONS {
+                let length = GOLDEN * (right - left);
+                let (a, b) = (right - length, left + length);
+                let (fa, fb) = (
+                    self.switch_values(a, inputs)?.values[k],
+                    self.switch_values(b, inputs)?.values[k],
+                );
+                for (time, value) in [(a, fa), (b, fb)] {
+                    if value < 0.0 {
+                        return self.change_between(k, low, (time, value), inputs).map(Some);
+                    }
+                }
+                if fa < fb {
+                    right = b;
+                } else {
+                    left = a;
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Locates a change of sign by the Illinois method: the upper end of a short interval around it.
+    fn change_between(
+        &mut self,
+        k: usize,
+        mut low: (f64, f64),
+        high: (f64, f64),
+        inputs: &mut dyn Inputs,
+    ) -> Result<f64, ForwardError> {
+        if low.1 <= 0.0 {
+            // Negative throughout: the sign changes at the start.
+            let inner = low.0 + BEYOND * (high.0 - low.0);
+            if inner <= low.0 || self.switch_values(inner, inputs)?.values[k] < 0.0 {
+                return Ok(low.0);
+            }
+            low = (inner, self.switch_values(inner, inputs)?.values[k]);
+        }
+        let fine = (4.0 * f64::EPSILON * high.0.abs()).max(FINE * (high.0 - low.0));
+        super::locate::crossing(low, high, fine, |time| {
+            Ok(self.switch_values(time, inputs)?.values[k])
+        })
+    }
+
+    /// Values of the switching functions at an instant of the last step, s.
+    fn switch_values(
+        &mut self,
+        time: f64,
+        inputs: &mut dyn Inputs,
+    ) -> Result<SwitchValues, ForwardError> {
+        let mut values = Vec::with_capacity(self.input.sides.len());
+        if time == self.now.time {
+            inputs.switches(&self.view(), &mut values);
+        } else {
+            self.show(time, inputs)?;
+            inputs.switches(&self.shown().view(), &mut values);
+            self.last_step.shows = false;
+        }
+        // Sides of the start of the step: a controller sample at its end does not change them.
+        for (value, side) in values.iter_mut().zip(&self.input.sides) {
+            if !side {
+                *value = -*value;
+            }
+        }
+        Ok(SwitchValues { time, values })
+    }
+}

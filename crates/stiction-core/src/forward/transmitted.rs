@@ -1,0 +1,78 @@
+//! Wrenches that gears transmit.
+//!
+//! A gear lies between its motor and its joint. Its loss depends on the effort that it transmits: that of the joint's
+//! complete wrench, without the friction of the joint itself and without the effort of gearings there.
+//!
+//! Equation (G8) of the book's theory.
+
+use super::Forward;
+use super::constraint_jacobian::{ConstraintRow, StickingDof};
+use crate::friction::InterfaceShape;
+use crate::kinematics::Bodies;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::Wrench;
+
+/// Returns whether an interface has its friction between the gear of the interface `gear` and its load.
+pub(super) fn is_behind(parameters: &Parameters<f64>, gear: usize, other: usize) -> bool {
+    let [gear, other] = [gear, other].map(|interface| &parameters.interfaces[interface]);
+    let is_shaft = |shape: InterfaceShape| matches!(shape, InterfaceShape::Shaft { .. });
+    gear.load.gear.is_some() && gear.joint == other.joint && !is_shaft(other.shape)
+}
+
+/// Wrench of gearings at the joint of an interface with a gear: they act beside the gear.
+pub(super) fn gearings_behind<T: Scalar>(
+    model: &Forward,
+    bodies: &Bodies<f64>,
+    gear: usize,
+    multipliers: &[T],
+) -> Wrench<T> {
+    let Forward { topology, parameters, .. } = model;
+    let gear = &parameters.interfaces[gear];
+    let mut sum = Wrench::zero();
+    let Some(node) = topology.node_of(gear.joint).filter(|_| gear.load.gear.is_some()) else {
+        return sum;
+    };
+    let dofs = topology.joint_types[gear.joint].dofs();
+    for (own, multiplier) in topology.gearings.iter().zip(&multipliers[topology.constraints..]) {
+        for (tree_dof, coefficient) in own.terms(parameters) {
+            if node.tree_dofs.contains(&tree_dof) {
+                let effort = bodies.effort(&dofs[tree_dof - node.tree_dofs.start], gear.joint);
+                sum += (effort * coefficient).lift() * *multiplier;
+            }
+        }
+    }
+    sum
+}
+
+/// Friction and gearings between gears and their loads.
+#[derive(Clone, Copy)]
+pub(super) struct LoadSide<'a> {
+    pub(super) model: &'a Forward,
+    pub(super) bodies: &'a Bodies<f64>,
+    pub(super) sticking: &'a [StickingDof],
+    /// Rows of the constraints, those of the sticking DOFs among them.
+    pub(super) rows: &'a [ConstraintRow],
+}
+
+impl LoadSide<'_> {
+    /// See [`is_behind`].
+    pub(super) fn is_behind(&self, gear: usize, other: usize) -> bool {
+        is_behind(&self.model.parameters, gear, other)
+    }
+
+    /// Interfaces between the gear of an interface and its load.
+    pub(super) fn behind(self, gear: usize) -> impl Iterator<Item = usize> {
+        (0..self.model.parameters.interfaces.len()).filter(move |&o| self.is_behind(gear, o))
+    }
+
+    /// Wrench of the static frictions and gearings between the gear of an interface and its load.
+    pub(super) fn held<T: Scalar>(&self, gear: usize, multipliers: &[T]) -> Wrench<T> {
+        let mut sum = gearings_behind(self.model, self.bodies, gear, multipliers);
+        for dof in self.sticking.iter().filter(|dof| self.is_behind(gear, dof.interface)) {
+            let row = self.model.topology.closures() + dof.row;
+            sum += self.rows[row].covector.lift() * multipliers[row];
+        }
+        sum
+    }
+}

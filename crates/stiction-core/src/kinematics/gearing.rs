@@ -1,0 +1,43 @@
+//! Gearings as equations between the coordinates of the tree.
+//!
+//! Equation (G12) of the book's theory.
+
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::topology::{GearedDofs, Topology};
+
+impl GearedDofs {
+    /// Value of the sum of coordinates less its required value, rad or m.
+    pub(crate) fn error<T: Scalar>(&self, parameters: &Parameters<T>, coordinates: &[T]) -> T {
+        let numbers = &parameters.gearings[self.gearing];
+        let mut sum = -numbers.offset;
+        for (&(_, coordinate), &coefficient) in self.dofs.iter().zip(&numbers.coefficients) {
+            sum += coordinates[coordinate] * coefficient;
+        }
+        sum
+    }
+
+    /// Coefficient of a degree of freedom of the tree; zero if the gearing does not contain it.
+    pub(crate) fn coefficient<T: Scalar>(&self, parameters: &Parameters<T>, tree_dof: usize) -> T {
+        let numbers = &parameters.gearings[self.gearing];
+        let own = self.dofs.iter().position(|&(known, _)| known == tree_dof);
+        own.map_or(T::zero(), |own| numbers.coefficients[own])
+    }
+
+    /// All degrees of freedom of its nodes.
+    pub(crate) fn tree_dofs<'a>(
+        &'a self,
+        topology: &'a Topology,
+    ) -> impl Iterator<Item = usize> + 'a {
+        self.nodes.iter().flat_map(|&node| topology.nodes[node].tree_dofs.clone())
+    }
+
+    /// Degrees of freedom of the tree with their coefficients.
+    pub(crate) fn terms<'a, T: Scalar>(
+        &'a self,
+        parameters: &'a Parameters<T>,
+    ) -> impl Iterator<Item = (usize, T)> + 'a {
+        let numbers = &parameters.gearings[self.gearing];
+        self.dofs.iter().zip(&numbers.coefficients).map(|(&(dof, _), &c)| (dof, c))
+    }
+}

@@ -1,0 +1,210 @@
+//! Parts of motors in the efforts of joints: several motors on one joint, and motors that move several joints together.
+//!
+//! Equations (G10) and (G11) of the book's theory.
+
+use super::DriveTrain;
+use super::motor::times;
+use crate::mechanism::{Defect, Joint, JointId};
+use nalgebra::DMatrix;
+
+/// A motor at the actuated degrees of freedom of a mechanism: its motion and its effort follow from theirs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MotorMap {
+    /// Actuators with a part in the motion or the effort of the motor.
+    pub terms: Vec<MotorTerm>,
+}
+
+/// Actuated degree of freedom in a [`MotorMap`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorTerm {
+    /// Index of the actuator, in the order of [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
+    pub actuator: usize,
+    /// Part of the output coordinate of the motor's gear per coordinate of the degree of freedom. The effort of the
+    /// gear acts on the degree of freedom with the same factor.
+    pub part: f64,
+    /// Effort at the output of the gear per effort of the degree of freedom, all motors together.
+    pub share: f64,
+}
+
+impl MotorMap {
+    /// Rate, or acceleration, of the output coordinate for those of the actuators.
+    pub fn output(&self, of: impl Fn(usize) -> f64) -> f64 {
+        self.terms.iter().map(|term| term.part * of(term.actuator)).sum()
+    }
+
+    /// Greatest magnitude of the output coordinate or its rate for magnitudes of the actuators.
+    pub fn most(&self, of: impl Fn(usize) -> f64) -> f64 {
+        self.terms.iter().map(|term| term.part.abs() * of(term.actuator)).sum()
+    }
+
+    /// Effort at the output of the gear for the efforts of all actuators.
+    pub fn effort(&self, efforts: &[f64]) -> f64 {
+        self.terms.iter().map(|term| term.share * efforts[term.actuator]).sum()
+    }
+
+    /// Interval of the effort for those of all actuators. It is attained if it depends on one actuator; otherwise its
+    /// ends are guaranteed, but friction may not attain the ends of all actuators together.
+    pub fn effort_bounds(&self, bounds: &[(f64, f64)]) -> (f64, f64) {
+        let each = self.terms.iter().map(|term| {
+            let (low, high) = bounds[term.actuator];
+            let (a, b) = (times(low, term.share), times(high, term.share));
+            (a.min(b), a.max(b))
+        });
+        each.fold((0.0, 0.0), |(low, high), (a, b)| (low + a, high + b))
+    }
+}
+
+/// Drive trains that move common degrees of freedom, directly or through others.
+struct Group {
+    /// Indices of the drive trains.
+    trains: Vec<usize>,
+    /// Degrees of freedom that they move.
+    dofs: Vec<(JointId, usize)>,
+}
+
+impl Group {
+    fn all(trains: &[DriveTrain]) -> Vec<Self> {
+        let mut groups: Vec<Self> = Vec::new();
+        for (k, train) in trains.iter().enumerate() {
+            let mut merged = Self { trains: vec![k], dofs: Vec::new() };
+            merged.dofs.extend(train.dofs.iter().map(|driven| (driven.joint, driven.dof)));
+            let touches = |group: &Self| group.dofs.iter().any(|&(j, d)| train.moves(j, d));
+            let (touching, others): (Vec<Self>, Vec<Self>) = groups.into_iter().partition(touches);
+            groups = others;
+            for group in touching {
+                merged.trains.extend(group.trains);
+                merged.dofs.extend(group.dofs);
+            }
+            merged.trains.sort_unstable();
+            merged.dofs.sort_unstable();
+            merged.dofs.dedup();
+            groups.push(merged);
+        }
+        groups.sort_by_key(|group| group.trains[0]);
+        groups
+    }
+
+    /// Parts of the output coordinates, motor by motor, for each degree of freedom.
+    fn parts(&self, trains: &[DriveTrain]) -> DMatrix<f64> {
+        let mut parts = DMatrix::zeros(self.trains.len(), self.dofs.len());
+        for (row, &train) in self.trains.iter().enumerate() {
+            for (joint, dof, part) in trains[train].output_parts() {
+                if let Some(column) = self.dofs.iter().position(|&at| at == (joint, dof)) {
+                    parts[(row, column)] = part;
+                }
+            }
+        }
+        parts
+    }
+
+    /// Efforts of the motors per effort of each degree of freedom: of all that add up to the efforts of the joints,
+    /// those with the least sum of squares over shares. `None` if the motors do not determine all motions.
+    fn shares(&self, trains: &[DriveTrain]) -> Option<DMatrix<f64>> {
+        // Relative size of singular values that are rounding.
+        const DEPENDENT: f64 = 1e-9;
+        if self.dofs.len() == 1 {
+            let each = self.trains.iter().map(|&train| trains[train].share);
+            return Some(DMatrix::from_iterator(self.trains.len(), 1, each));
+        }
+        let parts = self.parts(trains);
+        // Rows scaled by the roots of the shares, columns to size one, because units differ.
+        let mut scaled = parts.clone();
+        for (mut row, &train) in scaled.row_iter_mut().zip(&self.trains) {
+            row *= trains[train].share.max(0.0).sqrt();
+        }
+        let sizes: Vec<f64> = scaled.column_iter().map(|column| column.norm()).collect();
+        if sizes.iter().any(|size| !size.is_normal()) {
+            return None;
+        }
+        for (mut column, size) in scaled.column_iter_mut().zip(&sizes) {
+            column /= *size;
+        }
+        // With the pseudoinverse P of the scaled parts: efforts = diag(root) P^T diag(1 / size) tau.
+        let svd = scaled.clone().svd(true, true);
+        let most = svd.singular_values.max();
+        let least = svd.singular_values.min();
+        if self.trains.len() < self.dofs.len() || least <= DEPENDENT * most {
+            return None;
+        }
+        let mut shares = svd.pseudo_inverse(0.0).ok()?.transpose();
+        for (mut row, &train) in shares.row_iter_mut().zip(&self.trains) {
+            row *= trains[train].share.max(0.0).sqrt();
+        }
+        for (mut column, size) in shares.column_iter_mut().zip(&sizes) {
+            column /= *size;
+        }
+        // The inverse of a square matrix does not depend on shares; small integers give it exactly.
+        if self.trains.len() == self.dofs.len() {
+            shares = parts.transpose().try_inverse().unwrap_or(shares);
+        }
+        Some(shares)
+    }
+}
+
+/// Maps of all drive trains, for the actuated degrees of freedom of their mechanism.
+pub(in crate::mechanism) fn motor_maps(
+    trains: &[DriveTrain],
+    actuators: &[(JointId, usize)],
+) -> Vec<MotorMap> {
+    let mut maps = vec![MotorMap::default(); trains.len()];
+    for group in Group::all(trains) {
+        let parts = group.parts(trains);
+        let shares = group.shares(trains).unwrap_or_else(|| parts.map(|_| 0.0));
+        for (row, &train) in group.trains.iter().enumerate() {
+            let terms = group.dofs.iter().enumerate().filter_map(|(column, dof)| {
+                let actuator = actuators.iter().position(|known| known == dof)?;
+                let (part, share) = (parts[(row, column)], shares[(row, column)]);
+                (part != 0.0 || share != 0.0).then_some(MotorTerm { actuator, part, share })
+            });
+            maps[train].terms = terms.collect();
+        }
+    }
+    maps
+}
+
+/// Checks that the motors determine the efforts of their joints: shares of motors on one degree of freedom sum to one,
+/// and motors that move several joints together determine the motion of each.
+pub(in crate::mechanism) fn check_shares(
+    trains: &[DriveTrain],
+    joints: &[Joint],
+    defects: &mut Vec<Defect>,
+) {
+    for group in Group::all(trains) {
+        let names = |of: &mut dyn Iterator<Item = String>| of.collect::<Vec<_>>().join(", ");
+        let motors =
+            names(&mut group.trains.iter().map(|&train| format!("`{}`", trains[train].name)));
+        let moved = names(
+            &mut group
+                .dofs
+                .iter()
+                .map(|&(joint, dof)| format!("`{}`", joints[joint.0].dof_name(dof))),
+        );
+        let actuator = || group.trains.last().map_or_else(String::new, |k| trains[*k].name.clone());
+        if group.dofs.len() == 1 {
+            let sum: f64 = group.trains.iter().map(|&train| trains[train].share).sum();
+            if (sum - 1.0).abs() > 1e-9 {
+                let problem = format!(
+                    "the shares of {motors} in the effort of {moved} sum to {sum}: give each a `share`, together 1"
+                );
+                defects.push(Defect::Actuator { actuator: actuator(), problem });
+            }
+            continue;
+        }
+        if group.shares(trains).is_some() {
+            continue;
+        }
+        let problem = if group.trains.len() < group.dofs.len() {
+            format!(
+                "{motors} cannot drive {} joints ({moved}) independently: add motors, or give the motor a shaft, \
+                 a revolute joint of its own, and a `gearing`",
+                group.dofs.len(),
+            )
+        } else {
+            format!(
+                "{motors} move only some combinations of {moved}: choose independent coefficients, and a `share` \
+                 above 0"
+            )
+        };
+        defects.push(Defect::Actuator { actuator: actuator(), problem });
+    }
+}

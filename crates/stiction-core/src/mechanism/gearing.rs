@@ -1,0 +1,119 @@
+//! Rigid gearings: constraints between joint coordinates.
+//!
+//! Equation (G12) of the book's theory.
+
+use super::scalar_dof::{self, Coefficients};
+use super::{Defect, GearedDof, Joint};
+
+/// Rigid gearing of several degrees of freedom: the sum of their coordinates with coefficients is constant.
+///
+/// Its effort `lambda` is the multiplier of this constraint: the gearing exerts `coefficient * lambda` on each degree of
+/// freedom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gearing {
+    /// Name, unique among gearings.
+    pub name: String,
+    /// Degrees of freedom with their coefficients; at least two, each once.
+    pub dofs: Vec<GearedDof>,
+    /// Value of the sum, rad, or m if a degree of freedom translates.
+    pub offset: f64,
+}
+
+impl Gearing {
+    /// True if the sum is a length: a degree of freedom translates. Its effort is then a force.
+    pub fn is_length(&self) -> bool {
+        self.dofs.iter().any(|geared| geared.translates)
+    }
+}
+
+/// Specification of a rigid gearing; the joints by name.
+#[must_use = "it has no effect unless a mechanism is built with it"]
+#[derive(Clone, Debug, PartialEq)]
+pub struct GearingSpec {
+    name: String,
+    joints: Vec<(String, f64)>,
+    offset: f64,
+}
+
+impl GearingSpec {
+    /// A gearing that keeps the sum of these joint coordinates with coefficients at zero. A joint with several degrees of
+    /// freedom is named with one of them, `joint.dof`. If a degree of freedom translates, the sum is a length and the
+    /// coefficients of rotations are in m/rad.
+    pub fn new<N: Into<String>>(
+        name: impl Into<String>,
+        joints: impl IntoIterator<Item = (N, f64)>,
+    ) -> Self {
+        let joints = joints.into_iter().map(|(joint, coefficient)| (joint.into(), coefficient));
+        Self { name: name.into(), joints: joints.collect(), offset: 0.0 }
+    }
+
+    /// Value of the sum, rad or m.
+    pub fn offset(mut self, offset: f64) -> Self {
+        self.offset = offset;
+        self
+    }
+
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Builds the gearing; defects go to `defects`.
+    pub(super) fn resolve(self, joints: &[Joint], defects: &mut Vec<Defect>) -> Option<Gearing> {
+        let gearing = || self.name.clone();
+        if !self.offset.is_finite() {
+            let place = format!("the offset of gearing `{}`", self.name);
+            defects.push(Defect::NotFinite { place });
+        }
+        let dofs = match scalar_dof::resolve(joints, &self.joints) {
+            Ok(dofs) => dofs,
+            Err(problems) => {
+                defects.extend(problems.into_iter().map(|problem| match problem {
+                    Coefficients::Unknown(joint) => {
+                        Defect::UnknownJointOfGearing { gearing: gearing(), joint }
+                    }
+                    Coefficients::OutOfRange(value) => Defect::Gearing {
+                        gearing: gearing(),
+                        problem: format!("a coefficient is {value}, but must be other than 0"),
+                    },
+                    Coefficients::Unfit(problem) => Defect::Gearing { gearing: gearing(), problem },
+                }));
+                return None;
+            }
+        };
+        if dofs.len() < 2 {
+            let problem = "it connects less than two degrees of freedom".to_owned();
+            defects.push(Defect::Gearing { gearing: gearing(), problem });
+            return None;
+        }
+        Some(Gearing { dofs, name: self.name, offset: self.offset })
+    }
+}
+
+/// Checks that geared joints close no loop alone: the spanning tree contains all of them.
+pub(super) fn check_loops(
+    gearings: &[Gearing],
+    (bodies, joints): (usize, &[Joint]),
+    defects: &mut Vec<Defect>,
+) {
+    let mut tree_of: Vec<usize> = (0..bodies).collect();
+    let mut known = vec![false; joints.len()];
+    for gearing in gearings {
+        for geared in &gearing.dofs {
+            let index = geared.joint.0;
+            if std::mem::replace(&mut known[index], true) {
+                continue;
+            }
+            let joint = &joints[index];
+            let (one, other) = (tree_of[joint.predecessor.0], tree_of[joint.successor.0]);
+            if one == other {
+                let problem = format!(
+                    "all joints of a loop through `{}` are geared: divide a body of it by a fixed joint",
+                    joint.name
+                );
+                defects.push(Defect::Gearing { gearing: gearing.name.clone(), problem });
+                return;
+            }
+            tree_of.iter_mut().filter(|tree| **tree == other).for_each(|tree| *tree = one);
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Ranges of joints: the travel that their design allows. They only raise cautions.
+
+use super::Joint;
+use crate::joint::{Dof, JointType};
+use crate::spatial::{Pose, Vec3};
+
+/// Quantity of a joint that a range bounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RangeOf {
+    /// Coordinate of a degree of freedom, by index, rad or m.
+    Dof(usize),
+    /// Tilt of a U or S joint, rad: see [`RangeOf::tilt`].
+    Tilt,
+}
+
+/// Range of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointRange {
+    /// The bounded quantity.
+    pub of: RangeOf,
+    /// Least and greatest value, rad or m.
+    pub limits: (f64, f64),
+}
+
+impl RangeOf {
+    /// Tilt of a joint from the frames J and K in common axes, rad, 0 to pi: of an S joint the angle
+    /// between their z axes, of a U joint between the normals to both of its axes.
+    pub fn tilt(joint_type: JointType, frame_j: &Pose<f64>, frame_k: &Pose<f64>) -> f64 {
+        let axis = if joint_type == JointType::Universal { 1 } else { 2 };
+        let column =
+            |frame: &Pose<f64>| Vec3::from(std::array::from_fn(|i| frame.rotation.at(i, axis)));
+        let (j, k) = (column(frame_j), column(frame_k));
+        j.cross(k).norm().atan2(j.dot(k))
+    }
+
+    /// Tests if joints of a type have this quantity.
+    pub(crate) fn is_of(self, joint_type: JointType) -> bool {
+        match self {
+            Self::Dof(dof) => joint_type.has_scalar_coordinates() && dof < joint_type.dofs().len(),
+            Self::Tilt => matches!(joint_type, JointType::Universal | JointType::Spherical),
+        }
+    }
+}
+
+impl Joint {
+    /// Name of a quantity with a range: the joint's, followed by that of the degree of freedom if the
+    /// joint has several, or by `tilt`.
+    pub fn range_name(&self, of: RangeOf) -> String {
+        match of {
+            RangeOf::Dof(dof) => self.dof_name(dof),
+            RangeOf::Tilt => format!("{}.tilt", self.name),
+        }
+    }
+
+    /// Tests if a quantity with a range is a displacement, m; otherwise it is an angle, rad.
+    pub fn range_translates(&self, of: RangeOf) -> bool {
+        match of {
+            RangeOf::Dof(dof) => self.joint_type.dofs().get(dof).is_some_and(Dof::translates),
+            RangeOf::Tilt => false,
+        }
+    }
+}

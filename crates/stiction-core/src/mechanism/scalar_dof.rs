@@ -1,0 +1,105 @@
+//! Degrees of freedom with a scalar coordinate, by name: what drive trains and gearings connect.
+
+use super::{Joint, JointId};
+use crate::joint::Motion;
+
+/// Degree of freedom in a sum of coordinates: the output of a motor's gear, or a gearing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GearedDof {
+    /// Joint.
+    pub joint: JointId,
+    /// Index of the degree of freedom in the joint.
+    pub dof: usize,
+    /// Its coefficient in the sum, not zero; one for a motor of a single degree of freedom.
+    pub coefficient: f64,
+    /// True if it translates.
+    pub translates: bool,
+}
+
+/// Reason why named joints with coefficients are no sum of coordinates.
+pub(super) enum Coefficients {
+    /// There is no joint of this name.
+    Unknown(String),
+    /// A coefficient is zero or not finite.
+    OutOfRange(f64),
+    /// A joint has no such degree of freedom, or appears twice, in words.
+    Unfit(String),
+}
+
+/// Degrees of freedom by name with their coefficients.
+///
+/// # Errors
+/// All reasons why some are not possible.
+pub(super) fn resolve(
+    joints: &[Joint],
+    named: &[(String, f64)],
+) -> Result<Vec<GearedDof>, Vec<Coefficients>> {
+    let (mut found, mut problems) = (Vec::<GearedDof>::new(), Vec::new());
+    for (name, coefficient) in named {
+        if !coefficient.is_finite() || *coefficient == 0.0 {
+            problems.push(Coefficients::OutOfRange(*coefficient));
+        }
+        let (joint, dof) = match find_scalar(joints, name, true) {
+            Ok((joint, dof)) => (JointId(joint), dof),
+            Err(problem) => {
+                problems.push(problem);
+                continue;
+            }
+        };
+        let content = &joints[joint.0];
+        if found.iter().any(|known| (known.joint, known.dof) == (joint, dof)) {
+            let problem = format!("it names `{}` twice", content.dof_name(dof));
+            problems.push(Coefficients::Unfit(problem));
+        }
+        let translates = content.joint_type.dofs()[dof].motion == Motion::Translation;
+        found.push(GearedDof { joint, dof, coefficient: *coefficient, translates });
+    }
+    if problems.is_empty() { Ok(found) } else { Err(problems) }
+}
+
+/// Joint and degree of freedom of this name: a joint with one degree of freedom or, if `of_actuator`, with one
+/// actuator; or `joint.dof`.
+///
+/// # Errors
+/// [`Coefficients::Unknown`], [`Coefficients::Unfit`].
+pub(super) fn find_scalar(
+    joints: &[Joint],
+    name: &str,
+    of_actuator: bool,
+) -> Result<(usize, usize), Coefficients> {
+    if let Some(found) = find(joints, name, of_actuator) {
+        return Ok(found);
+    }
+    Err(match joints.iter().find(|known| known.name == name) {
+        Some(known)
+            if known.joint_type.has_scalar_coordinates() && !known.joint_type.dofs().is_empty() =>
+        {
+            let dofs: Vec<_> = (0..known.joint_type.dofs().len())
+                .map(|dof| format!("`{}`", known.dof_name(dof)))
+                .collect();
+            Coefficients::Unfit(format!(
+                "joint `{name}` has several degrees of freedom: name one of {}",
+                dofs.join(", ")
+            ))
+        }
+        Some(_) => Coefficients::Unfit(format!(
+            "joint `{name}` has no degree of freedom with a single coordinate"
+        )),
+        None => Coefficients::Unknown(name.to_owned()),
+    })
+}
+
+fn find(joints: &[Joint], name: &str, of_actuator: bool) -> Option<(usize, usize)> {
+    let scalar = |(_, joint): &(usize, &Joint)| joint.joint_type.has_scalar_coordinates();
+    joints.iter().enumerate().filter(scalar).find_map(|(id, joint)| {
+        let mut driven = joint.actuated_dofs();
+        let of_joint = match (joint.joint_type.dofs(), driven.next(), driven.next()) {
+            ([_], ..) => Some(0),
+            (_, only, None) if of_actuator => only,
+            _ => None,
+        };
+        let named = || (0..joint.actuated.len()).find(|dof| joint.dof_name(*dof) == name);
+        let dof = of_joint.filter(|_| joint.name == name).or_else(named)?;
+        Some((id, dof))
+    })
+}

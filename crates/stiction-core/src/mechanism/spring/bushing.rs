@@ -1,0 +1,133 @@
+//! Bushings: elastic connections of frames of two bodies in all six directions.
+
+use super::resolve_ends;
+use crate::mechanism::{BodyId, Defect};
+use crate::spatial::Pose;
+use nalgebra::{Matrix6, SymmetricEigen};
+use std::collections::HashMap;
+
+/// Six rows of six numbers.
+pub type SixBySix = [[f64; 6]; 6];
+
+/// An elastic connection with damping between a frame of one body and a frame of another.
+///
+/// The deflection `x` is the displacement of the second frame's origin and its rotation vector, both relative to the
+/// first frame and in its axes. The elastic energy is `x K x / 2`; its gradient is the elastic wrench. The damping wrench
+/// is `-C v` with the velocity and the angular velocity `v` of the second frame relative to the first, in its axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bushing {
+    /// Name, unique among springs and bushings.
+    pub name: String,
+    /// Bodies of the two frames, distinct from each other.
+    pub ends: [BodyId; 2],
+    /// The two frames, each in its body.
+    pub frames: [Pose<f64>; 2],
+    /// Stiffness matrix K, forces before moments: N/m, N/rad and N, N m/rad; symmetric, not negative.
+    pub stiffness: SixBySix,
+    /// Damping matrix C: N s/m, N s/rad and N s, N m s/rad; symmetric, not negative.
+    pub damping: SixBySix,
+}
+
+/// Specification of a bushing; bodies by name.
+#[must_use = "it has no effect unless a mechanism is built with it"]
+#[derive(Clone, Debug, PartialEq)]
+pub struct BushingSpec {
+    name: String,
+    ends: [String; 2],
+    frames: [Pose<f64>; 2],
+    stiffness: SixBySix,
+    damping: SixBySix,
+}
+
+impl BushingSpec {
+    /// A bushing without stiffness and damping between the frames of two bodies.
+    pub fn new(name: impl Into<String>, from: impl Into<String>, to: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            ends: [from.into(), to.into()],
+            frames: [Pose::identity(); 2],
+            stiffness: [[0.0; 6]; 6],
+            damping: [[0.0; 6]; 6],
+        }
+    }
+
+    /// Sets the frames in their bodies.
+    pub fn frames(mut self, from: Pose<f64>, to: Pose<f64>) -> Self {
+        self.frames = [from, to];
+        self
+    }
+
+    /// Sets the stiffness matrix, see [`Bushing::stiffness`].
+    pub fn stiffness(mut self, stiffness: SixBySix) -> Self {
+        self.stiffness = stiffness;
+        self
+    }
+
+    /// Sets the damping matrix, see [`Bushing::damping`].
+    pub fn damping(mut self, damping: SixBySix) -> Self {
+        self.damping = damping;
+        self
+    }
+
+    pub(in crate::mechanism) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Builds the bushing unless its bodies are unknown; defects go to `defects`.
+    pub(in crate::mechanism) fn resolve(
+        self,
+        ids: &HashMap<String, BodyId>,
+        defects: &mut Vec<Defect>,
+    ) -> Option<Bushing> {
+        for frame in &self.frames {
+            let [x, y, z] = frame.rotation.columns;
+            if ![x, y, z, frame.position].iter().all(|v| v.is_finite()) {
+                let place = format!("a frame of bushing `{}`", self.name);
+                defects.push(Defect::NotFinite { place });
+            }
+        }
+        for (what, matrix) in [("stiffness", &self.stiffness), ("damping", &self.damping)] {
+            if let Some(problem) = defect_of(matrix) {
+                let problem = format!("its {what} matrix {problem}");
+                defects.push(Defect::Spring { spring: self.name.clone(), problem });
+            }
+        }
+        let ends = resolve_ends(&self.name, &self.ends, ids, defects)?;
+        let Self { name, frames, stiffness, damping, .. } = self;
+        Some(Bushing { name, ends, frames, stiffness, damping })
+    }
+}
+
+/// Defect of a matrix that should be symmetric without negative eigenvalues, in words.
+fn defect_of(matrix: &SixBySix) -> Option<String> {
+    // Digits in a file: entries of a rotated matrix are rarely exactly symmetric.
+    const ROUNDING: f64 = 1e-9;
+    if matrix.iter().flatten().any(|x| !x.is_finite()) {
+        return Some("contains a number that is not finite".to_owned());
+    }
+    for i in 0..6 {
+        if matrix[i][i] < 0.0 {
+            let value = matrix[i][i];
+            return Some(format!("has {value} on its diagonal, but must be at least 0"));
+        }
+    }
+    // Scaled to a unit diagonal, entries of different units are comparable.
+    let scale = |i: usize| if matrix[i][i] > 0.0 { matrix[i][i].sqrt().recip() } else { 1.0 };
+    for i in 0..6 {
+        for j in 0..i {
+            let (a, b) = (matrix[i][j], matrix[j][i]);
+            if (a - b).abs() * scale(i) * scale(j) > ROUNDING {
+                let (row, column) = (i + 1, j + 1);
+                return Some(format!(
+                    "is not symmetric: {a} in row {row}, column {column}, but {b} in row {column}, column {row}"
+                ));
+            }
+        }
+    }
+    let scaled = Matrix6::from_fn(|i, j| 0.5 * (matrix[i][j] + matrix[j][i]) * scale(i) * scale(j));
+    let least = SymmetricEigen::new(scaled).eigenvalues.min();
+    (least < -ROUNDING).then(|| {
+        "has a negative eigenvalue: the entries beside the diagonal are too large, so that some deflection would release energy"
+            .to_owned()
+    })
+}

@@ -1,0 +1,290 @@
+//! Parameters of a mechanism, in the scalar of the kernels.
+
+mod springs;
+
+pub use springs::{Blocks, BushingParameters, JointSpringParameters, SpringParameters};
+
+use crate::friction::{InterfaceShape, Law, NormalLoadMap, Thread, interfaces_of};
+use crate::mechanism::{BodyId, DriveTrain, GearedDof, Gearing, Mechanism, RotorAxis};
+use crate::scalar::Scalar;
+use crate::spatial::{Mat3, Pose, Vec3, Wrench};
+use core::ops::Range;
+
+/// Parameters that the kernels read: geometry, inertia, friction, springs, gravity. Indices are
+/// those of the [`Mechanism`]. Change the fields to tune a model, to differentiate with respect to
+/// a parameter, or to run several parameter sets in lanes.
+#[derive(Clone, Debug)]
+pub struct Parameters<T> {
+    /// Reference point O of all twists and wrenches, in the world, m. It is the mean of the
+    /// ground's joint origins, so that a robot far from the world's origin loses no digits.
+    pub origin: Vec3<f64>,
+    /// Frame of the ground relative to the reference point, in world axes.
+    pub ground: Pose<T>,
+    /// Acceleration of gravity, world axes, m/s^2.
+    pub gravity: Vec3<T>,
+    /// Mass of each body, kg.
+    pub mass: Vec<T>,
+    /// Centre of mass of each body in its frame, m.
+    pub com: Vec<Vec3<T>>,
+    /// Inertia of each body about its centre of mass, body axes, kg m^2.
+    pub inertia: Vec<Mat3<T>>,
+    /// Frame J of each joint in the predecessor, `X_PJ`.
+    pub frame_j: Vec<Pose<T>>,
+    /// Frame K of each joint in the successor, `X_SK`.
+    pub frame_k: Vec<Pose<T>>,
+    /// Pitch of each joint, m/rad.
+    pub pitch: Vec<T>,
+    /// Friction interfaces, in the order of the joints.
+    pub interfaces: Vec<InterfaceParameters<T>>,
+    /// Range of each joint's friction interfaces in `interfaces`.
+    pub interfaces_at: Vec<Range<usize>>,
+    /// Springs between points of bodies.
+    pub springs: Vec<SpringParameters<T>>,
+    /// Springs on degrees of freedom of joints.
+    pub joint_springs: Vec<JointSpringParameters<T>>,
+    /// Bushings.
+    pub bushings: Vec<BushingParameters<T>>,
+    /// Spinning rotors.
+    pub rotors: Vec<RotorParameters<T>>,
+    /// Rigid gearings.
+    pub gearings: Vec<GearingParameters<T>>,
+    /// Characteristic length, m: makes moments comparable with forces.
+    pub length: T,
+    /// Compliance of each joint, relative to the most compliant one; none if no joint declares a
+    /// compliance.
+    pub compliance: Option<Vec<Weights<T>>>,
+}
+
+/// Weights of the components of a joint's wrench along and about the axes of its frame J.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights<T> {
+    /// Weighting factors of force components, dimensionless.
+    pub force: Vec3<T>,
+    /// Weights of moments about the joint's origin, 1/m^2.
+    pub moment: Vec3<T>,
+}
+
+impl Weights<f64> {
+    /// Weights of all joints, if any joint declares a compliance.
+    pub(crate) fn declared(mechanism: &Mechanism) -> Option<Vec<Self>> {
+        let length = mechanism.characteristic_length();
+        let each = mechanism.joints().iter().map(|joint| {
+            let compliance = joint.compliance.unwrap_or_default();
+            let (force, moment) = compliance.along_axes(joint.joint_type);
+            Self { force, moment }
+        });
+        let weights: Vec<Self> = each.collect();
+        // Not norms: squares of compliances underflow.
+        let most = |v: Vec3<f64>| v.to_array().into_iter().map(f64::abs).fold(0.0, f64::max);
+        let size = |w: &Self| most(w.force).max(most(w.moment) / (length * length));
+        let largest = weights.iter().map(size).fold(0.0, f64::max);
+        let scaled = |w: &Self| {
+            let over = 1.0 / largest;
+            Self { force: w.force * over, moment: w.moment * over }
+        };
+        (largest > 0.0).then(|| weights.iter().map(scaled).collect())
+    }
+}
+
+impl<T: Scalar> Weights<T> {
+    /// Weighted inner product of two wrenches at the origin of `frame_j`, in its axes.
+    // Not inlined: few mechanisms declare compliances, and every kernel of every scalar would grow.
+    #[inline(never)]
+    pub(crate) fn product(&self, frame_j: &Pose<T>, a: Wrench<T>, b: Wrench<T>) -> T {
+        let own = |v: Vec3<T>| frame_j.rotation.transpose_mul(v);
+        let weigh = |w: Vec3<T>, a: Vec3<T>, b: Vec3<T>| {
+            w.x * a.x * b.x + w.y * a.y * b.y + w.z * a.z * b.z
+        };
+        let point = frame_j.position;
+        weigh(self.force, own(a.force), own(b.force))
+            + weigh(self.moment, own(a.moment_about(point)), own(b.moment_about(point)))
+    }
+}
+
+/// Friction interface of a joint.
+#[doc(hidden)]
+#[derive(Clone, Debug)]
+pub struct InterfaceParameters<T> {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Surface in the joint.
+    pub shape: InterfaceShape,
+    /// Radius of a rotating surface, m; one for a guide, where the sliding velocity is the rate of
+    /// the joint.
+    pub radius: T,
+    /// Friction law: from sliding speed and normal force to friction.
+    pub law: Law<T>,
+    /// Friction law for sliding backward, if different.
+    pub backward: Option<Law<T>>,
+    /// Normal force as a function of the joint's reaction.
+    pub load: NormalLoadMap<T>,
+}
+
+/// Rotor that spins on a body together with a joint's degree of freedom.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct RotorParameters<T> {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Index of the degree of freedom in the joint.
+    pub dof: usize,
+    /// Index of the body that carries it.
+    pub body: usize,
+    /// Axis in the body's frame.
+    pub axis: Vec3<T>,
+    /// Angular momentum per rate of the joint, transmission times moment of inertia.
+    pub momentum: T,
+}
+
+impl<T: Scalar> RotorParameters<T> {
+    /// Rotor of a drive train, if it spins on a body: its angular momentum is the sum over the degrees of freedom that
+    /// it moves.
+    pub fn of(train: &DriveTrain) -> impl Iterator<Item = Self> + '_ {
+        let momentum = train.transmission() * train.rotor_inertia;
+        let spinning = train.rotor_axis.filter(|_| momentum != 0.0);
+        spinning.into_iter().flat_map(move |RotorAxis { body, axis }| {
+            train.output_parts().map(move |(joint, dof, part)| Self {
+                joint: joint.0,
+                dof,
+                body: body.0,
+                axis: axis.lift(),
+                momentum: T::from_f64(momentum * part),
+            })
+        })
+    }
+}
+
+/// Rigid gearing of degrees of freedom, divided by its greatest coefficient, so that its equation is of order one.
+#[doc(hidden)]
+#[derive(Clone, Debug)]
+pub struct GearingParameters<T> {
+    /// Coefficient of each degree of freedom.
+    pub coefficients: Vec<T>,
+    /// Value of the sum, rad or m.
+    pub offset: T,
+    /// The greatest coefficient. The multiplier of the divided equation over it is the effort of the gearing.
+    pub size: f64,
+}
+
+impl<T: Scalar> GearingParameters<T> {
+    fn new(gearing: &Gearing, length: f64) -> Self {
+        let is_length = gearing.is_length();
+        let size = |geared: &GearedDof| {
+            let scale = if is_length && !geared.translates { length.recip() } else { 1.0 };
+            geared.coefficient.abs() * scale
+        };
+        let size = gearing.dofs.iter().map(size).fold(f64::MIN_POSITIVE, f64::max);
+        let each = gearing.dofs.iter().map(|geared| T::from_f64(geared.coefficient / size));
+        let offset = T::from_f64(gearing.offset / size);
+        Self { coefficients: each.collect(), offset, size }
+    }
+}
+
+impl<T: Scalar> InterfaceParameters<T> {
+    /// Sliding distance at the surface per unit of each of its DOFs, m or one; `pitch` is that of
+    /// the joint.
+    pub fn arms(&self, pitch: T) -> [T; 3] {
+        match self.shape {
+            InterfaceShape::Plate => [T::one(), T::one(), self.radius],
+            InterfaceShape::Sleeve => [self.radius, T::one(), T::one()],
+            InterfaceShape::Thread => [Thread { radius: self.radius, pitch }.way(); 3],
+            _ => [self.radius; 3],
+        }
+    }
+}
+
+impl InterfaceParameters<f64> {
+    /// Law for the direction of sliding with this sign.
+    pub(crate) fn law_towards(&self, sense: f64) -> &Law {
+        match &self.backward {
+            Some(backward) if sense < 0.0 => backward,
+            _ => &self.law,
+        }
+    }
+
+    /// Laws for sliding forward and backward.
+    pub(crate) fn laws(&self) -> [&Law; 2] {
+        [&self.law, self.backward.as_ref().unwrap_or(&self.law)]
+    }
+}
+
+impl Parameters<f64> {
+    /// Tests if forces of springs depend on rates.
+    pub(crate) fn has_dampers(&self) -> bool {
+        let damps = |blocks: &Blocks<f64>| {
+            let all = [blocks.force, blocks.coupling, blocks.moment];
+            all.iter().any(|block| block.columns.iter().any(|c| c.norm_squared() != 0.0))
+        };
+        self.springs.iter().any(|spring| spring.damping != 0.0)
+            || self.joint_springs.iter().any(|spring| spring.damping != 0.0)
+            || self.bushings.iter().any(|bushing| damps(&bushing.damping))
+    }
+}
+
+impl<T: Scalar> Parameters<T> {
+    /// Parameters of `mechanism`, as constants of the scalar.
+    pub fn new(mechanism: &Mechanism) -> Self {
+        let bodies = mechanism.bodies();
+        let joints = mechanism.joints();
+        let base = mechanism.base();
+        let origin = amid_ground_joints(mechanism);
+        let mut interfaces = Vec::new();
+        let mut interfaces_at = Vec::new();
+        for (index, joint) in joints.iter().enumerate() {
+            let first = interfaces.len();
+            interfaces.extend(joint.friction.iter().map(|interface| InterfaceParameters {
+                joint: index,
+                shape: interfaces_of(joint.joint_type)[interface.place].1,
+                radius: T::from_f64(interface.radius.unwrap_or(1.0)),
+                law: interface.law.lift(),
+                backward: interface.backward.as_ref().map(Law::lift),
+                load: interface.load.lift(),
+            }));
+            interfaces_at.push(first..interfaces.len());
+        }
+        Self {
+            origin,
+            ground: Pose { position: base.position - origin, ..base }.lift(),
+            gravity: mechanism.gravity().lift(),
+            mass: bodies.iter().map(|b| T::from_f64(b.mass)).collect(),
+            com: bodies.iter().map(|b| b.com.lift()).collect(),
+            inertia: bodies.iter().map(|b| b.inertia.lift()).collect(),
+            frame_j: joints.iter().map(|j| j.frame_j.lift()).collect(),
+            frame_k: joints.iter().map(|j| j.frame_k.lift()).collect(),
+            pitch: joints.iter().map(|j| T::from_f64(j.pitch)).collect(),
+            interfaces,
+            interfaces_at,
+            springs: mechanism.springs().iter().map(SpringParameters::new).collect(),
+            joint_springs: JointSpringParameters::all(mechanism),
+            bushings: mechanism.bushings().iter().map(BushingParameters::new).collect(),
+            rotors: mechanism.drive_trains().iter().flat_map(RotorParameters::of).collect(),
+            gearings: mechanism
+                .gearings()
+                .iter()
+                .map(|gearing| GearingParameters::new(gearing, mechanism.characteristic_length()))
+                .collect(),
+            length: T::from_f64(mechanism.characteristic_length()),
+            compliance: Weights::declared(mechanism).map(|all| all.iter().map(lift).collect()),
+        }
+    }
+}
+
+fn lift<T: Scalar>(weights: &Weights<f64>) -> Weights<T> {
+    Weights { force: weights.force.lift(), moment: weights.moment.lift() }
+}
+
+/// Mean of the ground's joint origins, in the world, m.
+fn amid_ground_joints(mechanism: &Mechanism) -> Vec3<f64> {
+    let joints = mechanism.joints().iter();
+    let points: Vec<_> = joints
+        .filter_map(|joint| match BodyId::GROUND {
+            ground if joint.predecessor == ground => Some(joint.frame_j.position),
+            ground if joint.successor == ground => Some(joint.frame_k.position),
+            _ => None,
+        })
+        .collect();
+    let count = points.len().max(1) as f64;
+    let sum = points.into_iter().fold(Vec3::zero(), |sum, p| sum + p);
+    mechanism.base().apply(sum * (1.0 / count))
+}

@@ -1,0 +1,144 @@
+//! Parameters of springs and bushings.
+
+use crate::joint::Dof;
+use crate::mechanism::{Bushing, Mechanism, Spring};
+use crate::scalar::Scalar;
+use crate::spatial::{Mat3, Pose, Vec3};
+
+/// Spring with a damper between points of two bodies.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct SpringParameters<T> {
+    /// Indices of its two bodies.
+    pub ends: [usize; 2],
+    /// Its ends, each in its body's frame, m.
+    pub points: [Vec3<T>; 2],
+    /// Stiffness, N/m.
+    pub stiffness: T,
+    /// Length at which only the preload acts, m.
+    pub free_length: T,
+    /// Force that pushes the ends apart at the free length, N.
+    pub preload: T,
+    /// Damping, N s/m.
+    pub damping: T,
+}
+
+impl<T: Scalar> SpringParameters<T> {
+    pub(super) fn new(spring: &Spring) -> Self {
+        Self {
+            ends: spring.ends.map(|body| body.0),
+            points: spring.points.map(Vec3::lift),
+            stiffness: T::from_f64(spring.stiffness),
+            free_length: T::from_f64(spring.free_length),
+            preload: T::from_f64(spring.preload),
+            damping: T::from_f64(spring.damping),
+        }
+    }
+}
+
+/// Spring with a damper on a degree of freedom of a joint.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct JointSpringParameters<T> {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Index of the degree of freedom in the joint.
+    pub index: usize,
+    /// The degree of freedom.
+    pub dof: Dof,
+    /// Indices of the joint's predecessor and successor.
+    pub ends: [usize; 2],
+    /// Stiffness, N m/rad or N/m.
+    pub stiffness: T,
+    /// Coordinate at which only the preload acts, rad or m.
+    pub rest: T,
+    /// Effort at that coordinate, N m or N.
+    pub preload: T,
+    /// Damping, N m s/rad or N s/m.
+    pub damping: T,
+    /// Middle of the turn in which the angle of a joint that closes a loop is counted, rad.
+    pub middle: T,
+}
+
+impl<T: Scalar> JointSpringParameters<T> {
+    pub(super) fn all(mechanism: &Mechanism) -> Vec<Self> {
+        let of_spring = |spring: &crate::mechanism::JointSpring| {
+            let joint = &mechanism.joints()[spring.joint.0];
+            Self {
+                joint: spring.joint.0,
+                index: spring.dof,
+                dof: joint.joint_type.dofs()[spring.dof],
+                ends: [joint.predecessor.0, joint.successor.0],
+                stiffness: T::from_f64(spring.stiffness),
+                rest: T::from_f64(spring.rest),
+                preload: T::from_f64(spring.preload),
+                damping: T::from_f64(spring.damping),
+                middle: T::from_f64(spring.middle),
+            }
+        };
+        mechanism.joint_springs().iter().map(of_spring).collect()
+    }
+}
+
+/// Elastic connection between frames of two bodies.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct BushingParameters<T> {
+    /// Indices of its two bodies.
+    pub ends: [usize; 2],
+    /// Its frames, each in its body.
+    pub frames: [Pose<T>; 2],
+    /// Stiffness, see [`Blocks`].
+    pub stiffness: Blocks<T>,
+    /// Damping, see [`Blocks`].
+    pub damping: Blocks<T>,
+}
+
+/// Symmetric matrix of six rows and columns, in blocks of three: forces before moments.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct Blocks<T> {
+    /// Forces for displacements.
+    pub force: Mat3<T>,
+    /// Forces for rotations; its transpose has the moments for displacements.
+    pub coupling: Mat3<T>,
+    /// Moments for rotations.
+    pub moment: Mat3<T>,
+}
+
+impl<T: Scalar> Blocks<T> {
+    fn new(matrix: &crate::mechanism::SixBySix) -> Self {
+        // The symmetric part: the check of the mechanism permits rounding.
+        let entry = |i: usize, j: usize| T::from_f64(0.5 * (matrix[i][j] + matrix[j][i]));
+        let block = |row: usize, column: usize| {
+            let of = |j: usize| {
+                Vec3::new(
+                    entry(row, column + j),
+                    entry(row + 1, column + j),
+                    entry(row + 2, column + j),
+                )
+            };
+            Mat3::from_columns(of(0), of(1), of(2))
+        };
+        Self { force: block(0, 0), coupling: block(0, 3), moment: block(3, 3) }
+    }
+
+    /// Product with a displacement and a rotation: force and moment.
+    pub fn times(&self, (linear, angular): (Vec3<T>, Vec3<T>)) -> (Vec3<T>, Vec3<T>) {
+        (
+            self.force * linear + self.coupling * angular,
+            self.coupling.transpose_mul(linear) + self.moment * angular,
+        )
+    }
+}
+
+impl<T: Scalar> BushingParameters<T> {
+    pub(super) fn new(bushing: &Bushing) -> Self {
+        Self {
+            ends: bushing.ends.map(|body| body.0),
+            frames: bushing.frames.map(Pose::lift),
+            stiffness: Blocks::new(&bushing.stiffness),
+            damping: Blocks::new(&bushing.damping),
+        }
+    }
+}

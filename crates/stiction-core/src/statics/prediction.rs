@@ -1,0 +1,95 @@
+//! Prediction of a smallest eigenvalue and its eigenvector along a motion, from earlier positions.
+
+use crate::linalg::{BLOCK, Part};
+
+/// Relative residual of the eigenvector without a shift. With a shift, the error of the eigenvalue
+/// is the residual times the relative distance of the shift, so larger residuals suffice. Round-off
+/// of a start vector that contains little of the eigenvector costs two more digits: eigenvalues are
+/// accurate to 1e-9 for certain, and usually to round-off, because the error is quadratic.
+const ACCURACY: f64 = 2e-11;
+/// Largest possible relative error of an eigenvalue; beyond it, the matrix is not shifted.
+const CERTAIN: f64 = 1e-9;
+/// Ratio of the distance of the shift from the predicted value to the error of the last prediction.
+const SAFETY: f64 = 4.0;
+/// Limits of the relative distance of the shift from the predicted value, and its value before any
+/// prediction could be checked.
+const NEAREST: f64 = 1e-4;
+const FARTHEST: f64 = 0.5;
+const UNCHECKED: f64 = 0.1;
+/// Amount of the last eigenvector in the start vector, relative to a general vector. The latter
+/// finds an eigenvalue that becomes the smallest and has an orthogonal vector.
+const KNOWN: f64 = 4.0;
+
+/// Smallest eigenvalue and its vector at the last positions.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Prediction {
+    /// Last eigenvalue and the one before.
+    last: Option<f64>,
+    before: Option<f64>,
+    /// Relative error of the last prediction.
+    missed: Option<f64>,
+    vector: Vec<Part>,
+}
+
+/// Shift of the matrix for inverse iteration, and the residual at which it may stop.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shift {
+    pub(super) by: f64,
+    pub(super) accuracy: f64,
+}
+
+impl Shift {
+    /// The matrix itself.
+    pub(super) const NONE: Self = Self { by: 0.0, accuracy: ACCURACY };
+
+    /// Returns `true` if the error of an eigenvalue found with this shift is at most [`CERTAIN`]. Where the
+    /// eigenvalue is farther from the shift than predicted, after a dwell say, it may be larger.
+    pub(super) fn is_certain(self, eigenvalue: f64) -> bool {
+        (eigenvalue - self.by).abs() * self.accuracy <= CERTAIN * eigenvalue
+    }
+}
+
+impl Prediction {
+    /// Shift slightly below the expected eigenvalue; `None` without an expectation. The Cholesky
+    /// decomposition of the shifted matrix exists only if no eigenvalue is smaller.
+    pub(super) fn shift(&self) -> Option<Shift> {
+        let missed = self.missed.map_or(UNCHECKED, |missed| SAFETY * missed);
+        let margin = missed.clamp(NEAREST, FARTHEST);
+        let by = self.expected()? * (1.0 - margin);
+        (by > 0.0).then_some(Shift { by, accuracy: ACCURACY / margin })
+    }
+
+    fn expected(&self) -> Option<f64> {
+        let last = self.last?;
+        Some(self.before.map_or(last, |before| 2.0 * last - before))
+    }
+
+    /// Adds the result at the next position.
+    pub(super) fn add(&mut self, eigenvalue: f64, vector: &[Part]) {
+        self.missed = self.expected().map(|expected| ((eigenvalue - expected) / eigenvalue).abs());
+        self.before = self.last.replace(eigenvalue);
+        self.vector.clear();
+        self.vector.extend_from_slice(vector);
+    }
+
+    /// Forgets all positions.
+    pub(super) fn forget(&mut self) {
+        (self.last, self.before, self.missed) = (None, None, None);
+        self.vector.clear();
+    }
+
+    /// Start vector for row blocks of these sizes.
+    pub(super) fn start(
+        &self,
+        sizes: impl ExactSizeIterator<Item = usize>,
+    ) -> impl Iterator<Item = Part> {
+        let known = KNOWN * (0.5 * (BLOCK * sizes.len()) as f64).sqrt();
+        sizes.enumerate().map(move |(k, size)| {
+            let last = self.vector.get(k).copied().unwrap_or([0.0; BLOCK]);
+            core::array::from_fn(|i| {
+                let angle = 1.0 + (BLOCK * k + i) as f64 * 0.7548;
+                if i < size { angle.sin() + known * last[i] } else { 0.0 }
+            })
+        })
+    }
+}

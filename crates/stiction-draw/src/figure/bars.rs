@@ -1,0 +1,146 @@
+//! Horizontal bars: amounts, and intervals about zero.
+
+use super::COLOURS;
+use crate::drawing::px;
+use crate::numbers::number;
+use crate::xml::escape;
+
+/// Horizontal bars with a common axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bars {
+    /// Title above the bars.
+    pub title: String,
+    /// Unit of the ends.
+    pub unit: String,
+    /// Bars from top to bottom.
+    pub bars: Vec<Bar>,
+}
+
+/// Interval of a quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// Name left of the bar.
+    pub label: String,
+    /// Low and high end; zero is one of them for an amount. Infinite ends reach beyond the axis.
+    pub ends: (f64, f64),
+    /// A value within that is marked.
+    pub mark: Option<f64>,
+    /// Index of the colour.
+    pub colour: usize,
+}
+
+const WIDTH: f64 = 700.0;
+const ROW: f64 = 24.0;
+const LETTER: f64 = 6.8;
+const LONGEST: usize = 28;
+
+impl Bars {
+    /// Markup of the title and the bars in a page; empty without bars.
+    pub fn inline(&self, label: &str) -> String {
+        if self.bars.is_empty() {
+            return String::new();
+        }
+        format!(
+            "<p class=\"plot-title\">{}</p>\n<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"{}\">{}</div>\n",
+            escape(&self.title),
+            escape(label),
+            self.svg()
+        )
+    }
+
+    fn svg(&self) -> String {
+        let finite =
+            || self.bars.iter().flat_map(|bar| [bar.ends.0, bar.ends.1]).filter(|x| x.is_finite());
+        let (low, high) = finite().fold((0.0_f64, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
+        let span = 0.5 * high - 0.5 * low;
+        let (low, high) = if span > 0.0 { (low, high) } else { (0.0, 1.0) };
+        let short = |text: &str| -> String {
+            match text.chars().count() > LONGEST {
+                true => text.chars().take(LONGEST - 1).chain(['…']).collect(),
+                false => text.to_owned(),
+            }
+        };
+        let letters = self.bars.iter().map(|bar| short(&bar.label).chars().count()).max();
+        let left = 14.0 + LETTER * letters.unwrap_or(0) as f64;
+        let values: Vec<String> = self.bars.iter().map(|bar| self.value(bar)).collect();
+        let letters = values.iter().map(|text| text.chars().count()).max().unwrap_or(0);
+        let right = WIDTH - 12.0 - LETTER * letters as f64;
+        let at = |x: f64| left + (right - left) * ((x - low) / (high - low)).clamp(0.0, 1.0);
+        let height = ROW * self.bars.len() as f64 + 8.0;
+        let mut drawn = format!(
+            "<svg class=\"curves\" viewBox=\"0 0 {WIDTH} {}\" font-family=\"Helvetica, Arial, sans-serif\" \
+             font-size=\"12.5\">",
+            px(height)
+        );
+        for (k, (bar, value)) in self.bars.iter().zip(&values).enumerate() {
+            let middle = 4.0 + ROW * (k as f64 + 0.5);
+            let (from, to) = (at(bar.ends.0), at(bar.ends.1));
+            drawn += &format!(
+                "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"var(--ink)\">{}</text>\
+                 <rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"14\" fill=\"var(--line{})\"/>\
+                 <text x=\"{}\" y=\"{}\" fill=\"var(--soft)\">{}</text>",
+                px(left - 8.0),
+                px(middle + 4.5),
+                escape(&short(&bar.label)),
+                px(from),
+                px(middle - 7.0),
+                px((to - from).max(1.0)),
+                bar.colour % COLOURS.len(),
+                px(to.max(at(0.0)) + 6.0),
+                px(middle + 4.5),
+                escape(value),
+            );
+            if let Some(mark) = bar.mark.filter(|mark| mark.is_finite()) {
+                drawn += &format!(
+                    "<path d=\"M{} {}v20\" stroke=\"var(--ink)\" stroke-width=\"2\"/>",
+                    px(at(mark)),
+                    px(middle - 10.0)
+                );
+            }
+        }
+        drawn
+            + &format!(
+                "<path d=\"M{0} 0V{1}\" stroke=\"var(--soft)\" stroke-width=\"1\"/></svg>",
+                px(at(0.0)),
+                px(height)
+            )
+    }
+
+    fn value(&self, bar: &Bar) -> String {
+        let end = |x: f64| match x {
+            f64::INFINITY => "∞".to_owned(),
+            f64::NEG_INFINITY => "−∞".to_owned(),
+            x => number(x).replace('-', "−"),
+        };
+        match bar.ends {
+            (0.0, high) => format!("{} {}", end(high), self.unit),
+            (low, high) => format!("{} to {} {}", end(low), end(high), self.unit),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn odd_bars_are_drawn() {
+        let bar = |ends| Bar {
+            label: "<b> & a name that is far too long for its column".into(),
+            ends,
+            mark: Some(0.0),
+            colour: 9,
+        };
+        for ends in
+            [(0.0, 0.0), (-1.0, f64::INFINITY), (f64::NEG_INFINITY, f64::INFINITY), (-1e300, 1e300)]
+        {
+            let bars = Bars { title: "t".into(), unit: "N".into(), bars: vec![bar(ends)] };
+            let markup = bars.inline("l");
+            assert!(
+                !markup.contains("NaN") && !markup.contains("inf") && !markup.contains("<b>"),
+                "{markup}"
+            );
+        }
+        assert!(Bars { title: "t".into(), unit: "N".into(), bars: vec![] }.inline("l").is_empty());
+    }
+}

@@ -1,0 +1,74 @@
+//! Figures as PNG, rendered by kuva: the only use of this library.
+
+use super::{COLOURS, Figure, Line};
+use crate::xml::is_of_xml;
+use kuva::prelude::*;
+use kuva::render::figure::Figure as Sheet;
+
+const WIDTH: f64 = 860.0;
+const HEIGHT: f64 = 220.0;
+const LEFT: f64 = 92.0;
+const LEGEND: f64 = 160.0;
+
+impl Figure {
+    /// Figure as PNG.
+    ///
+    /// # Errors
+    /// The renderer fails.
+    pub fn png(&self) -> Result<Vec<u8>, String> {
+        let rows: Vec<Vec<Plot>> = self
+            .panels
+            .iter()
+            .map(|panel| {
+                let bands = panel.bands.iter().flat_map(|band| {
+                    let end = |of: fn(&(f64, f64, f64)) -> f64, label: &str| Line {
+                        label: label.to_owned(),
+                        points: band.points.iter().map(|p| (p.0, of(p))).collect(),
+                        colour: band.colour,
+                        dashed: true,
+                    };
+                    [end(|p| p.1, &band.label), end(|p| p.2, "")]
+                });
+                panel.lines.iter().cloned().chain(bands).flat_map(|line| plots(&line)).collect()
+            })
+            .collect();
+        let layouts = self.panels.iter().zip(&rows).map(|(panel, plots)| {
+            Layout::auto_from_plots(plots)
+                .with_legend_width(LEGEND)
+                .with_force_margins(LEFT, LEGEND + 24.0)
+                .with_y_label(clean(&panel.y_label))
+                .with_x_label(clean(&self.x_label))
+        });
+        let layouts = layouts.collect();
+        let sheet = Sheet::new(self.panels.len(), 1)
+            .with_plots(rows)
+            .with_layouts(layouts)
+            .with_cell_size(WIDTH, HEIGHT)
+            .with_title(clean(&self.title));
+        PngBackend::default().render_scene(&sheet.render()).map_err(|error| error.to_string())
+    }
+}
+
+/// Removes characters that are not drawn.
+fn clean(text: &str) -> String {
+    text.chars().filter(|c| is_of_xml(*c)).collect()
+}
+
+/// The parts of a line between its interruptions.
+fn plots(line: &Line) -> Vec<Plot> {
+    let colour = COLOURS[line.colour % COLOURS.len()];
+    let runs = line.points.split(|(x, y)| !(x.is_finite() && y.is_finite()));
+    let runs = runs.filter(|run| !run.is_empty()).enumerate();
+    runs.map(|(k, run)| {
+        let named = k == 0 && !line.label.is_empty();
+        if run.len() == 1 {
+            let mark = ScatterPlot::new().with_data(run.to_vec()).with_color(colour).with_size(5.0);
+            return Plot::from(if named { mark.with_legend(clean(&line.label)) } else { mark });
+        }
+        let plot =
+            LinePlot::new().with_data(run.to_vec()).with_color(colour).with_stroke_width(1.6);
+        let plot = if named { plot.with_legend(clean(&line.label)) } else { plot };
+        Plot::from(if line.dashed { plot.with_dashed() } else { plot })
+    })
+    .collect()
+}

@@ -1,0 +1,225 @@
+//! Maps of a quantity over two others, as coloured cells.
+
+use crate::numbers::number;
+use crate::xml::escape;
+use std::fmt::Write;
+
+/// Map of a quantity over a grid of two others.
+#[derive(Clone, Debug)]
+pub struct HeatMap {
+    /// Name and unit of the quantity.
+    pub title: String,
+    /// Name and unit of the horizontal axis.
+    pub x_label: String,
+    /// Name and unit of the vertical axis.
+    pub y_label: String,
+    /// Values of the columns, from left to right.
+    pub x: Vec<f64>,
+    /// Values of the rows, from bottom to top.
+    pub y: Vec<f64>,
+    /// Values of the cells, row by row; `None` for a cell without a value, which is hatched.
+    pub values: Vec<Vec<Option<f64>>>,
+}
+
+/// Size of the area of the cells, px.
+const WIDTH: f64 = 560.0;
+const HEIGHT: f64 = 420.0;
+/// Margins around it, px.
+const LEFT: f64 = 92.0;
+const TOP: f64 = 44.0;
+const BOTTOM: f64 = 62.0;
+const RIGHT: f64 = 132.0;
+/// Largest number of values named along an axis.
+const MOST_NAMED: usize = 8;
+/// Largest number of cells in a row whose values are written in them.
+const MOST_WRITTEN: usize = 8;
+/// Colours of a scale whose lightness grows evenly, and which readers with colour vision deficiencies can read:
+/// dark blue, blue, green, yellow.
+const SCALE: [[f64; 3]; 5] = [
+    [68.0, 1.0, 84.0],
+    [59.0, 82.0, 139.0],
+    [33.0, 145.0, 140.0],
+    [94.0, 201.0, 98.0],
+    [253.0, 231.0, 37.0],
+];
+
+impl HeatMap {
+    /// The map as SVG.
+    pub fn svg(&self) -> String {
+        let (width, height) = (LEFT + WIDTH + RIGHT, TOP + HEIGHT + BOTTOM);
+        let mut out = String::new();
+        // Writing to a string cannot fail.
+        let _ = write!(
+            out,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
+             height=\"{height}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\">\
+             <defs><pattern id=\"none\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\">\
+             <rect width=\"6\" height=\"6\" fill=\"#eeeeee\"/>\
+             <path d=\"M0 6L6 0\" stroke=\"#999999\"/></pattern></defs>\
+             <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>"
+        );
+        let middle = LEFT + 0.5 * WIDTH;
+        text(&mut out, (middle, 26.0), "middle", "font-size=\"15\"", &self.title);
+        self.cells(&mut out);
+        self.axes(&mut out);
+        self.legend(&mut out);
+        out.push_str("</svg>\n");
+        out
+    }
+
+    /// Least and greatest finite value.
+    fn range(&self) -> Option<(f64, f64)> {
+        let values = self.values.iter().flatten().flatten().copied().filter(|v| v.is_finite());
+        values.fold(None, |range, value| {
+            let (least, greatest) = range.unwrap_or((value, value));
+            Some((value.min(least), value.max(greatest)))
+        })
+    }
+
+    fn cells(&self, out: &mut String) {
+        let range = self.range();
+        let (columns, rows) = (self.x.len().max(1), self.y.len().max(1));
+        let (w, h) = (WIDTH / columns as f64, HEIGHT / rows as f64);
+        let is_written = columns <= MOST_WRITTEN && rows <= 2 * MOST_WRITTEN;
+        for (row, values) in self.values.iter().enumerate() {
+            for (column, value) in values.iter().enumerate() {
+                let (x, y) = (LEFT + column as f64 * w, TOP + HEIGHT - (row + 1) as f64 * h);
+                let finite = value.filter(|value| value.is_finite());
+                let part = finite.zip(range).map(|(value, range)| fraction(value, range));
+                let fill = part.map_or("url(#none)".to_owned(), colour);
+                let words = match value {
+                    Some(value) => number(*value),
+                    None => "no value".to_owned(),
+                };
+                // Cells overlap a little: no light lines remain between them.
+                let _ = write!(
+                    out,
+                    "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"{fill}\">\
+                     <title>{}</title></rect>",
+                    w + 0.3,
+                    h + 0.3,
+                    escape(&words)
+                );
+                if is_written {
+                    let ink =
+                        if part.is_none_or(|part| part > 0.55) { "#000000" } else { "#ffffff" };
+                    let at = (x + 0.5 * w, y + 0.5 * h + 4.0);
+                    text(out, at, "middle", &format!("fill=\"{ink}\""), &words);
+                }
+            }
+        }
+        let _ = write!(
+            out,
+            "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"none\" stroke=\"#333333\"/>"
+        );
+    }
+
+    fn axes(&self, out: &mut String) {
+        let bottom = TOP + HEIGHT;
+        for k in named(self.x.len()) {
+            let x = LEFT + (k as f64 + 0.5) * WIDTH / self.x.len() as f64;
+            text(out, (x, bottom + 18.0), "middle", "", &number(self.x[k]));
+        }
+        for k in named(self.y.len()) {
+            let y = bottom - (k as f64 + 0.5) * HEIGHT / self.y.len() as f64;
+            text(out, (LEFT - 8.0, y + 4.0), "end", "", &number(self.y[k]));
+        }
+        let middle = LEFT + 0.5 * WIDTH;
+        text(out, (middle, bottom + 44.0), "middle", "font-size=\"14\"", &self.x_label);
+        let (x, y) = (20.0, TOP + 0.5 * HEIGHT);
+        let turn = format!("font-size=\"14\" transform=\"rotate(-90 {x} {y})\"");
+        text(out, (x, y), "middle", &turn, &self.y_label);
+    }
+
+    /// Scale of the colours with its values.
+    fn legend(&self, out: &mut String) {
+        const STEPS: usize = 60;
+        let Some((least, greatest)) = self.range() else { return };
+        let x = LEFT + WIDTH + 22.0;
+        let h = HEIGHT / STEPS as f64;
+        for k in 0..STEPS {
+            let y = TOP + HEIGHT - (k + 1) as f64 * h;
+            let fill = colour((k as f64 + 0.5) / STEPS as f64);
+            let _ = write!(
+                out,
+                "<rect x=\"{x}\" y=\"{y:.2}\" width=\"18\" height=\"{:.2}\" fill=\"{fill}\"/>",
+                h + 0.3
+            );
+        }
+        for k in 0..5 {
+            let part = f64::from(k) / 4.0;
+            let y = TOP + HEIGHT * (1.0 - part) + 4.0;
+            let value = least * (1.0 - part) + greatest * part;
+            text(out, (x + 24.0, y), "start", "", &number(value));
+        }
+    }
+}
+
+/// Indices of the values named along an axis.
+fn named(count: usize) -> impl Iterator<Item = usize> {
+    let step = count.div_ceil(MOST_NAMED).max(1);
+    (0..count).step_by(step)
+}
+
+/// Part of the way from the least to the greatest value, without overflow.
+fn fraction(value: f64, (least, greatest): (f64, f64)) -> f64 {
+    let part = (0.5 * value - 0.5 * least) / (0.5 * greatest - 0.5 * least);
+    if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.5 }
+}
+
+fn colour(part: f64) -> String {
+    let place = part * (SCALE.len() - 1) as f64;
+    let below = (place as usize).min(SCALE.len() - 2);
+    let rest = place - below as f64;
+    let mixed = |k: usize| {
+        let [from, to] = [SCALE[below][k], SCALE[below + 1][k]];
+        (from + rest * (to - from)).round() as u8
+    };
+    format!("#{:02x}{:02x}{:02x}", mixed(0), mixed(1), mixed(2))
+}
+
+fn text(out: &mut String, (x, y): (f64, f64), anchor: &str, more: &str, words: &str) {
+    let words = escape(words);
+    let _ = write!(
+        out,
+        "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" {more}>{words}</text>"
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(values: Vec<Vec<Option<f64>>>) -> HeatMap {
+        HeatMap {
+            title: "<peak> & more".to_owned(),
+            x_label: "x".to_owned(),
+            y_label: "y".to_owned(),
+            x: (0..values.first().map_or(0, Vec::len)).map(|k| k as f64).collect(),
+            y: (0..values.len()).map(|k| k as f64).collect(),
+            values,
+        }
+    }
+
+    #[test]
+    fn least_and_greatest_values_have_the_ends_of_the_scale() {
+        let svg = map(vec![vec![Some(1.0), Some(2.0)], vec![Some(3.0), None]]).svg();
+        assert!(svg.contains("fill=\"#440154\"><title>1.000</title>"), "{svg}");
+        assert!(svg.contains("fill=\"#fde725\"><title>3.000</title>"), "{svg}");
+        assert!(svg.contains("fill=\"url(#none)\"><title>no value</title>"), "{svg}");
+        // The first row is below.
+        let place = |words: &str| svg.find(words).unwrap();
+        assert!(place("<title>1.000") < place("<title>3.000"));
+    }
+
+    #[test]
+    fn odd_values_are_drawn() {
+        let extreme = vec![vec![Some(f64::MAX), Some(-f64::MAX)], vec![Some(f64::INFINITY), None]];
+        for values in [vec![], vec![vec![]], vec![vec![Some(1.0); 3]; 2], vec![vec![None]], extreme]
+        {
+            let svg = map(values.clone()).svg();
+            assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"), "{values:?}");
+            assert!(!svg.contains("NaN") && !svg.contains("<peak>"), "{values:?}");
+        }
+    }
+}

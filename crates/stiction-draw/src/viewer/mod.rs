@@ -1,0 +1,95 @@
+//! The moving robot of a page: a canvas that a reader orbits, plays and asks, drawn by a script of our own.
+
+use crate::digest::base64;
+use crate::xml::escape;
+use serde_json::{Value, json};
+
+/// The script, the only one that a page with a moving robot may run.
+pub const SCRIPT: &str = concat!(
+    "\n\"use strict\";\n(() => {\n",
+    include_str!("data.js"),
+    include_str!("camera.js"),
+    include_str!("shapes.js"),
+    include_str!("stage.js"),
+    include_str!("readout.js"),
+    include_str!("panel.js"),
+    "})();\n"
+);
+
+/// Style sheet of the moving robot.
+pub const STYLE: &str = include_str!("style.css");
+
+/// Samples of a run for the moving picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Film {
+    /// Times of the kept samples, s.
+    pub times: Vec<f64>,
+    /// Number of samples of the run.
+    pub of: usize,
+    /// Point of the world at which the axes of the poses begin, m.
+    pub origin: [f64; 3],
+    /// Position (m, from the origin) and quaternion (w, x, y, z) of every body, the ground first, sample
+    /// by sample.
+    pub poses: Vec<f32>,
+    /// Names of the columns of the tables of the run.
+    pub columns: Vec<String>,
+    /// Values of the columns, sample by sample.
+    pub values: Vec<f64>,
+    /// Friction interfaces, each with the index of its joint.
+    pub interfaces: Vec<(String, usize)>,
+    /// Actuators.
+    pub actuators: Vec<Actuator>,
+}
+
+/// Actuator of the moving picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Actuator {
+    /// Name in the columns.
+    pub name: String,
+    /// Unit of its effort.
+    pub unit: &'static str,
+    /// Index of its joint.
+    pub joint: usize,
+    /// Index of its axis in the joint's frame J.
+    pub axis: usize,
+    /// True for the second axis of a universal joint, which frame K carries.
+    pub second: bool,
+    /// True for a torque.
+    pub turns: bool,
+}
+
+fn actuator(actuator: &Actuator) -> Value {
+    let Actuator { name, unit, joint, axis, second, turns } = actuator;
+    json!({ "name": name, "unit": unit, "joint": joint, "axis": axis, "second": second, "turns": turns })
+}
+
+/// Markup of the moving robot; `still` is its picture without a script and in print.
+pub fn robot(scene: &Value, film: &Film, still: &str, caption: &str) -> String {
+    let floats: Vec<u8> = film.poses.iter().flat_map(|x| x.to_le_bytes()).collect();
+    let doubles =
+        |list: &[f64]| base64(&list.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    let data = json!({
+        "scene": scene,
+        "of": film.of,
+        "origin": film.origin,
+        "columns": film.columns,
+        "interfaces": film.interfaces,
+        "actuators": film.actuators.iter().map(actuator).collect::<Vec<_>>(),
+        "times": doubles(&film.times),
+        "poses": base64(&floats),
+        "values": doubles(&film.values),
+    });
+    // Without `<`, no text in the data ends the element.
+    let data = data.to_string().replace('<', "\\u003c");
+    format!(
+        "<figure class=\"robot\" id=\"robot\">\n\
+         <div class=\"stage\"><canvas tabindex=\"0\" role=\"application\" aria-label=\"The moving robot: drag \
+         or arrow keys turn it, + and - zoom, space plays, a click selects a joint\"></canvas></div>\n\
+         <div class=\"still picture\">{still}</div>\n\
+         <div class=\"controls\"></div>\n\
+         <figcaption>{}<span class=\"kept\"></span></figcaption>\n\
+         <div class=\"readout\" aria-live=\"polite\"></div>\n\
+         <script type=\"application/json\" class=\"film\">{data}</script>\n</figure>\n",
+        escape(caption)
+    )
+}

@@ -1,0 +1,121 @@
+//! Messages of an import, and access to further files.
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::{Place, Source};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Returns the bytes of a file that a robot file names, or the reason for a failure. The name is as
+/// written, relative to the folder of the robot file.
+pub type FileLoader<'a> = dyn Fn(&str) -> Result<Vec<u8>, String> + 'a;
+
+/// A remark on something that the model does not express, or that was understood in another way.
+#[derive(Clone, Debug)]
+pub struct Note {
+    /// The remark, a sentence without a full stop.
+    pub message: String,
+    /// Places in the robot file that it concerns.
+    pub places: Vec<Place>,
+}
+
+impl Note {
+    /// The remark after its file and lines: `models/arm.urdf:12, 15: …`.
+    pub fn line(&self) -> String {
+        self.line_with(|name| name)
+    }
+
+    /// The remark after its lines, with names of files as `shown` gives them.
+    pub(super) fn line_with(&self, shown: fn(&str) -> &str) -> String {
+        let mut text = String::new();
+        let mut file = None;
+        for place in &self.places {
+            let name = place.source.name.as_str();
+            let line = place.line_column().0;
+            match file {
+                Some(known) if known == name => text += &format!(", {line}"),
+                _ => {
+                    let comma = if text.is_empty() { "" } else { ", " };
+                    text += &format!("{comma}{}:{line}", shown(name));
+                }
+            }
+            file = Some(name);
+        }
+        if text.is_empty() { self.message.clone() } else { format!("{text}: {}", self.message) }
+    }
+}
+
+/// State of an import.
+pub(super) struct Context<'a> {
+    pub(super) files: &'a FileLoader<'a>,
+    /// True to keep what the file says, joint by joint.
+    pub(super) literal: bool,
+    pub(super) out: RefCell<Diagnostics>,
+    notes: RefCell<Vec<Note>>,
+    /// Index of the note with a message, to which further places are added.
+    known: RefCell<HashMap<String, usize>>,
+}
+
+impl<'a> Context<'a> {
+    pub(super) fn new(files: &'a FileLoader<'a>, literal: bool) -> Self {
+        Self {
+            files,
+            literal,
+            out: RefCell::default(),
+            notes: RefCell::default(),
+            known: RefCell::default(),
+        }
+    }
+
+    pub(super) fn push(&self, diagnostic: Diagnostic) {
+        self.out.borrow_mut().push(diagnostic);
+    }
+
+    /// Adds the messages about a further file.
+    pub(super) fn append(&self, diagnostics: Diagnostics) {
+        self.out.borrow_mut().append(diagnostics);
+    }
+
+    /// Reports an error at a place.
+    pub(super) fn error(&self, code: &'static str, message: String, place: &Place, help: &str) {
+        let diagnostic = Diagnostic::error(code, message).at(place.clone(), "");
+        let help = (!help.is_empty()).then(|| help.to_owned());
+        self.push(diagnostic.maybe_help(help));
+    }
+
+    pub(super) fn has_errors(&self) -> bool {
+        self.out.borrow().has_errors()
+    }
+
+    /// Adds a remark. Remarks of equal words become one with all places.
+    pub(super) fn note(&self, message: impl Into<String>, place: Option<Place>) {
+        let message = message.into();
+        let mut notes = self.notes.borrow_mut();
+        let mut known = self.known.borrow_mut();
+        let index = *known.entry(message.clone()).or_insert_with(|| {
+            notes.push(Note { message, places: Vec::new() });
+            notes.len() - 1
+        });
+        let same = |known: &Place, place: &Place| {
+            Arc::ptr_eq(&known.source, &place.source)
+                && known.line_column().0 == place.line_column().0
+        };
+        if let Some(place) = place
+            && !notes[index].places.last().is_some_and(|known| same(known, &place))
+        {
+            notes[index].places.push(place);
+        }
+    }
+
+    pub(super) fn take_notes(&self) -> Vec<Note> {
+        self.known.borrow_mut().clear();
+        std::mem::take(&mut *self.notes.borrow_mut())
+    }
+
+    /// Text of a further file as a source.
+    pub(super) fn text(&self, name: &str) -> Result<Arc<Source>, String> {
+        let bytes = (self.files)(name)?;
+        let text = String::from_utf8(bytes).map_err(|_| "it is no UTF-8 text".to_owned())?;
+        Ok(Arc::new(Source::new(name, text)))
+    }
+}

@@ -1,0 +1,233 @@
+//! A robot as its file describes it, in terms of bodies and joints: the form between the readers of
+//! all formats and the writer of the model file.
+
+use crate::source::Place;
+use stiction_core::joint::JointType;
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+use toml::Table;
+
+/// Index of the ground among the bodies.
+pub(super) const GROUND: usize = 0;
+
+/// A robot.
+#[derive(Clone, Debug)]
+pub(super) struct Description {
+    /// Name of the format, for comments.
+    pub(super) format: &'static str,
+    pub(super) name: String,
+    pub(super) gravity: Vec3<f64>,
+    /// The first is the ground.
+    pub(super) bodies: Vec<Body>,
+    pub(super) joints: Vec<Joint>,
+    pub(super) springs: Vec<Spring>,
+    /// Springs of this program, from an extension of the file.
+    pub(super) spring_tables: Vec<(String, Table)>,
+    pub(super) motors: Vec<Motor>,
+    pub(super) gearings: Vec<Gearing>,
+    /// Elements of this program in the file.
+    pub(super) extensions: Vec<super::extension::Entry>,
+    /// Name of the position of the file in which joints start, such as a keyframe.
+    pub(super) position: &'static str,
+}
+
+/// A body.
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    pub(super) name: String,
+    pub(super) mass: f64,
+    pub(super) com: Vec3<f64>,
+    /// About the centre of mass, in the body's axes.
+    pub(super) inertia: Mat3<f64>,
+    pub(super) place: Option<Place>,
+    /// Comment above the body's table.
+    pub(super) comment: Option<String>,
+}
+
+impl Body {
+    /// A body without mass.
+    pub(super) fn massless(name: impl Into<String>, place: Option<Place>) -> Self {
+        Self {
+            name: name.into(),
+            mass: 0.0,
+            com: Vec3::zero(),
+            inertia: Mat3::zero(),
+            place,
+            comment: None,
+        }
+    }
+
+    pub(super) fn is_massless(&self) -> bool {
+        self.mass == 0.0 && self.inertia == Mat3::zero()
+    }
+}
+
+/// A joint between two bodies.
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    pub(super) name: String,
+    pub(super) kind: JointType,
+    pub(super) from: usize,
+    pub(super) to: usize,
+    /// Frame J in `from`; its z axis is that of the joint.
+    pub(super) frame_j: Pose<f64>,
+    /// Frame K in `to`; both frames coincide at zero coordinates.
+    pub(super) frame_k: Pose<f64>,
+    /// m/rad.
+    pub(super) pitch: f64,
+    /// Properties of each scalar coordinate; empty for joints without them.
+    pub(super) dofs: Vec<Coordinate>,
+    /// Damping of all rotations of a spherical joint, N m s/rad.
+    pub(super) damping: f64,
+    /// Relative position in the file's position, for joints without scalar coordinates.
+    pub(super) start: Option<Pose<f64>>,
+    /// True for a condition that closes a loop of a tree of bodies.
+    pub(super) closes: bool,
+    /// Friction of this program, from an extension of the file.
+    pub(super) friction: Option<Table>,
+    pub(super) place: Option<Place>,
+    pub(super) comment: Option<String>,
+}
+
+impl Joint {
+    /// A joint at which both frames coincide in zero coordinates.
+    pub(super) fn new(name: impl Into<String>, kind: JointType, ends: (usize, usize)) -> Self {
+        let dofs = if kind.has_scalar_coordinates() { kind.dofs().len() } else { 0 };
+        Self {
+            name: name.into(),
+            kind,
+            from: ends.0,
+            to: ends.1,
+            frame_j: Pose::identity(),
+            frame_k: Pose::identity(),
+            pitch: 0.0,
+            dofs: vec![Coordinate::default(); dofs],
+            damping: 0.0,
+            start: None,
+            closes: false,
+            friction: None,
+            place: None,
+            comment: None,
+        }
+    }
+
+    /// Name of a degree of freedom, as in motions.
+    pub(super) fn dof_name(&self, dof: usize) -> String {
+        match self.kind.dofs() {
+            [_] => self.name.clone(),
+            several => format!("{}.{}", self.name, several[dof].name),
+        }
+    }
+
+    /// Pose of frame K in frame J in the file's position.
+    pub(super) fn across(&self) -> Pose<f64> {
+        if let Some(start) = self.start {
+            return start;
+        }
+        if self.dofs.is_empty() {
+            return Pose::identity();
+        }
+        let q: Vec<f64> = self.dofs.iter().map(|dof| dof.position).collect();
+        self.kind.pose(&q, self.pitch)
+    }
+
+    /// Pose of `to` in `from` in the file's position.
+    pub(super) fn relative(&self) -> Pose<f64> {
+        self.frame_j * self.across() * self.frame_k.inverse()
+    }
+}
+
+/// Properties of one scalar coordinate of a joint, in SI units.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Coordinate {
+    /// Value in the file's position.
+    pub(super) position: f64,
+    pub(super) range: Option<[f64; 2]>,
+    pub(super) damping: f64,
+    /// Friction that depends neither on the load nor on the speed.
+    pub(super) friction: f64,
+    /// Inertia added at the coordinate.
+    pub(super) armature: f64,
+    /// Stiffness of a spring at the coordinate and the value at which it is relaxed.
+    pub(super) spring: Option<[f64; 2]>,
+    pub(super) actuated: bool,
+}
+
+/// Spring with a damper between points of two bodies.
+#[derive(Clone, Debug)]
+pub(super) struct Spring {
+    pub(super) name: String,
+    pub(super) ends: [usize; 2],
+    pub(super) points: [Vec3<f64>; 2],
+    pub(super) stiffness: f64,
+    pub(super) free_length: f64,
+    pub(super) damping: f64,
+}
+
+/// Linear condition among coordinates of joints: the sum of factors times coordinates is constant.
+#[derive(Clone, Debug)]
+pub(super) struct Gearing {
+    pub(super) name: String,
+    /// Joint, degree of freedom and factor.
+    pub(super) terms: Vec<(usize, usize, f64)>,
+    pub(super) constant: f64,
+    pub(super) place: Option<Place>,
+}
+
+/// Motor on a coordinate of a joint.
+#[derive(Clone, Debug)]
+pub(super) struct Motor {
+    pub(super) name: String,
+    pub(super) joint: usize,
+    pub(super) dof: usize,
+    /// Joint effort over motor torque; not 0.
+    pub(super) gear: f64,
+    /// Greatest effort at the joint, N or N m.
+    pub(super) effort: Option<f64>,
+    /// Greatest rate of the joint, m/s or rad/s.
+    pub(super) rate: Option<f64>,
+    pub(super) place: Option<Place>,
+}
+
+impl Description {
+    pub(super) fn new(format: &'static str, name: impl Into<String>, gravity: Vec3<f64>) -> Self {
+        Self {
+            format,
+            name: name.into(),
+            gravity,
+            bodies: vec![Body::massless("ground", None)],
+            joints: Vec::new(),
+            springs: Vec::new(),
+            spring_tables: Vec::new(),
+            motors: Vec::new(),
+            gearings: Vec::new(),
+            extensions: Vec::new(),
+            position: "zero coordinates",
+        }
+    }
+
+    /// Poses of all bodies in the ground's frame in the file's position, along joints that close no
+    /// loop first; `None` for bodies without a connection.
+    pub(super) fn poses(&self) -> Vec<Option<Pose<f64>>> {
+        let mut poses = vec![None; self.bodies.len()];
+        poses[GROUND] = Some(Pose::identity());
+        for closures in [false, true] {
+            loop {
+                let mut changed = false;
+                for joint in self.joints.iter().filter(|joint| closures || !joint.closes) {
+                    match (poses[joint.from], poses[joint.to]) {
+                        (Some(from), None) => poses[joint.to] = Some(from * joint.relative()),
+                        (None, Some(to)) => {
+                            poses[joint.from] = Some(to * joint.relative().inverse());
+                        }
+                        _ => continue,
+                    }
+                    changed = true;
+                }
+                if !changed {
+                    break;
+                }
+            }
+        }
+        poses
+    }
+}

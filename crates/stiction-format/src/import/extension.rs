@@ -1,0 +1,185 @@
+//! Elements of this program in files of others: what those formats do not have.
+//!
+//! In URDF and SDF they are elements in a namespace of their own, in MJCF custom texts. Each has the
+//! name of a joint or spring:
+//!
+//! | kind | content |
+//! | --- | --- |
+//! | `friction` | the content of the joint's `friction` table in a model file |
+//! | `spring` | the content of the spring's table |
+//! | `from` | the predecessor of a joint that the file has the other way round |
+//! | `start` | coordinates of the joint at which the robot starts |
+//! | `coordinates` | coordinates of the joint at the position of the file, which is its zero there |
+//! | `gravity` | three numbers, without a name |
+
+use super::context::Context;
+use super::description::{Description, Joint};
+use super::xml::{Element, numbers_in};
+use crate::diagnostic::quoted;
+use crate::source::Place;
+use stiction_core::joint::JointType;
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+use toml::Table;
+
+/// Namespace of the elements.
+pub const NAMESPACE: &str = "urn:stiction:1";
+
+/// One element.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    kind: String,
+    name: String,
+    text: String,
+    place: Place,
+}
+
+/// Elements of this program among the children of an element.
+pub(super) fn entries(parent: &Element) -> Vec<Entry> {
+    let own = parent.children.iter().filter(|child| child.namespace == NAMESPACE);
+    let entry = |child: &Element| Entry {
+        kind: child.tag.clone(),
+        name: child.get("name").unwrap_or_default().to_owned(),
+        text: child.text.clone(),
+        place: child.place(),
+    };
+    own.map(entry).collect()
+}
+
+/// Custom texts of this program in MJCF.
+pub(super) fn custom_texts(root: &Element) -> Vec<Entry> {
+    let prefix = format!("{NAMESPACE}/");
+    let texts = root.all("custom").flat_map(|custom| custom.all("text"));
+    let entry = |text: &Element| {
+        let (kind, name) = text.get("name")?.strip_prefix(&prefix)?.split_once('/')?;
+        let data = text.attribute("data")?;
+        Some(Entry {
+            kind: kind.to_owned(),
+            name: name.to_owned(),
+            text: data.value.replace(";;", "\n"),
+            place: data.place(),
+        })
+    };
+    texts.filter_map(entry).collect()
+}
+
+/// Applies the elements whose joints exist and returns the others.
+pub(super) fn apply(
+    context: &Context<'_>,
+    robot: &mut Description,
+    entries: Vec<Entry>,
+) -> Vec<Entry> {
+    let mut left = Vec::new();
+    for entry in entries {
+        match entry.kind.as_str() {
+            "gravity" => {
+                let numbers = numbers_in(context, &entry.text, &entry.place).unwrap_or_default();
+                if let &[x, y, z] = numbers.as_slice() {
+                    robot.gravity = Vec3::new(x, y, z);
+                }
+            }
+            "spring" => {
+                let table = table(context, &entry);
+                robot.spring_tables.extend(table.map(|table| (entry.name.clone(), table)));
+            }
+            _ => match robot.joints.iter().position(|joint| {
+                joint.name == entry.name && (joint.kind != JointType::Fixed || !joint.closes)
+            }) {
+                Some(index) => joint(context, robot, index, &entry),
+                None => left.push(entry),
+            },
+        }
+    }
+    left
+}
+
+/// Names elements that no joint took.
+pub(super) fn note_left(context: &Context<'_>, entries: Vec<Entry>) {
+    for entry in entries {
+        let message = format!("there is no joint {} for <{}>", quoted(&entry.name), entry.kind);
+        context.note(message, Some(entry.place));
+    }
+}
+
+fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &Entry) {
+    let from = robot.bodies.iter().position(|body| body.name == entry.text);
+    let joint = &mut robot.joints[index];
+    match entry.kind.as_str() {
+        "friction" => joint.friction = table(context, entry),
+        "from" if from == Some(joint.to) => turn_round(joint),
+        "start" | "coordinates" => {
+            let numbers = numbers_in(context, &entry.text, &entry.place).unwrap_or_default();
+            if !is_position(joint.kind, &numbers) {
+                let message = format!("these are no coordinates of joint {}", quoted(&joint.name));
+                context.error("coordinates", message, &entry.place, "");
+                return;
+            }
+            let across = joint.kind.pose(&numbers, joint.pitch);
+            if entry.kind == "coordinates" {
+                shift(joint, &numbers, across);
+            }
+            if joint.dofs.is_empty() {
+                joint.start = Some(across);
+            } else {
+                joint.dofs.iter_mut().zip(numbers).for_each(|(dof, value)| dof.position = value);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// True for as many numbers as a type of joint has coordinates, with a quaternion that is not zero.
+fn is_position(kind: JointType, numbers: &[f64]) -> bool {
+    let unit = |q: &[f64]| (q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-6;
+    numbers.len() == kind.coordinates()
+        && match kind {
+            JointType::Spherical => unit(numbers),
+            JointType::Free => unit(&numbers[3..]),
+            _ => true,
+        }
+}
+
+/// Moves the zero of the coordinates: where the frames coincide now, the joint has these values.
+fn shift(joint: &mut Joint, numbers: &[f64], across: Pose<f64>) {
+    match joint.kind {
+        JointType::Universal => {
+            let turn = |axis: usize, angle: f64| Pose {
+                rotation: Mat3::about_axis(axis, angle.sin_cos()),
+                position: Vec3::zero(),
+            };
+            joint.frame_j = joint.frame_j * turn(2, -numbers[0]);
+            joint.frame_k = joint.frame_k * turn(0, numbers[1]);
+        }
+        // The position of a floating body is that of the file.
+        JointType::Free => {}
+        _ => joint.frame_k = joint.frame_k * across,
+    }
+}
+
+/// Exchanges predecessor and successor; the coordinates stay the same.
+fn turn_round(joint: &mut Joint) {
+    let [x, y, z] = [0, 1, 2].map(Vec3::unit);
+    let axes = match joint.kind {
+        JointType::Universal => Mat3::from_columns(-z, -y, -x),
+        JointType::Spherical | JointType::Fixed | JointType::Free => Mat3::identity(),
+        JointType::Planar => return,
+        _ => Mat3::from_columns(x, -y, -z),
+    };
+    let axes = Pose { rotation: axes, position: Vec3::zero() };
+    (joint.from, joint.to) = (joint.to, joint.from);
+    (joint.frame_j, joint.frame_k) = (joint.frame_k * axes, joint.frame_j * axes);
+    joint.start = joint.start.map(Pose::inverse);
+    joint.dofs.reverse();
+}
+
+/// The content of a table as TOML.
+fn table(context: &Context<'_>, entry: &Entry) -> Option<Table> {
+    match entry.text.parse::<Table>() {
+        Ok(table) => Some(table),
+        Err(error) => {
+            let message = format!("the {} cannot be read: {}", entry.kind, error.message());
+            let help = "write the keys of a table of the model file, one per line: mu = 0.1";
+            context.error("extension", message, &entry.place, help);
+            None
+        }
+    }
+}

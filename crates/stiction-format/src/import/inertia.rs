@@ -1,0 +1,89 @@
+//! Masses and inertias: checks, sums and changes of axes.
+
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+
+/// Mass with its centre and its inertia about the centre, in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Mass {
+    pub(super) mass: f64,
+    pub(super) com: Vec3<f64>,
+    pub(super) inertia: Mat3<f64>,
+}
+
+/// Symmetric tensor of its six entries.
+pub(super) fn symmetric([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Mat3<f64> {
+    let column = |a, b, c| Vec3::new(a, b, c);
+    Mat3::from_columns(column(xx, xy, xz), column(xy, yy, yz), column(xz, yz, zz))
+}
+
+/// Tensor in the axes of a frame in which the tensor's own axes are the columns of `rotation`.
+pub(super) fn turned(tensor: Mat3<f64>, rotation: Mat3<f64>) -> Mat3<f64> {
+    if rotation == Mat3::identity() {
+        return tensor;
+    }
+    let turned = rotation * tensor * rotation.transpose();
+    // Rounding leaves it not quite symmetric.
+    (turned + turned.transpose()) * 0.5
+}
+
+/// Inertia about another point at the distance `arm` from the centre of mass, less that about the
+/// centre.
+fn steiner(mass: f64, arm: Vec3<f64>) -> Mat3<f64> {
+    let square = arm.norm_squared();
+    let column = |k: usize| (Vec3::unit(k) * square + arm * -arm.component(k)) * mass;
+    Mat3::from_columns(column(0), column(1), column(2))
+}
+
+impl Mass {
+    /// Nothing.
+    pub(super) const fn none() -> Self {
+        let zero = Vec3 { x: 0.0, y: 0.0, z: 0.0 };
+        Self { mass: 0.0, com: zero, inertia: Mat3 { columns: [zero; 3] } }
+    }
+
+    /// The same in a frame in which the present one has the given pose.
+    pub(super) fn placed(self, pose: Pose<f64>) -> Self {
+        Self {
+            mass: self.mass,
+            com: pose.apply(self.com),
+            inertia: turned(self.inertia, pose.rotation),
+        }
+    }
+
+    /// Both together.
+    pub(super) fn with(self, other: Self) -> Self {
+        let mass = self.mass + other.mass;
+        if mass == 0.0 {
+            return Self { inertia: self.inertia + other.inertia, ..self };
+        }
+        let com = (self.com * self.mass + other.com * other.mass) * mass.recip();
+        let about = |part: Self| part.inertia + steiner(part.mass, part.com + -com);
+        Self { mass, com, inertia: about(self) + about(other) }
+    }
+
+    /// The same shape with another mass.
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self { mass: self.mass * factor, inertia: self.inertia * factor, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two halves of a rod are the rod: m l²/12.
+    #[test]
+    fn halves_add_up() {
+        let half = |x: f64| Mass {
+            mass: 1.0,
+            com: Vec3::new(x, 0.0, 0.0),
+            inertia: Mat3::diagonal(Vec3::new(0.0, 1.0 / 12.0, 1.0 / 12.0)),
+        };
+        let rod = half(0.5).with(half(1.5));
+        assert_eq!((rod.mass, rod.com), (2.0, Vec3::new(1.0, 0.0, 0.0)));
+        for k in 1..3 {
+            assert!((rod.inertia.at(k, k) - 2.0 * 4.0 / 12.0).abs() < 1e-15);
+        }
+        assert_eq!(rod.inertia.at(0, 0), 0.0);
+    }
+}

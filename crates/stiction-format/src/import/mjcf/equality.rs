@@ -1,0 +1,160 @@
+//! Equality constraints: closures of loops, and couplings of joints.
+
+use super::super::description::{Gearing, Joint};
+use super::super::rotation;
+use super::super::xml::Element;
+use super::Reader;
+use crate::diagnostic::{did_you_mean, quoted};
+use stiction_core::joint::JointType;
+use stiction_core::spatial::{Pose, Vec3};
+
+impl Reader<'_, '_> {
+    pub(super) fn read_equalities(&mut self, root: &Element) {
+        for equality in root.all("equality") {
+            for (number, element) in equality.children.iter().enumerate() {
+                let element = self.defaults.applied(self.context, element, None);
+                if element.get("active") == Some("false") {
+                    let message = "an equality that is not active is left out";
+                    self.context.note(message, Some(element.place()));
+                    continue;
+                }
+                let name = match element.get("name") {
+                    Some(name) => name.to_owned(),
+                    None => format!("{}{}", element.tag, number + 1),
+                };
+                let joint = match element.tag.as_str() {
+                    "connect" => self.connect(&element, &name),
+                    "weld" => self.weld(&element, &name),
+                    "joint" => {
+                        self.couple(&element, &name);
+                        None
+                    }
+                    other => {
+                        let message = format!("an equality of type {other} is left out");
+                        self.context.note(message, Some(element.place()));
+                        None
+                    }
+                };
+                self.robot.joints.extend(joint);
+            }
+        }
+    }
+
+    /// Looks up a name and reports an unknown one.
+    fn named<T: Clone>(
+        &self,
+        element: &Element,
+        (key, what): (&str, &str),
+        known: &std::collections::HashMap<String, T>,
+    ) -> Option<T> {
+        let attribute = element.attribute(key)?;
+        let name = attribute.value.trim();
+        let found = known.get(name).cloned();
+        if found.is_none() {
+            let mut names: Vec<&str> = known.keys().map(String::as_str).collect();
+            names.sort_unstable();
+            let help = did_you_mean(name, &format!("{what}s"), names).unwrap_or_default();
+            let message = format!("there is no {what} {}", quoted(name));
+            self.context.error("name", message, &attribute.place(), &help);
+        }
+        found
+    }
+
+    /// The two bodies of an element, and two sites on them where it names sites.
+    #[expect(clippy::type_complexity, reason = "two bodies and, for sites, two poses")]
+    fn ends(&self, element: &Element) -> Option<([usize; 2], Option<[Pose<f64>; 2]>)> {
+        if element.attribute("site1").is_some() {
+            let (first, one) = self.named(element, ("site1", "site"), &self.sites)?;
+            element.required(self.context, "site2")?;
+            let (second, two) = self.named(element, ("site2", "site"), &self.sites)?;
+            return Some(([first, second], Some([one, two])));
+        }
+        element.required(self.context, "body1")?;
+        let first = self.named(element, ("body1", "body"), &self.bodies)?;
+        let second = match element.attribute("body2") {
+            Some(_) => self.named(element, ("body2", "body"), &self.bodies)?,
+            None => 0,
+        };
+        Some(([first, second], None))
+    }
+
+    /// Pose of the second body in the first, as the file has them.
+    fn between(&self, [first, second]: [usize; 2]) -> Pose<f64> {
+        self.poses[first].inverse() * self.poses[second]
+    }
+
+    /// Two points coincide: a ball joint.
+    fn connect(&self, element: &Element, name: &str) -> Option<Joint> {
+        let (ends, sites) = self.ends(element)?;
+        let [one, two] = match sites {
+            Some(sites) => sites.map(|site| site.position),
+            None => {
+                element.required(self.context, "anchor")?;
+                let anchor = Vec3::from(element.numbers::<3>(self.context, "anchor")?);
+                [anchor, self.between(ends).inverse().apply(anchor)]
+            }
+        };
+        let mut joint = Joint::new(name, JointType::Spherical, (ends[0], ends[1]));
+        joint.frame_j = Pose::at(one);
+        // Both frames have the same directions in the position of the file.
+        joint.frame_k = Pose { position: two, rotation: self.between(ends).rotation.transpose() };
+        joint.closes = true;
+        joint.place = Some(element.place());
+        joint.comment = Some(format!("Closes a loop: <connect> {}.", quoted(name)));
+        Some(joint)
+    }
+
+    /// Two frames coincide: a fixed joint.
+    fn weld(&self, element: &Element, name: &str) -> Option<Joint> {
+        let (ends, sites) = self.ends(element)?;
+        let [one, two] = match sites {
+            Some(sites) => sites,
+            None => {
+                let given = element.numbers::<7>(self.context, "relpose");
+                let given = given.and_then(|[x, y, z, a, b, c, d]| {
+                    let rotation = rotation::quaternion([a, b, c, d])?;
+                    Some(Pose { position: Vec3::new(x, y, z), rotation })
+                });
+                [given.unwrap_or_else(|| self.between(ends)), Pose::identity()]
+            }
+        };
+        let mut joint = Joint::new(name, JointType::Fixed, (ends[0], ends[1]));
+        (joint.frame_j, joint.frame_k) = (one, two);
+        joint.closes = true;
+        joint.place = Some(element.place());
+        joint.comment = Some(format!("Closes a loop: <weld> {}.", quoted(name)));
+        Some(joint)
+    }
+
+    /// One coordinate is a polynomial of another one.
+    fn couple(&mut self, element: &Element, name: &str) -> Option<()> {
+        element.required(self.context, "joint1")?;
+        let first = self.named(element, ("joint1", "joint"), &self.joints)?;
+        let second = match element.attribute("joint2") {
+            Some(_) => Some(self.named(element, ("joint2", "joint"), &self.joints)?),
+            None => None,
+        };
+        let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
+        let given = element.list(self.context, "polycoef").unwrap_or_default();
+        coefficients.iter_mut().zip(given).for_each(|(known, value)| *known = value);
+        if coefficients[2..].iter().any(|value| *value != 0.0) && second.is_some() {
+            let message = "a coupling of joints by a polynomial of higher order is left out";
+            self.context.note(message, Some(element.place()));
+            return None;
+        }
+        let reference = |joint: usize| match self.robot.joints[joint].dofs.as_slice() {
+            [dof] => Some(dof.position),
+            _ => None,
+        };
+        // Deviations from the position of the file are coupled.
+        let mut terms = vec![(first, 0, 1.0)];
+        let mut constant = coefficients[0] + reference(first)?;
+        if let Some(second) = second {
+            terms.push((second, 0, -coefficients[1]));
+            constant -= coefficients[1] * reference(second)?;
+        }
+        let place = Some(element.place());
+        self.robot.gearings.push(Gearing { name: name.to_owned(), terms, constant, place });
+        Some(())
+    }
+}

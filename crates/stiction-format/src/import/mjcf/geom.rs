@@ -1,0 +1,160 @@
+//! Masses of geoms.
+
+use super::super::inertia::Mass;
+use super::super::mesh;
+use super::super::solid::{capsule, cuboid, cylinder, ellipsoid};
+use super::super::xml::Element;
+use super::Reader;
+use crate::diagnostic::quoted;
+use std::collections::HashMap;
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+
+/// Density where the file has none, kg/m³.
+const DENSITY: f64 = 1000.0;
+
+/// Solids of the mesh files by their names, with density 1, or the reason why a mesh has no solid.
+#[derive(Default)]
+pub(super) struct Meshes {
+    found: HashMap<String, Element>,
+    read: HashMap<String, Result<Mass, String>>,
+}
+
+impl Reader<'_, '_> {
+    /// Notes the meshes of the file; their files are read when a mass needs them.
+    pub(super) fn read_meshes(&mut self, root: &Element) {
+        for element in root.all("asset").flat_map(|asset| asset.all("mesh")) {
+            let mesh = self.defaults.applied(self.context, element, None);
+            let file = mesh.get("file").map(|file| {
+                let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+                name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned()
+            });
+            let Some(name) = mesh.get("name").map(str::to_owned).or(file) else { continue };
+            self.meshes.found.insert(name, mesh);
+        }
+    }
+
+    /// Mass of a geom in the frame of its body, without the frames around it.
+    pub(super) fn geom_mass(&mut self, geom: &Element, body: &str) -> Mass {
+        let context = self.context;
+        let group = geom.number(context, "group").unwrap_or(0.0);
+        let [least, greatest] = self.settings.geom_groups;
+        if group < least || group > greatest {
+            return Mass::none();
+        }
+        let word = match geom.get("type") {
+            Some(word) => word,
+            None if geom.attribute("mesh").is_some() => "mesh",
+            None => "sphere",
+        };
+        let given = geom.number(context, "mass");
+        if given == Some(0.0) {
+            return Mass::none();
+        }
+        if geom.get("shellinertia") == Some("true") {
+            let message = "inertias of shells are read as those of solids";
+            context.note(message, Some(geom.place()));
+        }
+        let mut size = [0.0; 3];
+        for (known, value) in size.iter_mut().zip(geom.list(context, "size").unwrap_or_default()) {
+            *known = value.abs();
+        }
+        let mut pose = self.settings.pose(context, geom);
+        if let Some([a, b, c, d, e, f]) = geom.numbers::<6>(context, "fromto") {
+            let (from, to) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
+            let half = (to + -from) * 0.5;
+            let along = half.direction().unwrap_or(Vec3::unit(2));
+            pose =
+                Pose { position: (from + to) * 0.5, rotation: Mat3::between(Vec3::unit(2), along) };
+            size = match word {
+                "box" | "ellipsoid" => [size[0], size[0], half.norm()],
+                _ => [size[0], half.norm(), 0.0],
+            };
+        }
+        let solid = match word {
+            "sphere" => ellipsoid([size[0]; 3]),
+            "ellipsoid" => ellipsoid(size),
+            "box" => cuboid(size),
+            "cylinder" => cylinder(size[0], size[1]),
+            "capsule" => capsule(size[0], size[1]),
+            "plane" | "hfield" => return Mass::none(),
+            "mesh" => match self.mesh_of(geom, body) {
+                Some(solid) => solid,
+                None => return Mass::none(),
+            },
+            other => {
+                let message = format!("geoms of type {} have no mass here", quoted(other));
+                context.note(message, Some(geom.place()));
+                return Mass::none();
+            }
+        };
+        let factor = match given {
+            Some(mass) if solid.mass > 0.0 => mass / solid.mass,
+            Some(_) => 0.0,
+            None => geom.number(context, "density").unwrap_or(DENSITY),
+        };
+        solid.scaled(factor).placed(pose)
+    }
+
+    /// Solid of a mesh with density 1; a missing one is named.
+    fn mesh_of(&mut self, geom: &Element, body: &str) -> Option<Mass> {
+        let name = geom.get("mesh")?;
+        if !self.meshes.read.contains_key(name) {
+            let solid = self.read_mesh(name);
+            self.meshes.read.insert(name.to_owned(), solid);
+        }
+        match self.meshes.read.get(name)? {
+            Ok(solid) => Some(*solid),
+            Err(why) => {
+                let message = format!("{why}: body {} is without its mass", quoted(body));
+                self.context.note(message, Some(geom.place()));
+                None
+            }
+        }
+    }
+
+    fn read_mesh(&self, name: &str) -> Result<Mass, String> {
+        let context = self.context;
+        let mesh = self.meshes.found.get(name);
+        let mesh = mesh.ok_or_else(|| format!("there is no mesh {}", quoted(name)))?;
+        let scale = mesh.numbers::<3>(context, "scale").unwrap_or([1.0; 3]);
+        let triangles = match (mesh.get("file"), mesh.list(context, "vertex")) {
+            (Some(file), _) => {
+                let path = self.settings.mesh_path(file);
+                let failed =
+                    |why: String| format!("the mesh {} cannot be read: {why}", quoted(&path));
+                let bytes = (context.files)(&path).map_err(failed)?;
+                mesh::read(&path, &bytes).map_err(failed)?
+            }
+            (None, Some(vertices)) => {
+                let faces = mesh.list(context, "face").unwrap_or_default();
+                let point = |index: &f64| {
+                    let at = 3 * (*index as usize);
+                    let point = vertices.get(at..at + 3)?;
+                    Some(Vec3::new(point[0], point[1], point[2]))
+                };
+                let triangle =
+                    |face: &[f64]| Some([point(&face[0])?, point(&face[1])?, point(&face[2])?]);
+                let triangles: Option<Vec<_>> = faces.chunks_exact(3).map(triangle).collect();
+                let triangles = triangles.filter(|triangles| !triangles.is_empty());
+                triangles.ok_or_else(|| format!("the mesh {} has no faces", quoted(name)))?
+            }
+            _ => return Err(format!("the mesh {} has no file", quoted(name))),
+        };
+        let position = Vec3::from(mesh.numbers::<3>(context, "refpos").unwrap_or([0.0; 3]));
+        let turn = mesh.numbers::<4>(context, "refquat");
+        let turn = turn.and_then(super::super::rotation::quaternion).unwrap_or(Mat3::identity());
+        let placed = |point: Vec3<f64>| {
+            let moved = turn.transpose() * (point + -position);
+            Vec3::new(moved.x * scale[0], moved.y * scale[1], moved.z * scale[2])
+        };
+        let triangles: Vec<_> = triangles.iter().map(|corners| corners.map(placed)).collect();
+        match mesh.get("inertia") {
+            None | Some("exact" | "legacy") => {}
+            Some(_) => {
+                let message = "inertias of shells and convex hulls are read as those of the solids";
+                context.note(message, Some(mesh.place()));
+            }
+        }
+        Ok(mesh::solid(&triangles))
+    }
+}

@@ -1,0 +1,122 @@
+//! MJCF, the format of MuJoCo: nested bodies, and equality constraints that close loops.
+
+mod actuator;
+mod body;
+mod defaults;
+mod equality;
+mod geom;
+mod joint;
+mod keyframe;
+mod settings;
+mod tendon;
+
+use super::context::Context;
+use super::description::Description;
+use super::extension;
+use super::xml::Element;
+use defaults::Defaults;
+use settings::Settings;
+use std::collections::HashMap;
+use stiction_core::spatial::Pose;
+
+/// The file while it is read.
+pub(super) struct Reader<'a, 'c> {
+    context: &'a Context<'c>,
+    settings: Settings,
+    defaults: Defaults,
+    robot: Description,
+    /// Pose of each body in the world as the file has it.
+    poses: Vec<Pose<f64>>,
+    /// Bodies by their names in the file.
+    bodies: HashMap<String, usize>,
+    /// Joints by their names in the file.
+    joints: HashMap<String, usize>,
+    /// Joints in the order of the coordinates of the file.
+    order: Vec<usize>,
+    /// Body and pose of each site.
+    sites: HashMap<String, (usize, Pose<f64>)>,
+    meshes: geom::Meshes,
+}
+
+/// Elements that make bodies by a program.
+const GENERATORS: [&str; 5] = ["replicate", "composite", "flexcomp", "flex", "attach"];
+
+/// Reads a robot.
+pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description> {
+    let mut root = root.clone();
+    defaults::include(context, &mut root)?;
+    super::limit_size(context, &root)?;
+    refuse_generators(context, &root)?;
+    let settings = Settings::read(context, &root);
+    let defaults = Defaults::read(context, &root);
+    let name = root.get("model").unwrap_or("robot");
+    let robot = Description::new("MJCF", name, settings.gravity);
+    let mut reader = Reader {
+        context,
+        settings,
+        defaults,
+        robot,
+        poses: vec![Pose::identity()],
+        bodies: HashMap::from([("world".to_owned(), 0)]),
+        joints: HashMap::new(),
+        order: Vec::new(),
+        sites: HashMap::new(),
+        meshes: geom::Meshes::default(),
+    };
+    reader.read_meshes(&root);
+    reader.read_bodies(&root);
+    if context.has_errors() {
+        return None;
+    }
+    reader.scale_mass();
+    reader.read_equalities(&root);
+    let tendons = reader.read_tendons(&root);
+    reader.read_actuators(&root, &tendons);
+    reader.read_keyframe(&root);
+    reader.robot.extensions = extension::custom_texts(&root);
+    reader.note_unused(&root);
+    Some(reader.robot)
+}
+
+fn refuse_generators(context: &Context<'_>, root: &Element) -> Option<()> {
+    let mut open = vec![root];
+    while let Some(element) = open.pop() {
+        if GENERATORS.contains(&element.tag.as_str()) {
+            let message = format!("<{}>, which makes bodies by a rule, is not read", element.tag);
+            let help = "save the model with MuJoCo, which writes these bodies out \
+                        (mj_saveLastXML), and convert the saved file";
+            context.error("mjcf", message, &element.place(), help);
+            return None;
+        }
+        open.extend(element.children.iter().filter(|child| child.tag != "asset"));
+    }
+    Some(())
+}
+
+impl Reader<'_, '_> {
+    /// Scales all masses to a given total.
+    fn scale_mass(&mut self) {
+        let Some(total) = self.settings.total_mass else { return };
+        let sum: f64 = self.robot.bodies.iter().map(|body| body.mass).sum();
+        if sum > 0.0 {
+            for body in &mut self.robot.bodies {
+                body.mass *= total / sum;
+                body.inertia = body.inertia * (total / sum);
+            }
+        }
+    }
+
+    fn note_unused(&self, root: &Element) {
+        for element in &root.children {
+            match element.tag.as_str() {
+                "compiler" | "default" | "worldbody" | "equality" | "tendon" | "actuator"
+                | "keyframe" | "option" | "custom" => {}
+                "asset" | "visual" | "statistic" | "size" => {}
+                tag => {
+                    let message = format!("<{tag}> has no counterpart in the model");
+                    self.context.note(message, Some(element.place()));
+                }
+            }
+        }
+    }
+}

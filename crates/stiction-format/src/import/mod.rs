@@ -1,0 +1,183 @@
+//! Import of robot files of other programs: URDF, MJCF and SDF become the text of a model file.
+//!
+//! A reader for each format fills one [description](description::Description) of bodies and joints;
+//! [`meaning`] replaces what the format could only say in a roundabout way, such as a closure by
+//! three equations in a chain that moves in a plane; [`text`] writes the model file. What has no
+//! counterpart is listed with its places, never left out in silence.
+
+mod context;
+mod description;
+mod extension;
+mod inertia;
+mod meaning;
+mod mesh;
+mod mjcf;
+mod names;
+mod position;
+mod rotation;
+mod sdf;
+mod solid;
+mod text;
+mod urdf;
+mod xml;
+mod yaml;
+
+pub use context::{FileLoader, Note};
+pub use extension::NAMESPACE;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::source::Source;
+use context::Context;
+use description::Description;
+use std::sync::Arc;
+use xml::Element;
+
+/// Result of an import.
+#[derive(Clone, Debug)]
+pub struct Imported {
+    /// Text of a model file.
+    pub text: String,
+    /// Remarks on content that the model does not express, or expresses in another way than the file.
+    pub notes: Vec<Note>,
+}
+
+/// Choices of an import.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ImportOptions {
+    /// Keeps every joint as the file has it, instead of recognising hinges, balls and others.
+    pub literal: bool,
+}
+
+/// Tests if a text looks like a robot file in XML rather than a model file.
+pub fn is_robot_file(text: &str) -> bool {
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    // No model file in TOML begins with an angle bracket.
+    text.starts_with('<')
+}
+
+/// Converts a URDF, MJCF or SDF file to a model file. `files` returns meshes and included files, by
+/// names relative to the folder of the robot file.
+///
+/// # Errors
+/// All errors of the file, each with its place.
+pub fn import(
+    source: &Source,
+    options: ImportOptions,
+    files: &FileLoader<'_>,
+) -> Result<Imported, Diagnostics> {
+    let source = Arc::new(source.clone());
+    let context = Context::new(files, options.literal);
+    let robot = xml::parse(&source)
+        .map_err(|error| context.append(error))
+        .ok()
+        .and_then(|root| describe(&context, &root, stem(&source.name)))
+        .filter(|_| !context.has_errors());
+    let text = robot.and_then(|robot| write(&context, &source, robot));
+    let mut out = context.out.take();
+    out.sort();
+    match text {
+        Some(text) if !out.has_errors() => Ok(Imported { text, notes: context.take_notes() }),
+        _ => Err(out),
+    }
+}
+
+/// Name of a file without its folder and ending.
+fn stem(name: &str) -> &str {
+    let name = file_name(name);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}
+
+fn file_name(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().unwrap_or(name)
+}
+
+/// Greatest number of bodies; decompositions of larger mechanisms would take hours.
+const MOST_BODIES: usize = 2000;
+
+/// Refuses files with too many bodies.
+fn limit_size(context: &Context<'_>, root: &Element) -> Option<()> {
+    let mut count = 0;
+    let mut open = vec![root];
+    while let Some(element) = open.pop() {
+        count += usize::from(matches!(element.tag.as_str(), "link" | "body" | "joint"));
+        if count > 3 * MOST_BODIES {
+            let message = format!("the file has more than {MOST_BODIES} bodies or their joints");
+            let help = "import a part of it; nothing this large can be computed here";
+            context.error("size", message, &element.place(), help);
+            return None;
+        }
+        open.extend(&element.children);
+    }
+    Some(())
+}
+
+/// Reads a file by the name of its root element.
+fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Description> {
+    limit_size(context, root)?;
+    match root.tag.as_str() {
+        "robot" => urdf::read(context, root, stem),
+        "mujoco" => mjcf::read(context, root),
+        "sdf" => sdf::read(context, root),
+        other => {
+            let message = format!("the root element {} is of no robot file", quoted(other));
+            let help = "a URDF begins with <robot>, an MJCF with <mujoco>, an SDF with <sdf>";
+            context.push(Diagnostic::error("xml", message).at(root.place(), "").help(help));
+            None
+        }
+    }
+}
+
+/// Writes the model file, at first without and then with the position of its motion.
+fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Option<String> {
+    let entries = std::mem::take(&mut robot.extensions);
+    let left = extension::apply(context, &mut robot, entries);
+    meaning::fold(&mut robot);
+    names::tidy(context, &mut robot);
+    if !context.literal {
+        meaning::simplify(context, &mut robot);
+    }
+    // Joints that the file has in parts have their names only now.
+    let left = extension::apply(context, &mut robot, left);
+    extension::note_left(context, left);
+    check_masses(context, &robot);
+    let draft = text::Draft { file: file_name(&source.name), notes: &[], motion: None };
+    let name = format!("{} as a model file", source.name);
+    let read = |text: &str| {
+        crate::read(&Source::new(name.clone(), text), &|_| Err("no files here".to_owned()))
+    };
+    let model = match read(&text::write(context, &robot, &draft)) {
+        Ok(model) => model,
+        Err(errors) => {
+            context.out.borrow_mut().append(errors);
+            return None;
+        }
+    };
+    let motion = position::assemble(context, &mut robot, &model);
+    // Writing the text again would repeat its notes, which are the same.
+    let notes = context.take_notes();
+    let draft = text::Draft { notes: &notes, motion, ..draft };
+    let text = text::write(&Context::new(context.files, context.literal), &robot, &draft);
+    for Note { message, places } in notes {
+        match places.as_slice() {
+            [] => context.note(message, None),
+            places => {
+                places.iter().for_each(|place| context.note(message.clone(), Some(place.clone())));
+            }
+        }
+    }
+    Some(text)
+}
+
+/// Masses that no robot has are kept, with a remark: exporters lose units.
+fn check_masses(context: &Context<'_>, robot: &Description) {
+    /// Greatest mass of a body without a remark, kg.
+    const HEAVY: f64 = 1e5;
+    for body in robot.bodies.iter().filter(|body| body.mass > HEAVY) {
+        let message = format!(
+            "body {} has a mass of {:.3e} kg; if that is an error of units, correct the file",
+            quoted(&body.name),
+            body.mass
+        );
+        context.note(message, body.place.clone());
+    }
+}

@@ -1,0 +1,74 @@
+//! Names that a model file allows.
+
+use super::context::Context;
+use super::description::Description;
+use crate::diagnostic::quoted;
+use std::collections::HashSet;
+
+/// Names that have a meaning in motions, loads and results.
+const TAKEN: [&str; 10] =
+    ["title", "start", "duration", "step", "file", "order", "time", "loads", "dampers", "ground"];
+/// Longest name that is kept, in characters.
+const LONGEST: usize = 100;
+
+/// Letters, digits, `_` and `-`, with dots between non-empty parts.
+fn allowed(name: &str) -> String {
+    let parts = name.replace("::", ".");
+    let parts = parts.split('.').map(|part| {
+        let letter = |c: char| if c.is_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+        part.chars().map(letter).collect::<String>()
+    });
+    let parts: Vec<String> = parts.filter(|part| !part.is_empty()).collect();
+    let name: String = parts.join(".").chars().take(LONGEST).collect();
+    let name = name.trim_end_matches('.');
+    let first = name.split('.').next().unwrap_or_default();
+    match first {
+        "" => "unnamed".to_owned(),
+        _ if TAKEN.contains(&first) => format!("_{name}"),
+        _ => name.to_owned(),
+    }
+}
+
+/// Names of one kind of part.
+#[derive(Default)]
+struct Names(HashSet<String>);
+
+impl Names {
+    /// The allowed form of a name, with a number if it is taken.
+    fn take(&mut self, context: &Context<'_>, name: &mut String, kind: &str) {
+        let own = allowed(name);
+        let mut unique = own.clone();
+        let mut number = 2;
+        while !self.0.insert(unique.clone()) {
+            unique = format!("{own}_{number}");
+            number += 1;
+        }
+        // Dots for the colons of nested models are no change of the name.
+        if unique != name.replace("::", ".") {
+            let message = format!("{kind} {} is named {unique} here", quoted(name));
+            context.note(message, None);
+        }
+        *name = unique;
+    }
+}
+
+/// Makes all names allowed and unique.
+pub(super) fn tidy(context: &Context<'_>, robot: &mut Description) {
+    let mut bodies = Names::default();
+    for body in robot.bodies.iter_mut().skip(1) {
+        bodies.take(context, &mut body.name, "body");
+    }
+    let mut joints = Names::default();
+    for joint in &mut robot.joints {
+        joints.take(context, &mut joint.name, "joint");
+    }
+    let mut springs = Names::default();
+    for spring in &mut robot.springs {
+        springs.take(context, &mut spring.name, "spring");
+    }
+    let mut motors = Names::default();
+    for motor in &mut robot.motors {
+        motors.take(context, &mut motor.name, "motor");
+    }
+    robot.name = robot.name.chars().filter(|c| !c.is_control()).take(LONGEST).collect();
+}

@@ -1,0 +1,238 @@
+//! Frames of SDF: each has a pose relative to another one.
+
+use super::super::context::Context;
+use super::super::rotation;
+use super::super::xml::{Element, numbers_in};
+use super::Reader;
+use super::models::Model;
+use crate::diagnostic::{did_you_mean, quoted};
+use crate::source::Place;
+use std::collections::HashMap;
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+
+/// Name of the frame of a model within it.
+const MODEL: &str = "__model__";
+
+#[derive(Clone, Debug)]
+struct Frame {
+    /// Full name of the frame to which the pose is relative; `None` for the world.
+    base: Option<String>,
+    pose: Pose<f64>,
+    /// Frame within a model that has its pose instead of the model's own frame.
+    placement: Option<String>,
+    /// Full name of the frame or link that carries it.
+    carrier: Option<String>,
+    place: Place,
+}
+
+/// All frames by their full names.
+#[derive(Debug, Default)]
+pub(super) struct Frames {
+    frames: HashMap<String, Frame>,
+    resolved: HashMap<String, Pose<f64>>,
+}
+
+/// Pose of an element `pose`.
+pub(super) fn pose(context: &Context<'_>, element: &Element) -> Pose<f64> {
+    let Some(pose) = element.child("pose").filter(|pose| !pose.text.is_empty()) else {
+        return Pose::identity();
+    };
+    let place = pose.place();
+    let Some(numbers) = numbers_in(context, &pose.text, &place) else { return Pose::identity() };
+    let degrees = matches!(pose.get("degrees"), Some("true" | "1"));
+    match numbers.as_slice() {
+        &[x, y, z, roll, pitch, yaw] => {
+            let angles = [roll, pitch, yaw];
+            let angles = if degrees { angles.map(f64::to_radians) } else { angles };
+            rotation::pose([x, y, z], angles)
+        }
+        &[x, y, z, qx, qy, qz, qw] if pose.get("rotation_format") == Some("quat_xyzw") => {
+            let rotation = rotation::quaternion([qw, qx, qy, qz]).unwrap_or(Mat3::identity());
+            Pose { position: Vec3::new(x, y, z), rotation }
+        }
+        other => {
+            let message = format!("a pose has {} numbers instead of 6", other.len());
+            context.error("pose", message, &place, "write x y z roll pitch yaw");
+            Pose::identity()
+        }
+    }
+}
+
+/// Name of the frame to which a pose is relative, as written.
+fn relative_to(element: &Element) -> Option<&str> {
+    let pose = element.child("pose")?;
+    pose.get("relative_to").or_else(|| pose.get("frame")).filter(|name| !name.is_empty())
+}
+
+impl Frames {
+    /// Full name of a frame as it is named within a model.
+    pub(super) fn full(&self, model: &Model, name: &str) -> String {
+        if name == "world" || name == "__root__" {
+            return "world".to_owned();
+        }
+        model.full(name)
+    }
+
+    pub(super) fn contains(&self, name: &str) -> bool {
+        name == "world" || self.frames.contains_key(name)
+    }
+
+    fn add(&mut self, name: String, frame: Frame) {
+        self.frames.entry(name).or_insert(frame);
+    }
+
+    /// Computes all poses in the world.
+    ///
+    /// `None` after a message: a frame is unknown, or relative to itself.
+    pub(super) fn resolve(&mut self, context: &Context<'_>) -> Option<()> {
+        let mut names: Vec<String> = self.frames.keys().cloned().collect();
+        names.sort_unstable();
+        for name in &names {
+            let pose = self.chain(context, name, None)?;
+            self.resolved.insert(name.clone(), pose);
+        }
+        Some(())
+    }
+
+    /// Pose of a frame relative to another one above it, by default the world.
+    fn chain(&self, context: &Context<'_>, name: &str, above: Option<&str>) -> Option<Pose<f64>> {
+        let mut total = Pose::identity();
+        let mut at = name.to_owned();
+        for _ in 0..=self.frames.len() {
+            if Some(at.as_str()) == above {
+                return Some(total);
+            }
+            if above.is_none() {
+                if at == "world" {
+                    return Some(total);
+                }
+                if let Some(known) = self.resolved.get(&at) {
+                    return Some(*known * total);
+                }
+            }
+            let frame = self.frames.get(&at)?;
+            let mut own = frame.pose;
+            if let Some(placement) = &frame.placement
+                && above != Some(at.as_str())
+            {
+                // The pose is that of another frame of the model.
+                own = own * self.chain(context, placement, Some(&at))?.inverse();
+            }
+            total = own * total;
+            let base = frame.base.clone().unwrap_or_else(|| "world".to_owned());
+            if !self.contains(&base) {
+                let known = self.frames.keys().map(String::as_str);
+                let help = did_you_mean(&base, "frames", known).unwrap_or_default();
+                let message = format!("there is no frame {}", quoted(&base));
+                context.error("frame", message, &frame.place, &help);
+                return None;
+            }
+            at = base;
+        }
+        let place = &self.frames.get(name)?.place;
+        let message = format!("the frame {} is relative to itself", quoted(name));
+        context.error("frame", message, place, "remove the cycle of `relative_to`");
+        None
+    }
+
+    /// Pose in the world.
+    pub(super) fn pose(&self, name: &str) -> Pose<f64> {
+        self.resolved.get(name).copied().unwrap_or(Pose::identity())
+    }
+
+    /// Full name of the link that carries a frame, or `world`.
+    pub(super) fn body<'a>(
+        &'a self,
+        name: &'a str,
+        links: &HashMap<String, usize>,
+    ) -> Option<usize> {
+        let mut at = name;
+        for _ in 0..=self.frames.len() {
+            if let Some(body) = links.get(at) {
+                return Some(*body);
+            }
+            at = self.frames.get(at)?.carrier.as_deref()?;
+        }
+        None
+    }
+}
+
+impl Reader<'_, '_> {
+    /// Adds the frames of a model: its own, and those of links, joints and frames.
+    pub(super) fn add_frames(&mut self, model: &Model) {
+        let context = self.context;
+        let element = &model.element;
+        let own = model.full(MODEL);
+        let outer = format!("{}{MODEL}", model.outer);
+        let around = self.frames.contains(&outer).then_some(outer);
+        let base = match relative_to(element) {
+            Some("world") => None,
+            Some(name) => Some(format!("{}{name}", model.outer)),
+            None => around,
+        };
+        let first = element.child("link").and_then(|link| link.get("name"));
+        let carrier = element.get("canonical_link").or(first).map(|link| model.full(link));
+        let placement = element.get("placement_frame").map(str::to_owned);
+        let placement = placement
+            .or_else(|| element.child("placement_frame").map(|frame| frame.text.clone()))
+            .filter(|name| !name.is_empty())
+            .map(|name| model.full(&name));
+        let frame = Frame {
+            base,
+            pose: pose(context, element),
+            placement,
+            carrier,
+            place: element.place(),
+        };
+        if !model.prefix.is_empty() && !model.merged {
+            let alias = model.prefix.trim_end_matches("::").to_owned();
+            let same = Frame {
+                base: Some(own.clone()),
+                pose: Pose::identity(),
+                placement: None,
+                carrier: Some(own.clone()),
+                place: element.place(),
+            };
+            self.frames.add(alias, same);
+        }
+        // The parts of a merged model keep their own model frame.
+        let own = if model.merged {
+            let name = element.get("name").unwrap_or_default();
+            format!("{}_merged__{name}__model__", model.prefix)
+        } else {
+            own
+        };
+        self.frames.add(own.clone(), frame);
+        for child in &element.children {
+            let Some(name) = child.get("name") else { continue };
+            let attached = child.get("attached_to").filter(|name| !name.is_empty());
+            let attached = attached.map(|name| self.frames.full(model, name));
+            let default = match child.tag.as_str() {
+                "link" => own.clone(),
+                "joint" => match child.child("child") {
+                    Some(link) => self.frames.full(model, &link.text),
+                    None => own.clone(),
+                },
+                "frame" => attached.clone().unwrap_or_else(|| own.clone()),
+                _ => continue,
+            };
+            let carrier = match child.tag.as_str() {
+                "link" => None,
+                _ => Some(default.clone()),
+            };
+            let base = match relative_to(child) {
+                Some(MODEL) => own.clone(),
+                Some(name) => self.frames.full(model, name),
+                None => default,
+            };
+            let frame = Frame {
+                base: Some(base),
+                pose: pose(context, child),
+                placement: None,
+                carrier,
+                place: child.place(),
+            };
+            self.frames.add(model.full(name), frame);
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! Links of SDF.
+
+use super::super::description::Body;
+use super::super::inertia::{Mass, symmetric};
+use super::super::solid::{capsule, cuboid, cylinder, ellipsoid};
+use super::super::xml::Element;
+use super::Reader;
+use super::frames::pose;
+use super::models::Model;
+use crate::diagnostic::quoted;
+use stiction_core::spatial::{Mat3, Vec3};
+
+/// Density where the file has none, kg/m³.
+const DENSITY: f64 = 1000.0;
+
+impl Reader<'_, '_> {
+    pub(super) fn read_link(&mut self, model: &Model, link: &Element) -> Option<()> {
+        let context = self.context;
+        let name = model.full(link.required(context, "name")?);
+        let mut body = Body::massless(name.clone(), Some(link.place()));
+        let mass = match link.child("inertial") {
+            Some(inertial) if matches!(inertial.get("auto"), Some("true" | "1")) => {
+                self.mass_of_shapes(link, inertial)
+            }
+            Some(inertial) => self.inertial(inertial),
+            None => {
+                let message = "links without <inertial> have 1 kg and 1 kg m^2 about each axis, \
+                               as SDF defines";
+                context.note(message, Some(link.place()));
+                Mass { mass: 1.0, inertia: Mat3::identity(), ..Mass::none() }
+            }
+        };
+        if mass.mass < 0.0 {
+            let message = format!("the mass of link {} is negative", quoted(&name));
+            context.error("mass", message, &link.place(), "masses are at least 0 kg");
+        }
+        (body.mass, body.com, body.inertia) = (mass.mass, mass.com, mass.inertia);
+        let index = self.robot.bodies.len();
+        if self.bodies.insert(name.clone(), index).is_some() {
+            let message = format!("there are two links named {}", quoted(&name));
+            context.error("name", message, &link.place(), "");
+            return None;
+        }
+        self.poses.push(self.frames.pose(&name));
+        self.robot.bodies.push(body);
+        Some(())
+    }
+
+    fn inertial(&self, inertial: &Element) -> Mass {
+        let context = self.context;
+        let mass = inertial.child_number(context, "mass").unwrap_or(1.0);
+        let entry = |key: &str, default: f64| {
+            let inertia = inertial.child("inertia");
+            inertia.and_then(|inertia| inertia.child_number(context, key)).unwrap_or(default)
+        };
+        let diagonal = ["ixx", "iyy", "izz"].map(|key| entry(key, 1.0));
+        let products = ["ixy", "ixz", "iyz"].map(|key| entry(key, 0.0));
+        let [[xx, yy, zz], [xy, xz, yz]] = [diagonal, products];
+        if let Some(fluid) = inertial.child("fluid_added_mass") {
+            let message = "the added mass of a fluid has no counterpart in the model";
+            context.note(message, Some(fluid.place()));
+        }
+        let inertia = symmetric([xx, yy, zz, xy, xz, yz]);
+        Mass { mass, com: Vec3::zero(), inertia }.placed(pose(context, inertial))
+    }
+
+    /// Mass of the collision shapes of a link.
+    fn mass_of_shapes(&self, link: &Element, inertial: &Element) -> Mass {
+        let context = self.context;
+        let density = inertial.child_number(context, "density");
+        link.all("collision").fold(Mass::none(), |sum, collision| {
+            let own = collision.child_number(context, "density").or(density).unwrap_or(DENSITY);
+            let solid = self.shape(collision).unwrap_or(Mass::none());
+            sum.with(solid.scaled(own).placed(pose(context, collision)))
+        })
+    }
+
+    fn shape(&self, collision: &Element) -> Option<Mass> {
+        let context = self.context;
+        let shape = collision.child("geometry")?.children.first()?;
+        let number = |key: &str| shape.child_number(context, key).unwrap_or(0.0).abs();
+        let vector = |key: &str| -> [f64; 3] {
+            let child = shape.child(key);
+            let numbers = child.and_then(|child| child.text_numbers::<3>(context));
+            numbers.unwrap_or([0.0; 3]).map(f64::abs)
+        };
+        match shape.tag.as_str() {
+            "box" => Some(cuboid(vector("size").map(|edge| 0.5 * edge))),
+            "sphere" => Some(ellipsoid([number("radius"); 3])),
+            "ellipsoid" => Some(ellipsoid(vector("radii"))),
+            "cylinder" => Some(cylinder(number("radius"), 0.5 * number("length"))),
+            "capsule" => Some(capsule(number("radius"), 0.5 * number("length"))),
+            other => {
+                let message = format!("shapes of type {} have no mass here", quoted(other));
+                context.note(message, Some(shape.place()));
+                None
+            }
+        }
+    }
+}

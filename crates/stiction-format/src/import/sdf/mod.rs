@@ -1,0 +1,176 @@
+//! SDF: links and joints between them, loops included.
+
+mod frames;
+mod joint;
+mod link;
+mod models;
+mod motors;
+
+use super::context::Context;
+use super::description::{Description, GROUND, Joint};
+use super::extension;
+use super::xml::Element;
+use crate::diagnostic::quoted;
+use frames::Frames;
+use models::Model;
+use std::collections::HashMap;
+use stiction_core::joint::JointType;
+use stiction_core::spatial::{Pose, Vec3};
+
+/// Gravity of a world that does not say otherwise, m/s².
+const GRAVITY: f64 = -9.8;
+
+/// The file while it is read.
+pub(super) struct Reader<'a, 'c> {
+    context: &'a Context<'c>,
+    robot: Description,
+    frames: Frames,
+    /// Pose of each body in the world.
+    poses: Vec<Pose<f64>>,
+    /// Bodies by their full names in the file.
+    bodies: HashMap<String, usize>,
+    /// Joints by their full names in the file.
+    joints: HashMap<String, usize>,
+    /// Greatest effort of each joint, where the file has one.
+    efforts: HashMap<usize, f64>,
+}
+
+/// Reads a robot.
+pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description> {
+    let found = models::read(context, root)?;
+    let gravity = root.child("world").and_then(|world| world.child("gravity"));
+    let gravity = gravity.and_then(|gravity| gravity.text_numbers::<3>(context));
+    let gravity = gravity.map_or(Vec3::new(0.0, 0.0, GRAVITY), Vec3::from);
+    let robot = Description::new("SDF", found.name.clone(), gravity);
+    let mut reader = Reader {
+        context,
+        robot,
+        frames: Frames::default(),
+        poses: vec![Pose::identity()],
+        bodies: HashMap::from([("world".to_owned(), GROUND)]),
+        joints: HashMap::new(),
+        efforts: HashMap::new(),
+    };
+    for model in &found.models {
+        reader.add_frames(model);
+    }
+    reader.frames.resolve(context)?;
+    for model in &found.models {
+        for link in model.element.all("link") {
+            reader.read_link(model, link)?;
+        }
+    }
+    for model in &found.models {
+        for joint in model.element.all("joint") {
+            reader.read_joint(model, joint)?;
+        }
+    }
+    for model in &found.models {
+        for joint in model.element.all("joint") {
+            reader.read_mimic(model, joint);
+        }
+        reader.hold(model);
+    }
+    reader.float(&found.models);
+    motors::guess(&mut reader, &found.models);
+    reader.robot.extensions =
+        found.models.iter().flat_map(|model| extension::entries(&model.element)).collect();
+    reader.note_unused(&found.models);
+    Some(reader.robot)
+}
+
+impl Reader<'_, '_> {
+    /// Holds the links of a static model.
+    fn hold(&mut self, model: &Model) {
+        if !model.is_static {
+            return;
+        }
+        for link in model.element.all("link") {
+            let Some(name) = link.get("name") else { continue };
+            let Some(&body) = self.bodies.get(&model.full(name)) else { continue };
+            let mut joint = Joint::new(
+                format!("{}_static", model.full(name)),
+                JointType::Fixed,
+                (GROUND, body),
+            );
+            joint.frame_j = self.poses[body];
+            joint.place = Some(link.place());
+            joint.comment = Some("The model is static.".to_owned());
+            self.robot.joints.push(joint);
+        }
+    }
+
+    /// Connects links that no joint connects with the world: they float.
+    fn float(&mut self, models: &[Model]) {
+        let count = self.robot.bodies.len();
+        let mut group: Vec<usize> = (0..count).collect();
+        let join = |group: &mut Vec<usize>, a: usize, b: usize| {
+            let (from, to) = (group[a], group[b]);
+            group.iter_mut().filter(|group| **group == from).for_each(|group| *group = to);
+        };
+        for joint in &self.robot.joints {
+            join(&mut group, joint.from, joint.to);
+        }
+        let mut canonical: Vec<usize> = models
+            .iter()
+            .filter_map(|model| self.bodies.get(&model.full(model.element.get("canonical_link")?)))
+            .copied()
+            .collect();
+        canonical.extend(1..count);
+        for body in canonical {
+            if group[body] == group[GROUND] {
+                continue;
+            }
+            join(&mut group, body, GROUND);
+            let name = self.robot.bodies[body].name.clone();
+            let mut joint = Joint::new(format!("{name}_free"), JointType::Free, (GROUND, body));
+            joint.start = Some(self.poses[body]);
+            joint.comment = Some("No joint connects it with the world: it floats.".to_owned());
+            let message = format!(
+                "no joint connects {} with the world: it floats; to hold it, make {} `fixed`",
+                quoted(&name),
+                quoted(&joint.name)
+            );
+            self.context.note(message, self.robot.bodies[body].place.clone());
+            self.robot.joints.push(joint);
+        }
+    }
+
+    fn note_unused(&self, models: &[Model]) {
+        let known = [
+            "link",
+            "joint",
+            "frame",
+            "pose",
+            "static",
+            "model",
+            "include",
+            "self_collide",
+            "allow_auto_disable",
+            "enable_wind",
+            "friction",
+        ];
+        let mut shapes = false;
+        for model in models {
+            for link in model.element.all("link") {
+                shapes |= link.child("visual").is_some() || link.child("collision").is_some();
+                let disabled = |child: &&Element| matches!(child.text.as_str(), "false" | "0");
+                if let Some(gravity) = link.child("gravity").filter(disabled) {
+                    let message = "a link without gravity has no counterpart in the model";
+                    self.context.note(message, Some(gravity.place()));
+                }
+            }
+            for child in &model.element.children {
+                let is_own = child.namespace == extension::NAMESPACE;
+                if !is_own && !known.contains(&child.tag.as_str()) {
+                    let message = format!("<{}> has no counterpart in the model", child.tag);
+                    self.context.note(message, Some(child.place()));
+                }
+            }
+        }
+        if shapes {
+            let message = "visual and collision shapes are not needed and are left out";
+            self.context.note(message, None);
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Models of a file, nested and included ones too, as a flat list.
+
+use super::super::context::Context;
+use super::super::xml::{self, Element};
+use crate::diagnostic::quoted;
+
+/// Greatest number of models; it bounds files that include each other.
+const MOST: usize = 1000;
+
+/// A model.
+#[derive(Debug)]
+pub(super) struct Model {
+    pub(super) element: Element,
+    /// Prefix of the names of its parts: `arm::` for parts of a model within another one.
+    pub(super) prefix: String,
+    /// Prefix of the model or world around it.
+    pub(super) outer: String,
+    /// Version of the format: major and minor number.
+    pub(super) version: (u32, u32),
+    pub(super) is_static: bool,
+    /// True if its parts belong to the model around it.
+    pub(super) merged: bool,
+}
+
+impl Model {
+    /// Full name of a part.
+    pub(super) fn full(&self, name: &str) -> String {
+        format!("{}{name}", self.prefix)
+    }
+}
+
+/// Models of a file.
+pub(super) struct Found {
+    pub(super) name: String,
+    pub(super) models: Vec<Model>,
+}
+
+fn version_of(root: &Element) -> (u32, u32) {
+    let text = root.get("version").unwrap_or("1.11");
+    let mut numbers = text.split('.').map(|number| number.parse().ok());
+    match (numbers.next().flatten(), numbers.next().flatten()) {
+        (Some(major), Some(minor)) => (major, minor),
+        _ => (1, 11),
+    }
+}
+
+/// A model whose parts are still to be listed.
+struct Pending {
+    element: Element,
+    outer: String,
+    version: (u32, u32),
+    /// True for the only model of a file, whose name is left out of those of its parts.
+    alone: bool,
+    held: bool,
+    merged: bool,
+}
+
+pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
+    let version = version_of(root);
+    let worlds: Vec<&Element> = root.all("world").collect();
+    if let [_, second, ..] = worlds.as_slice() {
+        context.note("only the first world of the file is read", Some(second.place()));
+    }
+    let around = worlds.first().copied().unwrap_or(root);
+    let is_model = |child: &&Element| matches!(child.tag.as_str(), "model" | "include");
+    let top: Vec<&Element> = around.children.iter().filter(is_model).collect();
+    if top.is_empty() {
+        let message = "the file has no model".to_owned();
+        context.error("missing", message, &root.place(), "an SDF file has <model> elements");
+        return None;
+    }
+    let alone = top.len() == 1;
+    let name = top.first().and_then(|model| model.get("name")).unwrap_or("robot").to_owned();
+    let name = if alone { name } else { around.get("name").unwrap_or("world").to_owned() };
+    let mut open: Vec<Pending> = Vec::new();
+    for element in top {
+        let outer = (String::new(), version, alone, false);
+        open.extend(pending(context, element, outer));
+    }
+    open.reverse();
+    let mut models = Vec::new();
+    while let Some(pending) = open.pop() {
+        if models.len() >= MOST {
+            let message = format!("the file has or includes more than {MOST} models");
+            context.error("sdf", message, &pending.element.place(), "a model may include itself");
+            return None;
+        }
+        let model = model(context, pending)?;
+        let inner = model.element.children.iter().filter(is_model);
+        let outer = || (model.prefix.clone(), model.version, false, model.is_static);
+        let inner: Vec<Pending> =
+            inner.filter_map(|element| self::pending(context, element, outer())).collect();
+        open.extend(inner.into_iter().rev());
+        models.push(model);
+    }
+    Some(Found { name, models })
+}
+
+type Outer = (String, (u32, u32), bool, bool);
+
+/// A model, or the model of an included file.
+fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pending> {
+    let (outer, version, alone, held) = outer;
+    if element.tag == "model" {
+        let element = element.clone();
+        return Some(Pending { element, outer, version, alone, held, merged: false });
+    }
+    let uri = element.child("uri").map(|uri| uri.text.clone()).unwrap_or_default();
+    let path = uri.strip_prefix("file://").unwrap_or(&uri).trim_end_matches('/').to_owned();
+    let tried = match path.ends_with(".sdf") || path.ends_with(".xml") {
+        true => vec![path.clone()],
+        false => vec![format!("{path}/model.sdf"), format!("{path}/{}.sdf", last(&path))],
+    };
+    let Some(source) = tried.iter().find_map(|path| context.text(path).ok()) else {
+        let message = format!("cannot read the included model {}", quoted(&uri));
+        let help = "give the folder of the models by --package-path";
+        context.error("include", message, &element.place(), help);
+        return None;
+    };
+    let root = match xml::parse(&source) {
+        Ok(root) => root,
+        Err(error) => {
+            context.append(error);
+            return None;
+        }
+    };
+    let Some(model) = root.child("model") else {
+        let message = format!("the included file {} has no model", quoted(&uri));
+        context.error("include", message, &element.place(), "");
+        return None;
+    };
+    let mut model = model.clone();
+    // What the element `include` says takes precedence.
+    for tag in ["pose", "static", "placement_frame"] {
+        if let Some(own) = element.child(tag) {
+            model.children.retain(|child| child.tag != tag);
+            model.children.push(own.clone());
+        }
+    }
+    if let Some(name) = element.child("name")
+        && let Some(attribute) = model.attributes.iter_mut().find(|known| known.name == "name")
+    {
+        attribute.value.clone_from(&name.text);
+    }
+    let merged = matches!(element.get("merge"), Some("true" | "1"));
+    Some(Pending { element: model, outer, version: version_of(&root), alone, held, merged })
+}
+
+fn last(path: &str) -> &str {
+    path.rsplit('/').next().unwrap_or(path)
+}
+
+fn model(context: &Context<'_>, pending: Pending) -> Option<Model> {
+    let Pending { element, outer, version, alone, held, merged } = pending;
+    let name = element.required(context, "name")?.to_owned();
+    let is_true = |child: &Element| matches!(child.text.as_str(), "true" | "1");
+    let is_static = held || element.child("static").is_some_and(is_true);
+    let prefix = match alone || merged {
+        true => outer.clone(),
+        false => format!("{outer}{name}::"),
+    };
+    Some(Model { element, prefix, outer, version, is_static, merged })
+}

@@ -1,0 +1,73 @@
+//! Motors of SDF: joints with an effort, or those that a controller names.
+
+use super::super::description::Motor;
+use super::Reader;
+use super::models::Model;
+
+/// Efforts from here on are no limit.
+const UNLIMITED: f64 = 1e9;
+
+/// Actuates joints that may have an effort.
+pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
+    let mut named: Vec<usize> = Vec::new();
+    for model in models {
+        for plugin in model.element.all("plugin") {
+            for tag in ["joint_name", "joint"] {
+                let joints = plugin.all(tag).map(|joint| model.full(&joint.text));
+                named.extend(joints.filter_map(|joint| reader.joints.get(&joint).copied()));
+            }
+        }
+    }
+    let limited: Vec<usize> = {
+        let positive = reader.efforts.iter().filter(|(_, effort)| **effort > 0.0);
+        positive.map(|(joint, _)| *joint).collect()
+    };
+    let chosen = if named.is_empty() { limited } else { named };
+    let count = reader.robot.bodies.len();
+    let joints = &reader.robot.joints;
+    let chosen = if !chosen.is_empty() {
+        chosen
+    } else if joints.len() + 1 == count {
+        // An open chain: everything that may have an effort.
+        let may = |joint: &usize| reader.efforts.get(joint) != Some(&0.0);
+        (0..joints.len()).filter(may).collect()
+    } else {
+        Vec::new()
+    };
+    let follows: Vec<usize> =
+        reader.robot.gearings.iter().map(|gearing| gearing.terms[0].0).collect();
+    let mut any = false;
+    let mut sorted = chosen;
+    sorted.sort_unstable();
+    sorted.dedup();
+    for joint in sorted {
+        if follows.contains(&joint) {
+            continue;
+        }
+        let effort = reader.efforts.get(&joint).copied();
+        let effort = effort.filter(|effort| *effort > 0.0 && *effort < UNLIMITED);
+        let content = &mut reader.robot.joints[joint];
+        if let [dof] = content.dofs.as_mut_slice() {
+            dof.actuated = true;
+            any = true;
+            if effort.is_some() {
+                reader.robot.motors.push(Motor {
+                    name: content.name.clone(),
+                    joint,
+                    dof: 0,
+                    gear: 1.0,
+                    effort,
+                    rate: None,
+                    place: content.place.clone(),
+                });
+            }
+        }
+    }
+    let message = match any {
+        true => {
+            "SDF does not say which joints have motors: those that may have an effort are actuated"
+        }
+        false => "the file does not say which joints have motors: add `actuated = true` to them",
+    };
+    reader.context.note(message, None);
+}

@@ -1,0 +1,199 @@
+//! The text of a model file of a description.
+
+mod joint;
+mod motor;
+pub(super) mod numbers;
+mod spring;
+
+use super::context::{Context, Note};
+use super::description::{Body, Description, GROUND, Joint};
+use crate::diagnostic::quoted;
+use crate::source::Place;
+use numbers::{guess, inertia, lengths, quantity};
+use std::fmt::Write;
+
+/// Longest line of a comment.
+const WIDTH: usize = 100;
+
+/// Value of a coordinate of the motion that holds the robot.
+#[derive(Clone, Debug)]
+pub(super) struct Held {
+    /// Coordinate, as in motions.
+    pub(super) name: String,
+    pub(super) value: f64,
+    pub(super) is_angle: bool,
+}
+
+/// Content of the text besides the robot.
+pub(super) struct Draft<'a> {
+    /// Name of the file from which the robot is.
+    pub(super) file: &'a str,
+    /// Remarks for the top of the text.
+    pub(super) notes: &'a [Note],
+    /// Coordinates that hold the robot; `None` for a text that is read only for its mechanism.
+    pub(super) motion: Option<Vec<Held>>,
+}
+
+/// Writes the model file.
+pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_>) -> String {
+    let mut out = String::new();
+    let title = format!("{}, from the {} {}", robot.name, robot.format, draft.file);
+    comment(
+        &mut out,
+        &format!("From {} ({}). Numbers after # are its lines.", draft.file, robot.format),
+    );
+    if !draft.notes.is_empty() {
+        out += "#\n";
+        comment(&mut out, "What differs from the file:");
+        for note in draft.notes {
+            item(&mut out, &note.line_with(super::file_name));
+        }
+    }
+    let _ = writeln!(out, "\nname = {}", text(&robot.name));
+    let _ = writeln!(out, "title = {}", text(&title));
+    let gravity = robot.gravity.to_array().map(|g| quantity(g, "m/s^2"));
+    let _ = writeln!(out, "gravity = [{}]", gravity.join(", "));
+    if let Some(remark) = &robot.bodies[GROUND].comment {
+        out += "\n";
+        comment(&mut out, remark);
+    }
+    for body in robot.bodies.iter().skip(1) {
+        write_body(&mut out, body);
+    }
+    let in_loops = robot.in_loops();
+    for index in 0..robot.joints.len() {
+        joint::write(context, &mut out, robot, index, in_loops[index]);
+    }
+    motor::write(context, &mut out, robot);
+    spring::write(&mut out, robot);
+    note_missing(context, robot);
+    if let Some(motion) = draft.motion.as_ref().filter(|motion| !motion.is_empty()) {
+        out += "\n";
+        comment(
+            &mut out,
+            &format!("At rest where the loops close, nearest to {}.", robot.position),
+        );
+        out += "[motions.hold]\nduration = 0\n";
+        for Held { name, value, is_angle } in motion {
+            let _ = writeln!(out, "{} = {}", coordinate(name), guess(*value, *is_angle));
+        }
+        out += "\n[default]\nmotion = \"hold\"\n";
+    }
+    out
+}
+
+/// What the description has and a model file has not.
+fn note_missing(context: &Context<'_>, robot: &Description) {
+    for gearing in &robot.gearings {
+        let terms: Vec<String> = gearing
+            .terms
+            .iter()
+            .map(|(joint, dof, factor)| format!("{factor} {}", robot.joints[*joint].dof_name(*dof)))
+            .collect();
+        let message = format!(
+            "the coupling {}, {} = {}, has no counterpart in the model: it is left out",
+            quoted(&gearing.name),
+            terms.join(" + ").replace("+ -", "- "),
+            gearing.constant
+        );
+        context.note(message, gearing.place.clone());
+    }
+}
+
+/// Number of the line after a table's name.
+fn line(place: Option<&Place>, header: &str) -> String {
+    match place {
+        Some(place) => format!("{header:<35} # {}", place.line_column().0),
+        None => header.to_owned(),
+    }
+}
+
+fn write_body(out: &mut String, body: &Body) {
+    out.push('\n');
+    if let Some(remark) = &body.comment {
+        comment(out, remark);
+    }
+    let _ =
+        writeln!(out, "{}", line(body.place.as_ref(), &format!("[bodies.{}]", key(&body.name))));
+    if body.is_massless() {
+        return;
+    }
+    let _ = writeln!(out, "mass = {}", quantity(body.mass, "kg"));
+    let _ = writeln!(out, "com = {}", lengths(body.com));
+    let _ = writeln!(out, "inertia = {}", inertia(body.inertia));
+}
+
+/// A key of a table.
+fn key(name: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if name.chars().all(plain) { name.to_owned() } else { text(name) }
+}
+
+/// A key of a motion: parts of a name with dots are quoted together.
+fn coordinate(name: &str) -> String {
+    key(name)
+}
+
+/// A text in quotes.
+fn text(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
+/// Writes a comment of any length.
+fn comment(out: &mut String, text: &str) {
+    wrapped(out, text, ["# ", "# "]);
+}
+
+/// Writes an item of a list in a comment.
+fn item(out: &mut String, text: &str) {
+    wrapped(out, text, ["# - ", "#   "]);
+}
+
+fn wrapped(out: &mut String, text: &str, [first, next]: [&str; 2]) {
+    let mut line = first.to_owned();
+    let mut is_empty = true;
+    for word in text.split_whitespace() {
+        // Control characters would end the comment.
+        let word: String = word.chars().filter(|c| !c.is_control()).collect();
+        if !is_empty && line.chars().count() + word.chars().count() > WIDTH {
+            let _ = writeln!(out, "{}", line.trim_end());
+            line = next.to_owned();
+        }
+        line += &word;
+        line.push(' ');
+        is_empty = false;
+    }
+    let _ = writeln!(out, "{}", line.trim_end());
+}
+
+impl Description {
+    /// For each joint: true if it is part of a loop.
+    pub(super) fn in_loops(&self) -> Vec<bool> {
+        let connected = |without: usize| {
+            let joint: &Joint = &self.joints[without];
+            let mut reached = vec![false; self.bodies.len()];
+            reached[joint.from] = true;
+            let mut open = vec![joint.from];
+            let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); self.bodies.len()];
+            for (index, joint) in self.joints.iter().enumerate() {
+                if index != without {
+                    neighbours[joint.from].push(joint.to);
+                    neighbours[joint.to].push(joint.from);
+                }
+            }
+            while let Some(body) = open.pop() {
+                for &next in &neighbours[body] {
+                    if !std::mem::replace(&mut reached[next], true) {
+                        open.push(next);
+                    }
+                }
+            }
+            reached[joint.to]
+        };
+        // Open chains of many joints need no search.
+        if self.joints.len() + 1 == self.bodies.len() {
+            return vec![false; self.joints.len()];
+        }
+        (0..self.joints.len()).map(connected).collect()
+    }
+}

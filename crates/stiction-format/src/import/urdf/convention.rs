@@ -1,0 +1,208 @@
+//! Closures and motors in a YAML file beside the URDF: the convention of *example-parallel-robots*.
+//!
+//! `closed_loop` is a list of pairs of frames that coincide, each that of a joint or link; `type`
+//! says if whole frames (`6d`) or only their origins (`3d`) do. `name_mot` lists the actuated
+//! joints. `joint_name` with `joint_type` replaces joints of the URDF by others.
+
+use super::super::context::Context;
+use super::super::description::{Coordinate, Description, Joint};
+use super::super::yaml::{self, Value, Word};
+use super::Tree;
+use super::joint::retype;
+use crate::diagnostic::{did_you_mean, quoted};
+use stiction_core::joint::JointType;
+
+/// What the file says about motors.
+pub(super) struct Convention {
+    /// True if it lists them.
+    pub(super) names_motors: bool,
+}
+
+/// Reads the file of this name, if there is one and it follows the convention.
+pub(super) fn read(
+    context: &Context<'_>,
+    tree: &Tree,
+    name: &str,
+    robot: &mut Description,
+) -> Convention {
+    let mut convention = Convention { names_motors: false };
+    let found = [format!("{name}.yaml"), format!("{name}.yml"), "robot.yaml".to_owned()];
+    let Some(source) = found.iter().find_map(|name| context.text(name).ok()) else {
+        return convention;
+    };
+    let entries = match yaml::parse(&source) {
+        Ok(entries) => entries,
+        // A file of the same name may serve another purpose.
+        Err(_) if !source.text.contains("closed_loop") => return convention,
+        Err(error) => {
+            context.append(error);
+            return convention;
+        }
+    };
+    let get = |key: &str| entries.iter().find(|(known, _)| known.text == key);
+    if get("closed_loop").is_none() && get("name_mot").is_none() {
+        return convention;
+    }
+    for (key, _) in &entries {
+        let known = ["closed_loop", "type", "name_mot", "joint_name", "joint_type"];
+        if !known.contains(&key.text.as_str()) {
+            let message = format!("the key {} is not known and left out", quoted(&key.text));
+            context.note(message, Some(key.place.clone()));
+        }
+    }
+    if let (Some((_, names)), Some((key, types))) = (get("joint_name"), get("joint_type")) {
+        let (names, types) = (names.words(), types.words());
+        if names.len() != types.len() {
+            let message = yaml::lengths("joint_type", "joint_name", (types.len(), names.len()));
+            context.error("yaml", message, &key.place, "");
+        }
+        for (name, kind) in names.into_iter().zip(types) {
+            replace(context, tree, robot, (name, kind));
+        }
+    }
+    if let Some((key, pairs)) = get("closed_loop") {
+        let types = get("type").map(|(_, types)| types.words()).unwrap_or_default();
+        // A single pair need not be in a list of pairs.
+        let single = pairs.items().iter().all(|item| matches!(item, Value::Word(_)));
+        let pairs = if single { std::slice::from_ref(pairs) } else { pairs.items() };
+        let pairs: Vec<&Value> = pairs.iter().filter(|pair| !pair.words().is_empty()).collect();
+        if !types.is_empty() && types.len() != pairs.len() {
+            let message = yaml::lengths("type", "closed_loop", (types.len(), pairs.len()));
+            context.error("yaml", message, &key.place, "");
+        }
+        for (index, pair) in pairs.into_iter().enumerate() {
+            let kind = types.get(index).copied();
+            let joint = closure(context, tree, robot, (key, pair, kind));
+            robot.joints.extend(joint);
+        }
+    }
+    if let Some((_, names)) = get("name_mot") {
+        convention.names_motors = true;
+        for name in names.words() {
+            actuate(context, tree, robot, name);
+        }
+    }
+    convention
+}
+
+fn joint_of(context: &Context<'_>, tree: &Tree, name: &Word) -> Option<usize> {
+    let found = tree.joints.get(&name.text).copied();
+    if found.is_none() {
+        let mut known: Vec<&str> = tree.joints.keys().map(String::as_str).collect();
+        known.sort_unstable();
+        let help = did_you_mean(&name.text, "joints", known).unwrap_or_default();
+        let message = format!("there is no joint {}", quoted(&name.text));
+        context.error("name", message, &name.place, &help);
+    }
+    found
+}
+
+fn replace(
+    context: &Context<'_>,
+    tree: &Tree,
+    robot: &mut Description,
+    (name, kind): (&Word, &Word),
+) -> Option<()> {
+    let joint = joint_of(context, tree, name)?;
+    let joint = robot.joints.get_mut(joint)?;
+    let (kind, word) = match kind.text.to_ascii_uppercase().as_str() {
+        "SPHERICAL" => (JointType::Spherical, "a ball joint"),
+        "CARDAN" => (JointType::Universal, "a universal joint"),
+        "FIXED" => (JointType::Fixed, "fixed"),
+        _ => {
+            let message = format!("{} is no type of joint", quoted(&kind.text));
+            context.error("type", message, &kind.place, "use SPHERICAL, CARDAN or FIXED");
+            return None;
+        }
+    };
+    retype(joint, kind);
+    joint.comment = Some(format!("The YAML file makes it {word}."));
+    Some(())
+}
+
+/// A joint at which two frames coincide.
+fn closure(
+    context: &Context<'_>,
+    tree: &Tree,
+    robot: &Description,
+    (key, pair, kind): (&Word, &Value, Option<&Word>),
+) -> Option<Joint> {
+    let names = pair.words();
+    let [first, second] = names.as_slice() else {
+        let place = names.first().map_or(&key.place, |name| &name.place);
+        let message = format!("a closed loop has two frames, here {}", names.len());
+        context.error("yaml", message, place, "write ['frame_A', 'frame_B']");
+        return None;
+    };
+    let joint_type = match kind.map(|kind| kind.text.to_ascii_lowercase()).as_deref() {
+        None | Some("6d") => JointType::Fixed,
+        Some("3d") => JointType::Spherical,
+        Some(other) => {
+            let place = kind.map_or(&key.place, |kind| &kind.place);
+            let message = format!("{} is no type of closure", quoted(other));
+            context.error("type", message, place, "use '6d' or '3d'");
+            return None;
+        }
+    };
+    // The frame of a joint is that of its child.
+    let frame = |name: &Word| {
+        let of_joint = tree.joints.get(&name.text).map(|&joint| robot.joints[joint].to);
+        let found = of_joint.or_else(|| tree.links.get(&name.text).copied());
+        if found.is_none() {
+            let known = tree.joints.keys().chain(tree.links.keys()).map(String::as_str);
+            let mut known: Vec<&str> = known.collect();
+            known.sort_unstable();
+            let help = did_you_mean(&name.text, "joints and links", known).unwrap_or_default();
+            let message = format!("there is no joint or link {}", quoted(&name.text));
+            context.error("name", message, &name.place, &help);
+        }
+        found
+    };
+    let ends = (frame(first)?, frame(second)?);
+    let mut joint = Joint::new(closure_name(first, second), joint_type, ends);
+    joint.closes = true;
+    joint.place = Some(first.place.clone());
+    let what = match joint_type {
+        JointType::Fixed => "the frames coincide",
+        _ => "the origins of the frames coincide",
+    };
+    joint.comment = Some(format!(
+        "Closes a loop, from the YAML file: {what} of {} and {}.",
+        quoted(&first.text),
+        quoted(&second.text)
+    ));
+    Some(joint)
+}
+
+/// Name of a closure: the part that both names share, or the first of them.
+fn closure_name(first: &Word, second: &Word) -> String {
+    // Links that mark the frames of a joint, as this program writes them.
+    let marked = [".from", ".frame"].iter().find_map(|ending| first.text.strip_suffix(ending));
+    if let (Some(own), Some(other)) = (marked, second.text.strip_suffix(".to"))
+        && own == other
+    {
+        return own.to_owned();
+    }
+    let shared: usize = first
+        .text
+        .chars()
+        .zip(second.text.chars())
+        .take_while(|(a, b)| a == b)
+        .map(|(a, _)| a.len_utf8())
+        .sum();
+    let stem = first.text.get(..shared).unwrap_or_default();
+    let stem = stem.trim_end_matches(['_', '-', '.', ' ']);
+    if stem.chars().count() >= 3 { stem.to_owned() } else { format!("{}_closure", first.text) }
+}
+
+fn actuate(context: &Context<'_>, tree: &Tree, robot: &mut Description, name: &Word) -> Option<()> {
+    let joint = joint_of(context, tree, name)?;
+    match robot.joints.get_mut(joint)?.dofs.as_mut_slice() {
+        [dof] => *dof = Coordinate { actuated: true, ..*dof },
+        _ => {
+            let message = format!("{} has not one coordinate, so no motor", quoted(&name.text));
+            context.note(message, Some(name.place.clone()));
+        }
+    }
+    Some(())
+}

@@ -1,0 +1,202 @@
+//! Joints of URDF.
+
+use super::super::context::Context;
+use super::super::description::{Coordinate, Description, Gearing, Joint};
+use super::super::rotation::z_to;
+use super::super::xml::Element;
+use super::{Tree, origin};
+use crate::diagnostic::{did_you_mean, quoted};
+use stiction_core::joint::JointType;
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+
+/// Magnitude from which a limit counts as no limit: the format requires limits of some joints.
+pub(super) const UNLIMITED: f64 = 1e9;
+
+/// Types of joints in the file.
+const TYPES: [(&str, JointType); 7] = [
+    ("revolute", JointType::Revolute),
+    ("continuous", JointType::Revolute),
+    ("prismatic", JointType::Prismatic),
+    ("fixed", JointType::Fixed),
+    ("floating", JointType::Free),
+    ("planar", JointType::Planar),
+    // An extension of Isaac Sim and of others.
+    ("spherical", JointType::Spherical),
+];
+
+pub(super) fn read(context: &Context<'_>, tree: &Tree, element: &Element) -> Option<Joint> {
+    let name = element.required(context, "name")?;
+    let kind = kind_of(context, element)?;
+    let from = link(context, tree, element, "parent", "link")?;
+    let to = link(context, tree, element, "child", "link")?;
+    let mut joint = Joint::new(name, kind, (from, to));
+    joint.place = Some(element.place());
+    let place = origin(context, element);
+    let frame = axis_frame(context, element, kind)?;
+    joint.frame_j = place * frame;
+    joint.frame_k = frame;
+    if kind == JointType::Free {
+        joint.start = Some(Pose::identity());
+    }
+    properties(context, element, &mut joint);
+    Some(joint)
+}
+
+/// The type of a joint.
+pub(super) fn kind_of(context: &Context<'_>, element: &Element) -> Option<JointType> {
+    let word = element.required(context, "type")?;
+    let found = TYPES.iter().find(|(known, _)| *known == word).map(|(_, kind)| *kind);
+    if found.is_none() {
+        let place =
+            element.attribute("type").map_or_else(|| element.place(), |type_| type_.place());
+        let known = TYPES.iter().map(|(known, _)| *known);
+        let help = did_you_mean(word, "types", known).unwrap_or_default();
+        let message = format!("{} has the unknown type {}", element.title(), quoted(word));
+        context.error("type", message, &place, &help);
+    }
+    found
+}
+
+/// The body of a link named by a child element.
+pub(super) fn link(
+    context: &Context<'_>,
+    tree: &Tree,
+    element: &Element,
+    tag: &str,
+    key: &str,
+) -> Option<usize> {
+    let Some(end) = element.child(tag) else {
+        let message = format!("{} has no <{tag}>", element.title());
+        context.error("missing", message, &element.place(), "");
+        return None;
+    };
+    let name = end.required(context, key)?;
+    let found = tree.links.get(name).copied();
+    if found.is_none() {
+        let mut known: Vec<&str> = tree.links.keys().map(String::as_str).collect();
+        known.sort_unstable();
+        let help = did_you_mean(name, "links", known).unwrap_or_default();
+        let place = end.attribute(key).map_or_else(|| end.place(), |key| key.place());
+        context.error("name", format!("there is no link {}", quoted(name)), &place, &help);
+    }
+    found
+}
+
+/// Frame with z along the axis, which is x by default.
+pub(super) fn axis_frame(
+    context: &Context<'_>,
+    element: &Element,
+    kind: JointType,
+) -> Option<Pose<f64>> {
+    if matches!(kind, JointType::Fixed | JointType::Free | JointType::Spherical) {
+        return Some(Pose::identity());
+    }
+    let Some(axis) = element.child("axis") else {
+        return Some(Pose { rotation: z_to(Vec3::unit(0)), position: Vec3::zero() });
+    };
+    let direction = Vec3::from(axis.numbers::<3>(context, "xyz").unwrap_or([1.0, 0.0, 0.0]));
+    let Some(direction) = direction.direction() else {
+        let message = format!("the axis of {} is zero", element.title());
+        context.error("axis", message, &axis.place(), "give a direction such as \"0 0 1\"");
+        return None;
+    };
+    Some(Pose { rotation: z_to(direction), position: Vec3::zero() })
+}
+
+/// Limits, damping, friction.
+fn properties(context: &Context<'_>, element: &Element, joint: &mut Joint) {
+    let is_continuous = element.get("type") == Some("continuous");
+    for tag in ["calibration", "safety_controller"] {
+        if let Some(child) = element.child(tag) {
+            let message = format!("<{tag}> has no counterpart in the model");
+            context.note(message, Some(child.place()));
+        }
+    }
+    let place = || Some(element.place());
+    let mut shared = Coordinate::default();
+    // Exporters of CAD programs once wrote `joint_properties` for `dynamics`.
+    for dynamics in ["dynamics", "joint_properties"].iter().filter_map(|tag| element.child(tag)) {
+        let value = |key| dynamics.number(context, key).unwrap_or(0.0);
+        shared.damping = value("damping").max(0.0);
+        shared.friction = value("friction").max(0.0);
+    }
+    if let Some(limit) = element.child("limit") {
+        let bound = |key| limit.number(context, key).filter(|value| value.abs() < UNLIMITED);
+        shared.range = match (bound("lower"), bound("upper")) {
+            _ if is_continuous => None,
+            (None, None) => None,
+            (lower, upper) => Some([lower.unwrap_or(0.0), upper.unwrap_or(0.0)]),
+        };
+    }
+    if shared.range.is_some_and(|[lower, upper]| lower >= upper) {
+        context.note("limits that leave no range are left out", place());
+        shared.range = None;
+    }
+    let own = (joint.kind, joint.dofs.as_mut_slice());
+    match own {
+        (JointType::Revolute | JointType::Prismatic, [dof]) => *dof = shared,
+        (JointType::Spherical, _) => joint.damping = shared.damping,
+        _ if shared.damping != 0.0 || shared.friction != 0.0 => {
+            let message = "damping and friction of floating and planar joints are left out";
+            context.note(message, place());
+        }
+        _ => {}
+    }
+}
+
+/// Coupling of a joint with another one: its coordinate is `multiplier` times the other plus
+/// `offset`.
+pub(super) fn read_mimic(
+    context: &Context<'_>,
+    tree: &Tree,
+    element: &Element,
+    robot: &mut Description,
+) -> Option<()> {
+    let mimic = element.child("mimic")?;
+    let own = *tree.joints.get(element.get("name")?)?;
+    let name = mimic.required(context, "joint")?;
+    let Some(&other) = tree.joints.get(name) else {
+        let mut known: Vec<&str> = tree.joints.keys().map(String::as_str).collect();
+        known.sort_unstable();
+        let help = did_you_mean(name, "joints", known).unwrap_or_default();
+        context.error("name", format!("there is no joint {}", quoted(name)), &mimic.place(), &help);
+        return None;
+    };
+    let has_one = |joint: usize| robot.joints[joint].dofs.len() == 1;
+    if !has_one(own) || !has_one(other) || own == other {
+        let message = format!("{} mimics a joint without one coordinate", element.title());
+        context.error("mimic", message, &mimic.place(), "");
+        return None;
+    }
+    let multiplier = mimic.number(context, "multiplier").unwrap_or(1.0);
+    let constant = mimic.number(context, "offset").unwrap_or(0.0);
+    robot.gearings.push(Gearing {
+        name: robot.joints[own].name.clone(),
+        terms: vec![(own, 0, 1.0), (other, 0, -multiplier)],
+        constant,
+        place: Some(mimic.place()),
+    });
+    Some(())
+}
+
+/// Replaces a joint by another type about the frame of its child; rotations about x, then y for a
+/// universal joint.
+pub(super) fn retype(joint: &mut Joint, kind: JointType) {
+    // The frame of the child at zero coordinates.
+    let frame = joint.frame_j * joint.frame_k.inverse();
+    let axes = match kind {
+        // First axis x, second axis y.
+        JointType::Universal => Mat3::from_columns(Vec3::unit(1), Vec3::unit(2), Vec3::unit(0)),
+        _ => Mat3::identity(),
+    };
+    let axes = Pose { rotation: axes, position: Vec3::zero() };
+    let old = joint.clone();
+    *joint = Joint {
+        place: old.place,
+        comment: old.comment,
+        friction: old.friction,
+        frame_j: frame * axes,
+        frame_k: axes,
+        ..Joint::new(old.name, kind, (old.from, old.to))
+    };
+}

@@ -1,0 +1,219 @@
+//! URDF: a tree of links, with conditions that close loops beside it.
+
+mod closures;
+mod convention;
+mod joint;
+mod motors;
+
+use super::context::Context;
+use super::description::{Body, Description, GROUND, Joint};
+use super::extension;
+use super::inertia::{symmetric, turned};
+use super::rotation;
+use super::xml::Element;
+use crate::diagnostic::quoted;
+use std::collections::HashMap;
+use stiction_core::spatial::{Pose, Vec3};
+
+/// Gravity, m/s²; URDF does not say.
+const GRAVITY: f64 = -9.81;
+
+/// Links and joints by the names of the file.
+pub(super) struct Tree {
+    /// Index of the body of each link.
+    pub(super) links: HashMap<String, usize>,
+    /// Index of each joint.
+    pub(super) joints: HashMap<String, usize>,
+}
+
+/// Reads a robot.
+pub(super) fn read(context: &Context<'_>, root: &Element, companion: &str) -> Option<Description> {
+    refuse_xacro(context, root)?;
+    let name = root.get("name").unwrap_or("robot");
+    let mut robot = Description::new("URDF", name, Vec3::new(0.0, 0.0, GRAVITY));
+    let mut tree = Tree { links: HashMap::new(), joints: HashMap::new() };
+    let base = base_of(context, root)?;
+    for link in root.all("link") {
+        let name = link.required(context, "name")?.to_owned();
+        let index = if name == base { GROUND } else { robot.bodies.len() };
+        if tree.links.insert(name.clone(), index).is_some() {
+            let message = format!("there are two links named {}", quoted(&name));
+            context.error("name", message, &link.place(), "");
+            return None;
+        }
+        let body = link_body(context, link, name);
+        match index {
+            GROUND => ground(context, &mut robot, &body),
+            _ => robot.bodies.push(body),
+        }
+    }
+    for element in root.all("joint") {
+        let joint = joint::read(context, &tree, element)?;
+        let name = element.get("name").unwrap_or_default().to_owned();
+        if tree.joints.insert(name, robot.joints.len()).is_some() {
+            let message = format!("there are two joints named {}", quoted(&joint.name));
+            context.error("name", message, &element.place(), "");
+            return None;
+        }
+        robot.joints.push(joint);
+    }
+    check_tree(context, &robot)?;
+    for element in root.all("joint") {
+        joint::read_mimic(context, &tree, element, &mut robot);
+    }
+    closures::read(context, &tree, root, &mut robot);
+    let convention = convention::read(context, &tree, companion, &mut robot);
+    motors::read(context, &tree, root, convention, &mut robot);
+    robot.extensions = extension::entries(root);
+    note_unused(context, root);
+    Some(robot)
+}
+
+/// Xacro is a program that writes URDF.
+fn refuse_xacro(context: &Context<'_>, root: &Element) -> Option<()> {
+    let is_macro = |element: &Element| {
+        element.namespace.contains("xacro")
+            || element.attributes.iter().any(|attribute| attribute.value.contains("${"))
+    };
+    let mut stack = vec![root];
+    while let Some(element) = stack.pop() {
+        if is_macro(element) {
+            let help = "expand it first: `xacro robot.urdf.xacro > robot.urdf`";
+            let message = "this is a xacro file, which describes how to write a URDF".to_owned();
+            context.error("xacro", message, &element.place(), help);
+            return None;
+        }
+        stack.extend(&element.children);
+    }
+    Some(())
+}
+
+/// Name of the link that no joint carries.
+fn base_of(context: &Context<'_>, root: &Element) -> Option<String> {
+    let carried: Vec<&str> = root
+        .all("joint")
+        .filter_map(|joint| joint.child("child").and_then(|child| child.get("link")))
+        .collect();
+    let links: Vec<&Element> = root.all("link").collect();
+    if links.is_empty() {
+        let message = "the robot has no links".to_owned();
+        context.error("missing", message, &root.place(), "a URDF has <link> and <joint> elements");
+        return None;
+    }
+    let is_free = |link: &&&Element| link.get("name").is_some_and(|name| !carried.contains(&name));
+    let free: Vec<&&Element> = links.iter().filter(is_free).collect();
+    match free.as_slice() {
+        [] => {
+            let message = "every link is the child of a joint, so the robot has no root".to_owned();
+            let help = "close loops by a <loop_joint> or a YAML file instead of a joint";
+            context.error("tree", message, &root.place(), help);
+            None
+        }
+        [base] => base.get("name").map(str::to_owned),
+        [_, other, ..] => {
+            let names: Vec<String> =
+                free.iter().filter_map(|link| link.get("name")).map(quoted).collect();
+            let shown = names.iter().take(4).cloned().collect::<Vec<_>>().join(", ");
+            let message = format!("{} links have no parent: {shown}", names.len());
+            let help = "connect them by joints; exactly one link is the root";
+            context.error("tree", message, &other.place(), help);
+            None
+        }
+    }
+}
+
+fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
+    let mut body = Body::massless(name, Some(link.place()));
+    let Some(inertial) = link.child("inertial") else { return body };
+    let origin = origin(context, inertial);
+    let mass = inertial.child("mass").and_then(|mass| mass.number(context, "value"));
+    body.mass = mass.unwrap_or(0.0);
+    body.com = origin.position;
+    if let Some(inertia) = inertial.child("inertia") {
+        let keys = ["ixx", "iyy", "izz", "ixy", "ixz", "iyz"];
+        let entries = keys.map(|key| inertia.number(context, key).unwrap_or(0.0));
+        body.inertia = turned(symmetric(entries), origin.rotation);
+    }
+    if body.mass < 0.0 {
+        let message = format!("the mass of link {} is negative", quoted(&body.name));
+        context.error("mass", message, &inertial.place(), "masses are at least 0 kg");
+    }
+    body
+}
+
+/// The root link is the ground.
+fn ground(context: &Context<'_>, robot: &mut Description, link: &Body) {
+    let mut comment = format!("The root link of the file, {}, is the ground.", quoted(&link.name));
+    if link.mass > 0.0 {
+        comment += &format!(" Its mass, {} kg, does not matter.", link.mass);
+    }
+    context.note(comment.trim_end_matches('.'), link.place.clone());
+    robot.bodies[GROUND].comment = Some(comment);
+}
+
+/// Pose of an element by its `origin`.
+pub(super) fn origin(context: &Context<'_>, element: &Element) -> Pose<f64> {
+    match element.child("origin") {
+        Some(origin) => placed(context, origin),
+        None => Pose::identity(),
+    }
+}
+
+/// Pose by the attributes `xyz` and `rpy`.
+pub(super) fn placed(context: &Context<'_>, element: &Element) -> Pose<f64> {
+    let position = element.numbers::<3>(context, "xyz").unwrap_or([0.0; 3]);
+    let mut pose = rotation::pose(position, [0.0; 3]);
+    if let Some(angles) = element.numbers::<3>(context, "rpy") {
+        pose.rotation = rotation::roll_pitch_yaw(angles);
+    } else if let Some([x, y, z, w]) = element.numbers::<4>(context, "quat_xyzw") {
+        pose.rotation = rotation::quaternion([w, x, y, z]).unwrap_or(pose.rotation);
+    }
+    pose
+}
+
+/// Every link has one parent, and the parents lead to the root.
+fn check_tree(context: &Context<'_>, robot: &Description) -> Option<()> {
+    let mut parent: Vec<Option<&Joint>> = vec![None; robot.bodies.len()];
+    for joint in &robot.joints {
+        if let Some(other) = parent[joint.to].replace(joint) {
+            let (body, place) = (&robot.bodies[joint.to].name, joint.place.as_ref()?);
+            let message = format!(
+                "link {} is the child of two joints, {} and {}",
+                quoted(body),
+                quoted(&other.name),
+                quoted(&joint.name)
+            );
+            let help = "close the loop by a <loop_joint>, or by `closed_loop` in a YAML file";
+            context.error("tree", message, place, help);
+            return None;
+        }
+    }
+    let reached = robot.poses();
+    let lost = (0..robot.bodies.len()).find(|&body| reached[body].is_none());
+    if let Some(body) = lost {
+        let message =
+            format!("the joints of link {} form a ring", quoted(&robot.bodies[body].name));
+        let help = "close loops by a <loop_joint> or a YAML file instead of a joint";
+        context.error("tree", message, robot.bodies[body].place.as_ref()?, help);
+        return None;
+    }
+    Some(())
+}
+
+fn note_unused(context: &Context<'_>, root: &Element) {
+    let has = |tag: &str| root.all("link").any(|link| link.child(tag).is_some());
+    if has("visual") || has("collision") {
+        context.note("visual and collision shapes are not needed and are left out", None);
+    }
+    for element in &root.children {
+        match element.tag.as_str() {
+            "link" | "joint" | "loop_joint" | "material" | "transmission" | "ros2_control" => {}
+            // Written by this program, see `convention`.
+            _ if element.namespace == super::NAMESPACE => {}
+            tag => {
+                let message = format!("<{tag}> has no counterpart in the model");
+                context.note(message, Some(element.place()));
+            }
+        }
+    }
+}

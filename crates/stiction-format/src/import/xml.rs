@@ -1,0 +1,246 @@
+//! XML elements with their places, and their attributes as numbers.
+
+use super::context::Context;
+use crate::diagnostic::{Diagnostic, Diagnostics, number, quoted};
+use crate::source::{Place, Source, Span};
+use std::sync::Arc;
+
+/// Greatest nesting depth of a robot file.
+const DEEPEST: usize = 1000;
+/// Greatest magnitude of a number, as in the model file.
+const LARGEST: f64 = 1e30;
+/// Greatest number of elements and texts in a file; it bounds the memory.
+const MOST_NODES: u32 = 4_000_000;
+
+/// Attribute with its place.
+#[derive(Clone, Debug)]
+pub(super) struct Attribute {
+    pub(super) name: String,
+    pub(super) value: String,
+    span: Span,
+    source: Arc<Source>,
+}
+
+impl Attribute {
+    /// Place of the attribute with its name and value.
+    pub(super) fn place(&self) -> Place {
+        Place::new(&self.source, self.span.clone())
+    }
+}
+
+/// Element of a robot file.
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    /// Name without a namespace.
+    pub(super) tag: String,
+    /// Namespace; empty if there is none.
+    pub(super) namespace: String,
+    pub(super) attributes: Vec<Attribute>,
+    pub(super) children: Vec<Element>,
+    /// Text directly in the element, trimmed.
+    pub(super) text: String,
+    span: Span,
+    source: Arc<Source>,
+}
+
+impl Element {
+    /// Place of the start tag's name.
+    pub(super) fn place(&self) -> Place {
+        Place::new(&self.source, self.span.clone())
+    }
+
+    /// Attribute of this name.
+    pub(super) fn attribute(&self, name: &str) -> Option<&Attribute> {
+        self.attributes.iter().find(|attribute| attribute.name == name)
+    }
+
+    /// Value of an attribute.
+    pub(super) fn get(&self, name: &str) -> Option<&str> {
+        self.attribute(name).map(|attribute| attribute.value.trim())
+    }
+
+    /// First child with this tag.
+    pub(super) fn child(&self, tag: &str) -> Option<&Self> {
+        self.children.iter().find(|child| child.tag == tag)
+    }
+
+    /// Children with this tag.
+    pub(super) fn all<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Self> {
+        self.children.iter().filter(move |child| child.tag == tag)
+    }
+
+    /// The element with its name for messages: "joint `knee`".
+    pub(super) fn title(&self) -> String {
+        match self.get("name") {
+            Some(name) => format!("{} {}", self.tag, quoted(name)),
+            None => format!("<{}>", self.tag),
+        }
+    }
+}
+
+/// Parses a file into elements.
+///
+/// # Errors
+/// The text is no well-formed XML, declares entities, or is nested too deeply.
+pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
+    let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
+    let document =
+        roxmltree::Document::parse_with_options(&source.text, options).map_err(|error| {
+            let at = offset(&source.text, error.pos());
+            let (message, help) = match error {
+                roxmltree::Error::DtdDetected => (
+                    "the file declares its own entities (<!DOCTYPE>), which are not read"
+                        .to_owned(),
+                    "remove the declaration and write the values out",
+                ),
+                error => {
+                    let message = error.to_string();
+                    let message = message.split(" at ").next().unwrap_or_default().to_owned();
+                    (format!("the file is no well-formed XML: {message}"), "correct the XML")
+                }
+            };
+            Diagnostics::from(
+                Diagnostic::error("xml", message).at(Place::new(source, at..at), "").help(help),
+            )
+        })?;
+    build(document.root_element(), source)
+}
+
+/// Byte offset of a line and column, both counted from 1, columns in characters.
+fn offset(text: &str, position: roxmltree::TextPos) -> usize {
+    let line = position.row.max(1) as usize - 1;
+    let start: usize = text.split_inclusive('\n').take(line).map(str::len).sum();
+    let rest = text.get(start..).unwrap_or_default();
+    let column = rest.char_indices().nth(position.col.max(1) as usize - 1);
+    start + column.map_or(rest.len(), |(at, _)| at)
+}
+
+/// Copies the elements, without recursion because files may be nested deeply.
+fn build(root: roxmltree::Node<'_, '_>, source: &Arc<Source>) -> Result<Element, Diagnostics> {
+    let mut open: Vec<(roxmltree::Node<'_, '_>, Element)> = vec![(root, element(root, source))];
+    let mut next = root.first_element_child();
+    loop {
+        if let Some(node) = next {
+            if open.len() >= DEEPEST {
+                let message = format!("elements are nested in more than {DEEPEST} levels");
+                let place = element(node, source).place();
+                let help = "flatten the file; robots need far fewer levels";
+                return Err(Diagnostic::error("xml", message).at(place, "").help(help).into());
+            }
+            open.push((node, element(node, source)));
+            next = node.first_element_child();
+            continue;
+        }
+        let Some((node, done)) = open.pop() else { break };
+        let Some((_, parent)) = open.last_mut() else { return Ok(done) };
+        parent.children.push(done);
+        next = node.next_sibling_element();
+    }
+    // The root is always returned above.
+    Ok(element(root, source))
+}
+
+fn element(node: roxmltree::Node<'_, '_>, source: &Arc<Source>) -> Element {
+    let tag = node.tag_name();
+    let start = node.range().start;
+    let attribute = |attribute: roxmltree::Attribute<'_, '_>| Attribute {
+        name: attribute.name().to_owned(),
+        value: attribute.value().to_owned(),
+        span: attribute.range(),
+        source: Arc::clone(source),
+    };
+    let text: String =
+        node.children().filter(|child| child.is_text()).filter_map(|child| child.text()).collect();
+    Element {
+        tag: tag.name().to_owned(),
+        namespace: tag.namespace().unwrap_or_default().to_owned(),
+        attributes: node.attributes().map(attribute).collect(),
+        children: Vec::new(),
+        text: text.trim().to_owned(),
+        span: start..start + 1 + tag.name().len(),
+        source: Arc::clone(source),
+    }
+}
+
+/// Reads numbers separated by white space; `None` with a message if one is no finite number.
+pub(super) fn numbers_in(context: &Context, text: &str, place: &Place) -> Option<Vec<f64>> {
+    let mut numbers = Vec::new();
+    for word in text.split([' ', '\t', '\n', '\r', ',']).filter(|word| !word.is_empty()) {
+        let found: Option<f64> = word.parse().ok();
+        let message = match found {
+            Some(value) if value.abs() <= LARGEST => {
+                numbers.push(value);
+                continue;
+            }
+            Some(value) if value.is_finite() => {
+                format!("{} is greater than {}", quoted(word), number(LARGEST))
+            }
+            Some(_) => format!("{} is no finite number", quoted(word)),
+            None => format!("{} is no number", quoted(word)),
+        };
+        context.error("number", message, place, "expected a number");
+        return None;
+    }
+    Some(numbers)
+}
+
+/// Reads exactly `N` numbers.
+pub(super) fn array<const N: usize>(
+    context: &Context,
+    text: &str,
+    place: &Place,
+) -> Option<[f64; N]> {
+    let numbers = numbers_in(context, text, place)?;
+    let count = numbers.len();
+    let found = <[f64; N]>::try_from(numbers).ok();
+    if found.is_none() {
+        let plural = if N == 1 { "" } else { "s" };
+        let message = format!("expected {N} number{plural}, found {count}");
+        context.error("number", message, place, "");
+    }
+    found
+}
+
+impl Element {
+    /// Attribute with any number of numbers.
+    pub(super) fn list(&self, context: &Context, name: &str) -> Option<Vec<f64>> {
+        let attribute = self.attribute(name)?;
+        numbers_in(context, &attribute.value, &attribute.place())
+    }
+
+    /// Attribute with `N` numbers.
+    pub(super) fn numbers<const N: usize>(
+        &self,
+        context: &Context,
+        name: &str,
+    ) -> Option<[f64; N]> {
+        let attribute = self.attribute(name)?;
+        array(context, &attribute.value, &attribute.place())
+    }
+
+    /// Attribute with one number.
+    pub(super) fn number(&self, context: &Context, name: &str) -> Option<f64> {
+        self.numbers::<1>(context, name).map(|[value]| value)
+    }
+
+    /// Required attribute; a message if it is absent.
+    pub(super) fn required(&self, context: &Context, name: &str) -> Option<&str> {
+        let value = self.get(name);
+        if value.is_none() {
+            let message = format!("{} has no attribute `{name}`", self.title());
+            context.error("missing", message, &self.place(), "");
+        }
+        value
+    }
+
+    /// Text of the element as `N` numbers.
+    pub(super) fn text_numbers<const N: usize>(&self, context: &Context) -> Option<[f64; N]> {
+        array(context, &self.text, &self.place())
+    }
+
+    /// Text of a child as a number, if there is such a child with a text.
+    pub(super) fn child_number(&self, context: &Context, tag: &str) -> Option<f64> {
+        let child = self.child(tag).filter(|child| !child.text.is_empty())?;
+        child.text_numbers::<1>(context).map(|[value]| value)
+    }
+}

@@ -1,0 +1,164 @@
+//! The part of YAML in which closures of loops are written: a mapping of lists and texts.
+
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::source::{Place, Source};
+use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, YamlData};
+use std::sync::Arc;
+
+/// Longest file, bytes.
+const LONGEST: usize = 1 << 20;
+/// Greatest number of brackets: nested ones are read by recursion.
+const DEEPEST: usize = 64;
+
+/// Text with its place.
+#[derive(Clone, Debug)]
+pub(super) struct Word {
+    pub(super) text: String,
+    pub(super) place: Place,
+}
+
+/// Value of a key: a text, or a list.
+#[derive(Clone, Debug)]
+pub(super) enum Value {
+    Word(Word),
+    List(Vec<Value>),
+}
+
+impl Value {
+    /// All texts in the value.
+    pub(super) fn words(&self) -> Vec<&Word> {
+        match self {
+            Self::Word(word) => vec![word],
+            Self::List(items) => items.iter().flat_map(Self::words).collect(),
+        }
+    }
+
+    /// Items of a list; a text is a list of one.
+    pub(super) fn items(&self) -> &[Self] {
+        match self {
+            Self::Word(_) => std::slice::from_ref(self),
+            Self::List(items) => items,
+        }
+    }
+}
+
+/// Entries of the mapping, in their order.
+///
+/// # Errors
+/// The text is no YAML, or no mapping.
+pub(super) fn parse(source: &Arc<Source>) -> Result<Vec<(Word, Value)>, Diagnostics> {
+    let text = source.text.as_str();
+    let refused = |message: String, at: usize| {
+        let place = Place::new(source, at..at);
+        Diagnostics::from(Diagnostic::error("yaml", message).at(place, "").help("correct the YAML"))
+    };
+    if text.len() > LONGEST {
+        return Err(refused(format!("a YAML file of more than {LONGEST} bytes is not read"), 0));
+    }
+    if let Some(at) = too_deep(text) {
+        return Err(refused(format!("lists are nested in more than {DEEPEST} levels"), at));
+    }
+    let documents = MarkedYaml::load_from_str(text).map_err(|error| {
+        let at = byte_of(text, error.marker().index());
+        refused(format!("the file is no valid YAML: {}", error.info()), at)
+    })?;
+    let entries = match documents.into_iter().next().map(|document| document.data) {
+        Some(YamlData::Mapping(entries)) => entries,
+        None => return Ok(Vec::new()),
+        Some(_) => return Err(refused("the file has no keys, such as `closed_loop:`".into(), 0)),
+    };
+    let entry = |(key, value): (MarkedYaml<'_>, MarkedYaml<'_>)| {
+        let Value::Word(key) = value_of(source, &key, 0)? else { return None };
+        Some((key, value_of(source, &value, 0)?))
+    };
+    Ok(entries.into_iter().filter_map(entry).collect())
+}
+
+/// Place at which lists or mappings become nested too deeply.
+fn too_deep(text: &str) -> Option<usize> {
+    let mut depth = 0_usize;
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let indent = line.len() - line.trim_start_matches([' ', '-', '?']).len();
+        if indent > 4 * DEEPEST {
+            return Some(start);
+        }
+        for (at, letter) in line.char_indices() {
+            match letter {
+                '[' | '{' => depth += 1,
+                ']' | '}' => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            if depth > DEEPEST {
+                return Some(start + at);
+            }
+        }
+        start += line.len();
+    }
+    None
+}
+
+/// Converts a number of characters to bytes.
+fn byte_of(text: &str, index: usize) -> usize {
+    text.char_indices().nth(index).map_or(text.len(), |(at, _)| at)
+}
+
+fn value_of(source: &Arc<Source>, node: &MarkedYaml<'_>, depth: usize) -> Option<Value> {
+    let word = |text: String| {
+        let at = |index: usize| byte_of(&source.text, index);
+        let span = at(node.span.start.index())..at(node.span.end.index());
+        Some(Value::Word(Word { text, place: Place::new(source, span) }))
+    };
+    match &node.data {
+        YamlData::Sequence(_) if depth > DEEPEST => None,
+        YamlData::Sequence(items) => {
+            let items = items.iter().filter_map(|item| value_of(source, item, depth + 1));
+            Some(Value::List(items.collect()))
+        }
+        YamlData::Value(Scalar::String(text)) => word(text.clone().into_owned()),
+        YamlData::Value(Scalar::Integer(number)) => word(number.to_string()),
+        YamlData::Value(Scalar::FloatingPoint(number)) => word(number.to_string()),
+        YamlData::Value(Scalar::Boolean(value)) => word(value.to_string()),
+        YamlData::Representation(text, _, _) => word(text.clone().into_owned()),
+        YamlData::Tagged(_, inner) if depth <= DEEPEST => value_of(source, inner, depth + 1),
+        _ => None,
+    }
+}
+
+/// Message for a list whose length does not fit another one.
+pub(super) fn lengths(key: &str, other: &str, (found, expected): (usize, usize)) -> String {
+    format!("{} has {found} entries, but {} has {expected}", quoted(key), quoted(other))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Vec<(String, Vec<String>)> {
+        let source = Arc::new(Source::new("a.yaml", text));
+        let words = |value: &Value| value.words().iter().map(|w| w.text.clone()).collect();
+        let entries = parse(&source).unwrap();
+        entries.iter().map(|(key, value)| (key.text.clone(), words(value))).collect()
+    }
+
+    #[test]
+    fn lists_of_both_styles_are_read() {
+        let flow = read("closed_loop: [['a', b], [\"c\", d]] # two\ntype: ['6d', 3D]\n");
+        let block = read("closed_loop:\n  - - a\n    - b\n  - [c, d]\ntype:\n- 6d\n- 3D\n");
+        assert_eq!(flow, block);
+        assert_eq!(flow[0].1, ["a", "b", "c", "d"]);
+        assert_eq!(flow[1].1, ["6d", "3D"]);
+        assert!(read("").is_empty());
+    }
+
+    #[test]
+    fn deep_and_broken_texts_are_refused() {
+        for text in ["[".repeat(100_000), "a: [".into(), "- a".into(), "a: &x [*x, *x]".into()] {
+            let source = Arc::new(Source::new("a.yaml", text));
+            let _ = parse(&source);
+        }
+        let deep: String = (0..100_000).map(|_| "- ").collect();
+        let source = Arc::new(Source::new("a.yaml", deep));
+        assert!(parse(&source).is_err());
+    }
+}

@@ -1,0 +1,107 @@
+//! Formulas over time and measured coordinates.
+
+use crate::expression::Formula;
+use stiction_core::kinematics::{Coordinate, Target};
+
+/// A formula over the time and the measured coordinates of a mechanism and their rates, such as
+/// `-200 N m/rad*A - 5 N m s/rad*d(A)`.
+#[derive(Clone, Debug)]
+pub struct Law {
+    formula: Formula,
+    /// Measured coordinates; true for rates.
+    measured: Vec<(Coordinate, bool)>,
+}
+
+impl Law {
+    pub(crate) fn new(formula: Formula, measured: Vec<(Coordinate, bool)>) -> Self {
+        Self { formula, measured }
+    }
+
+    /// Number of switching functions: kinks and jumps of `abs`, `min`, `max` and `sign`.
+    pub fn switches(&self) -> usize {
+        self.formula.switches()
+    }
+
+    /// Returns true if the formula contains the time.
+    pub fn has_time(&self) -> bool {
+        self.formula.has_time()
+    }
+
+    /// Time, s, up to which a few samples from `t` (s) on resolve what depends on the time alone.
+    pub fn resolved_until(&self, t: f64) -> f64 {
+        self.formula.resolved_until(t)
+    }
+
+    /// Value, in SI units, at a time, s, on the branches that `sides` select; see [`Self::switches`].
+    pub fn at(
+        &self,
+        t: f64,
+        measure: impl FnMut(Coordinate) -> Target<f64>,
+        sides: &[bool],
+    ) -> f64 {
+        let mut sides = sides.iter();
+        let measured = self.measured(measure);
+        self.formula.at_state(t, &measured, |value| sides.next().copied().unwrap_or(value >= 0.0))
+    }
+
+    /// Appends the values of the switching functions on these branches.
+    pub fn switches_at(
+        &self,
+        t: f64,
+        measure: impl FnMut(Coordinate) -> Target<f64>,
+        sides: &[bool],
+        values: &mut Vec<f64>,
+    ) {
+        let mut sides = sides.iter();
+        let measured = self.measured(measure);
+        self.formula.at_state(t, &measured, |value| {
+            values.push(value);
+            sides.next().copied().unwrap_or(value >= 0.0)
+        });
+    }
+
+    fn measured(&self, mut measure: impl FnMut(Coordinate) -> Target<f64>) -> Vec<f64> {
+        let each = self.measured.iter().map(|(coordinate, rate)| {
+            let motion = measure(*coordinate);
+            if *rate { motion.rate } else { motion.value }
+        });
+        each.collect()
+    }
+}
+
+/// A condition that ends a simulation, such as `platform.z < 100 mm`.
+#[derive(Clone, Debug)]
+pub struct Condition {
+    /// The condition as written.
+    pub text: String,
+    pub(crate) left: Law,
+    pub(crate) right: Law,
+    /// True for `<`, false for `>`.
+    pub(crate) is_less: bool,
+    /// True for `<=` and `>=`, which hold at equality.
+    pub(crate) or_equal: bool,
+}
+
+impl Condition {
+    /// Returns true if the condition contains the time.
+    pub fn has_time(&self) -> bool {
+        self.left.has_time() || self.right.has_time()
+    }
+
+    /// Time, s, up to which a few samples from `t` (s) on resolve what depends on the time alone.
+    pub fn resolved_until(&self, t: f64) -> f64 {
+        self.left.resolved_until(t).min(self.right.resolved_until(t))
+    }
+
+    /// Distance from the condition, in SI units: not negative until it holds.
+    pub fn distance(&self, t: f64, mut measure: impl FnMut(Coordinate) -> Target<f64>) -> f64 {
+        let (left, right) = (self.left.at(t, &mut measure, &[]), self.right.at(t, measure, &[]));
+        let distance = if self.is_less { left - right } else { right - left };
+        if !self.or_equal {
+            return distance;
+        }
+        // Equal up to rounding counts as equal.
+        let rounding = 8.0 * f64::EPSILON * (left.abs() + right.abs());
+        if distance.abs() <= rounding { -f64::MIN_POSITIVE } else { distance }
+    }
+}

@@ -1,0 +1,80 @@
+//! A parsed model text that is read repeatedly with other values.
+
+use super::{completed, read_document};
+use crate::contents::Contents;
+use crate::diagnostic::Diagnostics;
+use crate::document::{self, Document};
+use crate::model_file::ModelFile;
+use crate::source::Source;
+use std::sync::Arc;
+
+/// The text of a model, parsed once, to be read repeatedly with other values.
+///
+/// Reading with changes gives the same model as [`read`](crate::read) of the text with these changes.
+#[derive(Clone, Debug)]
+pub struct Draft {
+    /// The text without changes.
+    source: Source,
+    /// Changes of the text itself, before all others.
+    changes: Vec<String>,
+    document: Document,
+}
+
+impl Draft {
+    /// Parses a text. Its own changes ([`Source::with_changes`]) come before those of every reading.
+    ///
+    /// # Errors
+    /// All errors of syntax, each with its place.
+    pub fn parse(source: &Source) -> Result<Self, Diagnostics> {
+        let own = source.changes().map(|changes| changes.text.lines().map(str::to_owned).collect());
+        let source = source.clone().with_changes::<&str>([]);
+        let mut out = Diagnostics::new();
+        let document = document::parse_unchanged(&Arc::new(source.clone()), &mut out);
+        match document {
+            Some(document) if !out.has_errors() => {
+                Ok(Self { source, changes: own.unwrap_or_default(), document })
+            }
+            _ => {
+                out.sort();
+                Err(out)
+            }
+        }
+    }
+
+    /// Reads the model with changes of single values, each as in [`Source::with_changes`].
+    ///
+    /// # Errors
+    /// All errors, each with its place.
+    pub fn read<S: AsRef<str>>(
+        &self,
+        changes: &[S],
+        files: &dyn Fn(&str) -> Result<Contents, String>,
+    ) -> Result<ModelFile, Diagnostics> {
+        let mut out = Diagnostics::new();
+        let (source, document) = self.changed(changes, &mut out);
+        let model = read_document(&source, &document, files, &mut out);
+        completed(model, out)
+    }
+
+    /// Checks that the model has the keys of changes, whatever their values are.
+    ///
+    /// # Errors
+    /// All unknown keys, each with the nearest known ones.
+    pub fn check_keys<S: AsRef<str>>(&self, changes: &[S]) -> Result<(), Diagnostics> {
+        let mut out = Diagnostics::new();
+        self.changed(changes, &mut out);
+        if out.has_errors() { Err(out) } else { Ok(()) }
+    }
+
+    fn changed<S: AsRef<str>>(
+        &self,
+        changes: &[S],
+        out: &mut Diagnostics,
+    ) -> (Arc<Source>, Document) {
+        let all = self.changes.iter().map(String::as_str).chain(changes.iter().map(AsRef::as_ref));
+        let source = Arc::new(self.source.clone().with_changes(all));
+        let mut document = self.document.clone();
+        document::apply(&source, &mut document, out);
+        (source, document)
+    }
+}

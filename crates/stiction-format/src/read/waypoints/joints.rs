@@ -1,0 +1,59 @@
+//! Joints in limits of motions through waypoints.
+
+use crate::document::Table;
+use crate::expression::Measure;
+use crate::fields::tables::WAYPOINT;
+use crate::read::context::Record;
+use crate::read::motion::Reader;
+use crate::read::path::{Meaning, resolve};
+use crate::signal::law::Law;
+use crate::source::Span;
+use stiction_core::mechanism::JointId;
+
+/// Name of all actuators together.
+const ACTUATORS: &str = "actuators";
+
+/// A degree of freedom of a joint with its path and its measure.
+pub(super) type Named = (String, (JointId, usize), Measure);
+
+/// Degrees of freedom that a limit of this name concerns, all of the same measure; empty for an unknown name, `None`
+/// after an error.
+pub(super) fn named(reader: &Reader<'_>, path: &str) -> Option<Vec<Named>> {
+    if let Ok(Meaning::Joint(joint, joint_type, dof)) = resolve(reader.names, path) {
+        let translates = joint_type.dofs().get(dof).is_some_and(|dof| dof.translates());
+        let measure = if translates { Measure::Length } else { Measure::Angle };
+        return Some(vec![(path.to_owned(), (joint, dof), measure)]);
+    }
+    if path != ACTUATORS {
+        return Some(Vec::new());
+    }
+    // Defects of the mechanism have been reported.
+    let mechanism = reader.assembly?.mechanism;
+    let each = mechanism.actuators().map(|(joint, dof)| {
+        let own = &mechanism.joints()[joint.0];
+        let translates = own.joint_type.dofs()[dof].translates();
+        let measure = if translates { Measure::Length } else { Measure::Angle };
+        (own.dof_name(dof), (joint, dof), measure)
+    });
+    let all: Vec<Named> = each.collect();
+    // Limits of both kinds at once have no unit.
+    let same = all.iter().all(|(.., measure)| Some(measure) == all.first().map(|(.., m)| m));
+    Some(if same { all } else { Vec::new() })
+}
+
+/// Place of the law of a move without a limit of its jerk.
+pub(super) fn unlimited_jerk(motion: &Record<'_>, tables: &[&Table]) -> Option<Span> {
+    let trapezoid = |record: &Record<'_>| {
+        record.value("law")?;
+        let name = record.choice("law")?;
+        (Law::from_name(name) == Some(Law::Trapezoid)).then(|| record.span("law"))
+    };
+    let context = motion.context;
+    let own = |table: &&&Table| Record::open(context, table, WAYPOINT, "").value("law").is_some();
+    let all_have_their_own = tables.iter().skip(1).all(|table| own(&table));
+    let general = if all_have_their_own { None } else { trapezoid(motion) };
+    let each = tables.iter().skip(1);
+    general.or_else(|| {
+        each.filter(own).find_map(|table| trapezoid(&Record::open(context, table, WAYPOINT, "")))
+    })
+}

@@ -1,0 +1,407 @@
+//! Low-pass filter for recordings: a smoothing spline with a stated cut-off frequency.
+//!
+//! Among all quintic splines on equal knots, the filtered signal `f` minimises
+//! `∫ (f - y)^2 dt + λ ∫ (f'''')^2 dt`, with the first integral as a sum over the samples. Away from
+//! the ends this is a filter without phase shift whose amplitude is `1/(1 + λ ω^8)`, as that of
+//! a Butterworth filter of order four that is run forward and backward; `λ` is chosen so that this amplitude is
+//! `1/√2` (-3 dB) at the cut-off frequency, which is 0.896 times that of the single run. At the ends nothing is assumed about the signal beyond them: cubics pass unchanged,
+//! so the ends do not ring. Derivatives are those of the spline and need no differences.
+//!
+//! Where rest is consistent with the samples, the signal rests exactly: see [`rest`].
+
+mod knots;
+mod rest;
+mod samples;
+mod suggestion;
+
+pub(crate) use rest::Rest;
+pub(crate) use samples::Samples;
+pub(crate) use suggestion::suggest;
+
+use super::banded::{Banded, Factored};
+use super::quality::Peak;
+use super::{Curve, Given, Interpolation};
+use knots::{BAND, EqualKnots};
+use std::f64::consts::TAU;
+
+/// Knots per period of the cut-off frequency. The spline then follows frequencies up to twice the
+/// cut-off as a smoothing spline with a knot at every sample does.
+const KNOTS_PER_PERIOD: f64 = 8.0;
+/// Maximum number of knots: the equations then need some 500 MB.
+pub(crate) const MAX_KNOTS: f64 = 1.5e6;
+/// Minimum number of periods of the cut-off frequency in a recording.
+pub(crate) const MIN_PERIODS: f64 = 1.0;
+/// Maximum ratio of the cut-off frequency to the rate of the samples.
+pub(crate) const MAX_RATIO: f64 = 0.4;
+/// `λ` times the eighth power of the cut-off frequency (rad/s): the amplitude there is `1/√2`.
+const WEIGHT: f64 = std::f64::consts::SQRT_2 - 1.0;
+/// Maximum ratio of noise near the cut-off to white noise of the same third differences.
+const MOST_COLOURED: f64 = 3.0;
+/// Standard deviations of the acceleration that noise explains.
+const SMEARING_SIGMAS: f64 = 4.0;
+/// Time in which the filtered signal rises from 10 % to 90 % of a step, times the cut-off frequency.
+const RISE: f64 = 0.40;
+/// `∫ (u^2/(1 + WEIGHT u^8))^2 du` from 0 to infinity: the squared amplitude of the acceleration, `u`
+/// the ratio of frequency and cut-off. In closed form `(3/64) π/sin(3π/8) WEIGHT^(-5/8)`.
+const ACCELERATION_AREA: f64 = 0.276_51;
+
+/// Time over which the filter spreads a step, s: from 10 % to 90 % of its height.
+pub(crate) fn rise_time(cutoff: f64) -> f64 {
+    RISE / cutoff
+}
+
+/// Number of knots for a cut-off frequency, Hz, and a duration, s.
+pub(crate) fn knots_needed(cutoff: f64, duration: f64) -> f64 {
+    (KNOTS_PER_PERIOD * cutoff * duration).ceil()
+}
+
+/// A filtered signal and its properties.
+#[derive(Clone, Debug)]
+pub(crate) struct Filtered {
+    pub(crate) curve: Curve,
+    /// Standard deviation of what the filter removes, SI units of the signal.
+    pub(crate) removed: f64,
+    /// Standard deviation of the acceleration that noise leaves.
+    pub(crate) acceleration_noise: f64,
+    /// Largest magnitude of the filtered acceleration.
+    pub(crate) acceleration: Peak,
+    /// What the filter takes from the acceleration of the motion, beyond the noise: the largest
+    /// difference from a filter of one and a half times the cut-off. Zero if noise explains all of it.
+    pub(crate) smearing: Peak,
+    /// Times at which the signal rests, s.
+    pub(crate) rests: Vec<Rest>,
+}
+
+/// Least-squares equations of several signals sampled at the same times.
+#[derive(Clone, Debug)]
+struct Equations {
+    cutoff: f64,
+    knots: EqualKnots,
+    /// Weighted products of the B-splines, summed over the samples.
+    gram: Banded,
+    /// Weighted products of the B-splines with each signal.
+    rights: Vec<Vec<f64>>,
+    /// Weighted sum of squares of each signal.
+    squares: Vec<f64>,
+    /// Sum of the weights, s.
+    weights: f64,
+    count: usize,
+}
+
+impl Equations {
+    fn new(cutoff: f64, (start, end): (f64, f64), signals: usize) -> Self {
+        let intervals = knots_needed(cutoff, end - start).max(BAND as f64) as usize;
+        let knots = EqualKnots { start, end, intervals };
+        Self {
+            cutoff,
+            knots,
+            gram: Banded::new(knots.size(), BAND),
+            rights: vec![vec![0.0; knots.size()]; signals],
+            squares: vec![0.0; signals],
+            weights: 0.0,
+            count: 0,
+        }
+    }
+
+    /// Adds a sample of all signals. The weight is the time that the sample stands for, s.
+    fn push(&mut self, t: f64, values: &[f64], weight: f64) {
+        let (first, splines) = self.knots.splines_at(t);
+        for (i, a) in splines.iter().enumerate() {
+            for (k, b) in splines.iter().enumerate() {
+                self.gram.add(first + i, first + k, weight * a * b);
+            }
+        }
+        for ((right, squares), value) in self.rights.iter_mut().zip(&mut self.squares).zip(values) {
+            for (entry, spline) in right.iter_mut().skip(first).zip(&splines) {
+                *entry += weight * spline * value;
+            }
+            *squares += weight * value * value;
+        }
+        self.weights += weight;
+        self.count += 1;
+    }
+
+    /// Mean time between samples, s.
+    fn step(&self) -> f64 {
+        self.weights / self.count.max(1) as f64
+    }
+
+    /// The matrix of the equations.
+    fn matrix(&self) -> Banded {
+        let mut matrix = self.gram.clone();
+        self.knots.add_penalty(&mut matrix, WEIGHT / (TAU * self.cutoff).powi(8));
+        matrix
+    }
+
+    fn solve(&self) -> Solution<'_> {
+        let factored = self.matrix().factor();
+        let inverse = factored.inverse_within_band();
+        let size = self.knots.size();
+        let near = |row: usize| row.saturating_sub(BAND)..(row + BAND + 1).min(size);
+        let product = |row: usize| -> f64 {
+            near(row).map(|k| inverse.get(row, k) * self.gram.get(k, row)).sum()
+        };
+        let parameters = (0..size).map(product).sum();
+        Solution { equations: self, factored, inverse, parameters }
+    }
+}
+
+/// Solution of the equations without conditions of rest.
+struct Solution<'a> {
+    equations: &'a Equations,
+    factored: Factored,
+    /// Inverse of the matrix within its band.
+    inverse: Banded,
+    /// Effective number of parameters of the fit.
+    parameters: f64,
+}
+
+impl Solution<'_> {
+    fn coefficients(&self, signal: usize) -> Vec<f64> {
+        let mut c = self.equations.rights[signal].clone();
+        self.factored.solve(&mut c);
+        c
+    }
+
+    /// Standard deviations of rate and acceleration at a knot for noise of unit variance.
+    fn spread(&self, knot: usize) -> [f64; 2] {
+        let (first, weights) = self.equations.knots.derivative_weights(knot);
+        weights.map(|weights| {
+            let mut sum = 0.0;
+            for (i, a) in weights.iter().enumerate() {
+                for (k, b) in weights.iter().enumerate() {
+                    sum += a * self.inverse.get(first + i, first + k) * b;
+                }
+            }
+            (self.equations.step() * sum.max(0.0)).sqrt()
+        })
+    }
+
+    /// Mean square of the residuals of a signal.
+    fn mean_square(&self, signal: usize, c: &[f64]) -> f64 {
+        let equations = self.equations;
+        let fitted = dot(c, &equations.gram.times(c));
+        let sum = equations.squares[signal] - 2.0 * dot(c, &equations.rights[signal]) + fitted;
+        // Differences of nearly equal sums.
+        sum.max(f64::EPSILON * equations.squares[signal]) / equations.weights
+    }
+
+    /// Standard deviation of the noise of a signal, from the residuals.
+    fn noise(&self, signal: usize, c: &[f64]) -> f64 {
+        let count = self.equations.count as f64;
+        let left = (count - self.parameters).max(1.0);
+        (self.mean_square(signal, c) * count / left).sqrt()
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Filters all signals of the samples.
+pub(crate) fn filter(samples: &Samples) -> Vec<Filtered> {
+    let equations = &samples.equations;
+    let solution = equations.solve();
+    let finer = samples.finer.as_ref().map(Equations::solve);
+    let fit = |signal: usize| {
+        let c = solution.coefficients(signal);
+        let removed = solution.noise(signal, &c);
+        // A cut-off that is too low leaves the motion itself in the residuals.
+        let noise = removed.min(MOST_COLOURED * samples.roughness(signal));
+        let rested = rest::impose(&solution, signal, &c, noise);
+        let knots = rested.knots(samples.offset(signal));
+        let times = equations.knots.times();
+        let mut acceleration = Peak::default();
+        for (&time, knot) in times.iter().zip(&knots) {
+            acceleration.raise(knot.acceleration.abs(), time);
+        }
+        let curve = Curve::of_knots(Interpolation::Spline(Given::Values), &times, knots);
+        let mut smearing = Peak::default();
+        if let Some(finer) = &finer {
+            let c = finer.coefficients(signal);
+            let rested = rest::impose(finer, signal, &c, noise);
+            for (k, knot) in rested.knots(0.0).iter().enumerate() {
+                let time = finer.equations.knots.knot(k);
+                let difference = (knot.acceleration - curve.at(time).acceleration).abs();
+                let [_, spread] = finer.spread(k);
+                smearing.raise(difference - SMEARING_SIGMAS * noise * spread, time);
+            }
+        }
+        let cutoff = TAU * equations.cutoff;
+        let density = 2.0 * noise * noise * equations.step() / TAU;
+        Filtered {
+            curve,
+            removed,
+            acceleration_noise: (density * ACCELERATION_AREA * cutoff.powi(5)).sqrt(),
+            acceleration,
+            smearing,
+            rests: rested.rests,
+        }
+    };
+    (0..equations.rights.len()).map(fit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+    use stiction_core::kinematics::Target;
+
+    /// Normally distributed numbers of unit variance, by splitmix64 and Box and Muller.
+    fn normal(mut seed: u64) -> impl FnMut() -> f64 {
+        let mut uniform = move || {
+            seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut z = seed;
+            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        };
+        move || (-2.0 * (1.0 - uniform()).ln()).sqrt() * (TAU * uniform()).cos()
+    }
+
+    fn sampled(rate: f64, duration: f64, mut f: impl FnMut(f64) -> f64) -> (Vec<f64>, Vec<f64>) {
+        let count = (rate * duration).round() as usize;
+        let times: Vec<f64> = (0..=count).map(|k| k as f64 / rate).collect();
+        let values = times.iter().map(|&t| f(t)).collect();
+        (times, values)
+    }
+
+    fn filtered(cutoff: f64, times: &[f64], values: &[f64]) -> Filtered {
+        let (start, end) = (times[0], times[times.len() - 1]);
+        let rate = (times.len() - 1) as f64 / (end - start);
+        let mut samples = Samples::new(cutoff, (start, end), 1).with_finer(rate, MAX_KNOTS);
+        for (&t, &value) in times.iter().zip(values) {
+            samples.push(t, &[value]);
+        }
+        filter(&samples.finish()).remove(0)
+    }
+
+    /// Rest to rest in 2 s by the quintic of minimum jerk.
+    fn quintic(t: f64) -> Target<f64> {
+        let (s, u) = (0.05, (t / 2.0).clamp(0.0, 1.0));
+        Target {
+            value: s * u.powi(3) * (10.0 - 15.0 * u + 6.0 * u * u),
+            rate: s * 30.0 * u * u * (1.0 - u).powi(2) / 2.0,
+            acceleration: s * 60.0 * u * (1.0 - 2.0 * u) * (1.0 - u) / 4.0,
+        }
+    }
+
+    /// Amplitude of sines in the middle of a long recording, without phase shift: `1/√2` at the
+    /// cut-off, `1/(1 + WEIGHT/256)` at half of it.
+    #[test]
+    fn amplitudes_are_those_of_the_stated_filter() {
+        for (ratio, expected) in [(1.0, 0.5f64.sqrt()), (0.5, 1.0 / (1.0 + WEIGHT / 256.0))] {
+            let frequency = 5.0 * ratio;
+            let (times, values) = sampled(1000.0, 8.0, |t| (TAU * frequency * (t - 4.0)).cos());
+            let found = filtered(5.0, &times, &values).curve.at(4.0);
+            // The spline of eight knots per period stands for one with a knot at every sample.
+            assert!((found.value - expected).abs() < 1e-3, "{ratio}: {}", found.value);
+            assert!(found.rate.abs() < 1e-3 * TAU * frequency, "{ratio}: {}", found.rate);
+        }
+    }
+
+    /// The noise remaining in the acceleration after filtering has the predicted size.
+    #[test]
+    fn noise_of_the_acceleration_is_predicted() {
+        let mut noise = normal(7);
+        let (times, values) = sampled(1000.0, 60.0, |_| 1e-5 * noise());
+        let found = filtered(10.0, &times, &values);
+        let square = |t: &f64| found.curve.at(*t).acceleration.powi(2);
+        let middle = &times[5000..55_000];
+        // Some 1100 independent values: the estimate is accurate to about 3 %. Rest is imposed on
+        // pure noise, so the comparison takes a signal that moves.
+        let moving: Vec<f64> =
+            times.iter().zip(&values).map(|(t, y)| y + 0.1 * (0.5 * t).sin()).collect();
+        let moving = filtered(10.0, &times, &moving);
+        let error = |t: &f64| (moving.curve.at(*t).acceleration + 0.025 * (0.5 * t).sin()).powi(2);
+        let rms = (middle.iter().map(error).sum::<f64>() / middle.len() as f64).sqrt();
+        assert!((rms / moving.acceleration_noise - 1.0).abs() < 0.1, "{rms}");
+        assert_eq!(middle.iter().map(square).sum::<f64>(), 0.0, "a signal of noise alone rests");
+    }
+
+    /// Cubics pass unchanged up to both ends, so the ends do not ring.
+    #[test]
+    fn cubics_pass_unchanged() {
+        let f = |t: f64| Target {
+            value: 1.0 + 0.3 * t - 2.0 * t * t + 0.7 * t.powi(3),
+            rate: 0.3 - 4.0 * t + 2.1 * t * t,
+            acceleration: -4.0 + 4.2 * t,
+        };
+        let (times, values) = sampled(500.0, 1.5, |t| f(t).value);
+        let found = filtered(6.0, &times, &values);
+        for &t in &times {
+            let (a, b) = (found.curve.at(t), f(t));
+            // Round-off of values of order one; second derivatives magnify it by the square of the
+            // knots per second.
+            assert!((a.value - b.value).abs() < 1e-11, "{t}");
+            assert!((a.acceleration - b.acceleration).abs() < 1e-7, "{t}");
+        }
+    }
+
+    /// With the suggested cut-off the acceleration of a noisy motion from rest to rest is right to
+    /// some percent of its peak, ends included, and the motion begins and ends exactly at rest.
+    #[test]
+    fn the_suggested_filter_restores_a_motion_between_rests() {
+        for seed in 0..20 {
+            let mut noise = normal(seed);
+            let (times, values) = sampled(1000.0, 2.0, |t| quintic(t).value + 20e-6 * noise());
+            let cutoff = suggest(&times, std::slice::from_ref(&values)).unwrap();
+            let found = filtered(cutoff, &times, &values);
+            let error =
+                |t: &f64| (found.curve.at(*t).acceleration - quintic(*t).acceleration).abs();
+            let worst = times.iter().map(error).fold(0.0, f64::max);
+            assert!(worst < 0.05 * 0.0722, "seed {seed}, {cutoff} Hz: {worst}");
+            assert_eq!(found.smearing.size, 0.0, "seed {seed}");
+            for t in [0.0, 2.0] {
+                let end = found.curve.at(t);
+                assert_eq!((end.rate, end.acceleration), (0.0, 0.0), "seed {seed}");
+            }
+        }
+    }
+
+    /// Dwells between motions are exactly at rest, motions between them are not.
+    #[test]
+    fn noisy_dwells_rest() {
+        let f = |t: f64| quintic(t - 1.0).value + quintic(t - 5.0).value;
+        for seed in 0..10 {
+            let mut noise = normal(seed);
+            let (times, values) = sampled(1000.0, 8.0, |t| f(t) + 20e-6 * noise());
+            let found = filtered(6.0, &times, &values);
+            assert_eq!(found.rests.len(), 3, "seed {seed}: {:?}", found.rests);
+            for t in [0.0, 0.5, 0.9, 3.3, 4.0, 4.7, 7.2, 8.0] {
+                assert_eq!(found.curve.at(t).rate, 0.0, "seed {seed}, {t}");
+            }
+            for t in [1.3, 2.0, 2.7, 5.3, 6.0, 6.7] {
+                assert!(found.curve.at(t).rate > 0.01, "seed {seed}, {t}");
+            }
+        }
+    }
+
+    /// The reported change of a motion with steps of the acceleration. The step responses of cut-offs
+    /// whose ratio is 1.5 differ by 0.1194 of the step, by numerical inversion of the amplitudes; four
+    /// standard deviations of noise are subtracted.
+    #[test]
+    fn smearing_of_acceleration_steps_is_reported() {
+        // Acceleration 2 for 1 s, then -2 for 1 s.
+        let f = |t: f64| if t < 1.0 { t * t } else { 2.0 - (2.0 - t) * (2.0 - t) };
+        for (seed, size, least) in [(1, 0.0, 0.11), (2, 20e-6, 0.07)] {
+            let mut noise = normal(seed);
+            let (times, values) = sampled(1000.0, 2.0, |t| f(t) + size * noise());
+            let found = filtered(8.0, &times, &values);
+            let Peak { size, time } = found.smearing;
+            assert!((least * 4.0..0.13 * 4.0).contains(&size), "{size}");
+            assert!((time - 1.0).abs() < rise_time(8.0), "{time}");
+        }
+    }
+
+    /// The closed form of the area by the trapezoidal rule.
+    #[test]
+    fn area_of_the_acceleration() {
+        let u = |k: usize| 1e-3 * k as f64;
+        let value = |u: f64| (u * u / (1.0 + WEIGHT * u.powi(8))).powi(2);
+        let area: f64 = (0..20_000).map(|k| 1e-3 * value(u(k))).sum();
+        let closed = 3.0 / 64.0 * PI / (0.375 * PI).sin() * WEIGHT.powf(-0.625);
+        assert!((ACCELERATION_AREA - closed).abs() < 1e-4, "{closed}");
+        assert!((area - closed).abs() < 1e-6, "{area}");
+    }
+}

@@ -1,0 +1,319 @@
+//! Source code in C99.
+
+use super::literal::literal;
+use super::names::harmless;
+use super::tables::{Kind, kinds, lines};
+use super::walk::{Listing, Operand, Statement};
+use super::{Labels, Precision, SourceFile, SourceOptions, TestVector};
+use crate::code::{Fused, Step};
+use crate::feedforward::{CLOSED, CORRECTIONS, DONE, Feedforward};
+use crate::graph::Function;
+use crate::inverse::{COARSE, ROUNDING, SETTLED, STEPS};
+use std::fmt::Write;
+
+const HEADER: &str = include_str!("templates/header.h");
+const RUNTIME: &str = include_str!("templates/runtime.c");
+const OWN_MATH: &str = include_str!("templates/own_math.c");
+const SELFTEST: &str = include_str!("templates/selftest.c");
+const MAKEFILE: &str = include_str!("templates/Makefile");
+const CMAKE: &str = include_str!("templates/CMakeLists.txt");
+const README: &str = include_str!("templates/README.md");
+
+/// Length of a row of numbers, characters.
+const WIDTH: usize = 96;
+
+pub(crate) fn files(
+    program: &Feedforward,
+    labels: &Labels,
+    options: &SourceOptions,
+    vectors: &[TestVector],
+) -> Vec<SourceFile> {
+    let c = C { program, labels, options };
+    let name = &options.name;
+    let file = |name: String, text: String| SourceFile { name, text };
+    vec![
+        file(format!("{name}.h"), c.fill(HEADER)),
+        file(format!("{name}.c"), c.fill(RUNTIME)),
+        file("selftest.c".to_owned(), c.fill(SELFTEST)),
+        file("vectors.csv".to_owned(), table(labels, vectors)),
+        file("Makefile".to_owned(), c.fill(MAKEFILE)),
+        file("CMakeLists.txt".to_owned(), c.fill(CMAKE)),
+        file("README.md".to_owned(), c.fill(README)),
+    ]
+}
+
+/// Test vectors as a table.
+pub(crate) fn table(labels: &Labels, vectors: &[TestVector]) -> String {
+    let mut heads = Vec::new();
+    for (before, after) in [("", ""), ("d(", ")"), ("d(d(", "))")] {
+        let names = labels.coordinates.iter();
+        heads.extend(names.map(|(name, _)| format!("{before}{}{after}", harmless(name))));
+    }
+    heads.extend(labels.actuators.iter().map(|(name, _)| format!("{}.effort", harmless(name))));
+    let mut text = heads.join(",") + "\n";
+    for TestVector { positions, rates, accelerations, efforts } in vectors {
+        let all = [&positions[..], rates, accelerations, efforts].concat();
+        let numbers: Vec<String> = all.iter().map(|x| format!("{x:?}")).collect();
+        text += &numbers.join(",");
+        text.push('\n');
+    }
+    text
+}
+
+struct C<'a> {
+    program: &'a Feedforward,
+    labels: &'a Labels,
+    options: &'a SourceOptions,
+}
+
+impl C<'_> {
+    /// Fills a template: names between `@` are replaced.
+    fn fill(&self, template: &str) -> String {
+        let sizes = self.program.sizes();
+        let [position, forces] = self.program.listings();
+        let real = self.options.precision;
+        let [errors, correction, preparation, step, last] = self.program.operations();
+        let closing = (CORRECTIONS + 1) * errors + CORRECTIONS * correction;
+        let friction = preparation + STEPS * step + last;
+        let name = self.options.name.as_str();
+        let (double, suffix) = match real {
+            Precision::Double => ("double", ""),
+            Precision::Float => ("float", "f"),
+        };
+        let pick =
+            |double: f64, float: f64| self.number(if suffix.is_empty() { double } else { float });
+        let has_exp = self.calls(Function::Exp) || self.calls(Function::Ln);
+        let own_math =
+            if self.options.own_math && self.turns() { self.fill_math() } else { String::new() };
+        let uses_library = if self.options.own_math && !has_exp && !self.calls(Function::Atan2) {
+            "only sqrt and fabs"
+        } else {
+            "only functions"
+        };
+        let bytes = if suffix.is_empty() { 8 } else { 4 };
+        let work = position.work + forces.work + position.results + forces.results;
+        let values: &[(&str, String)] = &[
+            ("NAME", name.to_owned()),
+            ("GUARD", name.to_uppercase()),
+            ("REAL", double.to_owned()),
+            ("F", suffix.to_owned()),
+            (
+                "LINES",
+                lines(self.program, self.labels, self.options)
+                    .iter()
+                    .map(|line| format!(" * {line}").trim_end().to_owned() + "\n")
+                    .collect(),
+            ),
+            ("COORDINATES", sizes.prescribed.to_string()),
+            ("FINGERPRINT_LOW", format!("0x{:08x}u", self.program.fingerprint() as u32)),
+            ("FINGERPRINT_HIGH", format!("0x{:08x}u", (self.program.fingerprint() >> 32) as u32)),
+            ("FADE", self.number(0.99)),
+            ("DRIVES", sizes.drives.to_string()),
+            ("JOINTS", sizes.joints.to_string()),
+            ("TREE", sizes.coordinates.to_string()),
+            ("TUNABLES", sizes.tunables.to_string()),
+            ("UNKNOWNS", sizes.unknowns.to_string()),
+            ("POSITION_WORK", position.work.to_string()),
+            ("POSITION_RESULTS", position.results.to_string()),
+            ("FORCE_WORK", forces.work.to_string()),
+            ("FORCE_RESULTS", forces.results.to_string()),
+            ("CORRECTIONS", CORRECTIONS.to_string()),
+            ("STEPS", STEPS.to_string()),
+            ("DONE", pick(DONE, 2e-6)),
+            ("CLOSED", pick(CLOSED, 1e-4)),
+            ("SETTLED", pick(SETTLED * SETTLED, 1e-8)),
+            ("COARSE", pick(COARSE * COARSE, 1e-4)),
+            ("ROUNDING", pick(ROUNDING * ROUNDING, 1e-14)),
+            ("REST", pick(1e-9, 1e-6)),
+            ("STRIDE", self.number(0.05)),
+            ("HUGE", pick(f64::MAX, f64::from(f32::MAX))),
+            ("FIELDS", self.fields()),
+            ("DEFAULTS", self.defaults()),
+            ("TUNE", self.tune()),
+            ("HOME", self.numbers(self.program.home_coordinates())),
+            ("HOME_VALUES", self.numbers(self.program.home())),
+            ("STRIDES", self.strides()),
+            ("OWN_MATH", own_math),
+            ("ERRORS", self.body(&position, 0)),
+            ("CORRECTION", self.body(&position, 1)),
+            ("PREPARATION", self.body(&forces, 0)),
+            ("STEP", self.body(&forces, 1)),
+            ("FORCES", self.body(&forces, 2)),
+            ("TOLERANCE", if suffix.is_empty() { "1e-11" } else { "1e-4" }.to_owned()),
+            ("OPERATIONS", format!("{errors}, {correction}, {preparation}, {step}, {last}")),
+            ("WORST", (closing + 2 * friction).to_string()),
+            ("USUAL", (4 * errors + 3 * correction + preparation + 3 * step + last).to_string()),
+            ("BYTES", (bytes * work).to_string()),
+            ("LIBRARY", uses_library.to_owned()),
+            ("MODEL", harmless(&self.labels.model)),
+            ("VERSION", harmless(&self.labels.version)),
+        ];
+        substitute(template, values)
+    }
+
+    fn fill_math(&self) -> String {
+        let mut values = vec![("NAME", self.options.name.clone())];
+        values.extend(super::own_math::values());
+        substitute(OWN_MATH, &values)
+    }
+
+    /// `true` if there are sines and cosines.
+    fn turns(&self) -> bool {
+        let is = |s: &Statement| matches!(s, Statement::SineCosine { .. });
+        self.program.listings().iter().flat_map(|l| &l.routines).flatten().any(is)
+    }
+
+    fn calls(&self, function: Function) -> bool {
+        let is = |s: &Statement| matches!(s, Statement::Call { function: f, .. } if *f == function);
+        self.program.listings().iter().flat_map(|l| &l.routines).flatten().any(is)
+    }
+
+    /// Literal with the suffix of the precision.
+    fn number(&self, number: f64) -> String {
+        let suffix = if self.options.precision == Precision::Double { "" } else { "f" };
+        literal(number, self.options.precision) + suffix
+    }
+
+    /// Numbers of an initialiser, in rows.
+    fn numbers(&self, numbers: &[f64]) -> String {
+        let mut text = String::from("   ");
+        let mut length = 3;
+        for (k, number) in numbers.iter().enumerate() {
+            let number = self.number(*number) + if k + 1 < numbers.len() { "," } else { "" };
+            if length + number.len() + 1 > WIDTH {
+                text += "\n   ";
+                length = 3;
+            }
+            length += number.len() + 1;
+            text = text + " " + &number;
+        }
+        text
+    }
+
+    /// Largest change of each coordinate in a step from home.
+    fn strides(&self) -> String {
+        let length = self.program.length();
+        let stride = |unit: &str| if unit == "m" { 0.05 * length } else { 0.05 };
+        let units = self.labels.coordinates.iter().map(|(_, unit)| stride(unit));
+        self.numbers(&units.collect::<Vec<_>>())
+    }
+
+    fn fields(&self) -> String {
+        let mut text = String::new();
+        for Kind { field, unit, about, values } in kinds(self.program, self.labels) {
+            let name = &self.options.name;
+            let count = values.len();
+            let _ = writeln!(text, "    {name}_real {field}[{count}]; /* {about} [{unit}] */");
+        }
+        text
+    }
+
+    fn each_tunable(&self, write: impl Fn(&str, usize, usize, f64) -> String) -> String {
+        let mut text = String::new();
+        let mut all = 0;
+        for Kind { field, values, .. } in kinds(self.program, self.labels) {
+            for (k, (_, value)) in values.iter().enumerate() {
+                text += &write(field, k, all, *value);
+                all += 1;
+            }
+        }
+        text
+    }
+
+    fn defaults(&self) -> String {
+        self.each_tunable(|field, k, _, value| {
+            format!("    params->{field}[{k}] = {};\n", self.number(value))
+        })
+    }
+
+    fn tune(&self) -> String {
+        self.each_tunable(|field, k, all, _| format!("    w[{all}] = params->{field}[{k}];\n"))
+    }
+
+    /// Statements of a routine.
+    fn body(&self, listing: &Listing, routine: usize) -> String {
+        let mut text = String::new();
+        for statement in &listing.routines[routine] {
+            text += "    ";
+            text += &self.statement(statement);
+            text.push('\n');
+        }
+        text
+    }
+
+    fn operand(&self, operand: Operand) -> String {
+        match operand {
+            Operand::Local(k) => format!("t{k}"),
+            Operand::Work(k) => format!("w[{k}]"),
+            Operand::Number(x) if x < 0.0 => format!("({})", self.number(x)),
+            Operand::Number(x) => self.number(x),
+        }
+    }
+
+    fn statement(&self, statement: &Statement) -> String {
+        let suffix = if self.options.precision == Precision::Double { "" } else { "f" };
+        match *statement {
+            Statement::Step { to, step, operands } => {
+                let [a, b, c] = operands.map(|operand| self.operand(operand));
+                let value = match step {
+                    Step::Add(..) => format!("{a} + {b}"),
+                    Step::Sub(..) => format!("{a} - {b}"),
+                    Step::Mul(..) => format!("{a} * {b}"),
+                    Step::Div(..) => format!("{a} / {b}"),
+                    Step::Neg(_) => format!("-{a}"),
+                    Step::Sqrt(_) => format!("sqrt{suffix}({a})"),
+                    Step::Select { .. } => format!("{a} > 0 ? {b} : {c}"),
+                    Step::Fused(Fused::Add, _) => format!("{a} * {b} + {c}"),
+                    Step::Fused(Fused::Sub, _) => format!("{a} * {b} - {c}"),
+                    Step::Fused(Fused::From, _) => format!("{c} - {a} * {b}"),
+                };
+                format!("const real t{to} = {value};")
+            }
+            Statement::Call { to, function, arguments } => {
+                let [a, b] = arguments.map(|operand| self.operand(operand));
+                let value = match function {
+                    Function::Exp => format!("exp{suffix}({a})"),
+                    Function::Ln => format!("log{suffix}({a})"),
+                    Function::Atan2 => format!("atan2{suffix}({a}, {b})"),
+                    Function::Sin => format!("sin{suffix}({a})"),
+                    Function::Cos => format!("cos{suffix}({a})"),
+                };
+                format!("const real t{to} = {value};")
+            }
+            Statement::SineCosine { sine, cosine, angle, uses } => {
+                let angle = self.operand(angle);
+                let name = &self.options.name;
+                match self.options.own_math {
+                    true => format!(
+                        "real t{sine}, t{cosine}; {name}_sin_cos({angle}, &t{sine}, &t{cosine});"
+                    ),
+                    false => {
+                        let sine = format!("const real t{sine} = sin{suffix}({angle});");
+                        let cosine = format!("const real t{cosine} = cos{suffix}({angle});");
+                        match uses {
+                            [true, true] => format!("{sine}\n    {cosine}"),
+                            [true, false] => sine,
+                            _ => cosine,
+                        }
+                    }
+                }
+            }
+            Statement::Keep { to, from } => format!("w[{to}] = {};", self.operand(from)),
+            Statement::Result { to, from } => format!("r[{to}] = {};", self.operand(from)),
+        }
+    }
+}
+
+/// Replaces names between `@` in a text.
+pub(crate) fn substitute(template: &str, values: &[(&str, String)]) -> String {
+    let mut text = String::with_capacity(template.len());
+    for (k, piece) in template.split('@').enumerate() {
+        if k % 2 == 0 {
+            text += piece;
+        } else {
+            let found = values.iter().find(|(name, _)| *name == piece);
+            text += found.map_or("", |(_, value)| value);
+        }
+    }
+    text
+}

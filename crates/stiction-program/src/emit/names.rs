@@ -1,0 +1,115 @@
+//! Names of a model in source code. Names of models are free text, so they enter code only as
+//! identifiers or as harmless text.
+
+/// Names and units of what the code receives and returns, in order.
+#[derive(Clone, Debug, Default)]
+pub struct Labels {
+    /// Name of the model.
+    pub model: String,
+    /// Version of the program that writes the code.
+    pub version: String,
+    /// Prescribed coordinates with the unit of their values, `rad` or `m`.
+    pub coordinates: Vec<(String, &'static str)>,
+    /// Actuators with the unit of their efforts, `N` or `N m`.
+    pub actuators: Vec<(String, &'static str)>,
+    /// Joints.
+    pub joints: Vec<String>,
+    /// Friction interfaces.
+    pub interfaces: Vec<String>,
+    /// Bodies; the first is the ground.
+    pub bodies: Vec<String>,
+}
+
+/// Longest identifier: compilers may ignore characters beyond the 31st of external names.
+const LONGEST: usize = 20;
+
+/// Headers of the C library, and files that belong to the code: a file of such a name would hide
+/// another.
+const TAKEN: [&str; 33] = [
+    "assert",
+    "complex",
+    "ctype",
+    "errno",
+    "fenv",
+    "float",
+    "inttypes",
+    "iso646",
+    "limits",
+    "locale",
+    "math",
+    "setjmp",
+    "signal",
+    "stdarg",
+    "stdbool",
+    "stddef",
+    "stdint",
+    "stdio",
+    "stdlib",
+    "string",
+    "tgmath",
+    "time",
+    "wchar",
+    "wctype",
+    "stdalign",
+    "stdatomic",
+    "stdnoreturn",
+    "threads",
+    "uchar",
+    "selftest",
+    "vectors",
+    "core",
+    "std",
+];
+
+/// Makes an identifier of any text: lower-case letters, digits and underscores, beginning with a
+/// letter.
+pub(crate) fn identifier(text: &str) -> String {
+    let letter = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
+    let plain: String = text.chars().map(letter).collect();
+    let plain = plain.trim_matches('_');
+    let is_taken = TAKEN.contains(&plain) || plain.is_empty();
+    let begins_well = plain.starts_with(|c: char| c.is_ascii_lowercase());
+    let mut name = match begins_well && !is_taken {
+        true => plain.to_owned(),
+        false => format!("robot_{plain}"),
+    };
+    name.truncate(LONGEST);
+    name.trim_end_matches('_').to_owned()
+}
+
+/// Text that neither ends a comment or string nor begins another line in any language: letters,
+/// digits and a few signs; every other character by its code point in braces.
+pub(crate) fn harmless(text: &str) -> String {
+    let mut plain = String::new();
+    for c in text.chars() {
+        match c {
+            c if c.is_ascii_alphanumeric() => plain.push(c),
+            '.' | '_' | '-' | '+' | ' ' | '(' | ')' | '[' | ']' => plain.push(c),
+            c => plain.push_str(&format!("{{{:X}}}", u32::from(c))),
+        }
+    }
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn identifiers_are_identifiers() {
+        assert_eq!(identifier("3rps"), "robot_3rps");
+        assert_eq!(identifier("five-bar"), "five_bar");
+        assert_eq!(identifier("Zhang 2018, regular"), "zhang_2018__regular");
+        assert_eq!(identifier("math"), "robot_math");
+        assert_eq!(identifier("*/ system(\"x\"); /*"), "system__x");
+        assert_eq!(identifier("é"), "robot");
+        assert_eq!(identifier("_"), "robot");
+    }
+
+    #[test]
+    fn hostile_names_become_harmless() {
+        assert_eq!(harmless("*/ \"\\\n??/%"), "{2A}{2F} {22}{5C}{A}{3F}{3F}{2F}{25}");
+        assert_eq!(harmless("leg1.P (m)"), "leg1.P (m)");
+        assert_eq!(harmless("ä\u{202e}"), "{E4}{202E}");
+    }
+}

@@ -1,0 +1,72 @@
+//! Numbers of the own sine and cosine: the remainder of the angle after quarter turns, and series.
+
+/// Bits of the first two parts of a quarter turn. Their products with a whole number below 2^13
+/// are exact.
+const BITS: u32 = 40;
+
+/// The leading bits of a number.
+fn leading(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & !((1 << (53 - BITS)) - 1))
+}
+
+/// A quarter turn as a sum of three numbers, to 130 bits.
+fn quarter_turn() -> [f64; 3] {
+    // The next two terms of pi/2 after its nearest double.
+    let (high, low, lowest) =
+        (core::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17, -1.497_384_904_859_183_3e-33);
+    let first = leading(high);
+    let rest = high - first;
+    let sum = rest + low;
+    let error = low - (sum - rest);
+    let second = leading(sum);
+    [first, second, (sum - second) + (error + lowest)]
+}
+
+/// Names and literals of all constants.
+pub(crate) fn values() -> Vec<(&'static str, String)> {
+    let [first, second, third] = quarter_turn();
+    let text = |x: f64| format!("{x:?}");
+    // Series about zero: within an eighth of a turn, the first omitted term is below 1e-17.
+    let series = |first: u32| {
+        let mut factorial: f64 = (1..=first).map(f64::from).product();
+        let mut terms = Vec::new();
+        for k in 0..7 {
+            terms.push(1.0 / factorial * if k % 2 == 0 { 1.0 } else { -1.0 });
+            let next = f64::from(first + 2 * k);
+            factorial *= (next + 1.0) * (next + 2.0);
+        }
+        // Horner's scheme.
+        let mut rest = String::new();
+        for (k, term) in terms.iter().enumerate().rev() {
+            rest = match k {
+                6 => text(*term),
+                _ => format!("{} + z * ({rest})", text(*term)),
+            };
+        }
+        rest
+    };
+    vec![
+        ("QUARTERS", text(core::f64::consts::FRAC_2_PI)),
+        ("QUARTER_1", text(first)),
+        ("QUARTER_2", text(second)),
+        ("QUARTER_3", text(third)),
+        // x - z x / 6 + ..., without the first term; 1 - z / 2 + z^2 / 24 - ..., from the third.
+        ("SINE", series(3)),
+        ("COSINE", series(4)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_of_a_quarter_turn_add_up() {
+        let [first, second, third] = quarter_turn();
+        assert_eq!(first + second, core::f64::consts::FRAC_PI_2);
+        // sin(x) near a half turn is the remainder of pi: an independent value of its next digits.
+        let low = (core::f64::consts::PI).sin() / 2.0;
+        let found = second - (core::f64::consts::FRAC_PI_2 - first) + third;
+        assert!((found - low).abs() < 1e-30, "{found} {low}");
+    }
+}

@@ -1,0 +1,102 @@
+//! Tables of inputs and results in the head of source code, as plain lines.
+
+use super::names::{Labels, harmless};
+use super::{Precision, SourceOptions};
+use crate::feedforward::Feedforward;
+use crate::tunable::Tunable;
+
+/// Tunable parameters of one kind.
+#[derive(Clone, Debug)]
+pub(crate) struct Kind {
+    /// Name of the field.
+    pub(crate) field: &'static str,
+    pub(crate) unit: &'static str,
+    pub(crate) about: &'static str,
+    /// Values in the model, with what they belong to.
+    pub(crate) values: Vec<(String, f64)>,
+}
+
+/// Tunable parameters by kind, in the order of the inputs.
+pub(crate) fn kinds(program: &Feedforward, labels: &Labels) -> Vec<Kind> {
+    let mut kinds: Vec<Kind> = Vec::new();
+    let name = |names: &[String], k: usize| names.get(k).map_or(String::new(), |n| harmless(n));
+    for (tunable, values) in program.tunables() {
+        let (field, unit, about, of) = match *tunable {
+            Tunable::Mu(k) => {
+                ("mu", "-", "coefficients of sliding friction", name(&labels.interfaces, k))
+            }
+            Tunable::Viscous(k) => {
+                ("viscous", "N s/m", "viscous coefficients", name(&labels.interfaces, k))
+            }
+            Tunable::Mass(body) => ("mass", "kg", "masses", name(&labels.bodies, body.0)),
+            Tunable::Payload(body) => (
+                "payload",
+                "kg, m, m, m",
+                "point mass and its position in the frame of its body",
+                name(&labels.bodies, body.0),
+            ),
+        };
+        let axes = ["mass", "x", "y", "z"];
+        let values = values.iter().enumerate().map(|(k, value)| match tunable {
+            Tunable::Payload(_) => (format!("{of}, {}", axes[k]), *value),
+            _ => (of.clone(), *value),
+        });
+        match kinds.iter_mut().find(|kind| kind.field == field) {
+            Some(kind) => kind.values.extend(values),
+            None => kinds.push(Kind { field, unit, about, values: values.collect() }),
+        }
+    }
+    kinds
+}
+
+/// Lines about the origin, the interface and the meaning of all indices.
+pub(crate) fn lines(
+    program: &Feedforward,
+    labels: &Labels,
+    options: &SourceOptions,
+) -> Vec<String> {
+    let mut lines = vec![
+        format!("{}: inverse dynamics with joint friction for a control loop.", options.name),
+        String::new(),
+        format!(
+            "Written by stiction {} from the model {}, fingerprint {:016x}.",
+            harmless(&labels.version),
+            harmless(&labels.model),
+            program.fingerprint()
+        ),
+        "This code is yours: use, change and distribute it without any condition.".to_owned(),
+        "It comes without any warranty.".to_owned(),
+        String::new(),
+    ];
+    let precision = match options.precision {
+        Precision::Double => "double",
+        Precision::Float => "single",
+    };
+    lines.push(format!("Numbers are of {precision} precision, in SI units and radians."));
+    let mut list = |title: &str, rows: Vec<String>| {
+        lines.push(String::new());
+        lines.push(title.to_owned());
+        lines.extend(rows.into_iter().enumerate().map(|(k, row)| format!("  [{k}] {row}")));
+    };
+    let home = program.home();
+    let coordinates = labels.coordinates.iter().zip(home);
+    list(
+        "Coordinates q with the unit, and home, from which the loops are closed first:",
+        coordinates
+            .map(|((name, unit), at)| format!("{} [{unit}] {at:?}", harmless(name)))
+            .collect(),
+    );
+    let efforts = labels.actuators.iter();
+    list(
+        "Actuator efforts tau with the unit:",
+        efforts.map(|(name, unit)| format!("{} [{unit}]", harmless(name))).collect(),
+    );
+    for Kind { field, unit, about, values } in kinds(program, labels) {
+        list(
+            &format!("Parameters {field} [{unit}]: {about}, with the values of the model:"),
+            values.iter().map(|(name, value)| format!("{name} = {value:?}")).collect(),
+        );
+    }
+    list("Joints:", labels.joints.iter().map(|name| harmless(name)).collect());
+    lines
+}

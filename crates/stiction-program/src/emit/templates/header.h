@@ -1,0 +1,123 @@
+/*
+@LINES@ */
+#ifndef @GUARD@_H
+#define @GUARD@_H
+
+#if defined(__FAST_MATH__) || defined(_M_FP_FAST)
+#error "@NAME@ tests for NaN and infinity: compile without -ffast-math"
+#elif defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ > 0
+#error "@NAME@ tests for NaN and infinity: compile without -ffinite-math-only"
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Numbers of coordinates, of actuators, of joints, and of coordinates of the spanning tree. */
+#define @GUARD@_COORDINATES @COORDINATES@
+#define @GUARD@_ACTUATORS @DRIVES@
+#define @GUARD@_JOINTS @JOINTS@
+#define @GUARD@_TREE @TREE@
+/* Low and high half of the fingerprint of the model. */
+#define @GUARD@_FINGERPRINT_LOW @FINGERPRINT_LOW@
+#define @GUARD@_FINGERPRINT_HIGH @FINGERPRINT_HIGH@
+
+typedef @REAL@ @NAME@_real;
+
+/* Return codes. From 0 on, tau answers the question; below 0 it keeps its last value. */
+enum {
+    /* Everything holds. */
+    @GUARD@_OK = 0,
+    /* Joints rest, so that the direction of their friction was chosen by rule: see `rest`. */
+    @GUARD@_UNDETERMINED = 1,
+    /* The friction has no solution (it locks the mechanism), a joint rests among moving ones, or
+       the position is far from those of the recording: tau is that without friction. */
+    @GUARD@_FRICTIONLESS = 2,
+    /* A number is NaN or infinite, or a pointer is null. */
+    @GUARD@_BAD_INPUT = -1,
+    /* The loops cannot be closed from the last position: out of reach, or too far in one step. */
+    @GUARD@_OPEN = -2,
+    /* The position is singular, or home lies on the other side of a singular position. */
+    @GUARD@_SINGULAR = -3,
+    /* @NAME@_init has not been called, or has failed. */
+    @GUARD@_NOT_READY = -4
+};
+
+/* Friction while positions are held, that is, while all rates and accelerations vanish. */
+enum {
+    /* That of the last motion. */
+    @GUARD@_HELD = 0,
+    /* That of the last motion, multiplied by `fade` in every call. */
+    @GUARD@_FADED = 1,
+    /* None. */
+    @GUARD@_ZERO = 2
+};
+
+/* Parameters that can be changed between calls. @NAME@_defaults sets those of the model. */
+typedef struct @NAME@_params {
+@FIELDS@    /* Rates and accelerations up to this size count as zero [rad/s, m/s]. */
+    @NAME@_real rest_rate;
+    /* Factor of the friction for every call at rest, from 0 to 1, with rest = @GUARD@_FADED. */
+    @NAME@_real fade;
+    /* @GUARD@_HELD, @GUARD@_FADED or @GUARD@_ZERO. */
+    int rest;
+} @NAME@_params;
+
+/* What is carried from call to call. Its content is an internal matter. */
+typedef struct @NAME@_state {
+    @NAME@_real tree[@GUARD@_TREE];
+    @NAME@_real tau[@GUARD@_ACTUATORS];
+    @NAME@_real direction[@GUARD@_COORDINATES];
+    @NAME@_real weight;
+    unsigned ready;
+} @NAME@_state;
+
+/* Details of a call. */
+typedef struct @NAME@_info {
+    /* Error of the loops: lengths over the characteristic length, angles in rad. */
+    @NAME@_real residual;
+    /* Determinant of the rate equations relative to that at home: 1 at home, 0 where the actuators
+       do not determine the motion (type 2 singularity). */
+    @NAME@_real determinant;
+    /* Determinant of the forces with friction relative to that without: 0 where friction locks. */
+    @NAME@_real coupling;
+    /* Greatest force of a joint [N], and the joint; 0 and -1 without friction. */
+    @NAME@_real reaction;
+    int joint;
+    /* Corrections of the position, of at most @CORRECTIONS@; steps of the friction, of at most 2 x @STEPS@. */
+    int corrections;
+    int steps;
+    /* 1 if the direction of friction was chosen by rule. */
+    int undetermined;
+    /* 1 if tau is that without friction, 2 if it is that of the last call. */
+    int fallback;
+} @NAME@_info;
+
+/* Sets the parameters of the model. */
+void @NAME@_defaults(@NAME@_params *params);
+
+/* Closes the loops at the positions q, in straight steps from home. Returns @GUARD@_OK,
+   @GUARD@_OPEN or @GUARD@_BAD_INPUT. */
+int @NAME@_init(@NAME@_state *state, const @NAME@_real q[@GUARD@_COORDINATES]);
+
+/* Computes the actuator efforts tau for positions q, rates qd and accelerations qdd. `params` may
+   be null for those of the model, and `info` for none. */
+int @NAME@_ff(const @NAME@_params *params, @NAME@_state *warm,
+    const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real qd[@GUARD@_COORDINATES],
+    const @NAME@_real qdd[@GUARD@_COORDINATES], @NAME@_real tau[@GUARD@_ACTUATORS],
+    @NAME@_info *info);
+
+/* As @NAME@_ff; at rest, friction opposes the rates `direction`, of which only the ratios count.
+   Null or zero: the accelerations, or else `rest`, decide. */
+int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm,
+    const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real qd[@GUARD@_COORDINATES],
+    const @NAME@_real qdd[@GUARD@_COORDINATES], const @NAME@_real direction[@GUARD@_COORDINATES],
+    @NAME@_real tau[@GUARD@_ACTUATORS], @NAME@_info *info);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

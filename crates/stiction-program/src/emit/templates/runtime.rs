@@ -1,0 +1,466 @@
+@LINES@
+#![allow(clippy::all, clippy::pedantic, unused_parens, dead_code)]
+
+/// Floating-point type.
+pub type Real = @REAL@;
+
+/// Number of coordinates.
+pub const COORDINATES: usize = @COORDINATES@;
+/// Number of actuators.
+pub const ACTUATORS: usize = @DRIVES@;
+/// Number of joints.
+pub const JOINTS: usize = @JOINTS@;
+/// Number of coordinates of the spanning tree.
+pub const TREE: usize = @TREE@;
+/// Fingerprint of the model.
+pub const FINGERPRINT: u64 = @FINGERPRINT@;
+
+const TUNABLES: usize = @TUNABLES@;
+const UNKNOWNS: usize = @UNKNOWNS@;
+const POSITION_WORK: usize = @POSITION_WORK@;
+const POSITION_RESULTS: usize = @POSITION_RESULTS@;
+const FORCE_WORK: usize = @FORCE_WORK@;
+const FORCE_RESULTS: usize = @FORCE_RESULTS@;
+const FIRST_TARGET: usize = TREE + TUNABLES;
+const FIRST_UNKNOWN: usize = FIRST_TARGET + 3 * COORDINATES;
+/// Bounds of all loops.
+const MOST_CORRECTIONS: u32 = @CORRECTIONS@;
+const MOST_STEPS: u32 = @STEPS@;
+const MOST_STRIDES: Real = 1000.0;
+/// Error at which the loops count as closed, and that where corrections no longer reduce it.
+const DONE: Real = @DONE@;
+const CLOSED: Real = @CLOSED@;
+/// Squares of relative changes: converged; quadratic convergence; rounding.
+const SETTLED: Real = @SETTLED@;
+const COARSE: Real = @COARSE@;
+const ROUNDING: Real = @ROUNDING@;
+/// Size of the rates that stand for the direction of motion at rest.
+const CREEP: Real = @REST@;
+
+const HOME_TREE: [Real; TREE] = [
+@HOME@];
+
+/// Position from which the loops are closed first.
+pub const HOME: [Real; COORDINATES] = [
+@HOME_VALUES@];
+
+/// Largest change of each coordinate in a step from home.
+const STRIDE: [Real; COORDINATES] = [
+@STRIDES@];
+
+/// Mathematical functions, for example those of `std` or of a library for the target.
+pub trait Math {
+    /// Square root.
+    fn sqrt(x: Real) -> Real;
+    /// Sine and cosine.
+    fn sin_cos(x: Real) -> (Real, Real);
+    /// Exponential function.
+    fn exp(x: Real) -> Real;
+    /// Natural logarithm.
+    fn ln(x: Real) -> Real;
+    /// Angle of the vector (x, y).
+    fn atan2(y: Real, x: Real) -> Real;
+}
+
+/// Outcome of a call. The first three answer the question; with the others, `tau` keeps its last
+/// value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Code {
+    /// Everything holds.
+    Done,
+    /// Joints rest, so that the direction of their friction was chosen by rule: see [`Rest`].
+    Undetermined,
+    /// The friction has no solution, a joint rests among moving ones, or the position is far from
+    /// those of the recording: `tau` is that without friction.
+    Frictionless,
+    /// A number is NaN or infinite.
+    BadInput,
+    /// The loops cannot be closed from the last position.
+    Open,
+    /// The position is singular, or home lies on the other side of a singular position.
+    Singular,
+}
+
+/// Friction while all rates and accelerations vanish.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rest {
+    /// That of the last motion.
+    Held,
+    /// That of the last motion, multiplied by [`Params::fade`] in every call.
+    Faded,
+    /// None.
+    Zero,
+}
+
+/// Parameters that can be changed between calls; by default those of the model.
+#[derive(Clone, Debug)]
+pub struct Params {
+@FIELDS@    /// Rates and accelerations up to this size count as zero, rad/s, m/s.
+    pub rest_rate: Real,
+    /// Factor of the friction for every call at rest, from 0 to 1, with [`Rest::Faded`].
+    pub fade: Real,
+    /// Friction at rest.
+    pub rest: Rest,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+@DEFAULTS@            rest_rate: @REST@,
+            fade: 0.99,
+            rest: Rest::Held,
+        }
+    }
+}
+
+/// Details of a call.
+#[derive(Clone, Copy, Debug)]
+pub struct Info {
+    /// Error of the loops: lengths over the characteristic length, angles in rad.
+    pub residual: Real,
+    /// Determinant of the rate equations relative to that at home: 0 at type 2 singularities.
+    pub determinant: Real,
+    /// Determinant of the forces with friction relative to that without: 0 where friction locks.
+    pub coupling: Real,
+    /// Greatest force of a joint, N, and the joint.
+    pub reaction: Option<(Real, usize)>,
+    /// Corrections of the position.
+    pub corrections: u32,
+    /// Steps of the friction.
+    pub steps: u32,
+    /// `true` if the direction of friction was chosen by rule.
+    pub undetermined: bool,
+}
+
+/// What is carried from call to call.
+#[derive(Clone, Debug)]
+pub struct State {
+    tree: [Real; TREE],
+    tau: [Real; ACTUATORS],
+    direction: [Real; COORDINATES],
+    weight: Real,
+}
+
+fn are_finite(x: &[Real]) -> bool {
+    x.iter().all(|x| x.is_finite())
+}
+
+fn size_of(x: Real) -> Real {
+    if x < 0.0 { -x } else { x }
+}
+
+fn largest(x: &[Real]) -> Real {
+    let mut most = 0.0;
+    for x in x {
+        let size = size_of(*x);
+        if size > most {
+            most = size;
+        }
+    }
+    most
+}
+
+/// Error of the loops at `w`: its square, and a number that is positive if the equations hold.
+fn find_errors<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_RESULTS]) {
+@ERRORS@}
+
+/// Corrected coordinates, after `find_errors`.
+fn correct<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_RESULTS]) {
+@CORRECTION@}
+
+/// Everything that does not depend on friction.
+fn prepare<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
+@PREPARATION@}
+
+/// Newton step of the coupling of friction and reactions.
+fn couple<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
+@STEP@}
+
+/// Actuator efforts and reactions.
+fn find_forces<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
+@FORCES@}
+
+/// Closes the loops at `q` from `tree`, which then receives them; returns the error and the number
+/// of corrections.
+fn close_loops<M: Math>(tree: &mut [Real; TREE], q: &[Real; COORDINATES]) -> Option<(Real, u32)> {
+    let mut w = [0.0; POSITION_WORK];
+    let mut r = [0.0; POSITION_RESULTS];
+    let mut before = Real::MAX;
+    w[..TREE].copy_from_slice(tree);
+    w[TREE..TREE + COORDINATES].copy_from_slice(q);
+    for pass in 0..=MOST_CORRECTIONS {
+        find_errors::<M>(&mut w, &mut r);
+        let error = M::sqrt(r[0]);
+        if !error.is_finite() || !(r[1] > 0.0) {
+            return None;
+        }
+        if error <= DONE || (error <= CLOSED && error >= before / 2.0) {
+            tree.copy_from_slice(&w[..TREE]);
+            return Some((error, pass));
+        }
+        before = error;
+        if pass < MOST_CORRECTIONS {
+            correct::<M>(&mut w, &mut r);
+            w[..TREE].copy_from_slice(&r[..TREE]);
+        }
+    }
+    None
+}
+
+/// Efforts without friction for the coordinates in `w`.
+fn solve_ideal<M: Math>(
+    w: &mut [Real; FORCE_WORK],
+    r: &mut [Real; FORCE_RESULTS],
+    info: &mut Info,
+) -> Option<[Real; ACTUATORS]> {
+    prepare::<M>(w, r);
+    let mut ideal = [0.0; ACTUATORS];
+    ideal.copy_from_slice(&r[UNKNOWNS..UNKNOWNS + ACTUATORS]);
+    let determinant = r[UNKNOWNS + ACTUATORS + 1];
+    info.determinant = if determinant.is_finite() { determinant } else { 0.0 };
+    if info.determinant > 0.0 && are_finite(&ideal) { Some(ideal) } else { None }
+}
+
+/// Efforts with friction, after `solve_ideal`.
+fn solve_friction<M: Math>(
+    w: &mut [Real; FORCE_WORK],
+    r: &mut [Real; FORCE_RESULTS],
+    info: &mut Info,
+) -> Option<[Real; ACTUATORS]> {
+    let holds = r[UNKNOWNS + ACTUATORS] > 0.0;
+    let mut before = 0.0;
+    let mut settled = UNKNOWNS == 0;
+    for _ in 0..MOST_STEPS {
+        w[FIRST_UNKNOWN..FIRST_UNKNOWN + UNKNOWNS].copy_from_slice(&r[..UNKNOWNS]);
+        couple::<M>(w, r);
+        info.steps += 1;
+        if settled {
+            break;
+        }
+        let change = r[UNKNOWNS] / r[UNKNOWNS + 1];
+        let cube = change * change * change;
+        // Newton steps square the error: the last two changes give the remaining one.
+        let few = change < COARSE && cube <= ROUNDING * before * before && cube <= ROUNDING;
+        settled = (change <= SETTLED || few) && r[UNKNOWNS + 2] > 0.0;
+        before = change;
+        if settled {
+            break;
+        }
+    }
+    info.coupling = if r[UNKNOWNS + 2].is_finite() { r[UNKNOWNS + 2] } else { 0.0 };
+    find_forces::<M>(w, r);
+    let last = ACTUATORS + 3 * JOINTS;
+    if !settled || !holds || !(r[last] > 0.0) || !are_finite(&r[..last]) {
+        return None;
+    }
+    let mut most = -1.0;
+    let mut joint = 0;
+    for k in 0..JOINTS {
+        let first = ACTUATORS + 3 * k;
+        let square = r[first] * r[first] + r[first + 1] * r[first + 1] + r[first + 2] * r[first + 2];
+        if square > most {
+            most = square;
+            joint = k;
+        }
+    }
+    info.reaction = Some((if most < Real::MAX { M::sqrt(most) } else { Real::MAX }, joint));
+    let mut tau = [0.0; ACTUATORS];
+    tau.copy_from_slice(&r[..ACTUATORS]);
+    Some(tau)
+}
+
+fn set_motion(
+    w: &mut [Real; FORCE_WORK],
+    tree: &[Real; TREE],
+    q: &[Real; COORDINATES],
+    rates: &[Real; COORDINATES],
+    qdd: &[Real; COORDINATES],
+) {
+    w[..TREE].copy_from_slice(tree);
+    for k in 0..COORDINATES {
+        w[FIRST_TARGET + 3 * k] = q[k];
+        w[FIRST_TARGET + 3 * k + 1] = rates[k];
+        w[FIRST_TARGET + 3 * k + 2] = qdd[k];
+    }
+}
+
+#[allow(unused_variables)]
+fn set_parameters(w: &mut [Real; FORCE_WORK], params: &Params) {
+@TUNE@}
+
+/// Rates of vanishing size in a direction.
+fn creep(direction: &[Real; COORDINATES]) -> [Real; COORDINATES] {
+    let size = largest(direction);
+    direction.map(|rate| rate / size * CREEP)
+}
+
+impl State {
+    /// Closes the loops at the positions `q`, in straight steps from home.
+    ///
+    /// # Errors
+    /// [`Code::Open`] or [`Code::BadInput`].
+    pub fn new<M: Math>(q: &[Real; COORDINATES]) -> Result<Self, Code> {
+        if !are_finite(q) {
+            return Err(Code::BadInput);
+        }
+        let mut far_away = 0.0;
+        for k in 0..COORDINATES {
+            let distance = size_of(q[k] - HOME[k]) / STRIDE[k];
+            if distance > far_away {
+                far_away = distance;
+            }
+        }
+        if !(far_away < MOST_STRIDES) {
+            return Err(Code::Open);
+        }
+        let strides = 1 + far_away as u32;
+        let mut tree = HOME_TREE;
+        for stride in 1..=strides {
+            let mut towards = *q;
+            if stride < strides {
+                for k in 0..COORDINATES {
+                    towards[k] = HOME[k] + (q[k] - HOME[k]) / strides as Real * stride as Real;
+                }
+            }
+            if close_loops::<M>(&mut tree, &towards).is_none() {
+                return Err(Code::Open);
+            }
+        }
+        let (tau, direction) = ([0.0; ACTUATORS], [0.0; COORDINATES]);
+        Ok(Self { tree, tau, direction, weight: 0.0 })
+    }
+
+    /// Efforts of the actuators for positions, rates and accelerations. At rest, friction opposes
+    /// the rates `direction`, of which only the ratios count; without them the accelerations, or
+    /// else [`Params::rest`], decide.
+    pub fn ff<M: Math>(
+        &mut self,
+        params: &Params,
+        q: &[Real; COORDINATES],
+        qd: &[Real; COORDINATES],
+        qdd: &[Real; COORDINATES],
+        direction: Option<&[Real; COORDINATES]>,
+        tau: &mut [Real; ACTUATORS],
+    ) -> (Code, Info) {
+        let mut info = Info {
+            residual: 0.0,
+            determinant: 0.0,
+            coupling: 0.0,
+            reaction: None,
+            corrections: 0,
+            steps: 0,
+            undetermined: false,
+        };
+        *tau = self.tau;
+        let is_given = direction.map_or(true, |direction| are_finite(direction));
+        if !are_finite(q) || !are_finite(qd) || !are_finite(qdd) || !is_given {
+            return (Code::BadInput, info);
+        }
+        let mut tree = self.tree;
+        match close_loops::<M>(&mut tree, q) {
+            Some((residual, corrections)) => {
+                info.residual = residual;
+                info.corrections = corrections;
+            }
+            None => return (Code::Open, info),
+        }
+        let before = (self.direction, self.weight);
+        let direction = direction.filter(|direction| largest(*direction) > 0.0);
+        let solved = self.solve::<M>(params, &tree, q, (qd, qdd, direction), &mut info);
+        match solved {
+            Some((code, found)) if are_finite(&found) => {
+                self.tree = tree;
+                self.tau = found;
+                *tau = found;
+                (code, info)
+            }
+            _ => {
+                (self.direction, self.weight) = before;
+                (Code::Singular, info)
+            }
+        }
+    }
+
+    /// Solves at closed loops with the direction of motion, which is chosen at rest.
+    fn solve<M: Math>(
+        &mut self,
+        params: &Params,
+        tree: &[Real; TREE],
+        q: &[Real; COORDINATES],
+        (qd, qdd, direction): (
+            &[Real; COORDINATES],
+            &[Real; COORDINATES],
+            Option<&[Real; COORDINATES]>,
+        ),
+        info: &mut Info,
+    ) -> Option<(Code, [Real; ACTUATORS])> {
+        let mut w = [0.0; FORCE_WORK];
+        let mut r = [0.0; FORCE_RESULTS];
+        // Where the motion goes next if it goes nowhere now.
+        let mut next = *direction.unwrap_or(qdd);
+        let slow = if params.rest_rate >= 0.0 { params.rest_rate } else { 0.0 };
+        let rests = largest(qd) <= slow;
+        let has_next = direction.is_some() || largest(qdd) > slow;
+        let mut rates = *qd;
+        let mut weight = 1.0;
+        if rests {
+            info.undetermined = true;
+            if !has_next {
+                next = self.direction;
+                weight = match params.rest {
+                    Rest::Held => self.weight,
+                    Rest::Faded => self.weight * params.fade,
+                    Rest::Zero => 0.0,
+                };
+            }
+            // A factor that is no number or out of bounds gives none.
+            if !(weight >= 0.0 && weight <= 1.0) {
+                weight = 0.0;
+            }
+            if largest(&next) > 0.0 {
+                rates = creep(&next);
+            } else {
+                weight = 0.0;
+            }
+        }
+        set_parameters(&mut w, params);
+        set_motion(&mut w, tree, q, &rates, qdd);
+        let mut tau = solve_ideal::<M>(&mut w, &mut r, info)?;
+        let mut has_friction = true;
+        if weight > 0.0 {
+            let mut with = solve_friction::<M>(&mut w, &mut r, info);
+            if with.is_none() && !rests && largest(&next) > 0.0 {
+                // A joint may rest among moving ones: it moves with the accelerations next.
+                let mut moved = creep(&next);
+                for k in 0..COORDINATES {
+                    moved[k] += qd[k];
+                }
+                set_motion(&mut w, tree, q, &moved, qdd);
+                if solve_ideal::<M>(&mut w, &mut r, info).is_some() {
+                    with = solve_friction::<M>(&mut w, &mut r, info);
+                }
+                info.undetermined = with.is_some();
+            }
+            has_friction = with.is_some();
+            if let Some(with) = with {
+                for k in 0..ACTUATORS {
+                    tau[k] += weight * (with[k] - tau[k]);
+                }
+            }
+        }
+        if !rests || has_next {
+            let last = if rests { next } else { *qd };
+            let size = largest(&last);
+            self.direction = last.map(|rate| rate / size);
+            self.weight = 1.0;
+        } else {
+            self.weight = weight;
+        }
+        let code = match (has_friction, info.undetermined) {
+            (false, _) => Code::Frictionless,
+            (true, true) => Code::Undetermined,
+            (true, false) => Code::Done,
+        };
+        Some((code, tau))
+    }
+}

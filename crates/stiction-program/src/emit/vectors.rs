@@ -1,0 +1,104 @@
+//! Test vectors from the general solver.
+
+use super::TestVector;
+use stiction_core::dynamics::{FrictionMode, InverseDynamics};
+use stiction_core::kinematics::Target;
+use stiction_core::random::Random;
+use stiction_core::statics::Constraints;
+
+/// Least singularity index: nearer to singular positions, rounding errors grow. Robots that
+/// are nearer at home need half of that index.
+const CLEAR: f64 = 0.05;
+/// Least sliding speed relative to the largest: friction depends on the sign of the speed.
+const SLIDES: f64 = 1e-3;
+/// Least size of the largest effort of a state, relative to the usual one.
+const NOTABLE: f64 = 0.05;
+/// Sliding speed relative to the largest that is rounding: the interface never slides.
+const NEVER: f64 = 1e-12;
+
+impl TestVector {
+    /// Random states near these positions with the efforts of the solver, with friction coupled to
+    /// the reactions. The first position is home, from which the solver moves to each state. States
+    /// that the solver cannot reach, near singular positions, with an interface almost at rest or
+    /// with vanishing efforts are left out; at most `20 count` states are tried.
+    pub fn random(
+        solver: &InverseDynamics,
+        signal: &[Vec<Target<f64>>],
+        count: usize,
+        seed: u64,
+    ) -> Vec<Self> {
+        let mut random = Random::new(seed);
+        let mut home = solver.clone();
+        let Some(first) = signal.first().filter(|first| home.move_to(first).is_ok()) else {
+            return Vec::new();
+        };
+        debug_assert_eq!(first.len(), home.constraints().coordinates().len());
+        home.settings_mut().friction = FrictionMode::Converged;
+        let width = 0.05 * home.mechanism().characteristic_length().min(1.0);
+        let clear = CLEAR.min(0.5 * index(&home));
+        let mut found = Vec::with_capacity(count);
+        for k in 0..20 * count {
+            if found.len() == count {
+                break;
+            }
+            let about = |target: &Target<f64>| Target {
+                value: target.value + width * random.number(),
+                rate: random.number(),
+                acceleration: 10.0 * random.number(),
+            };
+            let targets: Vec<Target<f64>> = signal[k % signal.len()].iter().map(about).collect();
+            found.extend(Self::at((&home, first), &targets, clear));
+        }
+        // Where a single effort happens to vanish, it is no measure of the rounding errors.
+        let mut sizes: Vec<f64> = found.iter().map(Self::largest).collect();
+        sizes.sort_unstable_by(f64::total_cmp);
+        let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+        found.retain(|vector| vector.largest() >= NOTABLE * usual);
+        found
+    }
+
+    /// Largest effort.
+    fn largest(&self) -> f64 {
+        self.efforts.iter().fold(0.0, |max, effort| max.max(effort.abs()))
+    }
+
+    /// Efforts of the solver for these values, reached from home.
+    fn at(
+        (home, start): (&InverseDynamics, &[Target<f64>]),
+        targets: &[Target<f64>],
+        clear: f64,
+    ) -> Option<Self> {
+        let mut solver = home.clone();
+        // Along the straight line, as the code does: a jump may end in another assembly mode.
+        let from: Vec<f64> = start.iter().map(|target| target.value).collect();
+        let on_the_line = |part: f64, line: &mut [Target<f64>]| {
+            for ((at, target), from) in line.iter_mut().zip(targets).zip(&from) {
+                at.value = from + (target.value - from) * part;
+                (at.rate, at.acceleration) = (target.value - from, 0.0);
+            }
+        };
+        solver.follow(0.0, 1.0, on_the_line).ok()?;
+        solver.move_to(targets).ok()?;
+        let is_clear = index(&solver) > clear;
+        let forces = solver.solve(&[]).ok()?;
+        let speeds = forces.interfaces.iter().map(|interface| interface.velocity.abs());
+        let fastest = speeds.clone().fold(0.0, f64::max);
+        let mut moving = speeds.map(|speed| speed / fastest);
+        let slide = fastest == 0.0 || moving.all(|part| !(NEVER..=SLIDES).contains(&part));
+        let of = |f: fn(&Target<f64>) -> f64| targets.iter().map(f).collect();
+        (is_clear && slide).then(|| Self {
+            positions: of(|target| target.value),
+            rates: of(|target| target.rate),
+            accelerations: of(|target| target.acceleration),
+            efforts: forces.efforts.clone(),
+        })
+    }
+}
+
+/// Smaller one of the type 1 and type 2 singularity indices at the present position. Near either,
+/// assembly modes are near each other.
+fn index(solver: &InverseDynamics) -> f64 {
+    let (statics, spins) = (solver.statics(), solver.idle_axes().len());
+    let of_legs = Constraints::new(&statics).leg_distance(spins);
+    statics.actuation_distance(spins).min(of_legs.unwrap_or(1.0))
+}

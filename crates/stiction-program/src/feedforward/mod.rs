@@ -1,0 +1,130 @@
+//! Program of inverse dynamics for a control loop: from prescribed coordinates to actuator forces,
+//! positions included.
+//!
+//! The program has five routines. The first computes the errors of the loop closures, the second
+//! corrects the position, and both are repeated. The other three are those of
+//! [`InverseProgram`](crate::InverseProgram): everything that does not depend on friction, a Newton
+//! step of the coupling, which is repeated, and the forces. Rates and accelerations of the loops
+//! are part of the third.
+//!
+//! The routines serve two purposes: [`crate::emit`] writes them as source code, and
+//! [`Feedforward::run`] executes them.
+
+mod record;
+mod run;
+
+pub(crate) use run::{CLOSED, CORRECTIONS, DONE};
+pub use run::{FeedforwardMemory, Outcome, Shortfall};
+
+use crate::code::Part;
+use crate::compiled::Compiled;
+use crate::tunable::Tunable;
+
+/// Recorded routines of one mechanism, from prescribed coordinates to actuator forces.
+#[derive(Debug)]
+pub struct Feedforward {
+    sizes: FeedforwardSizes,
+    /// Characteristic length, m.
+    length: f64,
+    /// Tree coordinates and prescribed values at home.
+    home: (Vec<f64>, Vec<f64>),
+    tunables: Vec<(Tunable, Vec<f64>)>,
+    /// Slots of the unknowns of the coupling.
+    pub(crate) unknown_slots: Vec<u32>,
+    /// Routines without fused operations, for source code.
+    pub(crate) source: Routines,
+    /// The same for this processor.
+    native: Routines,
+    code: (Compiled<2>, Compiled<3>),
+}
+
+/// Numbers of inputs and results of a [`Feedforward`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FeedforwardSizes {
+    /// Prescribed coordinates.
+    pub prescribed: usize,
+    /// Actuators.
+    pub drives: usize,
+    /// Joints.
+    pub joints: usize,
+    /// Coordinates of the spanning tree, the state of the loops.
+    pub coordinates: usize,
+    /// Numbers of all tunable parameters.
+    pub tunables: usize,
+    /// Unknowns of the coupling of friction and reactions.
+    pub unknowns: usize,
+}
+
+/// Code with its results.
+#[derive(Clone, Debug)]
+pub(crate) struct Routine {
+    pub(crate) parts: Vec<Part>,
+    /// Slots of the results.
+    pub(crate) results: Vec<u32>,
+}
+
+/// All routines: those of the position and those of the forces, each on slots of their own, which
+/// begin with the inputs.
+#[derive(Clone, Debug)]
+pub(crate) struct Routines {
+    /// Errors, then a correction. Inputs: tree coordinates, prescribed values. Results: the sum of
+    /// squares of all errors and the guard; the corrected coordinates.
+    pub(crate) position: [Routine; 2],
+    pub(crate) position_slots: usize,
+    /// Preparation, Newton step, forces. Inputs: tree coordinates, tunable parameters, value, rate
+    /// and acceleration of each prescribed coordinate, unknowns of the coupling. Results: initial
+    /// unknowns, frictionless actuator forces, their guard, the determinant of the rate equations
+    /// relative to that at home; next unknowns and the three control values; actuator forces,
+    /// force of each joint, guard.
+    pub(crate) forces: [Routine; 3],
+    pub(crate) force_slots: usize,
+}
+
+impl Routine {
+    fn operations(&self) -> usize {
+        self.parts.iter().map(Part::operations).sum()
+    }
+}
+
+impl Feedforward {
+    /// Numbers of inputs and results.
+    pub fn sizes(&self) -> FeedforwardSizes {
+        self.sizes
+    }
+
+    /// Tunable parameters with their values in the model.
+    pub fn tunables(&self) -> &[(Tunable, Vec<f64>)] {
+        &self.tunables
+    }
+
+    /// Prescribed values at home, the position from which the loops are closed first, m or rad.
+    pub fn home(&self) -> &[f64] {
+        &self.home.1
+    }
+
+    /// Characteristic length, m.
+    pub(crate) fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Tree coordinates at home.
+    pub(crate) fn home_coordinates(&self) -> &[f64] {
+        &self.home.0
+    }
+
+    /// Number of arithmetic operations: of the loop errors, of a correction, of the preparation,
+    /// of a Newton step of the coupling, and of the forces.
+    pub fn operations(&self) -> [usize; 5] {
+        let Routines { position: [a, b], forces: [c, d, e], .. } = &self.source;
+        [a, b, c, d, e].map(Routine::operations)
+    }
+
+    /// Fingerprint of the recorded functions and their numbers. Equal models have equal ones.
+    pub fn fingerprint(&self) -> u64 {
+        // FNV-1a (Fowler, Noll, Vo), 64 bits.
+        let text = format!("{:?} {:?} {:?}", self.source, self.home, self.tunables);
+        text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        })
+    }
+}

@@ -1,0 +1,282 @@
+//! Recording of [`Feedforward`] programs.
+
+use super::{Feedforward, FeedforwardSizes, Outcome, Routine, Routines};
+use crate::code::{Slots, compile};
+use crate::compiled::Compiled;
+use crate::error::RecordError;
+use crate::graph::{Graph, Node, Op};
+use crate::inverse_stages::InverseStages;
+use crate::machine::fuses;
+use crate::program_inputs::InputLayout;
+use crate::recorded::{Recorded, extend_graph, record_groups};
+use crate::recording::RecordingSource;
+use crate::samples::{Sample, samples, seeded_samples};
+use crate::stages::{early, holds, passed_on};
+use crate::tunable::Tunable;
+use crate::value_numbering::{Merged, merge};
+use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
+use stiction_core::kinematics::Target;
+use stiction_core::parameters::Parameters;
+use stiction_core::random::Random;
+use stiction_core::scalar::Scalar;
+
+/// Largest difference from the solver's actuator forces, relative to the largest force. It allows
+/// for rounding magnified by ill-conditioned samples near singular positions.
+const AGREES: f64 = 1e-9;
+
+/// Results of the position routines as nodes of a graph.
+struct PositionStages {
+    graph: Graph,
+    /// Sum of squares of all errors, lengths in units of the characteristic length.
+    square: Node,
+    next: Vec<Node>,
+    guard: Node,
+}
+
+impl Feedforward {
+    /// Records the routines of a mechanism.
+    ///
+    /// `signal` gives prescribed values within the intended range of motion, each close enough to
+    /// the previous one for the solver to follow. The first of them is home, the position from
+    /// which the loops are closed first.
+    /// `tunables` become inputs. Friction is that of the mechanism, coupled with the reactions,
+    /// independently of the solver's settings. There are no external loads.
+    ///
+    /// # Errors
+    /// See [`RecordError`].
+    pub fn record(
+        solver: &InverseDynamics,
+        signal: &[Vec<Target<f64>>],
+        tunables: &[Tunable],
+    ) -> Result<Self, RecordError> {
+        let mut solver = solver.clone();
+        let home = signal.first().ok_or(RecordError::EmptySignal)?;
+        solver.move_to(home).map_err(|error| RecordError::Signal { position: 0, error })?;
+        let solver = &solver;
+        let model = solver.model().map_err(|_| RecordError::NoPlan)?;
+        let parameters = solver.parameters();
+        let value_of = |tunable: &Tunable| {
+            let values = tunable.values(parameters).ok_or(RecordError::NoTunable(*tunable))?;
+            Ok((*tunable, values))
+        };
+        let values = tunables.iter().map(value_of).collect::<Result<Vec<_>, RecordError>>()?;
+        let source = RecordingSource { model: &model, solver, loads: &[] };
+        let layout = InputLayout::of_tree(solver, tunables);
+        let signal = &there_and_back(signal);
+        let all = samples(solver, signal, &[])?;
+        let position = source.record_position(&all);
+        let length = solver.mechanism().characteristic_length();
+        let mut random = Random::new(5);
+        let rows: Vec<Vec<f64>> = all
+            .iter()
+            .map(|Sample { state, targets, .. }| {
+                let mut row = state.coordinates.clone();
+                for tunable in tunables {
+                    row.extend(tunable.any(parameters, length, || random.number()));
+                }
+                row.extend(targets.iter().flat_map(crate::program_inputs::target_to_array));
+                row
+            })
+            .collect();
+        let stages = source.record_inverse(&layout, &rows, &[])?;
+        let (stages, determinant) = source.with_determinant(stages, home);
+        let counts = source.counts(0);
+        let sizes = FeedforwardSizes {
+            prescribed: counts.targets,
+            drives: counts.drives,
+            joints: counts.joints,
+            coordinates: counts.coordinates,
+            tunables: values.iter().map(|(_, values)| values.len()).sum(),
+            unknowns: stages.from.len(),
+        };
+        let routines =
+            |fuse| Routines::compile(sizes, &layout, &position, &stages, determinant, fuse);
+        let (source, native) = (routines(false)?, routines(fuses())?);
+        let parts = |routines: &[Routine]| routines.iter().map(|r| r.parts.clone()).collect();
+        let [a, b]: [Vec<_>; 2] = array(parts(&native.position));
+        let [c, d, e]: [Vec<_>; 3] = array(parts(&native.forces));
+        let code = (
+            Compiled::new(&[a, b], native.position_slots, true),
+            Compiled::new(&[c, d, e], native.force_slots, true),
+        );
+        let values_at_home = home.iter().map(|target| target.value).collect();
+        let home = (solver.state().coordinates.clone(), values_at_home);
+        let unknown_slots = stages.from.clone();
+        let tunables = values;
+        let made = Self { sizes, length, home, tunables, unknown_slots, source, native, code };
+        let others = seeded_samples(9, solver, signal, &[])?;
+        if made.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
+    }
+
+    /// Compares the program with its solver at states other than those of the recording, where both
+    /// give forces. Fails if there is no such state.
+    fn agrees_with(&self, solver: &InverseDynamics, samples: &[Sample]) -> bool {
+        let mut solver = solver.clone();
+        solver.settings_mut().friction = FrictionMode::Converged;
+        let mut memory = self.memory();
+        let length = solver.mechanism().characteristic_length().max(1.0);
+        let mut compared = 0;
+        let same = samples.iter().all(|Sample { state, targets, .. }| {
+            self.start_at(&mut memory, &state.coordinates);
+            let of = |f: fn(&Target<f64>) -> f64| targets.iter().map(f).collect::<Vec<f64>>();
+            let (q, v, a) = (of(|t| t.value), of(|t| t.rate), of(|t| t.acceleration));
+            let Outcome { shortfall: None, .. } = self.run(&mut memory, &q, &v, &a) else {
+                return true;
+            };
+            // From these coordinates: another assembly mode has other forces.
+            if !solver.return_to(&state.coordinates, targets) {
+                return true;
+            }
+            let Ok(forces) = solver.solve(&[]) else { return true };
+            compared += 1;
+            let largest = forces.reactions.iter().map(|(force, _)| force.norm());
+            let largest = largest.fold(f64::MIN_POSITIVE, f64::max) * length;
+            let mut drives = forces.efforts.iter().enumerate();
+            drives.all(|(k, x)| (self.drive(&memory, k) - x).abs() <= AGREES * largest)
+        });
+        same && compared > 0
+    }
+}
+
+/// The same positions in an order in which each is near the next, and the last near the first: every
+/// other one, and the rest on the way back. Samples repeat the list.
+fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>>> {
+    let there = signal.iter().step_by(2);
+    let mut back: Vec<_> = signal.iter().skip(1).step_by(2).collect();
+    back.reverse();
+    there.chain(back).cloned().collect()
+}
+
+/// Exactly `N` items; missing ones are empty.
+fn array<T: Default, const N: usize>(items: Vec<T>) -> [T; N] {
+    let mut items = items.into_iter();
+    core::array::from_fn(|_| items.next().unwrap_or_default())
+}
+
+impl RecordingSource<'_> {
+    /// Records the errors of the position and a Newton step that corrects it, at random
+    /// coordinates near closed loops.
+    fn record_position(&self, samples: &[Sample]) -> PositionStages {
+        let (solver, counts) = (self.solver, self.counts(0));
+        let length = solver.mechanism().characteristic_length();
+        let (graph, [square, next]) =
+            record_groups(counts.coordinates + counts.targets, |inputs| {
+                let (coordinates, values) = inputs.split_at(counts.coordinates);
+                let still = |value: &Recorded| Target {
+                    value: *value,
+                    rate: Recorded::zero(),
+                    acceleration: Recorded::zero(),
+                };
+                let targets: Vec<Target<Recorded>> = values.iter().map(still).collect();
+                let parameters = Parameters::<Recorded>::new(solver.mechanism());
+                let mut data = self.model.data(solver.state(), Settings::default());
+                data.state.coordinates.copy_from_slice(coordinates);
+                self.model.approach(&parameters, &mut data, &targets);
+                let mut square = Recorded::zero();
+                for error in data.kinematics.scaled_errors(self.model.constraints(), length) {
+                    square += error * error;
+                }
+                [vec![square], data.state.coordinates]
+            });
+        let mut random = Random::new(3);
+        let rows: Vec<Vec<f64>> = samples
+            .iter()
+            .map(|Sample { state, targets, .. }| {
+                // The loops are not closed where corrections are needed.
+                let mut off = || 0.02 * length.min(1.0) * random.number();
+                let mut row: Vec<f64> = state.coordinates.iter().map(|q| q + off()).collect();
+                row.extend(targets.iter().map(|target| target.value + off()));
+                row
+            })
+            .collect();
+        let Merged { graph: mut merged, new_of, guards } = merge(&graph, &rows);
+        let all = [&square[..], &next].concat();
+        let guard = holds(&graph, &all, &guards, &mut merged);
+        let new = |node: &Node| new_of[*node as usize];
+        let (square, next) = (new(&square[0]), next.iter().map(new).collect());
+        PositionStages { graph: merged, square, next, guard }
+    }
+
+    /// Adds the determinant of the rate equations relative to that at home.
+    fn with_determinant(
+        &self,
+        stages: InverseStages,
+        home: &[Target<f64>],
+    ) -> (InverseStages, Node) {
+        let mut data = self.model.data::<f64>(self.solver.state(), Settings::default());
+        data.settings.position_steps = 0;
+        data.settings.friction = FrictionMode::Off;
+        self.model.evaluate(self.solver.parameters(), &mut data, home, &[]);
+        let at_home = self.model.rate_pivots(&data);
+        let InverseStages { graph, rate_pivots, .. } = stages;
+        let (graph, found) = extend_graph(graph, &rate_pivots, |reciprocals| {
+            let ratios = reciprocals.iter().zip(&at_home);
+            let product = ratios.fold(Recorded::one(), |product, (now, home)| {
+                product * (*now * Recorded::from_f64(1.0 / home))
+            });
+            vec![product.recip()]
+        });
+        (InverseStages { graph, rate_pivots, ..stages }, found[0])
+    }
+}
+
+impl Routines {
+    fn compile(
+        sizes: FeedforwardSizes,
+        layout: &InputLayout,
+        position: &PositionStages,
+        stages: &InverseStages,
+        determinant: Node,
+        fuse: bool,
+    ) -> Result<Self, RecordError> {
+        let PositionStages { graph, square, next, guard } = position;
+        let ops = graph.ops();
+        let mut slots = Slots::of_inputs(ops, 0..sizes.coordinates + sizes.prescribed);
+        let errors = [*square, *guard];
+        let all = |_: usize| true;
+        let first = [&errors[..], &passed_on(ops, &errors, next, all)].concat();
+        let parts = compile(ops, &first, &mut slots, fuse);
+        let errors = Routine { parts, results: slots.places(&errors)? };
+        let parts = compile(ops, next, &mut slots, fuse);
+        let correction = Routine { parts, results: slots.places(next)? };
+        let position_slots = slots.count();
+
+        // Supports that have passed each other carry no load.
+        let mut graph = stages.graph.clone();
+        let none = graph.number(0.0);
+        let [ideal_guard, mut guard, _] = stages.guards;
+        for overlap in &stages.overlaps {
+            guard = graph.add(Op::Select { of: *overlap, yes: guard, no: none });
+        }
+        let ops = graph.ops();
+        let inputs = layout.count();
+        let mut slots = Slots::of_inputs(ops, 0..stages.slope_inputs.start);
+        let is_late = |input| input >= inputs;
+        let drives = sizes.drives;
+        let mut beginning = stages.begin.clone();
+        beginning.extend(&stages.ideal[..drives]);
+        beginning.extend([ideal_guard, determinant]);
+        let step = [&stages.next[..], &stages.control].concat();
+        let mut last = stages.rest[..drives].to_vec();
+        for joint in 0..sizes.joints {
+            let first = drives + 6 * joint;
+            last.extend(&stages.rest[first..first + 3]);
+        }
+        last.push(guard);
+        let mut first = early(ops, &[&step[..], &last].concat(), is_late);
+        first.extend(&beginning);
+        let parts = compile(ops, &first, &mut slots, fuse);
+        let preparation = Routine { parts, results: slots.places(&beginning)? };
+        let second = [&step[..], &passed_on(ops, &step, &last, is_late)].concat();
+        let parts = compile(ops, &second, &mut slots, fuse);
+        let step = Routine { parts, results: slots.places(&step)? };
+        let parts = compile(ops, &last, &mut slots, fuse);
+        let forces = Routine { parts, results: slots.places(&last)? };
+        Ok(Self {
+            position: [errors, correction],
+            position_slots,
+            forces: [preparation, step, forces],
+            force_slots: slots.count(),
+        })
+    }
+}

@@ -1,0 +1,110 @@
+//! Parameters of a mechanism that are inputs of a program instead of constants.
+
+use stiction_core::friction::Curve;
+use stiction_core::mechanism::BodyId;
+use stiction_core::parameters::Parameters;
+use stiction_core::scalar::Scalar;
+use stiction_core::spatial::{Mat3, Vec3};
+
+/// Parameter that can be changed at run time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Tunable {
+    /// Coefficient of sliding friction, by the index of the interface in
+    /// [`Parameters::interfaces`], dimensionless.
+    Mu(usize),
+    /// Viscous coefficient of a friction interface at its surface, N s/m.
+    Viscous(usize),
+    /// Mass of a body, kg. Its centre of mass and the inertia about it remain.
+    Mass(BodyId),
+    /// Point mass that is fixed to a body: mass, kg, and position x, y, z in the body's frame, m.
+    Payload(BodyId),
+}
+
+impl Tunable {
+    /// Number of values.
+    pub fn width(self) -> usize {
+        match self {
+            Self::Mu(_) | Self::Viscous(_) | Self::Mass(_) => 1,
+            Self::Payload(_) => 4,
+        }
+    }
+
+    /// Coefficients of all friction interfaces that have them: a table replaces the coefficient,
+    /// and interfaces with a law for each direction keep theirs.
+    pub fn frictions(parameters: &Parameters<f64>) -> Vec<Self> {
+        let interfaces = || parameters.interfaces.iter().enumerate();
+        let plain = interfaces().filter(|(_, interface)| interface.backward.is_none());
+        let with_mu =
+            plain.clone().filter(|(_, interface)| !matches!(interface.law.curve, Curve::Table(_)));
+        let mu = with_mu.map(|(k, _)| Self::Mu(k));
+        mu.chain(plain.map(|(k, _)| Self::Viscous(k))).collect()
+    }
+
+    /// Masses of all bodies that have one.
+    pub fn masses(parameters: &Parameters<f64>) -> Vec<Self> {
+        let heavy = parameters.mass.iter().enumerate().skip(1).filter(|(_, mass)| **mass > 0.0);
+        heavy.map(|(body, _)| Self::Mass(BodyId(body))).collect()
+    }
+
+    /// Values in the model: those of the mechanism, and no payload. `None` if the mechanism has no
+    /// such parameter.
+    pub(crate) fn values(self, parameters: &Parameters<f64>) -> Option<Vec<f64>> {
+        match self {
+            Self::Mu(k) => Some(vec![parameters.interfaces.get(k)?.law.mu]),
+            Self::Viscous(k) => Some(vec![parameters.interfaces.get(k)?.law.viscous]),
+            Self::Mass(body) => Some(vec![*parameters.mass.get(body.0)?]),
+            Self::Payload(body) if *parameters.mass.get(body.0)? > 0.0 => Some(vec![0.0; 4]),
+            Self::Payload(_) => None,
+        }
+    }
+
+    /// Random values, different from special ones such as zero. `length` is the characteristic
+    /// length.
+    pub(crate) fn any(
+        self,
+        parameters: &Parameters<f64>,
+        length: f64,
+        mut random: impl FnMut() -> f64,
+    ) -> Vec<f64> {
+        let now = self.values(parameters).unwrap_or_default();
+        let mut about = |usual: f64| usual * (1.0 + 0.5 * random());
+        match self {
+            Self::Mu(_) | Self::Viscous(_) => {
+                let unit = if matches!(self, Self::Mu(_)) { 0.05 } else { 1.0 };
+                now.iter().map(|x| about(if *x > 0.0 { *x } else { unit })).collect()
+            }
+            Self::Mass(_) => now.iter().map(|x| about(*x)).collect(),
+            Self::Payload(body) => {
+                let mass = about(parameters.mass[body.0]);
+                let mut place = || 0.3 * length * random();
+                vec![mass, place(), place(), place()]
+            }
+        }
+    }
+
+    /// Replaces the numbers of the mechanism.
+    pub(crate) fn apply<T: Scalar>(self, parameters: &mut Parameters<T>, values: &[T]) {
+        match (self, values) {
+            (Self::Mu(k), [mu]) => parameters.interfaces[k].law.mu = *mu,
+            (Self::Viscous(k), [viscous]) => parameters.interfaces[k].law.viscous = *viscous,
+            (Self::Mass(body), [mass]) => parameters.mass[body.0] = *mass,
+            (Self::Payload(body), [mass, x, y, z]) => {
+                let (own, com) = (parameters.mass[body.0], parameters.com[body.0]);
+                let apart = Vec3::new(*x, *y, *z) - com;
+                let share = *mass / (own + *mass);
+                parameters.mass[body.0] = own + *mass;
+                parameters.com[body.0] = com + apart * share;
+                // Inertia of two point masses about their common centre.
+                let reduced = own * share;
+                let square = apart.norm_squared();
+                let inertia = &mut parameters.inertia[body.0];
+                let column = |axis: usize| {
+                    let along = Vec3::<T>::unit(axis) * square - apart * apart.component(axis);
+                    inertia.columns[axis] + along * reduced
+                };
+                *inertia = Mat3::from_columns(column(0), column(1), column(2));
+            }
+            _ => {}
+        }
+    }
+}

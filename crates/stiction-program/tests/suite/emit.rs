@@ -1,0 +1,207 @@
+//! Source code, compiled and run.
+
+mod behaviour;
+mod compiler;
+
+use crate::common::{Loop, gallery_loop};
+use compiler::{Code, STRICT};
+use std::time::Instant;
+use stiction_program::emit::{Labels, Language, Precision, SourceOptions, TestVector};
+use stiction_program::{Feedforward, Tunable};
+
+pub(crate) fn labels(name: &str, robot: &Loop) -> Labels {
+    let (mechanism, parameters) = (robot.solver.mechanism(), robot.solver.parameters());
+    let joints = mechanism.joints();
+    let mut labels =
+        Labels { model: name.to_owned(), version: "0".to_owned(), ..Labels::default() };
+    for (joint, dof) in mechanism.actuators() {
+        let joint = &joints[joint.0];
+        let units = match joint.joint_type.dofs()[dof].translates() {
+            true => ("m", "N"),
+            false => ("rad", "N m"),
+        };
+        labels.coordinates.push((joint.name.clone(), units.0));
+        labels.actuators.push((joint.name.clone(), units.1));
+    }
+    labels.joints = joints.iter().map(|joint| joint.name.clone()).collect();
+    let name_of = |joint: usize| joints[joint].name.clone();
+    labels.interfaces = parameters.interfaces.iter().map(|i| name_of(i.joint)).collect();
+    labels.bodies = mechanism.bodies().iter().map(|body| body.name.clone()).collect();
+    labels
+}
+
+/// Options of a variant: precision and own functions.
+fn variant(name: &str, precision: Precision, own_math: bool) -> SourceOptions {
+    SourceOptions { precision, own_math, ..SourceOptions::new(name) }
+}
+
+/// Compiles without warnings as C and C++, and reproduces the solver's forces, with sanitizers.
+fn check(names: &[&str], count: usize, all: bool) {
+    for name in names {
+        let robot = gallery_loop(name).unwrap();
+        let tunables = Tunable::frictions(robot.solver.parameters());
+        let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
+        let vectors = TestVector::random(&robot.solver, &robot.signal, count, 7);
+        assert!(vectors.len() > count / 2, "{name}: {}", vectors.len());
+        for (precision, own_math) in [
+            (Precision::Double, false),
+            (Precision::Float, true),
+            (Precision::Double, true),
+            (Precision::Float, false),
+        ] {
+            let options = variant(name, precision, own_math);
+            let files =
+                program.files(Language::C, &labels(name, &robot), &options, &vectors).unwrap();
+            let folder = format!("{name}-{precision:?}-{own_math}");
+            let Some(code) = Code::new(&folder, &options.name, &files) else { return };
+            let sanitizers = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+            code.selftest(&[&STRICT[..], &["-std=c99"], &sanitizers].concat());
+            if all || precision == Precision::Float {
+                code.selftest(&[&STRICT[..], &["-x", "c++", "-O0"]].concat());
+            }
+            if !all && own_math {
+                break;
+            }
+        }
+    }
+}
+
+#[test]
+fn generated_c_reproduces_the_solver() {
+    check(&["five-bar", "zhang2018-regular"], 100, false);
+}
+
+/// Code in Rust, as a module that uses `core` only, reproduces the solver's forces.
+#[test]
+fn generated_rust_reproduces_the_solver() {
+    let robot = gallery_loop("five-bar").unwrap();
+    let tunables = Tunable::frictions(robot.solver.parameters());
+    let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
+    let vectors = TestVector::random(&robot.solver, &robot.signal, 100, 7);
+    for precision in [Precision::Double, Precision::Float] {
+        let options = variant("five-bar", precision, false);
+        let labels = labels("five-bar", &robot);
+        let files = program.files(Language::Rust, &labels, &options, &vectors).unwrap();
+        compiler::rust_selftest(&format!("rust-{precision:?}"), "five_bar", &files);
+    }
+}
+
+/// All robots of the gallery that have a program.
+#[test]
+#[ignore = "takes minutes"]
+fn generated_c_reproduces_the_solver_for_the_gallery() {
+    // The others: the actuators of 3upu-singular, griffis-duffy and zhang2018 do not determine the
+    // motion.
+    let robots = [
+        "3rps",
+        "3rrr",
+        "3upu",
+        "4ups-upu",
+        "6sps",
+        "andrews",
+        "bricard",
+        "delta",
+        "five-bar",
+        "four-bar",
+        "gough",
+        "slider-crank",
+        "spherical-3rrr",
+        "zhang2018-regular",
+    ];
+    check(&robots, 300, true);
+}
+
+/// Own sine and cosine differ by at most 2 units in the last place from those of the library in a
+/// wider format, up to 1e4.
+#[test]
+fn own_sine_and_cosine_are_accurate() {
+    let robot = gallery_loop("five-bar").unwrap();
+    let program = Feedforward::record(&robot.solver, &robot.signal, &[]).unwrap();
+    let options = variant("five-bar", Precision::Double, true);
+    let files = program.files(Language::C, &labels("five-bar", &robot), &options, &[]).unwrap();
+    let Some(code) = Code::new("sine", "five_bar", &files) else { return };
+    code.run_with("sine", include_str!("emit/sine.c"), &["-std=gnu99", "-O2"]);
+}
+
+/// Names of a model appear as harmless text, and the same input gives the same bytes.
+#[test]
+fn hostile_names_do_no_harm() {
+    let robot = gallery_loop("five-bar").unwrap();
+    let record = || Feedforward::record(&robot.solver, &robot.signal, &[Tunable::Mu(0)]).unwrap();
+    let hostile = "*/ #error \"x\" ??/\n\\\u{202e}@NAME@ %n /*";
+    let mut labels = labels(hostile, &robot);
+    for (name, _) in labels.coordinates.iter_mut().chain(&mut labels.actuators) {
+        *name = hostile.to_owned();
+    }
+    for names in [&mut labels.joints, &mut labels.interfaces, &mut labels.bodies] {
+        names.fill(hostile.to_owned());
+    }
+    let options = SourceOptions::new(hostile);
+    let vectors = TestVector::random(&robot.solver, &robot.signal, 3, 1);
+    let files = record().files(Language::C, &labels, &options, &vectors).unwrap();
+    for file in &files {
+        assert!(file.text.is_ascii(), "{}", file.name);
+        for harm in ["#error \"x\"", "??/", "%n", "\\\n"] {
+            assert!(!file.text.contains(harm), "{}: {harm}", file.name);
+        }
+        assert!(!file.name.contains(['/', '"', ' ', '*']), "{}", file.name);
+    }
+    assert_eq!(record().files(Language::C, &labels, &options, &vectors).unwrap(), files);
+    let Some(code) = Code::new("hostile", &options.name, &files) else { return };
+    code.selftest(&[&STRICT[..], &["-std=c99", "-O0"]].concat());
+}
+
+/// The code refuses options under which NaN cannot be tested.
+#[test]
+fn fast_math_is_refused() {
+    let robot = gallery_loop("slider-crank").unwrap();
+    let program = Feedforward::record(&robot.solver, &robot.signal, &[]).unwrap();
+    let options = SourceOptions::new("slider-crank");
+    let files = program.files(Language::C, &labels("slider-crank", &robot), &options, &[]).unwrap();
+    let Some(code) = Code::new("fast-math", &options.name, &files) else { return };
+    for option in ["-ffast-math", "-Ofast", "-ffinite-math-only"] {
+        let said = code.compile("selftest.c", &[option]).unwrap_err();
+        assert!(said.contains("tests for NaN and infinity"), "{said}");
+    }
+}
+
+/// Prints the time of a call along a smooth motion at 1 kHz, of the program on this processor and
+/// of the C code, with the size of the code.
+#[test]
+#[ignore = "measures time"]
+fn speed() {
+    for name in ["3rps", "zhang2018-regular", "five-bar", "gough"] {
+        let robot = gallery_loop(name).unwrap();
+        let tunables = Tunable::frictions(robot.solver.parameters());
+        let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
+        let options = SourceOptions::new(name);
+        let files = program.files(Language::C, &labels(name, &robot), &options, &[]).unwrap();
+        let Some(code) = Code::new(&format!("speed-{name}"), &options.name, &files) else { return };
+        let home = program.home().to_vec();
+        let (rounds, calls) = (21, 2000);
+        let (mut best, mut sum) = (f64::INFINITY, 0.0);
+        for _ in 0..rounds {
+            let mut memory = program.memory();
+            let begun = Instant::now();
+            for k in 0..calls {
+                let at = |f: fn(f64) -> f64| -> Vec<f64> {
+                    let time = |i: usize| 0.001 * f64::from(k) * (1.0 + 0.2 * i as f64);
+                    (0..home.len()).map(|i| 0.02 * f(time(i))).collect()
+                };
+                let q: Vec<f64> = at(f64::sin).iter().zip(&home).map(|(x, h)| h + x).collect();
+                let a: Vec<f64> = at(f64::sin).iter().map(|x| -x).collect();
+                let outcome = program.run(&mut memory, &q, &at(f64::cos), &a);
+                assert_eq!(outcome.shortfall, None);
+                sum += program.drive(&memory, 0);
+            }
+            best = best.min(begun.elapsed().as_secs_f64() * 1e9 / f64::from(calls));
+        }
+        println!("{name}: {:?}; machine code here: {best:.0} ns, sum {sum}", program.operations());
+        let starts: Vec<String> = home.iter().map(|x| format!("{x:?}")).collect();
+        let text = include_str!("emit/speed.c").replace("HOME", &starts.join(", "));
+        for flags in [&["-O2"][..], &["-O3", "-march=native"]] {
+            let said = code.run_with("speed", &text, flags);
+            println!("  {flags:?}: {said}    {}", code.size(flags));
+        }
+    }
+}

@@ -1,0 +1,188 @@
+"""Exceptions of the package, and the reading of arguments."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "ComputationError",
+    "Error",
+    "InputError",
+    "InternalError",
+    "InterruptedRun",
+    "ModelError",
+    "OutputError",
+    "UnknownNameError",
+]
+
+
+class Error(Exception):
+    """Reason why there is no result.
+
+    ``str(error)`` is the text that the command line prints: the message with its place, and a suggestion.
+
+    Attributes:
+        message: the message without the suggestion.
+        help: the suggestion, or ``None``.
+        option: name of the argument that can avoid the error, or ``None``.
+        details: the relevant numbers in SI units, such as ``{"time": 0.2}``.
+        result: results up to the failure of a simulation, else ``None``.
+
+    >>> import stiction
+    >>> try:
+    ...     stiction.load("gouhg")
+    ... except stiction.Error as error:
+    ...     print(error.message)
+    there is no built-in model `gouhg`
+    """
+
+    def __init__(
+        self,
+        message: str,
+        help: str | None = None,
+        option: str | None = None,
+        details: dict[str, Any] | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.help = help
+        self.option = option
+        self.details: dict[str, Any] = details or {}
+        self.result: Any = None
+
+    def __str__(self) -> str:
+        if self.help is None:
+            return self.message
+        option = f" (argument `{self.option}`)" if self.option else ""
+        return f"{self.message}\nhelp: {self.help}{option}"
+
+    def __reduce__(self) -> Any:
+        return type(self), (self.message, self.help, self.option, self.details)
+
+
+class InputError(Error, ValueError):
+    """The input cannot be used: an unknown option, a wrong shape, a file that cannot be read."""
+
+
+class UnknownNameError(InputError, KeyError):
+    """There is no actuator, joint, body or column of this name."""
+
+    __str__ = Error.__str__
+
+
+class ModelError(InputError):
+    """A model, motion or load is defective. The text names every place, as the command line does.
+
+    Attributes:
+        diagnostics: one dictionary for each message: severity, code, message, line and column.
+    """
+
+    @property
+    def diagnostics(self) -> list[dict[str, Any]]:
+        """One dictionary for each message, with its place."""
+        found = self.details.get("diagnostics", [])
+        return list(found) if isinstance(found, list) else []
+
+
+class ComputationError(Error):
+    """The question has no answer: a singular position, a mechanism that jams, a loop that cannot close."""
+
+
+class InterruptedRun(Error):
+    """The computation was stopped."""
+
+
+class OutputError(Error):
+    """A receiver of the results failed."""
+
+
+class InternalError(Error):
+    """A defect of this package. Please report it with the input that caused it."""
+
+
+_KINDS: dict[str, type[Error]] = {
+    "model": ModelError,
+    "input": InputError,
+    "no-answer": ComputationError,
+    "interrupted": InterruptedRun,
+    "output": OutputError,
+    "internal": InternalError,
+}
+
+
+def _from_native(
+    kind: str, message: str, help: str | None, option: str | None, details: str
+) -> Error:
+    """Make the exception for an error of the native module."""
+    content = json.loads(details)
+    numbers = content.get("details")
+    if kind == "model":
+        numbers = {"diagnostics": content.get("diagnostics", [])}
+    return _KINDS.get(kind, Error)(message, help, option, numbers if isinstance(numbers, dict) else {})
+
+
+def _floats(name: str, value: object) -> NDArray[np.float64]:
+    """Convert an argument to an array of floating-point numbers, or raise an exception with its name."""
+    try:
+        array = np.asarray(value)
+    except Exception as error:
+        raise InputError(f"`{name}` is no array: {error}", "give an array of numbers") from error
+    if array.dtype.kind not in "fiub":
+        raise InputError(
+            f"`{name}` contains values of the type `{array.dtype}`",
+            "give floating-point numbers in SI units",
+        )
+    return np.array(array, dtype=np.float64, order="C", copy=True)
+
+
+def _text(name: str, value: object) -> str:
+    """Check that an argument is a text, or raise an exception with its name."""
+    if not isinstance(value, str):
+        raise InputError(f"`{name}` is a {type(value).__name__}, not a text", "give a str")
+    try:
+        value.encode()
+    except UnicodeEncodeError as error:
+        raise InputError(
+            f"`{name}` is no valid text: {value!r}: {error.reason}", "give a text of Unicode characters"
+        ) from error
+    return value
+
+
+def _texts(name: str, values: object) -> list[str]:
+    """Check that an argument is a text or a sequence of texts."""
+    if isinstance(values, str):
+        return [_text(name, values)]
+    try:
+        return [_text(name, value) for value in values]  # type: ignore[attr-defined]
+    except Error:
+        raise
+    except Exception as error:
+        raise InputError(
+            f"`{name}` is a {type(values).__name__}, not a sequence of texts", "give a list of str"
+        ) from error
+
+
+def _number(name: str, value: object) -> float:
+    """Check that an argument is a finite number, or raise an exception with its name."""
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except Exception as error:
+        raise InputError(
+            f"`{name}` is {value!r:.60}, not a number", "give a number in SI units"
+        ) from error
+    if not np.isfinite(number):
+        raise InputError(f"`{name}` is {number}", "give a finite number in SI units")
+    return number
+
+
+def _count(name: str, value: object) -> int:
+    """Check that an argument is a positive whole number, or raise an exception with its name."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise InputError(f"`{name}` is {value!r:.60}, not a whole number", "give a number such as 4")
+    if not 1 <= value <= 1024:
+        raise InputError(f"`{name}` is {value!s:.60}", "give a number from 1 to 1024")
+    return int(value)

@@ -1,0 +1,710 @@
+"""A robot: a mechanism with its named motions and loads."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _native
+from ._errors import Error, InputError, _count, _floats, _number, _text, _texts
+from ._results import (
+    Floats,
+    ForwardResults,
+    InverseResults,
+    Report,
+    _unknown,
+)
+from ._states import BodyMotions, InverseDynamics, Jacobians, MassMatrices, _Names
+
+Progress = Callable[[int, int], object]
+
+
+class ControlState(NamedTuple):
+    """State that a control law receives, arrays in the order of the actuators."""
+
+    time: float
+    """s"""
+    q: Floats
+    """Positions, m or rad, shape (actuators,); angles count full turns."""
+    v: Floats
+    """Rates, m/s or rad/s."""
+    reference_q: Floats
+    """Positions of the reference motion; empty without a motion."""
+    reference_v: Floats
+    """Rates of the reference motion."""
+    reference_a: Floats
+    """Accelerations of the reference motion, m/s^2 or rad/s^2."""
+
+
+ControlLaw = Callable[[ControlState], ArrayLike | Mapping[str, float]]
+
+#: Largest number of compiled variants that a model keeps.
+_MOST_STATES = 16
+
+
+def gallery() -> list[str]:
+    """Names of the built-in models.
+
+    >>> import stiction
+    >>> "gough" in stiction.gallery()
+    True
+    """
+    return _native.gallery()
+
+
+def load(source: str | os.PathLike[str]) -> Model:
+    """Read a model: a file, a built-in model or the text of a model.
+
+    A text of several lines, or with an equals sign, is a model; a name with a folder or an extension, or of an
+    existing file, is a file; anything else is a built-in model. A :class:`pathlib.Path` is always a file.
+
+    Raises:
+        ModelError: the model is defective; the error lists all defects, each with its place.
+        InputError: the file cannot be read, or there is no such built-in model.
+
+    >>> import stiction
+    >>> stiction.load("five-bar").actuators
+    ['left_motor', 'right_motor']
+    """
+    if isinstance(source, os.PathLike):
+        try:
+            path = os.fspath(source)
+        except Exception as error:
+            raise InputError(f"`source` is no path: {error}") from error
+        return _read(lambda: _native.Model.file(path))
+    if isinstance(source, (bytes, bytearray)):
+        raise InputError("`source` is bytes, not a text", "decode it: `source.decode()`")
+    if isinstance(source, str) and "\n" not in source and not _is_text(source):
+        # A file name that is no valid text, as `os.listdir` returns it.
+        return _read(lambda: _native.Model.file(source))
+    text = _text("source", source)
+    return _read(lambda: _native.Model.find(text))
+
+
+def _is_text(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _read(make: Callable[[], _native.Model]) -> Model:
+    try:
+        return Model(make())
+    except (UnicodeError, TypeError) as error:
+        raise InputError(f"`source` is no path: {error}") from error
+
+
+class Model:
+    """A robot. Make one by :func:`stiction.load`; it does not change.
+
+    **States.** ``q`` is a row of independent coordinates, m and rad: those of the actuators in the order of
+    :attr:`actuators`, unless other ``coordinates`` are named. Angles of joints are those of the model file.
+    Loops are closed from the home position, :meth:`home`, which is that of the first instant of the default
+    motion, or the one of other ``motion`` and ``at``: it is the initial guess and determines the assembly
+    mode. A row is reached from the row before it along the straight line of the coordinates, in short steps, so
+    all rows are in the assembly mode of the home position. Each piece of 256 rows begins at the home position;
+    therefore results do not depend on the number of threads.
+
+    >>> import stiction
+    >>> m = stiction.load("3rps")
+    >>> m
+    <stiction.Model 3rps: 3 actuators, 9 joints, 8 bodies>
+    """
+
+    __slots__ = ("_names", "_native", "_states")
+
+    def __init__(self, native: _native.Model) -> None:
+        if not isinstance(native, _native.Model):
+            raise InputError("a Model is made by `stiction.load`")
+        self._native = native
+        self._names = _Names(native)
+        self._states: dict[tuple[object, ...], _native.States] = {}
+
+    # Description
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return self._native.name
+
+    @property
+    def title(self) -> str:
+        """Title in one line; may be empty."""
+        return self._native.title
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings about the model, each with its place. They never change numbers."""
+        return self._native.warnings
+
+    @property
+    def actuators(self) -> list[str]:
+        """Names of the actuators, in the order of efforts and of ``q``."""
+        return list(self._names.actuators)
+
+    @property
+    def effort_units(self) -> dict[str, str]:
+        """Unit of each actuator's effort, ``N`` or ``N m``."""
+        return dict(self._native.actuators)
+
+    @property
+    def joints(self) -> list[str]:
+        """Names of the joints, in the order of reactions."""
+        return list(self._names.joints)
+
+    @property
+    def bodies(self) -> list[str]:
+        """Names of the bodies; the first is the ground."""
+        return list(self._names.bodies)
+
+    @property
+    def friction_interfaces(self) -> list[str]:
+        """Names of the friction interfaces of the joints."""
+        return list(self._names.interfaces)
+
+    @property
+    def motions(self) -> list[str]:
+        """Names of the motions of the model."""
+        return self._native.motions
+
+    @property
+    def loads(self) -> list[str]:
+        """Names of the loads of the model."""
+        return self._native.loads
+
+    @property
+    def default_motion(self) -> str | None:
+        """Name of the default motion."""
+        return self._native.defaults[0]
+
+    @property
+    def default_load(self) -> str:
+        """Name of the default load, or ``none``."""
+        return self._native.defaults[1]
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the model file with their values in SI units and radians.
+
+        >>> import stiction
+        >>> stiction.load("3rps").parameters["base_radius"]
+        0.45
+        """
+        return {name: value for name, value, _ in self._native.parameters}
+
+    @property
+    def parameter_units(self) -> dict[str, str]:
+        """SI unit of each parameter; empty for a plain number."""
+        return {name: unit for name, _, unit in self._native.parameters}
+
+    @property
+    def text(self) -> str:
+        """Text of the model file, without the changes of :meth:`with_`."""
+        return self._native.parts()[1]
+
+    def with_(self, changes: Mapping[str, object] | None = None, /, **parameters: object) -> Model:
+        """Return the robot with values of its model changed, as ``--set`` of the command line does.
+
+        A name is that of a parameter, or the path of a key such as ``"bodies.platform.mass"`` in ``changes``.
+        A value is a text with units, or a number: of a parameter in its SI unit or radians, of a key without
+        a unit.
+
+        >>> import stiction
+        >>> m = stiction.load("3rps").with_({"platform.mass": "0.7 kg"}, base_radius=0.5)
+        >>> m.parameters["base_radius"]
+        0.5
+        """
+        if changes is not None and not isinstance(changes, Mapping):
+            raise InputError(
+                f"`changes` is a {type(changes).__name__}, not a mapping",
+                'give for example {"bodies.platform.mass": "2 kg"}',
+            )
+        every = {**(changes or {}), **parameters}
+        lines = []
+        units = self.parameter_units
+        for name, value in every.items():
+            if not _text("changes", name).strip() or "=" in name or "\n" in name:
+                raise InputError(f"`{name}` is no name of a parameter or key")
+            text = _value(name, value)
+            is_number = not isinstance(value, (str, bool, np.bool_, list, tuple, np.ndarray))
+            lines.append(f"{name} = {text} {units.get(name, '') if is_number else ''}".rstrip())
+        return Model(self._native.changed(lines))
+
+    def __reduce__(self) -> Any:
+        return _again, (self._native.parts(),)
+
+    def __repr__(self) -> str:
+        names = self._names
+        return (
+            f"<stiction.Model {self.name}: {len(names.actuators)} actuators, "
+            f"{len(names.joints)} joints, {len(names.bodies)} bodies>"
+        )
+
+    def drawing(self) -> str:
+        """Drawing of the robot as SVG, in light or dark colours by the reader's preference.
+
+        >>> import stiction
+        >>> stiction.load("five-bar").drawing().startswith("<svg")
+        True
+        """
+        return self._native.drawing()
+
+    def convert(self, to: str) -> str:
+        """The robot at its home position in the format of another program: ``"mjcf"`` (MuJoCo), ``"json"``
+        (plain numbers), ``"toml"`` (a model file without formulas).
+
+        >>> import stiction
+        >>> "<mujoco" in stiction.load("3rps").convert("mjcf")
+        True
+        """
+        return self._native.converted(_text("to", to))[0]
+
+    def _repr_html_(self) -> str:
+        heading = f"<b>{html.escape(self.name)}</b> {html.escape(self.title)}"
+        try:
+            picture = self.drawing()
+        except Error as error:
+            picture = f"<pre>no drawing: {html.escape(str(error))}</pre>"
+        return f'<div style="max-width:40em">{heading}{picture}</div>'
+
+    # Runs
+
+    def inverse(
+        self,
+        motion: str | None = None,
+        *,
+        load: str | None = None,
+        friction: bool | str | None = None,
+        step: float | None = None,
+        threads: int | None = None,
+        friction_margin: bool = False,
+        progress: Progress | None = None,
+    ) -> InverseResults:
+        """Inverse dynamics along a motion: efforts, reactions and friction by name.
+
+        Args:
+            motion: name of a motion of the model, name of a file (CSV or TOML), or assignments such as
+                ``"platform.x = 5 mm*sin(2*pi*t); duration = 2 s"``. Default: that of the model.
+            load: name of a load of the model, or assignments such as ``"platform.fz = -100 N"``.
+            friction: ``True`` or ``"on"``, ``"one-pass"``, ``False`` or ``"off"``. Default: as the model says.
+            step: time between samples, s.
+            threads: number of threads; all cores by default. Results do not depend on it.
+            friction_margin: compute the friction margin to jamming, in ``summary``.
+            progress: called now and then with the work done and all work.
+
+        Raises:
+            InputError: an option cannot be used.
+            ComputationError: the motion cannot be followed, or there are no finite efforts.
+
+        >>> import stiction
+        >>> r = stiction.load("five-bar").inverse(friction="off", step=0.1)
+        >>> bool((r.effort["left_motor"] == r.effort_frictionless["left_motor"]).all())
+        True
+        """
+        raw = self._native.inverse(
+            motion=_optional_text("motion", motion),
+            load=_optional_text("load", load),
+            friction=_friction(friction),
+            step=None if step is None else _number("step", step),
+            threads=None if threads is None else _count("threads", threads),
+            friction_margin=bool(friction_margin),
+            progress=_progress(progress),
+        )
+        return InverseResults(self.name, raw, json.loads(raw[1]))
+
+    def forward(
+        self,
+        *,
+        until: float | None = None,
+        step: float | None = None,
+        motion: str | None = None,
+        load: str | None = None,
+        start: str | None = None,
+        at: Mapping[str, float] | None = None,
+        rate: Mapping[str, float] | None = None,
+        drives: str | Mapping[str, float | str] | None = None,
+        controller: str | ControlLaw | None = None,
+        period: float = 1e-3,
+        prescribe: str | Iterable[str] = (),
+        hold: str | Iterable[str] = (),
+        stop: str | Iterable[str] = (),
+        friction: bool | None = None,
+        method: str | None = None,
+        tolerance: float | None = None,
+        progress: Progress | None = None,
+    ) -> ForwardResults:
+        """Simulate: the motion under efforts, controllers, loads and locks, with joints that stick and slip.
+
+        Without options the robot follows its default motion under a computed-torque controller that does not
+        know the friction. Ctrl-C stops a simulation.
+
+        Args:
+            until: end, s.
+            step: time between samples, s; it does not change the steps of integration.
+            motion: motion that a controller follows, and whose first instant is the start.
+            load: name of a load, or assignments.
+            start: ``"motion"``, ``"rest"``, or assignments such as ``"A = 60 deg; d(B) = 2 rad/s"``.
+            at: coordinates at the start, m or rad, at rest unless ``rate`` names them.
+            rate: rates at the start, m/s or rad/s.
+            drives: efforts by actuator, N or N m or texts with units, which may be formulas over measured
+                coordinates such as ``"-200 N m/rad*A"``; or a text: assignments, the name of a file,
+                ``"inverse"`` or ``"none"``.
+            controller: ``"pd"``, ``"pid"``, ``"computed-torque"``, ``"computed-torque+friction"``, the name of
+                a TOML file, assignments, or ``"none"``; or a function of a :class:`ControlState` that returns the
+                efforts of all actuators, N and N m, as an array in their order or by name. They are added to
+                ``drives`` and held until the next call. An exception of the function stops the simulation.
+            period: time between calls of such a function, s.
+            prescribe: actuators that follow the motion exactly.
+            hold: joints locked at their positions at the start.
+            stop: conditions such as ``"platform.z < 100 mm"`` that end the simulation.
+            friction: switches joint friction. Default: as the model says.
+            method: ``"automatic"``, ``"event-driven"`` or ``"time-stepping"``.
+            tolerance: relative error of a step, 1e-14 to 1e-2.
+            progress: called now and then with the samples done and all samples.
+
+        Raises:
+            InputError: options contradict each other.
+            ComputationError: the robot cannot start or go on; ``error.result`` has the samples before.
+
+        >>> import stiction
+        >>> m = stiction.load("five-bar")
+        >>> r = m.forward(drives={"left_motor": "1 N m", "right_motor": 0.5}, until=0.05)
+        >>> float(r.effort["right_motor"][-1])
+        0.5
+        >>> r = m.forward(controller=lambda state: 20 * (state.reference_q - state.q) - 0.5 * state.v, until=0.05)
+        >>> r.effort["left_motor"].shape
+        (11,)
+        """
+        calls: list[tuple[str, str, float]] = []
+        for name, text in (("motion", motion), ("load", load)):
+            if text is not None:
+                calls.append((name, _text(name, text), 0.0))
+        if friction is not None:
+            if not isinstance(friction, (bool, np.bool_)):
+                raise InputError(f"`friction` is {friction!r:.60}", "give True or False")
+            calls.append(("friction", "on" if friction else "off", 0.0))
+        for name, texts in (("hold", hold), ("prescribe", prescribe)):
+            calls.extend((name, text, 0.0) for text in _texts(name, texts))
+        if drives is not None:
+            calls.append(("drives", self._drives(drives), 0.0))
+        law = None
+        if callable(controller):
+            law = (_number("period", period), _law(controller, self._names.actuators))
+            controller = None
+        for name, text in (("controller", controller), ("start", start), ("method", method)):
+            if text is not None:
+                calls.append((name, _text(name, text), 0.0))
+        for option, values in (("at", at), ("rate", rate)):
+            if values is not None and not isinstance(values, Mapping):
+                raise InputError(
+                    f"`{option}` is a {type(values).__name__}, not a mapping",
+                    f'give for example {option}={{"{next(iter(self._names.actuators), "A")}": 0.1}}',
+                )
+            for key, value in (values or {}).items():
+                calls.append((option, _text(option, key), _number(f"{option}[{key!r}]", value)))
+        calls.extend(("stop", text, 0.0) for text in _texts("stop", stop))
+        raw, events, ended = self._native.forward(
+            calls,
+            until=None if until is None else _number("until", until),
+            step=None if step is None else _number("step", step),
+            tolerance=None if tolerance is None else _number("tolerance", tolerance),
+            law=law,
+            progress=_progress(progress),
+        )
+        results = ForwardResults(self.name, raw, json.loads(raw[1]), events, ended)
+        if ended is not None:
+            ended.result = results
+            raise ended
+        return results
+
+    def _drives(self, drives: str | Mapping[str, float | str]) -> str:
+        """Assignments of efforts."""
+        if isinstance(drives, str):
+            return _text("drives", drives)
+        if not isinstance(drives, Mapping):
+            raise InputError(
+                f"`drives` is a {type(drives).__name__}", "give a mapping from actuators to efforts"
+            )
+        units = self.effort_units
+        lines = []
+        for name, value in drives.items():
+            key = _text("drives", name)
+            if isinstance(value, str):
+                lines.append(f"{key} = {_text(f'drives[{key!r}]', value)}")
+            else:
+                number = _number(f"drives[{key!r}]", value)
+                lines.append(f"{key} = {number!r} {units.get(key, 'N')}")
+        return "; ".join(lines) if lines else "none"
+
+    def check(
+        self,
+        motion: str | None = None,
+        *,
+        step: float | None = None,
+        progress: Progress | None = None,
+    ) -> Report:
+        """Mobility, redundant constraints and singular positions along a motion.
+
+        >>> import stiction
+        >>> print(stiction.load("five-bar").check()["mobility"]["instantaneous"])
+        2
+        """
+        data, text = self._native.check(
+            _optional_text("motion", motion),
+            None if step is None else _number("step", step),
+            _progress(progress),
+        )
+        return Report(json.loads(data), text)
+
+    def breakaway(
+        self, motion: str | None = None, *, load: str | None = None, at: float | None = None
+    ) -> Report:
+        """Static friction of the robot at rest, at a time of a motion: the efforts at which it begins to move.
+
+        >>> import stiction
+        >>> report = stiction.load("3rps").breakaway()
+        >>> len(report) > 0
+        True
+        """
+        data, text = self._native.breakaway(
+            _optional_text("motion", motion),
+            _optional_text("load", load),
+            None if at is None else _number("at", at),
+        )
+        return Report(json.loads(data), text)
+
+    # Batches of states
+
+    def _compiled(
+        self,
+        coordinates: str | Iterable[str] | None,
+        motion: str | None,
+        load: str | None,
+        friction: bool | str | None,
+        at: float | None,
+    ) -> _native.States:
+        if coordinates is not None:
+            coordinates = tuple(_texts("coordinates", coordinates))
+        key = (coordinates, motion, load, friction, at)
+        try:
+            return self._states[key]
+        except (KeyError, TypeError):
+            pass
+        made = self._native.states(
+            coordinates=None if coordinates is None else list(coordinates),
+            motion=_optional_text("motion", motion),
+            load=_optional_text("load", load),
+            friction=_friction(friction),
+            at=None if at is None else _number("at", at),
+        )
+        if len(self._states) >= _MOST_STATES:
+            self._states.clear()
+        self._states[key] = made
+        return made
+
+    def coordinates(self, coordinates: str | Iterable[str] | None = None) -> dict[str, str]:
+        """Names and units (``m``, ``rad``) of the columns of ``q``, in their order.
+
+        >>> import stiction
+        >>> stiction.load("five-bar").coordinates()
+        {'left_motor': 'rad', 'right_motor': 'rad'}
+        """
+        return dict(self._compiled(coordinates, None, None, None, None).coordinates)
+
+    def home(
+        self,
+        coordinates: str | Iterable[str] | None = None,
+        *,
+        motion: str | None = None,
+        at: float | None = None,
+    ) -> Floats:
+        """Coordinates of the home position, m and rad, shape (k,): initial guess and assembly mode of ``q``."""
+        return self._compiled(coordinates, motion, None, None, at).home
+
+    def inverse_dynamics(
+        self,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        load: str | None = None,
+        friction: bool | str | None = None,
+        coordinates: str | Iterable[str] | None = None,
+        motion: str | None = None,
+        at: float | None = None,
+        reactions: bool = False,
+        frictions: bool = False,
+        threads: int | None = 1,
+    ) -> InverseDynamics:
+        """Efforts for positions, rates and accelerations of the coordinates.
+
+        Args:
+            q: coordinates, m and rad, shape (n, k) for n states or (k,) for one; see the class.
+            v: rates, m/s and rad/s, of the shape of ``q``; zero by default. Joints whose surfaces slide
+                slower than 1e-9 m/s are at rest and carry no friction.
+            a: accelerations, m/s^2 and rad/s^2, of the shape of ``q``; zero by default.
+            load: name of a load of the model, or assignments; its value at the time of the home position.
+                Default: that of the model. Payloads are fixed to their bodies.
+            friction: ``True``, ``False`` or ``"one-pass"``. Default: as the model says.
+            coordinates: names of other coordinates, such as ``["platform.x", "platform.y"]``: joint coordinates,
+                and coordinates that the motion prescribes.
+            motion: motion whose instant ``at``, s, is the home position.
+            reactions, frictions: compute these, too.
+            threads: number of threads; ``None`` for all cores.
+
+        Raises:
+            InputError: a wrong shape or type. Rows without an answer are no exception: see ``status``.
+
+        >>> import numpy as np, stiction
+        >>> m = stiction.load("3rps")
+        >>> q = m.home() + np.linspace(0, 1e-3, 100)[:, None]
+        >>> r = m.inverse_dynamics(q, v=np.full_like(q, 0.01)).check()
+        >>> r.efforts.shape, r.effort["leg1.P"].shape
+        ((100, 3), (100,))
+        """
+        states = self._compiled(coordinates, motion, load, friction, at)
+        if threads is not None and not (type(threads) is int and threads == 1):
+            threads = _count("threads", threads)
+        raw = states.inverse_dynamics(q, v, a, threads, bool(reactions), bool(frictions))
+        return InverseDynamics(self._names, raw)
+
+    def kinematics(
+        self,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        coordinates: str | Iterable[str] | None = None,
+        motion: str | None = None,
+        at: float | None = None,
+        threads: int | None = 1,
+    ) -> BodyMotions:
+        """Poses, velocities and accelerations of all bodies; quaternions in the order w, x, y, z.
+
+        Arguments as of :meth:`inverse_dynamics`.
+
+        >>> import stiction
+        >>> m = stiction.load("3rps")
+        >>> motions = m.kinematics(m.home())
+        >>> motions.position["platform"].shape, motions.quaternion["platform"].shape
+        ((3,), (4,))
+        """
+        states = self._compiled(coordinates, motion, None, None, at)
+        threads = None if threads is None else _count("threads", threads)
+        return BodyMotions(self._names, states.kinematics(q, v, a, threads))
+
+    def jacobian(
+        self,
+        q: ArrayLike,
+        *,
+        coordinates: str | Iterable[str] | None = None,
+        motion: str | None = None,
+        at: float | None = None,
+        threads: int | None = 1,
+    ) -> Jacobians:
+        """Jacobians of all bodies: velocities of their origins and angular velocities for unit rates of ``q``.
+
+        >>> import stiction
+        >>> m = stiction.load("3rps")
+        >>> m.jacobian(m.home()).body["platform"].shape
+        (6, 3)
+        """
+        states = self._compiled(coordinates, motion, None, None, at)
+        threads = None if threads is None else _count("threads", threads)
+        return Jacobians(self._names, states.jacobian(q, threads))
+
+    def mass_matrix(
+        self,
+        q: ArrayLike,
+        *,
+        load: str | None = None,
+        motion: str | None = None,
+        at: float | None = None,
+        threads: int | None = 1,
+    ) -> MassMatrices:
+        """Mass matrices with respect to the actuators, payloads of the load included, without the reflected
+        inertia of rotors.
+
+        >>> import numpy as np, stiction
+        >>> m = stiction.load("3rps")
+        >>> M = m.mass_matrix(m.home()).array
+        >>> bool(np.all(np.linalg.eigvalsh(M) > 0))
+        True
+        """
+        states = self._compiled(None, motion, load, None, at)
+        threads = None if threads is None else _count("threads", threads)
+        return MassMatrices(states.mass_matrix(q, threads))
+
+
+def _again(parts: tuple[str, str, str | None, list[str], float | None]) -> Model:
+    """Make a model of its parts: unpickling."""
+    return Model(_native.Model.from_parts(parts))
+
+
+def _optional_text(name: str, value: str | None) -> str | None:
+    return None if value is None else _text(name, value)
+
+
+def _friction(value: bool | str | None) -> str | None:
+    if value is None:
+        return None
+    if isinstance(value, (bool, np.bool_)):
+        return "on" if value else "off"
+    return _text("friction", value)
+
+
+def _progress(value: Progress | None) -> Progress | None:
+    if value is not None and not callable(value):
+        raise InputError(
+            f"`progress` is a {type(value).__name__}, not a function",
+            "give a function of two whole numbers: the work done and all work",
+        )
+    return value
+
+
+def _law(law: ControlLaw, actuators: list[str]) -> Callable[..., list[float]]:
+    """The control law as the native module calls it."""
+
+    def efforts(
+        time: float, q: Floats, v: Floats, reference: tuple[Floats, Floats, Floats]
+    ) -> list[float]:
+        found = law(ControlState(time, q, v, *reference))
+        if isinstance(found, Mapping):
+            unknown = [name for name in found if name not in actuators]
+            if unknown:
+                raise _unknown("actuator", unknown[0], dict.fromkeys(actuators))
+            found = [_number(f"effort of {name}", found.get(name, 0.0)) for name in actuators]
+        array = _floats("efforts of the control law", found)
+        if array.shape != (len(actuators),):
+            raise InputError(
+                f"the control law returned the shape {array.shape}",
+                f"return ({len(actuators)},): one effort for each of {', '.join(actuators)}",
+            )
+        numbers: list[float] = array.tolist()
+        return numbers
+
+    return efforts
+
+
+def _value(name: str, value: object) -> str:
+    """Text of a changed value."""
+    if isinstance(value, str):
+        return _text(name, value)
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, np.ndarray):
+        return _value(name, value.tolist())
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_value(name, one) for one in value) + "]"
+    return repr(_number(name, value))
+
+
+__all__ = ["ControlState", "Model", "gallery", "load"]

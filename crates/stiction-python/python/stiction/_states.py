@@ -1,0 +1,234 @@
+"""Results for batches of states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from ._errors import ComputationError, InputError
+from ._results import Bools, ByName, Floats
+
+_OUTCOMES = _native.outcomes()
+
+Codes = NDArray[np.int8]
+
+
+class Status(IntEnum):
+    """Outcome of a row. ``status.reason`` explains it.
+
+    >>> import stiction
+    >>> stiction.Status.CONVERGED
+    <Status.CONVERGED: 0>
+    >>> stiction.Status(2).reason[:24]
+    'the loops do not close: '
+    """
+
+    CONVERGED = 0
+    INPUT_NOT_FINITE = 1
+    LOOPS_OPEN = 2
+    MOTION_INCONSISTENT = 3
+    SINGULAR = 4
+    SPRING_WITHOUT_DIRECTION = 5
+    NO_OVERLAP = 6
+    FRICTION_NOT_CONVERGED = 7
+    FRICTION_LOCKS = 8
+    UNBALANCED = 9
+
+    @property
+    def reason(self) -> str:
+        """The outcome in words."""
+        return _OUTCOMES[self.value][1]
+
+
+class _Rows:
+    """Results with an outcome for each row."""
+
+    __slots__ = ("status",)
+
+    def __init__(self, status: Codes) -> None:
+        #: Outcome of each row, shape (n,) or (1,), codes of :class:`Status`.
+        self.status = status
+
+    @property
+    def converged(self) -> Bools:
+        """True for each row with results, shape (n,), or (1,) for a single state."""
+        converged: Bools = self.status == 0
+        return converged
+
+    @property
+    def ok(self) -> bool:
+        """True if every row has results."""
+        return not self.status.any()
+
+    def check(self) -> Any:
+        """Return these results, or raise :class:`ComputationError` if a row has none."""
+        if self.ok:
+            return self
+        rows = np.flatnonzero(self.status)
+        first = int(rows[0])
+        status = Status(int(self.status[first]))
+        raise ComputationError(
+            f"row {first} has no result: {status.reason}",
+            "`status` has the outcome of every row",
+            None,
+            {"row": first, "status": status.name.lower(), "rows": len(rows), "of": len(self.status)},
+        )
+
+    def __repr__(self) -> str:
+        failed = int(np.count_nonzero(self.status))
+        return f"<{type(self).__name__}: {len(self.status)} rows, {failed} without results>"
+
+
+class InverseDynamics(_Rows):
+    """Efforts for given motions; see :meth:`stiction.Model.inverse_dynamics`.
+
+    Rows whose ``status`` is not 0 are NaN.
+
+    Attributes:
+        efforts: forces, N, and torques, N m, shape (n, actuators), or (actuators,) for a single state.
+        efforts_frictionless: the same without friction.
+        reactions: force, N, and moment about the joint's origin, N m, world axes,
+            shape (n, joints, 6) or (joints, 6); ``None`` unless asked.
+        frictions: sliding speed, m/s, normal load, N, friction force, N, dissipated power, W,
+            shape (n, interfaces, 4) or (interfaces, 4); ``None`` unless asked.
+        power_residual: residual of the power balance, W, shape (n,) or ().
+    """
+
+    __slots__ = (
+        "_names",
+        "efforts",
+        "efforts_frictionless",
+        "frictions",
+        "power_residual",
+        "reactions",
+    )
+
+    def __init__(
+        self,
+        names: _Names,
+        raw: tuple[Codes, Floats, Floats, Floats | None, Floats | None, Floats],
+    ) -> None:
+        self._names = names
+        (
+            self.status,
+            self.efforts,
+            self.efforts_frictionless,
+            self.reactions,
+            self.frictions,
+            self.power_residual,
+        ) = raw
+
+    @property
+    def effort(self) -> ByName[Floats]:
+        """Effort of each actuator by name, N or N m, shape (n,) or ()."""
+        return _by_name("actuator", self._names.actuators, self.efforts, 1)
+
+    @property
+    def reaction(self) -> ByName[Floats]:
+        """Reaction of each joint by name, shape (n, 6) or (6,)."""
+        if self.reactions is None:
+            raise InputError("no reactions were asked for", "pass `reactions=True`", "reactions")
+        return _by_name("joint", self._names.joints, self.reactions, 2)
+
+    @property
+    def friction(self) -> ByName[Floats]:
+        """Speed, load, force and power of each friction interface by name, shape (n, 4) or (4,)."""
+        if self.frictions is None:
+            raise InputError("no frictions were asked for", "pass `frictions=True`", "frictions")
+        return _by_name("friction interface", self._names.interfaces, self.frictions, 2)
+
+
+class BodyMotions(_Rows):
+    """Poses and motions of all bodies; see :meth:`stiction.Model.kinematics`.
+
+    Bodies are in the order of ``Model.bodies``, the ground first. World axes. Rows whose ``status`` is not 0
+    are NaN.
+
+    Attributes:
+        positions: position of each body's origin, m, shape (n, bodies, 3) or (bodies, 3).
+        quaternions: orientation as a unit quaternion in the order w, x, y, z, with w >= 0,
+            shape (n, bodies, 4) or (bodies, 4).
+        twists: velocity of the body's origin, m/s, and angular velocity, rad/s, shape (n, bodies, 6).
+        accelerations: acceleration of the origin, m/s^2, and angular acceleration, rad/s^2,
+            shape (n, bodies, 6).
+    """
+
+    __slots__ = ("_names", "accelerations", "positions", "quaternions", "twists")
+
+    def __init__(
+        self, names: _Names, raw: tuple[Codes, Floats, Floats, Floats, Floats]
+    ) -> None:
+        self._names = names
+        self.status, self.positions, self.quaternions, self.twists, self.accelerations = raw
+
+    @property
+    def position(self) -> ByName[Floats]:
+        """Position of each body by name, m, shape (n, 3) or (3,)."""
+        return _by_name("body", self._names.bodies, self.positions, 2)
+
+    @property
+    def quaternion(self) -> ByName[Floats]:
+        """Orientation of each body by name, w, x, y, z, shape (n, 4) or (4,)."""
+        return _by_name("body", self._names.bodies, self.quaternions, 2)
+
+    @property
+    def twist(self) -> ByName[Floats]:
+        """Velocity and angular velocity of each body by name, shape (n, 6) or (6,)."""
+        return _by_name("body", self._names.bodies, self.twists, 2)
+
+
+class Jacobians(_Rows):
+    """Jacobians of all bodies; see :meth:`stiction.Model.jacobian`.
+
+    Attributes:
+        array: shape (n, bodies, 6, k) or (bodies, 6, k) with k coordinates: velocity of the body's origin,
+            m/s, and angular velocity, rad/s, world axes, for a unit rate of each coordinate.
+    """
+
+    __slots__ = ("_names", "array")
+
+    def __init__(self, names: _Names, raw: tuple[Codes, Floats]) -> None:
+        self._names = names
+        self.status, self.array = raw
+
+    @property
+    def body(self) -> ByName[Floats]:
+        """Jacobian of each body by name, shape (n, 6, k) or (6, k)."""
+        return _by_name("body", self._names.bodies, self.array, 3)
+
+
+class MassMatrices(_Rows):
+    """Mass matrices with respect to the actuators; see :meth:`stiction.Model.mass_matrix`.
+
+    Attributes:
+        array: shape (n, k, k) or (k, k), kg, kg m and kg m^2.
+    """
+
+    __slots__ = ("array",)
+
+    def __init__(self, raw: tuple[Codes, Floats]) -> None:
+        self.status, self.array = raw
+
+
+class _Names:
+    """Names of a model."""
+
+    __slots__ = ("actuators", "bodies", "interfaces", "joints")
+
+    def __init__(self, native: _native.Model) -> None:
+        self.actuators = [name for name, _ in native.actuators]
+        self.joints = native.joints
+        self.interfaces = native.friction_interfaces
+        self.bodies = native.bodies
+
+
+def _by_name(what: str, names: list[str], values: Floats, axes: int) -> ByName[Floats]:
+    """Slices of an array along the first of its last ``axes`` axes."""
+    moved = np.moveaxis(values, -axes, 0)
+    found: Mapping[str, Floats] = dict(zip(names, moved, strict=True))
+    return ByName(what, dict(found))

@@ -1,0 +1,45 @@
+//! Native part of the Python package `stiction`: conversions between Python and the library, no mechanics.
+//!
+//! The package's Python files (`python/stiction`) give names, documentation and types to what this module
+//! returns. Every function releases the interpreter's lock while it computes, passes signals on, and raises an
+//! exception of the package for every failure, panics included.
+
+mod arrays;
+mod failure;
+mod model;
+mod options;
+mod states;
+mod tables;
+mod watch;
+
+use pyo3::prelude::*;
+
+/// Native part of the package `stiction`; use the package.
+#[pymodule(name = "_native")]
+mod native {
+    #[pymodule_export]
+    use crate::model::NativeModel;
+    #[pymodule_export]
+    use crate::states::NativeStates;
+    use pyo3::prelude::*;
+
+    /// Names of the built-in models.
+    #[pyfunction]
+    fn gallery() -> Vec<&'static str> {
+        stiction::gallery::names().collect()
+    }
+
+    /// Names and reasons of all outcomes of a row, in the order of their codes.
+    #[pyfunction]
+    fn outcomes() -> Vec<(&'static str, &'static str)> {
+        crate::states::OUTCOMES
+            .iter()
+            .map(|status| (stiction::status_name(*status), stiction::status_reason(*status)))
+            .collect()
+    }
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,378 @@
+//! A robot.
+
+use crate::failure::{computed, exception, input};
+use crate::states::NativeStates;
+use crate::tables::{Results, ending, results};
+use crate::watch::Watch;
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+use stiction::core::kinematics::Target;
+use stiction::forward::Forward;
+use stiction::run::inverse::Phase;
+use stiction::{Conversion, Diagnostics, Error, Measured, Method, ModelParts, ModelText, Robot};
+
+/// Name, text, folder, changes, filter.
+type Parts = (String, String, Option<PathBuf>, Vec<String>, Option<f64>);
+/// Time, kind, place, detail.
+type Event = (f64, &'static str, String, String);
+
+/// A mechanism with its named motions and loads.
+#[pyclass(name = "Model", module = "stiction._native", frozen)]
+pub(crate) struct NativeModel {
+    robot: Robot,
+}
+
+fn load(
+    py: Python<'_>,
+    text: impl FnOnce() -> Result<ModelText, Error> + Send,
+) -> PyResult<NativeModel> {
+    Ok(NativeModel { robot: computed(py, || text()?.read())? })
+}
+
+#[pymethods]
+impl NativeModel {
+    /// Reads a file, a built-in model or a text.
+    #[staticmethod]
+    fn find(py: Python<'_>, source: &str) -> PyResult<Self> {
+        load(py, || ModelText::find(source))
+    }
+
+    /// Reads a file.
+    #[staticmethod]
+    fn file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        load(py, || ModelText::file(&path, None))
+    }
+
+    /// Reads a text.
+    #[staticmethod]
+    fn parse(py: Python<'_>, text: &str) -> PyResult<Self> {
+        load(py, || Ok(ModelText::text(text)))
+    }
+
+    /// Reads the model of these parts again.
+    #[staticmethod]
+    fn from_parts(py: Python<'_>, parts: Parts) -> PyResult<Self> {
+        let (name, text, folder, changes, filter) = parts;
+        let parts = ModelParts { name, text, folder, changes, filter };
+        load(py, || Ok(ModelText::from_parts(parts)))
+    }
+
+    /// The parts of which the model can be made again.
+    fn parts(&self, py: Python<'_>) -> PyResult<Parts> {
+        let text = self
+            .robot
+            .text()
+            .ok_or_else(|| input(py, "the model has no text", "load it from a file or a text"))?;
+        let ModelParts { name, text, folder, changes, filter } = text.parts();
+        // A worker process may have another current folder.
+        let absolute = |folder: PathBuf| std::path::absolute(&folder).unwrap_or(folder);
+        let folder = folder.map(|folder| match folder.as_os_str().is_empty() {
+            true => std::env::current_dir().unwrap_or(folder),
+            false => absolute(folder),
+        });
+        Ok((name, text, folder, changes, filter))
+    }
+
+    /// Changes single values.
+    fn changed(&self, py: Python<'_>, changes: Vec<String>) -> PyResult<Self> {
+        let text = self.robot.text().ok_or_else(|| {
+            input(py, "the model has no text to be changed", "load it from a file or a text")
+        })?;
+        load(py, || Ok(changes.into_iter().fold(text.clone(), ModelText::with)))
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        self.robot.name()
+    }
+
+    #[getter]
+    fn title(&self) -> &str {
+        self.robot.title()
+    }
+
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        let each = self.robot.warnings().iter().map(|warning| Diagnostics::from(warning.clone()));
+        each.map(|warning| warning.render(false).trim_end().to_owned()).collect()
+    }
+
+    #[getter]
+    fn actuators(&self) -> Vec<(&str, &'static str)> {
+        self.robot.actuators().zip(self.robot.effort_units()).collect()
+    }
+
+    #[getter]
+    fn joints(&self) -> Vec<&str> {
+        self.robot.joints().collect()
+    }
+
+    #[getter]
+    fn bodies(&self) -> Vec<&str> {
+        self.robot.bodies().collect()
+    }
+
+    #[getter]
+    fn friction_interfaces(&self) -> Vec<&str> {
+        self.robot.friction_interfaces().collect()
+    }
+
+    #[getter]
+    fn motions(&self) -> Vec<&str> {
+        self.robot.motions().collect()
+    }
+
+    #[getter]
+    fn loads(&self) -> Vec<&str> {
+        self.robot.loads().collect()
+    }
+
+    #[getter]
+    fn defaults(&self) -> (Option<String>, String) {
+        self.robot.defaults()
+    }
+
+    #[getter]
+    fn parameters(&self) -> Vec<(&str, f64, String)> {
+        self.robot.parameters().collect()
+    }
+
+    /// The drawing as SVG.
+    fn drawing(&self, py: Python<'_>) -> PyResult<String> {
+        computed(py, || self.robot.drawing())
+    }
+
+    /// The robot in the format of another program: the text and notes.
+    fn converted(&self, py: Python<'_>, to: &str) -> PyResult<(String, Vec<String>)> {
+        let to = match to {
+            "mjcf" => Conversion::Mjcf,
+            "json" => Conversion::Json,
+            "toml" => Conversion::Model,
+            _ => {
+                let what = format!("there is no format `{}`", to.escape_debug());
+                return Err(input(py, &what, "give \"mjcf\", \"json\" or \"toml\""));
+            }
+        };
+        let converted = computed(py, || self.robot.check_along().convert(to))?;
+        Ok((converted.text, converted.notes))
+    }
+
+    /// Inverse dynamics along a motion.
+    #[pyo3(signature = (*, motion=None, load=None, friction=None, step=None, threads=None,
+                        friction_margin=false, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "the options of one call")]
+    fn inverse<'py>(
+        &self,
+        py: Python<'py>,
+        motion: Option<&str>,
+        load: Option<&str>,
+        friction: Option<&str>,
+        step: Option<f64>,
+        threads: Option<usize>,
+        friction_margin: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Results<'py>> {
+        let friction = friction.map(|word| crate::options::friction(py, word)).transpose()?;
+        let threads = crate::options::threads(py, threads)?;
+        let watch = Watch::new(progress);
+        let outcome = computed(py, || {
+            let mut request =
+                self.robot.inverse().threads(threads).friction_margin(friction_margin);
+            if let Some(motion) = motion {
+                request = request.motion(motion)?;
+            }
+            if let Some(load) = load {
+                request = request.load(load)?;
+            }
+            if let Some(friction) = friction {
+                request = request.friction(friction);
+            }
+            if let Some(step) = step {
+                request = request.step(step);
+            }
+            request.tabulate(|phase, done, of| match phase {
+                Phase::Motion => watch.goes_on(done, 2 * of),
+                Phase::Forces => watch.goes_on(of + done, 2 * of),
+            })
+        });
+        results(py, watch.finish(outcome)?)
+    }
+
+    /// Forward dynamics. `calls` are names of options, each with its text.
+    #[pyo3(signature = (calls, *, until=None, step=None, tolerance=None, law=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "the options of one call")]
+    fn forward<'py>(
+        &self,
+        py: Python<'py>,
+        calls: Vec<(String, String, f64)>,
+        until: Option<f64>,
+        step: Option<f64>,
+        tolerance: Option<f64>,
+        law: Option<(f64, Py<PyAny>)>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(Results<'py>, Vec<Event>, Option<Bound<'py, PyAny>>)> {
+        let watch = Arc::new(Watch::new(progress));
+        let outcome = computed(py, || {
+            let mut request = self.robot.forward();
+            if let Some((period, law)) = law {
+                let watch = Arc::clone(&watch);
+                let law = move |measured: &Measured<'_>| called_law(&law, measured, &watch);
+                request = request.control_law(period, law)?;
+            }
+            for (option, text, number) in &calls {
+                request = called(request, option, text, *number)?;
+            }
+            if let Some(until) = until {
+                request = request.until(until);
+            }
+            if let Some(step) = step {
+                request = request.step(step);
+            }
+            if let Some(tolerance) = tolerance {
+                request = request.tolerance(tolerance)?;
+            }
+            request.tabulate(|done, of| watch.goes_on(done, of))
+        });
+        let simulation = watch.finish(outcome)?;
+        let ended = ending(&simulation.ended).map(|error| exception(py, error).into_value(py));
+        let ended = ended.map(|error| error.into_bound(py).into_any());
+        let events = simulation.events.into_iter();
+        let events = events.map(|event| (event.time, event.event, event.at, event.detail));
+        Ok((results(py, simulation.results)?, events.collect(), ended))
+    }
+
+    /// Mobility, redundancy and singularities: JSON and text.
+    #[pyo3(signature = (motion=None, step=None, progress=None))]
+    fn check(
+        &self,
+        py: Python<'_>,
+        motion: Option<&str>,
+        step: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, String)> {
+        let watch = Watch::new(progress);
+        let outcome = computed(py, || {
+            let mut request = self.robot.check_along();
+            if let Some(motion) = motion {
+                request = request.motion(motion)?;
+            }
+            if let Some(step) = step {
+                request = request.step(step);
+            }
+            let report = request.run_with(|phase, done, of| match phase {
+                Phase::Motion => watch.goes_on(done, 2 * of),
+                Phase::Forces => watch.goes_on(of + done, 2 * of),
+            })?;
+            Ok((report.to_json().to_string(), report.as_text().to_owned()))
+        });
+        watch.finish(outcome)
+    }
+
+    /// Static friction at rest: JSON and text.
+    #[pyo3(signature = (motion=None, load=None, at=None))]
+    fn breakaway(
+        &self,
+        py: Python<'_>,
+        motion: Option<&str>,
+        load: Option<&str>,
+        at: Option<f64>,
+    ) -> PyResult<(String, String)> {
+        computed(py, || {
+            let mut request = self.robot.breakaway();
+            if let Some(motion) = motion {
+                request = request.motion(motion)?;
+            }
+            if let Some(load) = load {
+                request = request.load(load)?;
+            }
+            if let Some(at) = at {
+                request = request.at(at);
+            }
+            let rest = request.run()?;
+            Ok((rest.to_json().to_string(), rest.to_string()))
+        })
+    }
+
+    /// The robot compiled for batches of states.
+    #[pyo3(signature = (*, coordinates=None, motion=None, load=None, friction=None, at=None))]
+    fn states(
+        &self,
+        py: Python<'_>,
+        coordinates: Option<Vec<String>>,
+        motion: Option<&str>,
+        load: Option<&str>,
+        friction: Option<&str>,
+        at: Option<f64>,
+    ) -> PyResult<NativeStates> {
+        let friction = friction.map(|word| crate::options::friction(py, word)).transpose()?;
+        let states = computed(py, || {
+            let mut request = self.robot.states();
+            if let Some(coordinates) = &coordinates {
+                request = request.coordinates(coordinates)?;
+            }
+            if let Some(motion) = motion {
+                request = request.motion(motion)?;
+            }
+            if let Some(load) = load {
+                request = request.load(load)?;
+            }
+            if let Some(friction) = friction {
+                request = request.friction(friction);
+            }
+            if let Some(at) = at {
+                request = request.at(at);
+            }
+            request.compile()
+        })?;
+        Ok(NativeStates::new(states))
+    }
+}
+
+/// The efforts that a function of the caller returns for the measured state. Its exceptions stop the simulation.
+fn called_law(law: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result<Vec<f64>, Error> {
+    let efforts = Python::attach(|py| {
+        let array = |numbers: &[f64]| numbers.to_vec().into_pyarray(py);
+        let reference = |number: fn(&Target<f64>) -> f64| {
+            array(&measured.reference.iter().map(number).collect::<Vec<f64>>())
+        };
+        let reference = (
+            reference(|target| target.value),
+            reference(|target| target.rate),
+            reference(|target| target.acceleration),
+        );
+        let state = (measured.time, array(measured.positions), array(measured.rates), reference);
+        law.call1(py, state)?.extract::<Vec<f64>>(py)
+    });
+    efforts.map_err(|error| {
+        watch.keep(error);
+        Error::interrupted("the control law raised an exception")
+    })
+}
+
+/// The request with an option of a simulation.
+fn called(request: Forward, option: &str, text: &str, number: f64) -> Result<Forward, Error> {
+    match option {
+        "motion" => request.motion(text),
+        "load" => request.load(text),
+        "drives" => request.drives(text),
+        "controller" => request.controller(text),
+        "start" => request.from(text),
+        "at" => request.at(text, number),
+        "rate" => request.rate(text, number),
+        "prescribe" => request.prescribe(text),
+        "hold" => request.hold(text),
+        "stop" => request.stop(text),
+        "friction" => Ok(request.friction(text == "on")),
+        "method" => match text {
+            "automatic" => Ok(request.method(Method::Automatic)),
+            "event-driven" => Ok(request.method(Method::EventDriven)),
+            "time-stepping" => Ok(request.method(Method::TimeStepping)),
+            _ => Err(Error::input(format!("there is no method `{}`", text.escape_debug()))
+                .with_help("give \"automatic\", \"event-driven\" or \"time-stepping\"")
+                .with_option("method")),
+        },
+        _ => Err(Error::input(format!("there is no option `{}`", option.escape_debug()))),
+    }
+}

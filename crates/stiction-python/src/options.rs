@@ -1,0 +1,37 @@
+//! Options of computations, from Python to the library.
+
+use crate::failure::input;
+use pyo3::prelude::*;
+use std::num::NonZeroUsize;
+use stiction::FrictionMode;
+
+/// Friction mode of an option: `on`, `one-pass`, `off`.
+pub(crate) fn friction(py: Python<'_>, word: &str) -> PyResult<FrictionMode> {
+    match word {
+        "on" => Ok(FrictionMode::Converged),
+        "one-pass" => Ok(FrictionMode::OnePass),
+        "off" => Ok(FrictionMode::Off),
+        _ => {
+            let what = format!("`friction` is `{}`", word.escape_debug());
+            Err(input(py, &what, "give True, False, \"on\", \"one-pass\" or \"off\""))
+        }
+    }
+}
+
+/// Number of threads: that of the processor's cores for `None`.
+pub(crate) fn threads(py: Python<'_>, threads: Option<usize>) -> PyResult<NonZeroUsize> {
+    let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    match threads {
+        None => Ok(cores()),
+        Some(count) => match NonZeroUsize::new(count) {
+            Some(count) if count.get() <= MOST_THREADS => Ok(count),
+            _ => {
+                let what = format!("`threads` is {count}");
+                Err(input(py, &what, &format!("give a number from 1 to {MOST_THREADS}")))
+            }
+        },
+    }
+}
+
+/// Largest number of threads.
+const MOST_THREADS: usize = 1024;

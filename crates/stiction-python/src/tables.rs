@@ -1,0 +1,27 @@
+//! Tables of a run as arrays.
+
+use crate::arrays::array;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use stiction::{Error, Tabulated};
+
+/// A table: the name of its file, its header, and an array of shape (columns, rows).
+type Table<'py> = (&'static str, Vec<String>, Bound<'py, PyArrayDyn<f64>>);
+/// Tables, the summary as JSON, the summary as text.
+pub(crate) type Results<'py> = (Vec<Table<'py>>, String, String);
+
+/// Converts the results of a run.
+pub(crate) fn results(py: Python<'_>, tabulated: Tabulated) -> PyResult<Results<'_>> {
+    let Tabulated { tables, summary, text } = tabulated;
+    let tables = tables.into_iter().map(|table| {
+        let (file, header, rows) = (table.file, table.header.clone(), table.rows());
+        let shape = [header.len(), rows];
+        Ok((file, header, array(py, table.into_columns(), &shape)?))
+    });
+    Ok((tables.collect::<PyResult<_>>()?, summary.to_string(), text))
+}
+
+/// Kind, message and JSON of the error with which a simulation ended.
+pub(crate) fn ending(ended: &Result<(), Error>) -> Option<&Error> {
+    ended.as_ref().err()
+}

@@ -1,0 +1,115 @@
+"""Batches of states."""
+
+import numpy as np
+import pytest
+from conftest import neighbours
+
+import stiction
+
+
+def test_shapes_and_names(m):
+    q, v, a = neighbours(m, 7)
+    r = m.inverse_dynamics(q, v, a, reactions=True, frictions=True).check()
+    assert r.status.shape == (7,) and r.status.dtype == np.int8 and r.ok and r.converged.all()
+    assert r.efforts.shape == r.efforts_frictionless.shape == (7, 3)
+    assert r.reactions.shape == (7, len(m.joints), 6)
+    assert r.frictions.shape == (7, len(m.friction_interfaces), 4)
+    assert abs(r.power_residual).max() < 1e-9
+    np.testing.assert_array_equal(r.effort["leg2.P"], r.efforts[:, 1])
+    np.testing.assert_array_equal(r.reaction["leg1.S"], r.reactions[:, m.joints.index("leg1.S")])
+    np.testing.assert_array_equal(r.friction["leg1.P"][:, 2] * r.friction["leg1.P"][:, 0], r.friction["leg1.P"][:, 3])
+    one = m.inverse_dynamics(q[3], v[3], a[3], reactions=True)
+    assert one.efforts.shape == (3,) and one.reactions.shape == (len(m.joints), 6)
+    assert one.effort["leg1.P"].shape == ()
+    # Each row starts from the row before it: rounding only.
+    np.testing.assert_allclose(one.efforts, r.efforts[3], rtol=1e-10)
+    with pytest.raises(stiction.InputError, match="reactions"):
+        m.inverse_dynamics(q).reaction
+
+
+def test_efforts_are_those_of_a_run(m):
+    r = m.inverse(load="none")
+    columns = [r.joint[name] for name in m.actuators]
+    q, v, a = (np.column_stack([getattr(c, x) for c in columns]) for x in ("position", "rate", "acceleration"))
+    s = m.inverse_dynamics(q, v, a, load="none").check()
+    moving = (abs(v) > 1e-9).all(axis=1)
+    assert moving.sum() > 50
+    # Coordinates of the actuators follow from those of the platform by an inversion.
+    np.testing.assert_allclose(s.efforts[moving], r.efforts[moving], atol=1e-9 * abs(r.efforts).max())
+    k = m.kinematics(q, v, a).check()
+    np.testing.assert_allclose(k.position["platform"], r.position["platform"], atol=1e-10)
+    dot = (k.quaternion["platform"] * r.quaternion["platform"]).sum(axis=1)
+    np.testing.assert_allclose(abs(dot), 1, atol=1e-12)
+    assert (k.quaternions[..., 0] >= 0).all()
+
+
+def test_results_do_not_depend_on_threads(m):
+    q, v, a = neighbours(m, 2000)
+    one = m.inverse_dynamics(q, v, a, reactions=True, threads=1)
+    for threads in (2, 5, None):
+        other = m.inverse_dynamics(q, v, a, reactions=True, threads=threads)
+        assert one.efforts.tobytes() == other.efforts.tobytes()
+        assert one.reactions.tobytes() == other.reactions.tobytes()
+
+
+def test_jacobian_and_mass_matrix(m):
+    q, v, _ = neighbours(m, 5)
+    jacobian = m.jacobian(q).check()
+    twists = m.kinematics(q, v).check().twists
+    np.testing.assert_allclose(np.einsum("nbik,nk->nbi", jacobian.array, v), twists, atol=1e-12 * abs(twists).max())
+    assert jacobian.body["platform"].shape == (5, 6, 3)
+    mass = m.mass_matrix(q).check().array
+    np.testing.assert_allclose(mass, mass.transpose(0, 2, 1), atol=1e-10 * abs(mass).max())
+    assert (np.linalg.eigvalsh(mass) > 0).all()
+    # Efforts without friction are linear in the accelerations.
+    a = np.array([1.0, -2.0, 0.5])
+    rest, moved = (m.inverse_dynamics(q, a=x, friction=False).efforts for x in (None, np.tile(a, (5, 1))))
+    np.testing.assert_allclose(moved - rest, mass @ a, atol=1e-10 * abs(moved).max())
+
+
+def test_other_coordinates():
+    m = stiction.load("gough")
+    names = [f"platform.{x}" for x in ("x", "y", "z", "rx", "ry", "rz")]
+    assert list(m.coordinates(names)) == names and m.coordinates(names)["platform.rz"] == "rad"
+    home = m.home(names)
+    by_pose = m.inverse_dynamics(home, coordinates=names, friction=False).check()
+    by_legs = m.inverse_dynamics(m.home(), friction=False).check()
+    np.testing.assert_allclose(by_pose.efforts, by_legs.efforts, rtol=1e-9)
+    with pytest.raises(stiction.InputError, match="actuators"):
+        stiction.load("gough")._native.states(coordinates=names).mass_matrix(home)
+    with pytest.raises(stiction.Error, match="plaform"):
+        m.home(["plaform.x"])
+
+
+def test_rows_without_an_answer_have_a_status(m):
+    q, v, a = neighbours(m, 6)
+    q[1, 0] += 100.0
+    v[2, 0] = np.nan
+    q[3, 1] = np.inf
+    a[4] = -np.inf
+    r = m.inverse_dynamics(q, v, a)
+    assert r.status.tolist() == [0, 2, 1, 1, 1, 0]
+    assert np.isnan(r.efforts[1:5]).all() and np.isfinite(r.efforts[[0, 5]]).all()
+    with pytest.raises(stiction.ComputationError, match="row 1") as raised:
+        r.check()
+    assert raised.value.details["rows"] == 4
+    # A failed row does not change the row after it beyond rounding.
+    alone = m.inverse_dynamics(q[5], v[5], a[5])
+    np.testing.assert_allclose(alone.efforts, r.efforts[5], rtol=1e-10)
+
+
+def test_loads_and_payloads(m):
+    q = m.home()
+    without = m.inverse_dynamics(q, load="none", friction=False).efforts
+    with_load = m.inverse_dynamics(q, load="platform.fz = -100 N", friction=False).efforts
+    k = m.jacobian(q).body["platform"]
+    # Virtual work of a force at the platform's origin, or at its centre of mass: both lie on one vertical.
+    np.testing.assert_allclose(with_load - without, 100.0 * k[2], rtol=1e-6)
+
+
+def test_codes_are_those_of_the_native_module():
+    from stiction import _native
+
+    names = [name for name, _ in _native.outcomes()]
+    assert names == [status.name.lower() for status in stiction.Status]
+    assert all(status.reason for status in stiction.Status)

@@ -1,0 +1,126 @@
+//! Report of a mechanism at rest as a self-contained page.
+
+use super::Findings;
+use super::terminal::{certainty_text, unpowered_text, verdict_word};
+use crate::Job;
+use crate::names::Names;
+use crate::report::html::{self, Column, card, note, section, text};
+use crate::report::{Finding, findings, footer, header, repeat};
+use stiction_core::dynamics::Verdict;
+use stiction_draw::drawing::{Detail, Drawing, Surface};
+use stiction_draw::figure::meaning::{LIMIT, RESULT};
+use stiction_draw::figure::{Bar, Bars};
+use stiction_draw::numbers::number;
+
+/// Writes the report of a mechanism at rest: the forces that hold it, those that move it, and whether it
+/// holds without actuators. `command` is the command line, if there is one.
+pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> String {
+    let names = Names::new(&job.model.mechanism);
+    let about = format!(
+        "At rest at t = {} s of the motion {}; load {}.",
+        number(found.time),
+        job.motion_name,
+        job.load_name
+    );
+    let drawing = Drawing::new(&job.model.mechanism, &found.poses);
+    let picture = drawing.svg(&drawing.best_view(), Detail::Full, Surface::Inline);
+    let inner = [
+        header(job.model, &about),
+        cards(&names, found),
+        section("The mechanism", &format!("<figure class=\"picture\">{picture}</figure>\n")),
+        section("Efforts that hold it, and that move it", &efforts(&names, found)),
+        findings(&verdicts(&names, found)),
+        repeat(command, &found.json(job)["options"]),
+        footer(job.model),
+    ];
+    html::page(&format!("{}: at rest", job.model.name), &inner.concat())
+}
+
+fn cards(names: &Names, found: &Findings) -> String {
+    let word = match found.rest.unpowered.verdict {
+        Verdict::Holds => "holds",
+        Verdict::Slips => "slips",
+        Verdict::Undecided => "undecided",
+    };
+    let mut all = vec![card(word, "without actuator efforts", false)];
+    for unit in ["N", "N m"] {
+        let own = names.drives.iter().zip(&found.forces.effort_bounds);
+        let widths = own
+            .filter(|((_, own), _)| *own == unit)
+            .map(|((name, _), (low, high))| (name, high - low));
+        if let Some((name, width)) = widths.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            let what = format!("widest interval of an effort: {name}");
+            let width = if width.is_finite() {
+                format!("{} {unit}", number(width))
+            } else {
+                "∞".to_owned()
+            };
+            all.push(card(&width, &what, false));
+        }
+    }
+    html::cards(&all)
+}
+
+fn efforts(names: &Names, found: &Findings) -> String {
+    let mut inner = note(
+        "Static friction allows any effort of the bar; the mark is the effort without friction. Beyond the bar the \
+         joint begins to move.",
+    );
+    for unit in ["N", "N m"] {
+        let own = (0..names.drives.len()).filter(|&k| names.drives[k].1 == unit);
+        let bars = own.map(|k| Bar {
+            label: names.drives[k].0.clone(),
+            ends: found.forces.effort_bounds[k],
+            mark: Some(found.forces.efforts_frictionless[k]),
+            colour: if found.forces.effort_bounds[k].0.is_finite() { RESULT } else { LIMIT },
+        });
+        let (title, unit) = (format!("Efforts at rest [{unit}]"), unit.to_owned());
+        inner += &html::bars(&Bars { title, unit, bars: bars.collect() });
+    }
+    let row = |k: usize| {
+        let (name, unit) = &names.drives[k];
+        let without = found.forces.efforts_frictionless[k];
+        let (low, high) = found.forces.effort_bounds[k];
+        let more = |effort: f64| match effort.is_finite() {
+            true => number((effort - without).abs()),
+            false => "locked".to_owned(),
+        };
+        let (backward, forward) = match &found.rest.breakaway[k] {
+            Some(breakaway) => (more(breakaway.backward.1), more(breakaway.forward.1)),
+            None => ("-".to_owned(), "-".to_owned()),
+        };
+        let alone = verdict_word(found.rest.alone[k].verdict).to_owned();
+        let cells = [number(without), number(low), number(high), backward, forward, alone];
+        [name, *unit].into_iter().chain(cells.iter().map(String::as_str)).map(text).collect()
+    };
+    let rows: Vec<Vec<String>> = (0..names.drives.len()).map(row).collect();
+    let head = [
+        ("actuator", Column::Text),
+        ("unit", Column::Text),
+        ("no friction", Column::Number),
+        ("holds from", Column::Number),
+        ("to", Column::Number),
+        ("more to move backward", Column::Number),
+        ("forward", Column::Number),
+        ("unpowered, others held", Column::Text),
+    ];
+    inner + &html::table_of(&head, &rows)
+}
+
+fn verdicts(names: &Names, found: &Findings) -> Vec<Finding> {
+    let unpowered = unpowered_text(&found.rest.unpowered);
+    let meaning = "Static friction alone against gravity and loads, with all actuators without effort. A brake or a \
+                   self-locking gear is needed where it slips.";
+    let mut all = vec![match found.rest.unpowered.verdict {
+        Verdict::Holds => Finding::good(unpowered, meaning),
+        Verdict::Slips | Verdict::Undecided => Finding::open(unpowered, meaning),
+    }];
+    for line in certainty_text(names, found).lines() {
+        all.push(Finding::open(
+            line,
+            "Intervals are exact, or inner bounds with guaranteed ones outside; with several actuators, the others \
+             exert matching efforts.",
+        ));
+    }
+    all
+}

@@ -1,0 +1,334 @@
+//! Comparison of runs: headline figures side by side, and efforts in one plot.
+
+use crate::motor_load::MotorLoad;
+use crate::names::Names;
+use crate::statistics::Size;
+use serde_json::{Value, json};
+use std::fmt::{self, Write};
+use stiction_core::mechanism::{DriveTrain, Mechanism};
+use stiction_draw::figure::{Figure, Panel, Trace};
+use stiction_draw::numbers::{exact, number, percent};
+
+/// A headline figure of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Headline {
+    /// Name, equal for the same figure of other runs.
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Value.
+    pub value: f64,
+    /// Time at which it occurs, s; `None` for a figure of the whole run.
+    pub time: Option<f64>,
+    /// Size of the terms that the value sums: values far below it are rounding errors.
+    pub scale: f64,
+    /// True if the least value is the worst, as for singularity indices.
+    pub least_is_worst: bool,
+}
+
+impl Headline {
+    /// A figure whose greatest value is the worst; `scale` is the size of the terms that it sums.
+    pub(crate) fn new(
+        name: String,
+        unit: &'static str,
+        value: f64,
+        (time, scale): (Option<f64>, f64),
+    ) -> Self {
+        Self { name, unit, value, time, scale, least_is_worst: false }
+    }
+}
+
+/// Figures of a motor: torque, speed, power, and what is reached of its limits.
+pub(crate) fn motor_headlines<'a>(
+    motors: impl Iterator<Item = (&'a DriveTrain, &'a MotorLoad)>,
+) -> impl Iterator<Item = Headline> {
+    motors.flat_map(|(train, load)| {
+        let name = &train.name;
+        let (torque, speed, power) = (&load.torque, &load.speed, &load.power);
+        let peak = |what: &str, unit, size: &Size| {
+            let at = (Some(size.peak_time), size.peak.abs());
+            Headline::new(format!("{name} {what}, peak"), unit, size.peak.abs(), at)
+        };
+        let rms = load.rms();
+        let mut all = vec![
+            peak("motor torque", "N m", torque),
+            Headline::new(
+                format!("{name} motor torque, rms"),
+                "N m",
+                rms,
+                (None, torque.peak.abs()),
+            ),
+            peak("motor speed", "rad/s", speed),
+            peak("motor power", "W", power),
+        ];
+        all.extend(load.percents(train).map(|(words, percent)| {
+            Headline::new(format!("{name} of {words}"), "%", percent, (None, 100.0))
+        }));
+        all
+    })
+}
+
+/// Headline figures of several runs side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Labels of the runs.
+    labels: Vec<String>,
+    rows: Vec<Row>,
+}
+
+/// A figure of several runs; `None` for runs that do not have it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Row {
+    headline: Headline,
+    values: Vec<Option<Headline>>,
+}
+
+impl Row {
+    /// The figure of the first run that has it.
+    pub(super) fn headline(&self) -> &Headline {
+        &self.headline
+    }
+
+    /// The values of all runs.
+    pub(super) fn values(&self) -> impl Iterator<Item = Option<f64>> {
+        self.values.iter().map(|value| Some(value.as_ref()?.value))
+    }
+
+    /// The worst of the runs, by index, and its value.
+    pub(super) fn worst(&self) -> Option<(usize, &Headline)> {
+        let known = self.values.iter().enumerate().filter_map(|(k, v)| Some((k, v.as_ref()?)));
+        let sign = if self.headline.least_is_worst { -1.0 } else { 1.0 };
+        known.reduce(|a, b| if sign * b.1.value > sign * a.1.value { b } else { a })
+    }
+
+    /// Difference of the second run from the first, and the same relative to the first; `None` where that is rounding.
+    pub(crate) fn difference(&self) -> Option<(f64, Option<f64>)> {
+        // Part of the largest terms below which a value is a rounding error.
+        const ROUNDING: f64 = 1e-9;
+        let [Some(a), Some(b)] = self.values.as_slice() else { return None };
+        let scale = [a, b].iter().fold(0.0_f64, |max, x| max.max(x.value.abs()).max(x.scale));
+        let difference = b.value - a.value;
+        let is_reference = a.value.abs() > ROUNDING * scale;
+        Some((difference, is_reference.then(|| difference / a.value.abs())))
+    }
+}
+
+impl Comparison {
+    /// Labels of the runs.
+    pub(super) fn labels(&self) -> &[String] {
+        &self.labels
+    }
+
+    /// Figures of all runs.
+    pub(super) fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter()
+    }
+
+    /// Puts the figures of runs side by side, in the order of the first run that has them.
+    pub fn new(runs: Vec<(String, Vec<Headline>)>) -> Self {
+        let mut rows: Vec<Row> = Vec::new();
+        let count = runs.len();
+        let mut labels = Vec::new();
+        for (index, (label, headlines)) in runs.into_iter().enumerate() {
+            labels.push(label);
+            for headline in headlines {
+                let same = |row: &Row| {
+                    (&row.headline.name, row.headline.unit) == (&headline.name, headline.unit)
+                };
+                let place = match rows.iter().position(same) {
+                    Some(place) => place,
+                    None => {
+                        let values = vec![None; count];
+                        rows.push(Row { headline: headline.clone(), values });
+                        rows.len() - 1
+                    }
+                };
+                rows[place].values[index] = Some(headline);
+            }
+        }
+        Self { labels, rows }
+    }
+
+    /// Tests if the runs have a figure of an effort in common.
+    pub fn has_common_effort(&self) -> bool {
+        let mut efforts = self.rows.iter().filter(|row| row.headline.name.contains(" effort, "));
+        efforts.any(|row| row.values.iter().all(Option::is_some))
+    }
+
+    /// Writes the figures of two runs with their differences.
+    ///
+    /// # Errors
+    /// The receiver fails.
+    pub fn write_differences(&self, out: &mut impl Write) -> fmt::Result {
+        let wide = self.width();
+        write!(out, "{:wide$}", "")?;
+        self.labels.iter().try_for_each(|label| write!(out, "  {label:>13}"))?;
+        writeln!(out, "  {:>13}", "difference")?;
+        for row in &self.rows {
+            write!(out, "{:wide$}", row.headline.name)?;
+            for value in &row.values {
+                let text = value.as_ref().map_or("-".to_owned(), |value| number(value.value));
+                write!(out, "  {text:>13}")?;
+            }
+            let (absolute, relative) = match row.difference() {
+                Some((difference, relative)) => (number(difference), percent(relative)),
+                None => ("-".to_owned(), "-".to_owned()),
+            };
+            writeln!(out, "  {absolute:>13} {relative:>9}  {}", row.headline.unit)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the worst value of each figure and its run.
+    ///
+    /// # Errors
+    /// The receiver fails.
+    pub fn write_envelope(&self, out: &mut impl Write) -> fmt::Result {
+        let wide = self.width();
+        writeln!(out, "{:wide$}  {:>13}       in the run", "envelope", "worst")?;
+        for row in &self.rows {
+            let Some((run, worst)) = row.worst() else { continue };
+            let label = &self.labels[run];
+            let at = worst.time.map_or(String::new(), |time| format!(" at t = {} s", number(time)));
+            let (name, unit) = (&worst.name, worst.unit);
+            writeln!(out, "{name:wide$}  {:>13} {unit:4}  {label}{at}", number(worst.value))?;
+        }
+        Ok(())
+    }
+
+    fn width(&self) -> usize {
+        let widths = self.rows.iter().map(|row| row.headline.name.chars().count());
+        widths.max().unwrap_or(0)
+    }
+
+    /// All figures as an object: `runs` with the labels, and `figures`, each with its values in the
+    /// order of the runs, the worst of them, and of two runs the difference.
+    pub fn json(&self) -> Value {
+        let figures = self.rows.iter().map(|row| {
+            let values: Vec<Option<f64>> =
+                row.values.iter().map(|value| Some(value.as_ref()?.value)).collect();
+            let worst = row.worst().map(|(run, worst)| {
+                json!({ "run": self.labels[run], "value": worst.value, "time": worst.time })
+            });
+            let mut figure = json!({
+                "name": row.headline.name,
+                "unit": row.headline.unit,
+                "values": values,
+                "worst": worst,
+            });
+            if let Some((difference, relative)) = row.difference() {
+                figure["difference"] = json!(difference);
+                figure["relative_difference"] = json!(relative);
+            }
+            figure
+        });
+        json!({ "runs": self.labels, "figures": figures.collect::<Vec<_>>() })
+    }
+
+    /// All figures as CSV: a row for each figure, a column for each run.
+    pub fn csv(&self) -> Vec<u8> {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        let header = ["figure", "unit"].into_iter().chain(self.labels.iter().map(String::as_str));
+        // Writing to memory does not fail.
+        let _ = table.write_record(header);
+        for row in &self.rows {
+            let mut cells = vec![row.headline.name.clone(), row.headline.unit.to_owned()];
+            for value in &row.values {
+                let mut cell = String::new();
+                if let Some(value) = value {
+                    exact(&mut cell, value.value);
+                }
+                cells.push(cell);
+            }
+            let _ = table.write_record(cells);
+        }
+        table.into_inner().unwrap_or_default()
+    }
+}
+
+/// Efforts of a run, to be drawn with those of other runs.
+#[derive(Clone, Debug)]
+pub struct EffortCurves {
+    names: Vec<(String, &'static str)>,
+    traces: Vec<Trace>,
+}
+
+impl EffortCurves {
+    /// Empty curves for `count` samples of a mechanism.
+    pub fn new(mechanism: &Mechanism, count: usize) -> Self {
+        let names = Names::new(mechanism).drives;
+        Self { traces: vec![Trace::new(count); names.len()], names }
+    }
+
+    /// Adds the efforts of all actuators at a time, s.
+    pub(crate) fn push(&mut self, time: f64, efforts: impl Iterator<Item = f64>) {
+        for (trace, effort) in self.traces.iter_mut().zip(efforts) {
+            trace.push(time, effort);
+        }
+    }
+}
+
+/// The efforts of several runs in one figure, a panel for each actuator.
+pub fn overlay(title: String, runs: Vec<(String, EffortCurves)>) -> Figure {
+    let mut panels: Vec<Panel> = Vec::new();
+    for (run, (label, curves)) in runs.into_iter().enumerate() {
+        for ((name, unit), trace) in curves.names.iter().zip(curves.traces) {
+            let y_label = format!("{name} [{unit}]");
+            let line = trace.line(&label, run, run % 2 == 1);
+            match panels.iter_mut().find(|panel| panel.y_label == y_label) {
+                Some(panel) => panel.lines.push(line),
+                None => panels.push(Panel { y_label, lines: vec![line], ..Panel::default() }),
+            }
+        }
+    }
+    Figure { title, x_label: "time [s]".to_owned(), panels }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn headline(name: &str, value: f64, least_is_worst: bool) -> Headline {
+        Headline {
+            name: name.to_owned(),
+            unit: "N",
+            value,
+            time: None,
+            scale: value,
+            least_is_worst,
+        }
+    }
+
+    /// A difference from a value that is a rounding error of larger terms has no percentage.
+    #[test]
+    fn rounding_errors_are_no_reference() {
+        let work = |value: f64, scale: f64| {
+            vec![Headline::new("work".to_owned(), "J", value, (None, scale))]
+        };
+        let relative = |a: f64, b: f64, scale: f64| {
+            let runs = vec![("A".to_owned(), work(a, scale)), ("B".to_owned(), work(b, scale))];
+            Comparison::new(runs).json()["figures"][0]["relative_difference"].clone()
+        };
+        assert_eq!(relative(2e-15, -3e-15, 10.0), json!(null));
+        let half = |relative: serde_json::Value| (relative.as_f64().unwrap() - 0.5).abs() < 1e-12;
+        assert!(half(relative(2.0, 3.0, 10.0)));
+        assert!(half(relative(2e-15, 3e-15, 0.0)));
+    }
+
+    #[test]
+    fn figures_meet_by_name() {
+        let runs = vec![
+            ("a".to_owned(), vec![headline("x", 2.0, false), headline("index", 0.5, true)]),
+            ("b".to_owned(), vec![headline("index", 0.2, true), headline("y", 1.0, false)]),
+        ];
+        let comparison = Comparison::new(runs);
+        let json = comparison.json();
+        assert_eq!(json["figures"][0]["values"], json!([2.0, null]));
+        assert_eq!(json["figures"][1]["worst"]["run"], "b");
+        assert_eq!(json["figures"][1]["difference"], json!(0.2 - 0.5));
+        assert_eq!(json["figures"][2]["values"], json!([null, 1.0]));
+        let csv = String::from_utf8(comparison.csv()).unwrap();
+        assert_eq!(csv.lines().next(), Some("figure,unit,a,b"));
+        assert_eq!(csv.lines().nth(1), Some("x,N,2,"));
+    }
+}

@@ -1,0 +1,67 @@
+//! Report of several runs side by side.
+
+use crate::comparison::Comparison;
+use crate::report::html::{self, Column, note, section, text};
+use crate::report::version;
+use stiction_draw::figure::Figure;
+use stiction_draw::numbers::{number, percent};
+use stiction_draw::xml::escape;
+
+impl Comparison {
+    /// Writes the report of a comparison or an envelope: the figures of all runs, their efforts in one
+    /// plot, and links to the reports of the runs, which are in folders of their names.
+    pub fn report(
+        &self,
+        (title, about): (&str, &str),
+        figure: &Figure,
+        command: Option<&str>,
+    ) -> String {
+        let links: Vec<String> = self
+            .labels()
+            .iter()
+            .map(|label| format!("<a href=\"{0}/report.html\">{0}</a>", escape(label)))
+            .collect();
+        let command = command.map_or(String::new(), |command| {
+            format!("<pre class=\"wide\" tabindex=\"0\">{}</pre>\n", escape(command))
+        });
+        let inner = [
+            format!("<h1>{}</h1>\n", escape(title)),
+            note(about),
+            section("Figures side by side", &self.table()),
+            section("Actuator efforts", &html::curves(figure)),
+            section("Reports of the runs", &format!("<p>{}</p>\n", links.join(" · "))),
+            section("To repeat this run", &(command + &version())),
+        ];
+        html::page(title, &inner.concat())
+    }
+
+    fn table(&self) -> String {
+        let pair = self.labels().len() == 2;
+        let mut head = vec![("figure", Column::Text), ("unit", Column::Text)];
+        head.extend(self.labels().iter().map(|label| (label.as_str(), Column::Number)));
+        head.extend(match pair {
+            true => vec![("difference", Column::Number), ("relative", Column::Number)],
+            false => vec![("worst", Column::Text)],
+        });
+        let rows: Vec<Vec<String>> = self
+            .rows()
+            .map(|row| {
+                let mut cells = vec![text(&row.headline().name), text(row.headline().unit)];
+                let values = row.values();
+                cells.extend(values.map(|value| text(&value.map_or("-".to_owned(), number))));
+                if pair {
+                    let (difference, relative) = match row.difference() {
+                        Some((difference, relative)) => (number(difference), percent(relative)),
+                        None => ("-".to_owned(), "-".to_owned()),
+                    };
+                    cells.extend([text(&difference), text(&relative)]);
+                } else {
+                    let worst = row.worst().map_or("", |(run, _)| self.labels()[run].as_str());
+                    cells.push(text(worst));
+                }
+                cells
+            })
+            .collect();
+        html::table_of(&head, &rows)
+    }
+}

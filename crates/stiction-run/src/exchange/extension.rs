@@ -1,0 +1,115 @@
+//! Parts of a mechanism that other formats do not have, in elements that only this program reads.
+
+use super::model_file::{friction, spring};
+use stiction_core::mechanism::Mechanism;
+use stiction_core::spatial::{Pose, Vec3};
+
+/// One part: its kind, the name of the joint or spring, and its content.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Entry {
+    pub(super) kind: &'static str,
+    pub(super) name: String,
+    pub(super) text: String,
+}
+
+/// Friction of all joints that a model file can express, as the content of their tables.
+pub(super) fn frictions(mechanism: &Mechanism) -> Vec<Entry> {
+    let table = |joint: &stiction_core::mechanism::Joint| {
+        let table = friction::table(joint).ok().flatten()?;
+        let text = table.to_string();
+        Some(Entry { kind: "friction", name: joint.name.clone(), text: text.trim().to_owned() })
+    };
+    mechanism.joints().iter().filter_map(table).collect()
+}
+
+/// Springs, as the content of their tables.
+pub(super) fn springs(mechanism: &Mechanism) -> Vec<Entry> {
+    let entry = |(name, table): (String, toml::Table)| Entry {
+        kind: "spring",
+        name,
+        text: table.to_string().trim().to_owned(),
+    };
+    spring::tables(mechanism).into_iter().map(entry).collect()
+}
+
+/// Predecessors of joints that the file has the other way round.
+pub(super) fn reversed(mechanism: &Mechanism, joints: impl Iterator<Item = usize>) -> Vec<Entry> {
+    let entry = |index: usize| {
+        let joint = &mechanism.joints()[index];
+        let text = mechanism.bodies()[joint.predecessor.0].name.clone();
+        Entry { kind: "from", name: joint.name.clone(), text }
+    };
+    joints.map(entry).collect()
+}
+
+/// Coordinates of all joints at the home position, as the model has them; of balls a quaternion, of
+/// free joints a position and a quaternion.
+pub(super) fn coordinates(home: &super::Home<'_>) -> Vec<Entry> {
+    let joints = home.mechanism.joints().iter();
+    let entry = |joint: &stiction_core::mechanism::Joint| {
+        let values = joint.start.as_deref().filter(|values| !values.is_empty())?;
+        Some(Entry {
+            kind: "coordinates",
+            name: joint.name.clone(),
+            text: super::xml::numbers(values),
+        })
+    };
+    joints.filter_map(entry).collect()
+}
+
+/// Notes on what no other format has and no extension keeps.
+pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
+    let mut notes = Vec::new();
+    let joints = mechanism.joints();
+    if joints.iter().any(|joint| !joint.friction.is_empty()) {
+        notes.push("friction is in elements that only stiction reads".to_owned());
+    }
+    if !mechanism.springs().is_empty() || !mechanism.joint_springs().is_empty() {
+        notes.push("springs are in elements that only stiction reads".to_owned());
+    }
+    if joints.iter().any(|joint| joint.compliance.is_some()) {
+        notes.push("compliances of joints are omitted".to_owned());
+    }
+    if !mechanism.bushings().is_empty() {
+        notes.push("bushings are omitted".to_owned());
+    }
+    if !mechanism.drive_trains().is_empty() {
+        notes.push("motors and gears are omitted but for the joints that they drive".to_owned());
+    }
+    notes
+}
+
+/// Roll, pitch and yaw of a pose, rad.
+pub(super) fn angles(pose: Pose<f64>) -> [f64; 3] {
+    let r = pose.rotation;
+    let pitch = (-r.at(2, 0)).atan2(r.at(0, 0).hypot(r.at(1, 0)));
+    let yaw = r.at(1, 0).atan2(r.at(0, 0));
+    // What the yaw leaves: exact even where the pitch is a quarter turn and the yaw any angle.
+    let (s, c) = yaw.sin_cos();
+    let roll = (s * r.at(0, 2) - c * r.at(1, 2)).atan2(c * r.at(1, 1) - s * r.at(0, 1));
+    [roll, pitch, yaw]
+}
+
+/// Position and angles, as SDF writes a pose.
+pub(super) fn six(pose: Pose<f64>) -> [f64; 6] {
+    let ([x, y, z], [roll, pitch, yaw]) = (pose.position.to_array(), angles(pose));
+    [x, y, z, roll, pitch, yaw]
+}
+
+/// Entries of a symmetric tensor.
+pub(super) fn tensor(body: &stiction_core::mechanism::Body) -> [(&'static str, f64); 6] {
+    let entry = |i: usize, j: usize| body.inertia.at(i, j);
+    [
+        ("ixx", entry(0, 0)),
+        ("iyy", entry(1, 1)),
+        ("izz", entry(2, 2)),
+        ("ixy", entry(0, 1)),
+        ("ixz", entry(0, 2)),
+        ("iyz", entry(1, 2)),
+    ]
+}
+
+/// True if a pose is none.
+pub(super) fn is_identity(pose: Pose<f64>) -> bool {
+    pose == Pose::at(Vec3::zero())
+}

@@ -1,0 +1,83 @@
+//! Tables as NumPy archives: an array of 64-bit numbers for each column, under the column's header.
+
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+/// Memory for the columns that are written in one pass over the table, bytes; a single longer column is the exception.
+const MEMORY: usize = 64 << 20;
+
+/// Writes a table of numbers, given as CSV with all digits, as an NPZ archive.
+///
+/// The columns are in the order of the table and uncompressed. Memory does not grow with their number: the table is
+/// read once for each group of columns that fits.
+///
+/// # Errors
+/// A file cannot be read or written, or a cell is no number.
+pub fn npz_of_csv(mut table: impl Read + Seek, archive: impl Write + Seek) -> io::Result<()> {
+    let mut rows = 0;
+    let header = each_row(&mut table, |_| {
+        rows += 1;
+        Ok(())
+    })?;
+    let at_once = (MEMORY / (8 * rows.max(1))).max(1);
+    let mut zip = ZipWriter::new(BufWriter::new(archive));
+    // A fixed time keeps equal tables equal byte by byte.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(zip::DateTime::default());
+    for first in (0..header.len()).step_by(at_once) {
+        let group = first..(first + at_once).min(header.len());
+        let mut columns: Vec<Vec<u8>> = vec![Vec::with_capacity(8 * rows); group.len()];
+        each_row(&mut table, |row| {
+            for (column, cell) in columns.iter_mut().zip(row.iter().skip(first)) {
+                column.extend_from_slice(&number(cell)?.to_le_bytes());
+            }
+            Ok(())
+        })?;
+        for (name, column) in header[group].iter().zip(&columns) {
+            let is_large = column.len() > u32::MAX as usize - 1024;
+            zip.start_file(format!("{name}.npy"), options.large_file(is_large))?;
+            zip.write_all(&npy_header(column.len() / 8))?;
+            zip.write_all(column)?;
+        }
+    }
+    zip.finish()?.into_inner().map_err(|error| error.into_error())?.flush()
+}
+
+/// Calls `receive` with every row of a table; returns its header.
+fn each_row(
+    table: &mut (impl Read + Seek),
+    mut receive: impl FnMut(&csv::StringRecord) -> io::Result<()>,
+) -> io::Result<Vec<String>> {
+    table.seek(SeekFrom::Start(0))?;
+    let mut reader = csv::Reader::from_reader(BufReader::new(table));
+    let header = reader.headers()?.iter().map(str::to_owned).collect();
+    let mut row = csv::StringRecord::new();
+    while reader.read_record(&mut row)? {
+        receive(&row)?;
+    }
+    Ok(header)
+}
+
+fn number(cell: &str) -> io::Result<f64> {
+    cell.parse().map_err(|_| {
+        io::Error::new(io::ErrorKind::InvalidData, format!("`{cell}` in a table is no number"))
+    })
+}
+
+/// Header of a file with a one-dimensional array of little-endian doubles, version 1.0 of the format.
+fn npy_header(count: usize) -> Vec<u8> {
+    /// Magic number, version and length.
+    const PREFIX: usize = 10;
+    const ALIGNED: usize = 64;
+    let mut text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({count},), }}");
+    while !(PREFIX + text.len() + 1).is_multiple_of(ALIGNED) {
+        text.push(' ');
+    }
+    text.push('\n');
+    let mut header = b"\x93NUMPY\x01\x00".to_vec();
+    header.extend_from_slice(&(text.len() as u16).to_le_bytes());
+    header.extend_from_slice(text.as_bytes());
+    header
+}

@@ -1,0 +1,152 @@
+//! Export to SDF: links at the home position, and all joints, loops included.
+
+use super::extension::{self, Entry, six, tensor};
+use super::names::Names;
+use super::xml::{Xml, numbers};
+use super::{Home, Unfit};
+use std::f64::consts::TAU;
+use stiction_core::joint::JointType;
+use stiction_core::mechanism::{BodyId, Joint};
+use stiction_format::NAMESPACE;
+
+/// File for programs that read SDF, with notes on what it does not express.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sdf {
+    /// Text of the file.
+    pub text: String,
+    /// Notes on omitted or changed properties, one per line.
+    pub notes: Vec<String>,
+}
+
+/// Type of a joint in SDF; `None` if there is none.
+fn word(joint_type: JointType) -> Option<&'static str> {
+    match joint_type {
+        JointType::Revolute => Some("revolute"),
+        JointType::Prismatic => Some("prismatic"),
+        JointType::Helical => Some("screw"),
+        JointType::Universal => Some("universal"),
+        JointType::Spherical => Some("ball"),
+        JointType::Fixed => Some("fixed"),
+        JointType::Cylindrical | JointType::Planar | JointType::Free => None,
+    }
+}
+
+/// Converts an assembled mechanism to SDF.
+///
+/// # Errors
+/// Joints of types that SDF does not have.
+pub fn sdf(home: &Home<'_>) -> Result<Sdf, Unfit> {
+    let mechanism = &home.model.mechanism;
+    let lacks =
+        |joint: &&Joint| joint.joint_type != JointType::Free && word(joint.joint_type).is_none();
+    if let Some(joint) = mechanism.joints().iter().find(lacks) {
+        return Err(Unfit::NoSuchJoint { joint: joint.name.clone(), format: "SDF" });
+    }
+    let mut notes = extension::notes(mechanism);
+    let massless: Vec<&str> = mechanism.bodies()[1..]
+        .iter()
+        .filter(|body| body.mass == 0.0)
+        .map(|body| body.name.as_str())
+        .collect();
+    if !massless.is_empty() {
+        let names = massless.join(", ");
+        notes.push(format!("Gazebo rejects links without mass, here {names}"));
+    }
+    let mut xml = Xml::default();
+    xml.open("sdf", &[("version", "1.11".into()), ("xmlns:stiction", NAMESPACE.into())]);
+    let made = format!("Written by stiction {}. SI units.", env!("CARGO_PKG_VERSION"));
+    xml.comment(&[&home.model.title, &made]);
+    for note in &notes {
+        xml.comment(&[&format!("Note: {note}.")]);
+    }
+    xml.open("world", &[("name", "default".into())]);
+    xml.text("gravity", &[], &numbers(&mechanism.gravity().to_array()));
+    xml.open("model", &[("name", home.model.name.clone())]);
+    let mut names = Names::default();
+    names.reserve("world");
+    let bodies: Vec<String> =
+        mechanism.bodies().iter().map(|body| names.take(&body.name)).collect();
+    // The ground is a link, because its frame need not be that of the world.
+    for (index, body) in mechanism.bodies().iter().enumerate() {
+        xml.open("link", &[("name", bodies[index].clone())]);
+        xml.text("pose", &[], &numbers(&six(home.poses[index])));
+        if index > 0 {
+            xml.open("inertial", &[]);
+            let com = stiction_core::spatial::Pose::at(body.com);
+            xml.text("pose", &[], &numbers(&six(com)));
+            xml.text("mass", &[], &numbers(&[body.mass]));
+            xml.open("inertia", &[]);
+            for (key, value) in tensor(body) {
+                xml.text(key, &[], &numbers(&[value]));
+            }
+            xml.close();
+            xml.close();
+        } else {
+            xml.open("inertial", &[]);
+            xml.text("mass", &[], "0");
+            xml.open("inertia", &[]);
+            for key in ["ixx", "iyy", "izz"] {
+                xml.text(key, &[], "0");
+            }
+            xml.close();
+            xml.close();
+        }
+        xml.close();
+    }
+    let hold = names.take("ground_hold");
+    xml.open("joint", &[("name", hold), ("type", "fixed".into())]);
+    xml.text("parent", &[], "world");
+    xml.text("child", &[], &bodies[BodyId::GROUND.0]);
+    xml.close();
+    for index in 0..mechanism.joints().len() {
+        write_joint(&mut xml, home, index, &bodies);
+    }
+    let mut entries = extension::frictions(mechanism);
+    entries.extend(extension::springs(mechanism));
+    entries.extend(extension::coordinates(home));
+    for Entry { kind, name, text } in entries {
+        let tag = match kind {
+            "friction" => "stiction:friction",
+            "spring" => "stiction:spring",
+            _ => "stiction:coordinates",
+        };
+        xml.text(tag, &[("name", name)], &text);
+    }
+    Ok(Sdf { text: xml.finish(), notes })
+}
+
+fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String]) {
+    let mechanism = &home.model.mechanism;
+    let joint = &mechanism.joints()[index];
+    let Some(word) = word(joint.joint_type) else { return };
+    let [from, to] = [joint.predecessor, joint.successor].map(|body| bodies[body.0].clone());
+    xml.open("joint", &[("name", joint.name.clone()), ("type", word.into())]);
+    let relative = ("relative_to", from.clone());
+    xml.text("pose", &[relative], &numbers(&six(joint.frame_j)));
+    xml.text("parent", &[], &from);
+    xml.text("child", &[], &to);
+    if joint.joint_type == JointType::Helical {
+        xml.text("screw_thread_pitch", &[], &numbers(&[joint.pitch * TAU]));
+    }
+    let angle = home.coordinates[index].first().copied().flatten().unwrap_or(0.0);
+    let axes: &[(&str, [f64; 3])] = match joint.joint_type {
+        JointType::Spherical | JointType::Fixed => &[],
+        // The second axis as it is in the home position.
+        JointType::Universal => {
+            &[("axis", [0.0, 0.0, 1.0]), ("axis2", [angle.cos(), angle.sin(), 0.0])]
+        }
+        _ => &[("axis", [0.0, 0.0, 1.0])],
+    };
+    for (dof, (tag, axis)) in axes.iter().enumerate() {
+        let tag: &'static str = if *tag == "axis" { "axis" } else { "axis2" };
+        xml.open(tag, &[]);
+        xml.text("xyz", &[], &numbers(axis));
+        // An effort of zero says that there is no motor.
+        let effort = if joint.actuated[dof] { 1e9 } else { 0.0 };
+        xml.open("limit", &[]);
+        xml.text("effort", &[], &numbers(&[effort]));
+        xml.close();
+        xml.close();
+    }
+    xml.close();
+}

@@ -1,0 +1,326 @@
+//! Export to URDF, a tree of links, with a YAML file that closes its loops and names its motors: the
+//! convention of *example-parallel-robots*.
+//!
+//! Links have the frames of their bodies. Where a joint's frame is another one, a link without mass,
+//! named after the joint, lies between.
+
+use super::extension::{self, Entry, angles, is_identity, tensor};
+use super::names::Names;
+use super::xml::{Xml, numbers};
+use super::{Home, Unfit};
+use stiction_core::joint::JointType;
+use stiction_core::mechanism::{BodyId, Joint, Mechanism};
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+use stiction_format::NAMESPACE;
+
+/// Files for programs that read URDF, with notes on what they do not express.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Urdf {
+    /// Text of the URDF.
+    pub text: String,
+    /// Text of the YAML file beside it; `None` if there are neither loops nor motors.
+    pub yaml: Option<String>,
+    /// Notes on omitted or changed properties, one per line.
+    pub notes: Vec<String>,
+}
+
+/// Lists of the YAML file.
+#[derive(Default)]
+struct Convention {
+    closures: Vec<([String; 2], &'static str)>,
+    motors: Vec<String>,
+    types: Vec<(String, &'static str)>,
+}
+
+struct Writer<'a> {
+    home: &'a Home<'a>,
+    xml: Xml,
+    links: Names,
+    bodies: Vec<String>,
+    convention: Convention,
+    /// Joints that the file has the other way round.
+    reversed: Vec<usize>,
+}
+
+/// Converts an assembled mechanism to URDF and YAML.
+///
+/// # Errors
+/// Joints of types that neither has.
+pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
+    let mechanism = &home.model.mechanism;
+    let lacks = |joint: &&Joint| match joint.joint_type {
+        JointType::Helical | JointType::Cylindrical | JointType::Planar => true,
+        JointType::Universal => joint.actuated_dofs().next().is_some(),
+        _ => false,
+    };
+    if let Some(joint) = mechanism.joints().iter().find(lacks) {
+        return Err(Unfit::NoSuchJoint { joint: joint.name.clone(), format: "URDF" });
+    }
+    let mut notes = extension::notes(mechanism);
+    let down = Vec3::new(0.0, 0.0, -9.81);
+    if mechanism.gravity() != down {
+        notes.push("gravity is in an element that only stiction reads".to_owned());
+    }
+    let mut links = Names::default();
+    let bodies = mechanism.bodies().iter().map(|body| links.take(&body.name)).collect();
+    let mut writer = Writer {
+        home,
+        xml: Xml::default(),
+        links,
+        bodies,
+        convention: Convention::default(),
+        reversed: Vec::new(),
+    };
+    writer.write(&notes);
+    Ok(Urdf { yaml: writer.convention.text(), text: writer.xml.finish(), notes })
+}
+
+/// Joints of the tree, from the ground outwards, with their direction: true from `from` to `to`.
+fn tree(mechanism: &Mechanism) -> Vec<(usize, bool)> {
+    let joints = mechanism.joints();
+    // Loops are closed preferably at balls and rigid connections, and not at motors.
+    let rank = |joint: &Joint| match joint.joint_type {
+        JointType::Free => 4,
+        JointType::Spherical => 3,
+        JointType::Fixed => 2,
+        _ => usize::from(joint.actuated_dofs().next().is_none()),
+    };
+    let mut order: Vec<usize> = (0..joints.len()).collect();
+    order.sort_by_key(|&index| rank(&joints[index]));
+    let mut group: Vec<usize> = (0..mechanism.bodies().len()).collect();
+    let mut in_tree = Vec::new();
+    for index in order {
+        let (a, b) = (group[joints[index].predecessor.0], group[joints[index].successor.0]);
+        if a != b {
+            in_tree.push(index);
+            group.iter_mut().filter(|group| **group == b).for_each(|group| *group = a);
+        }
+    }
+    in_tree.sort_unstable();
+    let mut reached = vec![false; group.len()];
+    reached[BodyId::GROUND.0] = true;
+    let mut found = Vec::new();
+    loop {
+        let count = found.len();
+        for &index in &in_tree {
+            let (from, to) = (joints[index].predecessor.0, joints[index].successor.0);
+            if reached[from] != reached[to] {
+                found.push((index, reached[from]));
+                (reached[from], reached[to]) = (true, true);
+            }
+        }
+        if found.len() == count {
+            return found;
+        }
+    }
+}
+
+/// Frame whose axis z is -z, for joints seen from their successors.
+fn flipped() -> Pose<f64> {
+    Pose {
+        rotation: Mat3::from_columns(Vec3::unit(0), -Vec3::unit(1), -Vec3::unit(2)),
+        position: Vec3::zero(),
+    }
+}
+
+/// Frame whose axes x and y are z and x: those of a CARDAN.
+fn cardan() -> Pose<f64> {
+    Pose {
+        rotation: Mat3::from_columns(Vec3::unit(2), Vec3::unit(0), Vec3::unit(1)),
+        position: Vec3::zero(),
+    }
+}
+
+/// Frame whose axes z and x are -x and -z: exchanges the axes of a universal joint.
+fn exchanged() -> Pose<f64> {
+    Pose {
+        rotation: Mat3::from_columns(-Vec3::unit(2), -Vec3::unit(1), -Vec3::unit(0)),
+        position: Vec3::zero(),
+    }
+}
+
+impl Writer<'_> {
+    fn write(&mut self, notes: &[String]) {
+        let mechanism = &self.home.model.mechanism;
+        let name = ("name", self.home.model.name.clone());
+        self.xml.open("robot", &[name, ("xmlns:stiction", NAMESPACE.into())]);
+        let made = format!("Written by stiction {}. SI units.", env!("CARGO_PKG_VERSION"));
+        self.xml.comment(&[&self.home.model.title, &made]);
+        for note in notes {
+            self.xml.comment(&[&format!("Note: {note}.")]);
+        }
+        let base = mechanism.base();
+        if !is_identity(base) {
+            let world = self.links.take("world");
+            self.link(&world);
+            let ground = self.bodies[0].clone();
+            self.joint("ground_hold", "fixed", (&world, &ground), base);
+        }
+        for (index, body) in mechanism.bodies().iter().enumerate() {
+            self.xml.open("link", &[("name", self.bodies[index].clone())]);
+            if body.mass > 0.0 || body.inertia != Mat3::zero() {
+                self.xml.open("inertial", &[]);
+                let com = numbers(&body.com.to_array());
+                self.xml.empty("origin", &[("xyz", com), ("rpy", "0 0 0".into())]);
+                self.xml.empty("mass", &[("value", numbers(&[body.mass]))]);
+                let entries = tensor(body).map(|(key, value)| (key, numbers(&[value])));
+                self.xml.empty("inertia", &entries);
+                self.xml.close();
+            }
+            self.xml.close();
+        }
+        let tree = tree(mechanism);
+        for &(index, forward) in &tree {
+            self.tree_joint(index, forward);
+        }
+        for index in 0..mechanism.joints().len() {
+            if !tree.iter().any(|(known, _)| *known == index) {
+                self.closure(index);
+            }
+        }
+        self.extensions();
+    }
+
+    fn link(&mut self, name: &str) {
+        self.xml.empty("link", &[("name", name.to_owned())]);
+    }
+
+    fn joint(&mut self, name: &str, word: &str, (from, to): (&str, &str), place: Pose<f64>) {
+        self.xml.open("joint", &[("name", name.to_owned()), ("type", word.to_owned())]);
+        self.xml.empty("parent", &[("link", from.to_owned())]);
+        self.xml.empty("child", &[("link", to.to_owned())]);
+        let origin =
+            [("xyz", numbers(&place.position.to_array())), ("rpy", numbers(&angles(place)))];
+        self.xml.empty("origin", &origin);
+        if !matches!(word, "fixed" | "floating") {
+            self.xml.empty("axis", &[("xyz", "0 0 1".into())]);
+        }
+        if matches!(word, "prismatic" | "revolute") {
+            let wide =
+                [("lower", "-1e9"), ("upper", "1e9"), ("effort", "1e9"), ("velocity", "1e9")];
+            self.xml.empty("limit", &wide.map(|(key, value)| (key, value.to_owned())));
+        }
+        self.xml.close();
+    }
+
+    /// Word of a joint, and the frame whose axes the format uses relative to the model's.
+    fn word(&mut self, joint: &Joint, forward: bool) -> (&'static str, Pose<f64>) {
+        let none = Pose::identity();
+        let name = joint.name.clone();
+        match joint.joint_type {
+            JointType::Prismatic => ("prismatic", if forward { none } else { flipped() }),
+            JointType::Spherical => {
+                self.convention.types.push((name, "SPHERICAL"));
+                ("continuous", none)
+            }
+            JointType::Universal => {
+                self.convention.types.push((name, "CARDAN"));
+                let first = if forward { none } else { exchanged() };
+                ("continuous", first * cardan())
+            }
+            JointType::Fixed => ("fixed", none),
+            JointType::Free => ("floating", none),
+            _ => ("continuous", if forward { none } else { flipped() }),
+        }
+    }
+
+    fn tree_joint(&mut self, index: usize, forward: bool) {
+        let joint = &self.home.model.mechanism.joints()[index];
+        let (word, axes) = self.word(joint, forward);
+        let ends = if forward {
+            (joint.predecessor, joint.successor, joint.frame_j, joint.frame_k)
+        } else {
+            self.reversed.push(index);
+            (joint.successor, joint.predecessor, joint.frame_k, joint.frame_j)
+        };
+        let (near, far) = (ends.2 * axes, ends.3 * axes);
+        let (from, to) = (self.bodies[ends.0.0].clone(), self.bodies[ends.1.0].clone());
+        self.motors(joint);
+        if is_identity(far) {
+            self.joint(&joint.name, word, (&from, &to), near);
+            return;
+        }
+        let between = self.links.take(&format!("{}.frame", joint.name));
+        self.link(&between);
+        self.joint(&joint.name, word, (&from, &between), near);
+        self.joint(&format!("{between}_fixed"), "fixed", (&between, &to), far.inverse());
+    }
+
+    fn motors(&mut self, joint: &Joint) {
+        if joint.actuated_dofs().next().is_some() {
+            self.convention.motors.push(joint.name.clone());
+        }
+    }
+
+    /// A joint that closes a loop: frames that coincide.
+    fn closure(&mut self, index: usize) {
+        let joint = &self.home.model.mechanism.joints()[index];
+        let name = &joint.name;
+        let bodies = [joint.predecessor, joint.successor].map(|body| self.bodies[body.0].clone());
+        let [from, to] = bodies;
+        let kind = match joint.joint_type {
+            JointType::Free => return,
+            JointType::Spherical => "3d",
+            JointType::Fixed => "6d",
+            _ => {
+                // The joint carries a link, which coincides with the frame on the successor.
+                let (word, axes) = self.word(joint, true);
+                self.motors(joint);
+                let between = self.links.take(&format!("{name}.frame"));
+                self.link(&between);
+                self.joint(name, word, (&from, &between), joint.frame_j * axes);
+                let second = self.frame(&format!("{name}.to"), &to, joint.frame_k * axes);
+                self.convention.closures.push(([between, second], "6d"));
+                return;
+            }
+        };
+        let first = self.frame(&format!("{name}.from"), &from, joint.frame_j);
+        let second = self.frame(&format!("{name}.to"), &to, joint.frame_k);
+        self.convention.closures.push(([first, second], kind));
+    }
+
+    /// A link without mass, fixed to a link, even where it has the same frame: it names the closure.
+    fn frame(&mut self, name: &str, on: &str, place: Pose<f64>) -> String {
+        let link = self.links.take(name);
+        self.link(&link);
+        self.joint(&format!("{link}_fixed"), "fixed", (on, &link), place);
+        link
+    }
+
+    fn extensions(&mut self) {
+        let mechanism = &self.home.model.mechanism;
+        self.xml.text("stiction:gravity", &[], &numbers(&mechanism.gravity().to_array()));
+        let mut entries = extension::frictions(mechanism);
+        entries.extend(extension::springs(mechanism));
+        entries.extend(extension::reversed(mechanism, self.reversed.iter().copied()));
+        entries.extend(extension::coordinates(self.home));
+        for Entry { kind, name, text } in entries {
+            let tag = match kind {
+                "friction" => "stiction:friction",
+                "spring" => "stiction:spring",
+                "from" => "stiction:from",
+                _ => "stiction:start",
+            };
+            self.xml.text(tag, &[("name", name)], &text);
+        }
+    }
+}
+
+impl Convention {
+    fn text(&self) -> Option<String> {
+        if self.closures.is_empty() && self.motors.is_empty() && self.types.is_empty() {
+            return None;
+        }
+        let quoted = |text: &str| format!("'{}'", text.replace('\'', "''"));
+        let list = |items: Vec<String>| format!("[{}]", items.join(", "));
+        let pair = |([a, b], _): &([String; 2], _)| list(vec![quoted(a), quoted(b)]);
+        let lines = [
+            ("closed_loop", list(self.closures.iter().map(pair).collect())),
+            ("type", list(self.closures.iter().map(|(_, kind)| quoted(kind)).collect())),
+            ("name_mot", list(self.motors.iter().map(|name| quoted(name)).collect())),
+            ("joint_name", list(self.types.iter().map(|(name, _)| quoted(name)).collect())),
+            ("joint_type", list(self.types.iter().map(|(_, kind)| quoted(kind)).collect())),
+        ];
+        Some(lines.map(|(key, value)| format!("{key}: {value}\n")).concat())
+    }
+}

@@ -1,0 +1,66 @@
+//! Control laws that the caller computes.
+
+use crate::SinkError;
+use std::fmt;
+use std::sync::Arc;
+use stiction_core::kinematics::Target;
+
+/// State that a control law receives at a sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured<'a> {
+    /// Time, s.
+    pub time: f64,
+    /// Positions of all actuators, m or rad; angles count full turns.
+    pub positions: &'a [f64],
+    /// Rates of all actuators, m/s or rad/s.
+    pub rates: &'a [f64],
+    /// Reference motions of all actuators; empty without a motion.
+    pub reference: &'a [Target<f64>],
+}
+
+type Compute = dyn Fn(&Measured<'_>) -> Result<Vec<f64>, SinkError> + Send + Sync;
+
+/// Control law that the caller computes at each sample; its efforts are held until the next one.
+#[derive(Clone)]
+pub struct ControlLaw {
+    /// Time between samples, s.
+    pub period: f64,
+    compute: Arc<Compute>,
+}
+
+impl ControlLaw {
+    /// Makes a control law from a function that returns the efforts of all actuators, N or N m.
+    pub fn new(
+        period: f64,
+        compute: impl Fn(&Measured<'_>) -> Result<Vec<f64>, SinkError> + Send + Sync + 'static,
+    ) -> Self {
+        Self { period, compute: Arc::new(compute) }
+    }
+
+    /// Efforts at a sample, N or N m.
+    pub(super) fn efforts(&self, measured: &Measured<'_>) -> Result<Vec<f64>, SinkError> {
+        let efforts = (self.compute)(measured)?;
+        let (found, count, time) = (efforts.len(), measured.positions.len(), measured.time);
+        if found != count {
+            return Err(format!(
+                "at t = {time} s the control law returned {found} efforts for {count} actuators"
+            )
+            .into());
+        }
+        match efforts.iter().position(|effort| !effort.is_finite()) {
+            Some(index) => Err(format!(
+                "at t = {time} s the control law returned {} for actuator {}",
+                efforts[index],
+                index + 1
+            )
+            .into()),
+            None => Ok(efforts),
+        }
+    }
+}
+
+impl fmt::Debug for ControlLaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ControlLaw").field("period", &self.period).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,48 @@
+//! Moving robot of a run of inverse dynamics.
+
+use super::sample::Sample;
+use crate::bodies::BodyRow;
+use crate::job::Job;
+use crate::names::Names;
+use crate::report::animation::Animation as Shared;
+use crate::{Sink, SinkError};
+use stiction_core::spatial::Pose;
+
+/// Collects the samples of a run for the moving robot of its report.
+#[derive(Clone, Debug)]
+pub struct Animation(pub(super) Shared);
+
+impl Animation {
+    /// Empty animation for `count` samples.
+    pub fn new(job: &Job<'_>, count: usize) -> Self {
+        let mechanism = &job.model.mechanism;
+        let quantities = ["drive", "drive_low", "drive_high", "drive_frictionless"];
+        let whole = ["distance.actuation [-]", "distance.constraint [-]"];
+        Self(Shared::new(mechanism, &Names::new(mechanism), &quantities, &whole, count))
+    }
+}
+
+impl Sink<Sample> for Animation {
+    fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
+        let forces = &sample.forces;
+        let mut values = Vec::new();
+        for (k, &(low, high)) in forces.effort_bounds.iter().enumerate() {
+            values.extend([forces.efforts[k], low, high, forces.efforts_frictionless[k]]);
+        }
+        let flag = |value: bool| f64::from(u8::from(value));
+        let reactions = forces.reactions.iter().zip(&sample.determined_reactions);
+        for ((force, moment), determined) in reactions {
+            values.extend(force.to_array().into_iter().chain(moment.to_array()));
+            values.push(flag(determined.iter().all(|component| *component)));
+        }
+        for interface in &forces.interfaces {
+            values.extend([interface.velocity, interface.load, interface.friction]);
+            values.extend([interface.power, flag(!interface.slides && interface.limit > 0.0)]);
+        }
+        values.extend(BodyRow::loads(&sample.bodies, &sample.loads));
+        values.extend([sample.distances.actuation, sample.distances.constraint]);
+        let in_world = |pose: &Pose<f64>| Pose { position: pose.position + sample.origin, ..*pose };
+        self.0.push(sample.time, sample.bodies.pose.iter().map(in_world), values);
+        Ok(())
+    }
+}

@@ -1,0 +1,144 @@
+//! Independent pieces of work on several threads, whose results arrive in their order.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+/// Takes pieces from `next` until there are none, carries each out by `work` on one of this number of threads,
+/// and passes the results to `receive` in the order of the pieces, on the caller's thread. Stops early where
+/// `receive` returns false or an error.
+///
+/// Each thread has at most one result that waits, which bounds the memory.
+///
+/// # Errors
+/// The error of `receive`.
+pub fn in_order<I: Send, T: Send, E>(
+    threads: usize,
+    mut next: impl FnMut() -> Option<I> + Send,
+    work: impl Fn(I) -> T + Sync,
+    mut receive: impl FnMut(T) -> Result<bool, E>,
+) -> Result<(), E> {
+    if threads <= 1 {
+        while let Some(piece) = next() {
+            if !receive(work(piece))? {
+                break;
+            }
+        }
+        return Ok(());
+    }
+    let board = Board::new(threads);
+    // The pieces and the number of those taken.
+    let pieces = Mutex::new((0, next));
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                // Waiting threads are notified when this one ends early.
+                let _leaving = Leaving(&board);
+                while board.has_room() {
+                    let (place, piece) = {
+                        let (taken, next) = &mut *lock(&pieces);
+                        let Some(piece) = next() else { break };
+                        *taken += 1;
+                        (*taken - 1, piece)
+                    };
+                    board.put(place, work(piece));
+                }
+            });
+        }
+        // All threads are released on every exit path.
+        let _closing = Closing(&board);
+        let mut place = 0;
+        while let Some(done) = board.take(place) {
+            if !receive(done)? {
+                break;
+            }
+            place += 1;
+        }
+        Ok(())
+    })
+}
+
+/// Exchange of results between the worker threads and the combining thread.
+struct Board<T> {
+    state: Mutex<State<T>>,
+    changed: Condvar,
+    is_closed: AtomicBool,
+    most: usize,
+}
+
+struct State<T> {
+    done: BTreeMap<usize, T>,
+    /// Number of pieces in progress or waiting.
+    under_way: usize,
+    workers: usize,
+}
+
+/// Locks a mutex, even after a panic: a thread that panicked leaves no partial state behind.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<T> Board<T> {
+    fn new(workers: usize) -> Self {
+        Self {
+            state: Mutex::new(State { done: BTreeMap::new(), under_way: 0, workers }),
+            changed: Condvar::new(),
+            is_closed: AtomicBool::new(false),
+            // Each thread has one piece in progress and one waiting.
+            most: 2 * workers + 1,
+        }
+    }
+
+    /// Waits until another piece may start; false if no further piece is needed.
+    fn has_room(&self) -> bool {
+        let mut state = lock(&self.state);
+        while state.under_way >= self.most && !self.is_closed.load(Ordering::Relaxed) {
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+        state.under_way += 1;
+        !self.is_closed.load(Ordering::Relaxed)
+    }
+
+    fn put(&self, place: usize, done: T) {
+        lock(&self.state).done.insert(place, done);
+        self.changed.notify_all();
+    }
+
+    /// Waits for a result; `None` if it cannot arrive any more.
+    fn take(&self, place: usize) -> Option<T> {
+        let mut state = lock(&self.state);
+        loop {
+            if let Some(done) = state.done.remove(&place) {
+                state.under_way -= 1;
+                self.changed.notify_all();
+                return Some(done);
+            }
+            if state.workers == 0 {
+                return None;
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// Guard that reports the end of a thread.
+struct Leaving<'b, T>(&'b Board<T>);
+
+impl<T> Drop for Leaving<'_, T> {
+    fn drop(&mut self) {
+        lock(&self.0.state).workers -= 1;
+        self.0.changed.notify_all();
+    }
+}
+
+/// Guard that stops all threads.
+struct Closing<'b, T>(&'b Board<T>);
+
+impl<T> Drop for Closing<'_, T> {
+    fn drop(&mut self) {
+        // The lock ensures that no thread starts to wait in between.
+        let _state = lock(&self.0.state);
+        self.0.is_closed.store(true, Ordering::Relaxed);
+        self.0.changed.notify_all();
+    }
+}

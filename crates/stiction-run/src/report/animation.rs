@@ -1,0 +1,241 @@
+//! Samples of a run for the moving robot of its report.
+//!
+//! A long run keeps evenly spaced samples and those with the extremes of what the report's tables list,
+//! so that a page stays small and its peaks are there.
+
+use crate::dofs::{Dof, actuated, dofs_of};
+use crate::names::Names;
+use crate::table::{REACTION, columns};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use stiction_core::mechanism::Mechanism;
+use stiction_core::spatial::{Pose, Quaternion, Vec3};
+use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
+use stiction_draw::viewer::{Actuator, Film, robot};
+
+/// Size of the samples of a page, bytes of its text: a page that e-mail carries.
+const ROOM: usize = 2_000_000;
+/// Largest number of evenly spaced samples.
+const MOST: usize = 3000;
+/// Relative difference below which a larger value counts as equal, as in the summary.
+const ROUNDING: f64 = 1e-12;
+
+/// Columns of each friction interface.
+const INTERFACE: [&str; 5] = ["speed [m/s]", "load [N]", "friction [N]", "power [W]", "sticks"];
+/// Columns of the external load of a body.
+const LOAD: [&str; 6] = ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]"];
+/// Number of numbers of a pose: position and quaternion.
+const POSE: usize = 7;
+
+/// A kept sample.
+#[derive(Clone, Debug)]
+struct Frame {
+    index: usize,
+    time: f64,
+    poses: Vec<f32>,
+    values: Vec<f64>,
+}
+
+/// Least and greatest value of a quantity with their samples.
+#[derive(Clone, Debug, Default)]
+struct Extremes {
+    least: Option<(f64, Arc<Frame>)>,
+    greatest: Option<(f64, Arc<Frame>)>,
+}
+
+/// Collects the samples of a run for the moving robot.
+#[derive(Clone, Debug)]
+pub(crate) struct Animation {
+    mechanism: Mechanism,
+    names: Names,
+    columns: Vec<String>,
+    actuators: Vec<Actuator>,
+    /// Poses at the first sample in the world, the ground first.
+    first: Vec<Pose<f64>>,
+    origin: Vec3<f64>,
+    trail: Option<Trail>,
+    stride: usize,
+    count: usize,
+    even: BTreeMap<usize, Arc<Frame>>,
+    extremes: Vec<Extremes>,
+    last: Option<Arc<Frame>>,
+    poses: Vec<Pose<f64>>,
+    tracked: Vec<f64>,
+    /// Numbers of columns of each actuator, and of singularity indices.
+    quantities: usize,
+    whole: usize,
+}
+
+impl Animation {
+    /// Empty animation of `count` samples; `quantities` are those of each actuator, its effort first, and
+    /// `whole` the singularity indices, if any.
+    pub(crate) fn new(
+        mechanism: &Mechanism,
+        names: &Names,
+        quantities: &[&str],
+        whole: &[&str],
+        count: usize,
+    ) -> Self {
+        let dofs = dofs_of(mechanism);
+        let mut all = Vec::new();
+        for (name, unit) in &names.drives {
+            all.extend(quantities.iter().map(|quantity| format!("{name}.{quantity} [{unit}]")));
+        }
+        all.extend(columns(names.joints.iter().map(String::as_str), &REACTION));
+        all.extend(columns(names.interfaces.iter().map(|(name, _)| name.as_str()), &INTERFACE));
+        let bodies = mechanism.bodies()[1..].iter().map(|body| body.name.as_str());
+        all.extend(columns(bodies, &LOAD));
+        all.extend(whole.iter().map(|name| (*name).to_owned()));
+        let places = actuated(&dofs);
+        let actuators = names.drives.iter().zip(&places);
+        let actuators =
+            actuators.map(|((name, unit), &place)| actuator(mechanism, name, unit, &dofs[place]));
+        let bytes = 4 * POSE * mechanism.bodies().len() + 8 * (1 + all.len());
+        // Base64 has four letters for three bytes.
+        let most = (ROOM * 3 / 4 / bytes).clamp(2, MOST);
+        Self {
+            mechanism: mechanism.clone(),
+            actuators: actuators.collect(),
+            columns: all,
+            first: Vec::new(),
+            origin: Vec3::zero(),
+            trail: None,
+            stride: count.div_ceil(most).max(1),
+            count: 0,
+            even: BTreeMap::new(),
+            extremes: Vec::new(),
+            last: None,
+            poses: Vec::new(),
+            tracked: Vec::new(),
+            names: names.clone(),
+            quantities: quantities.len(),
+            whole: whole.len(),
+        }
+    }
+
+    /// Adds a sample: poses of all bodies in the world, the ground first, and values of all columns in
+    /// the order actuators, joints, friction interfaces, loads of bodies, singularity indices.
+    pub(crate) fn push(
+        &mut self,
+        time: f64,
+        poses: impl IntoIterator<Item = Pose<f64>>,
+        values: Vec<f64>,
+    ) {
+        self.poses.clear();
+        self.poses.extend(poses);
+        if self.first.is_empty() {
+            self.first.clone_from(&self.poses);
+            self.origin = Drawing::new(&self.mechanism, &self.poses).middle();
+            self.trail = Some(Trail::new(&self.mechanism, &self.poses));
+        } else if let Some(trail) = &mut self.trail {
+            trail.add(&self.mechanism, &self.poses);
+        }
+        let mut poses = Vec::with_capacity(POSE * self.poses.len());
+        for pose in &self.poses {
+            let mut orientation = [0.0; 4];
+            Quaternion::from_rotation(pose.rotation).write(&mut orientation);
+            let position = (pose.position - self.origin).to_array();
+            poses.extend(position.into_iter().chain(orientation).map(|x| x as f32));
+        }
+        self.track(&values);
+        let frame = Arc::new(Frame { index: self.count, time, poses, values });
+        self.extremes.resize_with(self.tracked.len(), Extremes::default);
+        for (extremes, &value) in self.extremes.iter_mut().zip(&self.tracked) {
+            let margin = |known: f64| known.abs() * ROUNDING;
+            let is_less = |known: &(f64, _)| value < known.0 - margin(known.0);
+            if value.is_finite() && extremes.least.as_ref().is_none_or(is_less) {
+                extremes.least = Some((value, Arc::clone(&frame)));
+            }
+            let is_greater = |known: &(f64, _)| value > known.0 + margin(known.0);
+            if value.is_finite() && extremes.greatest.as_ref().is_none_or(is_greater) {
+                extremes.greatest = Some((value, Arc::clone(&frame)));
+            }
+        }
+        if self.count.is_multiple_of(self.stride) {
+            self.even.insert(self.count, Arc::clone(&frame));
+        }
+        self.last = Some(frame);
+        self.count += 1;
+    }
+
+    /// Collects the quantities whose extremes are kept: efforts, sizes of reactions, normal loads,
+    /// frictions and their powers, singularity indices.
+    fn track(&mut self, values: &[f64]) {
+        let (drives, quantities) = (self.names.drives.len(), self.quantities);
+        self.tracked.clear();
+        self.tracked.extend((0..drives).map(|k| values[k * quantities]));
+        let mut at = drives * quantities;
+        let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        for row in values[at..].chunks_exact(REACTION.len()).take(self.names.joints.len()) {
+            self.tracked.extend([size(&row[..3]), size(&row[3..6])]);
+        }
+        at += REACTION.len() * self.names.joints.len();
+        for row in values[at..].chunks_exact(INTERFACE.len()).take(self.names.interfaces.len()) {
+            self.tracked.extend_from_slice(&row[1..4]);
+        }
+        self.tracked.extend_from_slice(&values[values.len() - self.whole..]);
+    }
+
+    /// Markup of the moving robot with its still picture; empty without a sample.
+    pub(crate) fn figure(&self, caption: &str) -> String {
+        if self.first.is_empty() {
+            return String::new();
+        }
+        let drawing = Drawing::new(&self.mechanism, &self.first);
+        let drawing = match &self.trail {
+            Some(trail) => drawing.with_trail(trail),
+            None => drawing,
+        };
+        let still = drawing.svg(&drawing.best_view(), Detail::Full, Surface::Inline);
+        robot(&drawing.scene(), &self.film(), &still, caption)
+    }
+
+    /// The kept samples, without the columns of loads that never act.
+    pub(crate) fn film(&self) -> Film {
+        let mut frames = self.even.clone();
+        let ends = self.extremes.iter().flat_map(|extremes| [&extremes.least, &extremes.greatest]);
+        let peaks = ends.flatten().map(|(_, frame)| frame).chain(&self.last);
+        frames.extend(peaks.map(|frame| (frame.index, Arc::clone(frame))));
+        let bodies: Vec<&str> =
+            self.mechanism.bodies()[1..].iter().map(|body| body.name.as_str()).collect();
+        let loads = LOAD.len() * bodies.len();
+        let first = self.columns.len() - loads - self.whole;
+        let acts = |body: usize| {
+            let from = first + LOAD.len() * body;
+            frames
+                .values()
+                .any(|frame| frame.values[from..from + LOAD.len()].iter().any(|x| *x != 0.0))
+        };
+        let mut keep = vec![true; self.columns.len()];
+        for body in (0..bodies.len()).filter(|&body| !acts(body)) {
+            keep[first + LOAD.len() * body..][..LOAD.len()].fill(false);
+        }
+        let kept = |k: &usize| keep[*k];
+        Film {
+            times: frames.values().map(|frame| frame.time).collect(),
+            of: self.count,
+            origin: self.origin.to_array(),
+            poses: frames.values().flat_map(|frame| frame.poses.iter().copied()).collect(),
+            columns: (0..keep.len()).filter(kept).map(|k| self.columns[k].clone()).collect(),
+            values: frames
+                .values()
+                .flat_map(|frame| (0..keep.len()).filter(kept).map(|k| frame.values[k]))
+                .collect(),
+            interfaces: self.names.interfaces.clone(),
+            actuators: self.actuators.clone(),
+        }
+    }
+}
+
+fn actuator(mechanism: &Mechanism, name: &str, unit: &'static str, dof: &Dof) -> Actuator {
+    let joint = &mechanism.joints()[dof.joint.0];
+    let second = joint.joint_type == stiction_core::joint::JointType::Universal && dof.index == 1;
+    Actuator {
+        name: name.to_owned(),
+        unit,
+        joint: dof.joint.0,
+        axis: joint.joint_type.dofs()[dof.index].axis,
+        second,
+        turns: !dof.translates,
+    }
+}

@@ -1,0 +1,55 @@
+//! Verdicts in a report: what was found, what it means, and what to do.
+
+use super::html::section;
+use stiction_draw::xml::escape;
+
+/// A verdict with its meaning.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Finding {
+    class: &'static str,
+    statement: String,
+    meaning: String,
+}
+
+impl Finding {
+    /// A verdict without anything to do.
+    pub(crate) fn good(statement: impl Into<String>, meaning: impl Into<String>) -> Self {
+        Self { class: "good", statement: statement.into(), meaning: meaning.into() }
+    }
+
+    /// A verdict to know when using the results.
+    pub(crate) fn open(statement: impl Into<String>, meaning: impl Into<String>) -> Self {
+        Self { class: "open", statement: statement.into(), meaning: meaning.into() }
+    }
+
+    /// A verdict that calls for a change.
+    pub(crate) fn bad(statement: impl Into<String>, meaning: impl Into<String>) -> Self {
+        Self { class: "bad", statement: statement.into(), meaning: meaning.into() }
+    }
+
+    fn markup(&self) -> String {
+        let word = match self.class {
+            "good" => "good",
+            "open" => "note",
+            _ => "caution",
+        };
+        format!(
+            "<li class=\"{}\"><span class=\"badge\">{word}</span><div><b>{}</b><p>{}</p></div></li>\n",
+            self.class,
+            escape(&self.statement),
+            escape(&self.meaning)
+        )
+    }
+}
+
+/// Section of verdicts, those that call for a change first.
+pub(crate) fn findings(findings: &[Finding]) -> String {
+    let of = |class: &str| -> String {
+        findings.iter().filter(|one| one.class == class).map(Finding::markup).collect()
+    };
+    let items = ["bad", "open", "good"].map(of).concat();
+    if items.is_empty() {
+        return String::new();
+    }
+    section("Verdicts", &format!("<ul class=\"findings\">\n{items}</ul>\n"))
+}

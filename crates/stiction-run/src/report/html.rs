@@ -1,0 +1,124 @@
+//! HTML elements of reports. Plain text is escaped; arguments named `inner` are markup.
+
+use stiction_draw::figure::{Bars, Figure};
+use stiction_draw::numbers::number;
+use stiction_draw::page;
+use stiction_draw::xml::escape;
+
+pub(crate) use stiction_draw::page::Column;
+
+const STYLE: &str = include_str!("style.css");
+
+/// Section with its heading.
+pub(crate) fn section(title: &str, inner: &str) -> String {
+    format!("<section>\n<h2>{}</h2>\n{inner}</section>\n", escape(title))
+}
+
+/// Paragraph.
+pub(crate) fn paragraph(text: &str) -> String {
+    format!("<p>{}</p>\n", escape(text))
+}
+
+/// Paragraph of explanation.
+pub(crate) fn note(text: &str) -> String {
+    format!("<p class=\"note\">{}</p>\n", escape(text))
+}
+
+/// Table; empty without rows.
+pub(crate) fn table(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let head: Vec<_> = head.iter().map(|(name, column)| (escape(name), *column)).collect();
+    let rows: Vec<Vec<_>> =
+        rows.iter().map(|row| row.iter().map(|text| escape(text)).collect()).collect();
+    format!("<div class=\"wide\">{}</div>\n", page::table(&head, &rows))
+}
+
+/// Collapsible section for long tables.
+pub(crate) fn folded(summary: &str, inner: &str) -> String {
+    if inner.is_empty() {
+        return String::new();
+    }
+    format!("<details>\n<summary>{}</summary>\n{inner}</details>\n", escape(summary))
+}
+
+/// Verdict in large letters.
+pub(crate) fn card(big: &str, small: &str, is_bad: bool) -> String {
+    let class = if is_bad { "card bad" } else { "card" };
+    format!("<div class=\"{class}\"><b>{}</b><span>{}</span></div>\n", escape(big), escape(small))
+}
+
+/// Figure of curves in the page's colours.
+pub(crate) fn curves(figure: &Figure) -> String {
+    if figure.is_empty() {
+        return String::new();
+    }
+    format!("<figure class=\"plot\">\n{}</figure>\n", figure.inline(&figure.title))
+}
+
+/// Figure of bars in the page's colours.
+pub(crate) fn bars(bars: &Bars) -> String {
+    match bars.inline(&bars.title) {
+        inner if inner.is_empty() => inner,
+        inner => format!("<figure class=\"plot\">\n{inner}</figure>\n"),
+    }
+}
+
+/// Table whose cells are markup, of [`text`] and [`instant`]; empty without rows.
+pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let head: Vec<_> = head.iter().map(|(name, column)| (escape(name), *column)).collect();
+    format!("<div class=\"wide\">{}</div>\n", page::table(&head, rows))
+}
+
+/// The first rows of a long table, and the others folded.
+pub(crate) fn long_table(head: &[(&str, Column)], rows: &[Vec<String>], most: usize) -> String {
+    let (first, more) = rows.split_at(rows.len().min(most));
+    let summary = match more.len() {
+        1 => "one more".to_owned(),
+        count => format!("{count} more"),
+    };
+    table_of(head, first) + &folded(&summary, &table_of(head, more))
+}
+
+/// Cell of plain text.
+pub(crate) fn text(text: &str) -> String {
+    escape(text)
+}
+
+/// Cell of an instant, s: a link that moves the robot there.
+pub(crate) fn instant(time: f64) -> String {
+    if !time.is_finite() {
+        return text("-");
+    }
+    let mut exact = String::new();
+    stiction_draw::numbers::exact(&mut exact, time);
+    format!("<a href=\"#t={exact}\">{}</a>", escape(&number(time)))
+}
+
+/// Warnings; empty without any.
+pub(crate) fn warnings<'a>(all: impl IntoIterator<Item = &'a String>) -> String {
+    let items: String = all.into_iter().map(|one| format!("<li>{}</li>\n", escape(one))).collect();
+    match items.is_empty() {
+        true => items,
+        false => format!("<ul class=\"warnings\" title=\"warnings\">\n{items}</ul>\n"),
+    }
+}
+
+/// Cards beside each other.
+pub(crate) fn cards(cards: &[String]) -> String {
+    format!("<div class=\"cards\">\n{}</div>\n", cards.concat())
+}
+
+/// Whole page that runs no script.
+pub(crate) fn page(title: &str, inner: &str) -> String {
+    page::page(title, STYLE, inner)
+}
+
+/// Whole page with a moving robot.
+pub(crate) fn page_with_robot(title: &str, inner: &str) -> String {
+    page::page_with_viewer(title, &format!("{STYLE}{}", stiction_draw::viewer::STYLE), inner)
+}

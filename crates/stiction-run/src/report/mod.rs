@@ -1,0 +1,126 @@
+//! Reports of runs: self-contained pages with a common frame.
+//!
+//! Names and titles come from the user's files; `html` escapes them.
+
+pub(crate) mod animation;
+mod finding;
+pub(crate) mod html;
+
+pub(crate) use finding::{Finding, findings};
+
+use crate::statistics::{Reactions, Size};
+use html::{Column, note, paragraph, section, table, text};
+use serde_json::Value;
+use stiction_draw::figure::meaning::FRICTION;
+use stiction_draw::figure::{Bar, Bars};
+use stiction_draw::numbers::number;
+use stiction_draw::xml::escape;
+use stiction_format::ModelFile;
+
+/// Largest number of rows of a table before the others are folded.
+pub(crate) const LISTED: usize = 8;
+
+/// Largest number of bars.
+const BARS: usize = 12;
+
+/// Heading of a report: the model, its title, and what was computed.
+pub(crate) fn header(model: &ModelFile, about: &str) -> String {
+    let mut inner = format!("<h1>{}</h1>\n", escape(&model.name));
+    if !model.title.is_empty() {
+        inner += &paragraph(&model.title);
+    }
+    inner + &note(about)
+}
+
+/// Peaks of the reactions of all joints, the largest force first; `length` in m makes moments comparable
+/// with forces.
+pub(crate) fn reactions(names: &[String], reactions: &Reactions, length: f64) -> String {
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    order.sort_by(|&a, &b| reactions.0[b].0.peak.total_cmp(&reactions.0[a].0.peak));
+    let of = |size: &Size, noise: f64| match size.peak > noise {
+        true => [text(&number(size.peak)), html::instant(size.peak_time)],
+        false => [text("0"), String::new()],
+    };
+    let row = |&k: &usize| {
+        let (force, moment) = &reactions.0[k];
+        // Values as small as rounding errors become zero.
+        let moment = of(moment, 1e-12 * force.peak * length);
+        let cells = of(force, 0.0).into_iter().chain(moment);
+        std::iter::once(text(&names[k])).chain(cells).collect()
+    };
+    let rows: Vec<Vec<String>> = order.iter().map(row).collect();
+    let head = [
+        ("joint", Column::Text),
+        ("force [N]", Column::Number),
+        ("at [s]", Column::Number),
+        ("moment [N m]", Column::Number),
+        ("at [s]", Column::Number),
+    ];
+    let inner = note(
+        "Peaks of the complete joint reactions, the largest first. Click a time to see the robot there.",
+    ) + &html::long_table(&head, &rows, LISTED);
+    section("Joint reactions", &inner)
+}
+
+/// Bars of the dissipation of each joint, the greatest first; `amounts` are those of friction interfaces with
+/// the indices of their joints.
+pub(crate) fn by_joint(
+    names: &[String],
+    amounts: impl Iterator<Item = (usize, f64)>,
+    unit: &str,
+) -> String {
+    let mut sums = vec![0.0; names.len()];
+    for (joint, amount) in amounts {
+        sums[joint] += amount;
+    }
+    let mut order: Vec<usize> = (0..names.len()).filter(|&joint| sums[joint] > 0.0).collect();
+    order.sort_by(|&a, &b| sums[b].total_cmp(&sums[a]));
+    let bar = |&joint: &usize| Bar {
+        label: names[joint].clone(),
+        ends: (0.0, sums[joint]),
+        mark: None,
+        colour: FRICTION,
+    };
+    let bars = order.iter().take(BARS).map(bar).collect();
+    let title = match order.len() > BARS {
+        true => format!("Dissipation by joint, the {BARS} greatest"),
+        false => "Dissipation by joint".to_owned(),
+    };
+    html::bars(&Bars { title, unit: unit.to_owned(), bars })
+}
+
+/// Options and version to repeat the run; `options` are those of the summary.
+pub(crate) fn repeat(command: Option<&str>, options: &Value) -> String {
+    let mut inner = String::new();
+    if let Some(command) = command {
+        inner += &format!("<pre class=\"wide\" tabindex=\"0\">{}</pre>\n", escape(command));
+    }
+    let shown = |value: &Value| match value {
+        Value::String(text) => text.clone(),
+        Value::Number(value) => value.as_f64().map_or(value.to_string(), number),
+        other => other.to_string(),
+    };
+    let given = |value: &&Value| !value.is_null() && value.as_array().is_none_or(|a| !a.is_empty());
+    let entries = options.as_object().into_iter().flatten();
+    let entries = entries.filter(|(_, value)| given(value));
+    let rows: Vec<Vec<String>> =
+        entries.map(|(key, value)| vec![key.replace('_', " "), shown(value)]).collect();
+    inner += &table(&[("option", Column::Text), ("value", Column::Text)], &rows);
+    section("To repeat this run", &(inner + &version()))
+}
+
+/// Version of the program.
+pub(crate) fn version() -> String {
+    note(&format!(
+        "stiction {}. All numbers in SI units; the other files of this folder contain them with all digits.",
+        env!("CARGO_PKG_VERSION")
+    ))
+}
+
+/// Source of the model.
+pub(crate) fn footer(model: &ModelFile) -> String {
+    match model.source.trim() {
+        "" => String::new(),
+        source => format!("<footer>\n<p class=\"source\">{}</p>\n</footer>\n", escape(source)),
+    }
+}

@@ -1,0 +1,118 @@
+//! Columns that objectives can name.
+
+use crate::Job;
+use crate::inverse::rows::{Rows, TABLES};
+use crate::names::Names;
+
+/// A column of the tables of inverse dynamics, or the magnitude of a vector of three of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Column {
+    /// Index of the table.
+    table: usize,
+    /// Index of the first column in its row.
+    first: usize,
+    /// Number of components.
+    width: usize,
+    /// Name in objectives.
+    pub(super) name: String,
+    /// Unit, without brackets; `-` for none.
+    pub(super) unit: String,
+}
+
+impl Column {
+    /// Value in the rows of a sample.
+    pub(super) fn of(&self, rows: &Rows) -> f64 {
+        let row = rows.rows[self.table].get(self.first..self.first + self.width);
+        match row {
+            Some([value]) => *value,
+            Some(vector) => vector.iter().map(|x| x * x).sum::<f64>().sqrt(),
+            None => f64::NAN,
+        }
+    }
+
+    /// Column of the same table that says whether the value is determined, if there is one.
+    pub(super) fn determined(&self, known: &[Self]) -> Option<Self> {
+        let owners = self.name.match_indices('.').map(|(at, _)| &self.name[..at]);
+        let flag = |owner: &str| {
+            let name = format!("{owner}.determined");
+            known.iter().find(|column| column.table == self.table && column.name == name)
+        };
+        owners.rev().find_map(flag).cloned()
+    }
+
+    /// Short name of its table, which distinguishes columns of equal names.
+    pub(super) fn table(&self) -> &'static str {
+        TABLES[self.table].trim_end_matches(".csv")
+    }
+}
+
+/// All columns of a job, first those of shorter names.
+pub(super) fn columns(job: &Job<'_>, rows: &Rows) -> Vec<Column> {
+    let mut all = Vec::new();
+    // Columns of equal names are found in this order.
+    let order = ["inverse", "joints", "reactions", "friction", "bodies", "motors", "contributions"];
+    let has = Rows::of_job(job);
+    for table in order {
+        let Some(table) = TABLES.iter().position(|file| file.trim_end_matches(".csv") == table)
+        else {
+            continue;
+        };
+        if !has[table] {
+            continue;
+        }
+        let start = all.len();
+        all.extend(rows.headers[table].iter().enumerate().map(|(first, header)| {
+            let (name, unit) = split(header);
+            Column { table, first, width: 1, name, unit }
+        }));
+        let vectors = vectors(&all[start..]);
+        all.extend(vectors);
+        if start == 0 {
+            let efforts = efforts(job, &all);
+            all.extend(efforts);
+        }
+    }
+    all
+}
+
+/// Name and unit of a header such as `leg1.P.drive [N]`.
+pub(super) fn split(header: &str) -> (String, String) {
+    match header.trim().strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
+        Some((name, unit)) => (name.trim_end().to_owned(), unit.trim().to_owned()),
+        None => (header.trim().to_owned(), "-".to_owned()),
+    }
+}
+
+/// `J.effort` for the column `J.drive` of every actuator.
+fn efforts(job: &Job<'_>, inverse: &[Column]) -> Vec<Column> {
+    let names = Names::new(&job.model.mechanism);
+    let effort = |(name, _): &(String, &str)| {
+        let drive = format!("{name}.drive");
+        let column = inverse.iter().find(|column| column.name == drive)?;
+        Some(Column { name: format!("{name}.effort"), ..column.clone() })
+    };
+    names.drives.iter().filter_map(effort).collect()
+}
+
+/// Magnitudes of vectors among the columns of a table: `J.reaction.force` of `J.fx`, `J.fy`, `J.fz`.
+fn vectors(columns: &[Column]) -> Vec<Column> {
+    let kinds = [
+        (["fx", "fy", "fz"], "reaction.force"),
+        (["mx", "my", "mz"], "reaction.moment"),
+        (["vx", "vy", "vz"], "velocity"),
+        (["ax", "ay", "az"], "acceleration"),
+    ];
+    let mut found = Vec::new();
+    for triple in columns.windows(3) {
+        for (components, name) in kinds {
+            let owner = |k: usize| triple[k].name.strip_suffix(components[k])?.strip_suffix('.');
+            if let (Some(a), Some(b), Some(c)) = (owner(0), owner(1), owner(2))
+                && a == b
+                && b == c
+            {
+                found.push(Column { width: 3, name: format!("{a}.{name}"), ..triple[0].clone() });
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,212 @@
+//! Designs: the values of the varied keys in every row of a study.
+
+use super::latin_hypercube::{LatinHypercube, unit};
+use super::sobol::{MOST_DIMENSIONS, Sobol};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use stiction_format::{Key, Setting, Variation};
+use thiserror::Error;
+
+/// Values of the varied keys in every row of a study. A row does not depend on others, nor on the number of rows
+/// that are computed elsewhere.
+#[derive(Clone, Debug)]
+pub struct Design {
+    variations: Vec<Variation>,
+    count: u64,
+    plan: Plan,
+}
+
+#[derive(Clone, Debug)]
+enum Plan {
+    Grid,
+    LatinHypercube(Vec<LatinHypercube>),
+    /// For each dimension the sequence and the digital shift.
+    Sobol(Vec<(Sobol, u64)>),
+}
+
+/// Largest number of rows of a grid.
+const MOST_ROWS: u64 = 1 << 40;
+/// Largest number of coordinates of a Latin hypercube, whose permutations are kept in memory.
+const MOST_COORDINATES: u64 = 1 << 28;
+
+/// Reason why variations make no design.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum DesignError {
+    /// No key is varied.
+    #[error("no key is varied")]
+    Empty,
+    /// A key is varied twice.
+    #[error("`{0}` is varied twice")]
+    Twice(
+        /// The key.
+        String,
+    ),
+    /// A grid needs the number of values of each range.
+    #[error("the range of `{0}` has no number of values, which a grid needs")]
+    Uncounted(
+        /// The key.
+        String,
+    ),
+    /// A sampled range has no number of values.
+    #[error("the range of `{0}` has a number of values, but the design samples it")]
+    Counted(
+        /// The key.
+        String,
+    ),
+    /// There are no samples.
+    #[error("a sampled design has at least one row")]
+    NoSamples,
+    /// There are too many rows.
+    #[error("the design has {rows} rows; the maximum is {most}")]
+    TooManyRows {
+        /// Number of rows, in words where it is beyond counting.
+        rows: String,
+        /// The maximum.
+        most: u64,
+    },
+    /// Sobol's sequence has too few dimensions.
+    #[error("{keys} keys are varied; Sobol's sequence is known here up to {most} dimensions")]
+    TooManyKeys {
+        /// Number of keys.
+        keys: usize,
+        /// The maximum.
+        most: usize,
+    },
+}
+
+impl Design {
+    /// All combinations; the last key changes fastest.
+    ///
+    /// # Errors
+    /// See [`DesignError`].
+    pub fn grid(variations: Vec<Variation>) -> Result<Self, DesignError> {
+        check(&variations)?;
+        let mut count = 1_u64;
+        for variation in &variations {
+            let own = variation.count();
+            let own = own.ok_or_else(|| DesignError::Uncounted(variation.key.path.clone()))?;
+            count =
+                count.checked_mul(own).filter(|count| *count <= MOST_ROWS).ok_or_else(|| {
+                    DesignError::TooManyRows {
+                        rows: format!("more than {MOST_ROWS}"),
+                        most: MOST_ROWS,
+                    }
+                })?;
+        }
+        Ok(Self { variations, count, plan: Plan::Grid })
+    }
+
+    /// A Latin hypercube: every range is cut into as many intervals as there are rows, and each interval is used
+    /// once.
+    ///
+    /// # Errors
+    /// See [`DesignError`].
+    pub fn latin_hypercube(
+        variations: Vec<Variation>,
+        samples: u64,
+        seed: u64,
+    ) -> Result<Self, DesignError> {
+        check_sampled(&variations, samples)?;
+        let most = MOST_COORDINATES / variations.len() as u64;
+        let points = u32::try_from(samples).ok().filter(|_| samples <= most);
+        let points =
+            points.ok_or_else(|| DesignError::TooManyRows { rows: samples.to_string(), most })?;
+        let cube = |dimension| LatinHypercube::new(seed, dimension, points);
+        let plan = Plan::LatinHypercube((0..variations.len()).map(cube).collect());
+        Ok(Self { variations, count: samples, plan })
+    }
+
+    /// The first points of Sobol's sequence, shifted at random by a seed (digital shift), or as they are. A longer
+    /// design begins with the rows of a shorter one.
+    ///
+    /// # Errors
+    /// See [`DesignError`].
+    pub fn sobol(
+        variations: Vec<Variation>,
+        samples: u64,
+        seed: Option<u64>,
+    ) -> Result<Self, DesignError> {
+        check_sampled(&variations, samples)?;
+        let (keys, most) = (variations.len(), MOST_DIMENSIONS);
+        if keys > most {
+            return Err(DesignError::TooManyKeys { keys, most });
+        }
+        if samples > MOST_ROWS {
+            let rows = samples.to_string();
+            return Err(DesignError::TooManyRows { rows, most: MOST_ROWS });
+        }
+        let mut random = seed.map(ChaCha8Rng::seed_from_u64);
+        let mut shift = || random.as_mut().map_or(0, Rng::next_u64);
+        let plan = Plan::Sobol((0..keys).map(|k| (Sobol::new(k), shift())).collect());
+        Ok(Self { variations, count: samples, plan })
+    }
+
+    /// Number of rows.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The varied keys.
+    pub fn keys(&self) -> impl Iterator<Item = &Key> {
+        self.variations.iter().map(|variation| &variation.key)
+    }
+
+    /// Numbers of values of a grid, by key; `None` for a sampled design.
+    pub fn shape(&self) -> Option<Vec<u64>> {
+        match self.plan {
+            Plan::Grid => self.variations.iter().map(Variation::count).collect(),
+            _ => None,
+        }
+    }
+
+    /// Values of the keys in a row, counted from 0.
+    pub fn row(&self, row: u64) -> Vec<Setting> {
+        match &self.plan {
+            Plan::Grid => {
+                let mut rest = row;
+                let mut values: Vec<Setting> = Vec::with_capacity(self.variations.len());
+                for variation in self.variations.iter().rev() {
+                    let count = variation.count().unwrap_or(1).max(1);
+                    values.push(variation.at(rest % count));
+                    rest /= count;
+                }
+                values.reverse();
+                values
+            }
+            Plan::LatinHypercube(cubes) => {
+                let all = self.variations.iter().zip(cubes);
+                all.map(|(variation, cube)| variation.within(cube.at(row))).collect()
+            }
+            Plan::Sobol(sequences) => {
+                let all = self.variations.iter().zip(sequences);
+                all.map(|(variation, (sobol, shift))| variation.within(unit(sobol.at(row) ^ shift)))
+                    .collect()
+            }
+        }
+    }
+}
+
+fn check(variations: &[Variation]) -> Result<(), DesignError> {
+    if variations.is_empty() {
+        return Err(DesignError::Empty);
+    }
+    for (k, variation) in variations.iter().enumerate() {
+        let path = &variation.key.path;
+        if variations[..k].iter().any(|other| other.key.path == *path) {
+            return Err(DesignError::Twice(path.clone()));
+        }
+    }
+    Ok(())
+}
+
+fn check_sampled(variations: &[Variation], samples: u64) -> Result<(), DesignError> {
+    check(variations)?;
+    let is_counted = |variation: &&Variation| {
+        matches!(variation.values, stiction_format::Values::Range { count: Some(_), .. })
+    };
+    if let Some(variation) = variations.iter().find(is_counted) {
+        return Err(DesignError::Counted(variation.key.path.clone()));
+    }
+    if samples == 0 { Err(DesignError::NoSamples) } else { Ok(()) }
+}

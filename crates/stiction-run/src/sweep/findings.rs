@@ -1,0 +1,212 @@
+//! Summary of a study: extremes of the objectives, and what failed.
+
+use super::row::{Row, Status};
+use crate::names::width;
+use serde_json::{Map, Value, json};
+use std::fmt::{self, Write};
+use stiction_draw::numbers::number;
+use stiction_format::{Key, Setting};
+
+/// Largest number of failures and cautions that are kept.
+const KEPT: usize = 10;
+/// Largest number of rows that are listed.
+const LISTED: usize = 20;
+
+/// Collects the summary of a study, row by row.
+#[derive(Clone, Debug)]
+pub struct Findings {
+    keys: Vec<Key>,
+    objectives: Vec<String>,
+    rows: u64,
+    failed: u64,
+    doubtful: u64,
+    /// True while all failures are values that cannot be used.
+    are_all_bad_inputs: bool,
+    extremes: Vec<Option<[Extreme; 2]>>,
+    /// First rows with doubts or without results.
+    remarks: Vec<(u64, String)>,
+    first: Vec<(u64, Vec<Setting>, Row)>,
+}
+
+/// Least or greatest value of an objective.
+#[derive(Clone, Debug)]
+struct Extreme {
+    value: f64,
+    row: u64,
+    settings: Vec<Setting>,
+}
+
+impl Findings {
+    /// Summary of a study without rows yet.
+    pub fn new(keys: &[Key], objectives: &[String]) -> Self {
+        Self {
+            keys: keys.to_vec(),
+            objectives: objectives.to_vec(),
+            rows: 0,
+            failed: 0,
+            doubtful: 0,
+            are_all_bad_inputs: true,
+            extremes: vec![None; objectives.len()],
+            remarks: Vec::new(),
+            first: Vec::new(),
+        }
+    }
+
+    /// Adds a row.
+    pub fn add(&mut self, number: u64, settings: &[Setting], row: &Row) {
+        self.rows += 1;
+        match &row.status {
+            Status::Failed { is_bad_input, .. } => {
+                self.failed += 1;
+                self.are_all_bad_inputs &= is_bad_input;
+            }
+            Status::Computed { doubts } => self.doubtful += u64::from(!doubts.is_empty()),
+        }
+        if !row.status.is_ok() && self.remarks.len() < KEPT {
+            self.remarks.push((number, row.status.to_string()));
+        }
+        if self.first.len() <= LISTED {
+            self.first.push((number, settings.to_vec(), row.clone()));
+        }
+        for (extremes, value) in self.extremes.iter_mut().zip(&row.values) {
+            let Some(value) = *value else { continue };
+            let extreme = || Extreme { value, row: number, settings: settings.to_vec() };
+            match extremes {
+                None => *extremes = Some([extreme(), extreme()]),
+                Some([least, greatest]) => {
+                    if value < least.value {
+                        *least = extreme();
+                    }
+                    if value > greatest.value {
+                        *greatest = extreme();
+                    }
+                }
+            }
+        }
+    }
+
+    /// Reason why no row has results, and true if all values cannot be used; `None` if some row has results.
+    pub fn failure(&self) -> Option<(bool, String)> {
+        let (row, reason) = self.remarks.first()?;
+        (self.rows > 0 && self.failed == self.rows).then(|| {
+            (self.are_all_bad_inputs, format!("no design has results; row {row}: {reason}"))
+        })
+    }
+
+    /// The summary as JSON.
+    pub fn json(&self) -> Value {
+        let mut objectives = Map::new();
+        for (objective, extremes) in self.objectives.iter().zip(&self.extremes) {
+            let value = |extreme: &Extreme| json!({ "value": extreme.value, "row": extreme.row, "settings": self.settings_json(&extreme.settings) });
+            let value = extremes.as_ref().map(
+                |[least, greatest]| json!({ "least": value(least), "greatest": value(greatest) }),
+            );
+            objectives.insert(objective.clone(), value.unwrap_or(Value::Null));
+        }
+        let remarks =
+            self.remarks.iter().map(|(row, status)| json!({ "row": row, "status": status }));
+        json!({
+            "rows": self.rows,
+            "ok": self.rows - self.failed - self.doubtful,
+            "with_cautions": self.doubtful,
+            "failed": self.failed,
+            "objectives": objectives,
+            "first_remarks": remarks.collect::<Vec<_>>(),
+        })
+    }
+
+    fn settings_json(&self, settings: &[Setting]) -> Value {
+        let value = |setting: &Setting| match setting {
+            Setting::Number(number) => json!(number),
+            Setting::Text(text) => json!(text),
+        };
+        let named = self.keys.iter().zip(settings);
+        Value::Object(named.map(|(key, setting)| (key.to_string(), value(setting))).collect())
+    }
+
+    /// Writes the summary for the terminal: all rows of a short study, the extremes of a long one, and the first
+    /// remarks.
+    ///
+    /// # Errors
+    /// Writing fails.
+    pub fn write(&self, out: &mut impl Write) -> fmt::Result {
+        if self.first.len() <= LISTED {
+            self.write_rows(out)?;
+        } else {
+            self.write_extremes(out)?;
+        }
+        let ok = self.rows - self.failed - self.doubtful;
+        write!(out, "\n{} designs: {ok} ok", self.rows)?;
+        for (count, what) in [(self.doubtful, "with cautions"), (self.failed, "without results")] {
+            if count > 0 {
+                write!(out, ", {count} {what}")?;
+            }
+        }
+        writeln!(out)?;
+        for (row, remark) in &self.remarks {
+            writeln!(out, "row {row}: {remark}")?;
+        }
+        let more = self.doubtful + self.failed - self.remarks.len() as u64;
+        if more > 0 {
+            writeln!(out, "and {more} more; the column `status` of sweep.csv has all")?;
+        }
+        Ok(())
+    }
+
+    fn write_rows(&self, out: &mut impl Write) -> fmt::Result {
+        let cell = |setting: &Setting| match setting {
+            Setting::Number(value) => number(*value),
+            Setting::Text(text) => text.clone(),
+        };
+        let mut lines: Vec<Vec<String>> = vec![
+            std::iter::once("row".to_owned())
+                .chain(self.keys.iter().map(Key::to_string))
+                .chain(self.objectives.iter().cloned())
+                .collect(),
+        ];
+        for (row, settings, results) in &self.first {
+            let values = results.values.iter().map(|value| value.map_or("-".to_owned(), number));
+            let line =
+                std::iter::once(row.to_string()).chain(settings.iter().map(cell)).chain(values);
+            lines.push(line.collect());
+        }
+        let columns = lines.first().map_or(0, Vec::len);
+        let widths: Vec<usize> = (0..columns)
+            .map(|k| width(lines.iter().filter_map(|line| line.get(k)).map(String::as_str), 3))
+            .collect();
+        for line in &lines {
+            let cells = line.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}"));
+            writeln!(out, "{}", cells.collect::<Vec<_>>().join("  "))?;
+        }
+        Ok(())
+    }
+
+    fn write_extremes(&self, out: &mut impl Write) -> fmt::Result {
+        for (objective, extremes) in self.objectives.iter().zip(&self.extremes) {
+            writeln!(out, "{objective}")?;
+            let Some([least, greatest]) = extremes else {
+                writeln!(out, "  no value")?;
+                continue;
+            };
+            for (what, extreme) in [("least", least), ("greatest", greatest)] {
+                let settings: Vec<String> = self
+                    .keys
+                    .iter()
+                    .zip(&extreme.settings)
+                    .map(|(key, setting)| match key.unit.as_str() {
+                        "" => format!("{} = {setting}", key.path),
+                        unit => format!("{} = {setting} {unit}", key.path),
+                    })
+                    .collect();
+                let value = number(extreme.value);
+                writeln!(
+                    out,
+                    "  {what:<9}{value:>10}  row {}: {}",
+                    extreme.row,
+                    settings.join(", ")
+                )?;
+            }
+        }
+        Ok(())
+    }
+}

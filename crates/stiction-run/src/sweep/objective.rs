@@ -1,0 +1,179 @@
+//! Objectives of a study: `peak(leg1.P.effort)`, `min(distance.actuation)`.
+
+use super::column::{Column, columns, split};
+use super::statistic::{Function, Statistic};
+use crate::inverse::Sample;
+use crate::inverse::rows::Rows;
+use crate::{Job, Sink, SinkError};
+use std::ops::Range;
+use std::sync::Arc;
+use stiction_format::{Diagnostic, Diagnostics, Place, Source, did_you_mean};
+
+/// Statistics of columns, measured along a run.
+///
+/// An objective is a function of a column: `FUNCTION(COLUMN)`. The functions are `peak` (largest magnitude),
+/// `rms`, `mean`, `min`, `max`, `range`, `final` and `work` (the integral of a power over time). A column is one of
+/// the tables of [`Tables`](crate::inverse::Tables), without its unit: `leg1.P.drive`, `distance.actuation`;
+/// `leg1.P.effort` stands for `leg1.P.drive`, `leg1.S.reaction.force` and `leg1.S.reaction.moment` for magnitudes.
+/// Where two tables have a column of one name, the first of `inverse`, `joints`, `reactions`, `friction`, `bodies`,
+/// `motors`, `contributions` is meant; `friction:leg1.P.power` names the table.
+pub struct Objectives {
+    rows: Rows,
+    items: Vec<Item>,
+}
+
+struct Item {
+    header: String,
+    column: Column,
+    /// Column that says whether statics determines the value at a sample.
+    determined: Option<Column>,
+    is_determined: bool,
+    statistic: Statistic,
+}
+
+impl Objectives {
+    /// Finds the columns of objectives among those of a job.
+    ///
+    /// # Errors
+    /// Objectives that are not understood, each with its place and the nearest known names.
+    pub fn new<S: AsRef<str>>(texts: &[S], job: &Job<'_>) -> Result<Self, Diagnostics> {
+        let rows = Rows::new(job);
+        let known = columns(job, &rows);
+        let mut out = Diagnostics::new();
+        let mut items = Vec::new();
+        for text in texts {
+            let source = Arc::new(Source::new("--objective", text.as_ref()));
+            match (Reader { source: &source, known: &known }).read() {
+                Ok(item) => items.push(item),
+                Err(diagnostic) => out.push(diagnostic),
+            }
+        }
+        if out.has_errors() { Err(out) } else { Ok(Self { rows, items }) }
+    }
+
+    /// Headers of the objectives, with units.
+    pub fn headers(&self) -> Vec<String> {
+        self.items.iter().map(|item| item.header.clone()).collect()
+    }
+
+    /// Objectives whose values statics does not determine, in words.
+    pub fn doubts(&self) -> impl Iterator<Item = String> {
+        let items = self.items.iter().filter(|item| !item.is_determined);
+        items.map(|item| format!("`{}` is not unique", item.column.name))
+    }
+
+    /// Values of the samples so far; `None` where there is no number.
+    pub fn values(&self) -> Vec<Option<f64>> {
+        self.items.iter().map(|item| item.statistic.value()).collect()
+    }
+}
+
+impl Sink<Sample> for Objectives {
+    fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
+        self.rows.fill(sample);
+        for item in &mut self.items {
+            item.statistic.add(sample.time, item.column.of(&self.rows));
+            if let Some(flag) = &item.determined {
+                item.is_determined &= flag.of(&self.rows) != 0.0;
+            }
+        }
+        Ok(())
+    }
+}
+
+struct Reader<'a> {
+    source: &'a Arc<Source>,
+    known: &'a [Column],
+}
+
+impl Reader<'_> {
+    fn fault(&self, span: Range<usize>, message: String, label: &str) -> Diagnostic {
+        let place = Place { source: Arc::clone(self.source), span };
+        Diagnostic::error("objective", message).at(place, label)
+    }
+
+    fn read(&self) -> Result<Item, Diagnostic> {
+        let text = self.source.text.as_str();
+        let whole = text.trim();
+        let start = text.len() - text.trim_start().len();
+        let form = "write FUNCTION(COLUMN), for example `peak(leg1.P.effort)` or `min(distance.actuation)`";
+        let call = whole.strip_suffix(')').and_then(|rest| rest.split_once('('));
+        let Some((function, column)) = call else {
+            let fault = self.fault(
+                start..start + whole.len(),
+                "an objective is a function of a column".to_owned(),
+                "expected FUNCTION(COLUMN)",
+            );
+            return Err(fault.maybe_help(Some(form.to_owned())));
+        };
+        let name = function.trim();
+        let Some(known) = Function::ALL.into_iter().find(|known| known.name() == name) else {
+            let names = Function::ALL.map(Function::name);
+            let fault = self.fault(
+                start..start + function.len(),
+                format!("there is no function `{name}` of columns"),
+                "unknown function",
+            );
+            return Err(fault.maybe_help(did_you_mean(name, "functions", names)));
+        };
+        let at = start + function.len() + 1;
+        let place = at..at + column.len();
+        let found = self.column(column.trim(), place.clone())?;
+        let unit = match (known, found.unit.as_str()) {
+            (Function::Work, "W") => "J",
+            (Function::Work, unit) => {
+                let owner = found.name.rsplit_once('.').map_or("", |(owner, _)| owner);
+                let fault = self.fault(
+                    place,
+                    format!("`work` is the integral of a power; this column is in {unit}"),
+                    "not in W",
+                );
+                let power = format!("{owner}.power");
+                let has_power = self.known.iter().any(|column| column.name == power);
+                return Err(fault.maybe_help(has_power.then(|| format!("write `work({power})`"))));
+            }
+            (_, unit) => unit,
+        };
+        Ok(Item {
+            header: format!("{name}({}) [{unit}]", column.trim()),
+            statistic: Statistic::new(known),
+            determined: found.determined(self.known),
+            is_determined: true,
+            column: found,
+        })
+    }
+
+    fn column(&self, written: &str, place: Range<usize>) -> Result<Column, Diagnostic> {
+        let (table, rest) = match written.split_once(':') {
+            Some((table, rest)) => (Some(table.trim().trim_end_matches(".csv")), rest),
+            None => (None, written),
+        };
+        // A unit in brackets is that of the column.
+        let (name, unit) = split(rest);
+        let is_meant = |column: &&Column| {
+            column.name == name && table.is_none_or(|table| table == column.table())
+        };
+        let Some(found) = self.known.iter().find(is_meant) else {
+            let fault =
+                self.fault(place, format!("there is no column `{written}`"), "unknown column");
+            let of_table = self
+                .known
+                .iter()
+                .filter(|column| table.is_none_or(|table| table == column.table()));
+            let names: Vec<&str> = of_table.map(|column| column.name.as_str()).collect();
+            let help = match (table, names.is_empty()) {
+                (Some(table), true) => Some(format!(
+                    "there is no table `{table}` in this run; the tables are inverse, joints, reactions, \
+                     friction, bodies, motors and contributions"
+                )),
+                _ => did_you_mean(&name, "columns", names),
+            };
+            return Err(fault.maybe_help(help));
+        };
+        if rest.trim_end().ends_with(']') && unit != found.unit {
+            let message = format!("the column `{name}` is in {}, not in {unit}", found.unit);
+            return Err(self.fault(place, message, "another unit"));
+        }
+        Ok(found.clone())
+    }
+}

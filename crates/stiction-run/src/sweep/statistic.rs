@@ -1,0 +1,156 @@
+//! Statistics of a sampled series, which objectives are made of.
+
+use crate::statistics::{Integral, Size};
+
+/// Statistic of a series.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Function {
+    /// Largest magnitude.
+    Peak,
+    /// Root mean square of the samples.
+    Rms,
+    /// Arithmetic mean of the samples.
+    Mean,
+    /// Least value.
+    Min,
+    /// Greatest value.
+    Max,
+    /// Greatest less least value.
+    Range,
+    /// Value at the last sample.
+    Final,
+    /// Integral over time.
+    Work,
+}
+
+impl Function {
+    pub(super) const ALL: [Self; 8] = [
+        Self::Peak,
+        Self::Rms,
+        Self::Mean,
+        Self::Min,
+        Self::Max,
+        Self::Range,
+        Self::Final,
+        Self::Work,
+    ];
+
+    /// Name in the text of an objective.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Peak => "peak",
+            Self::Rms => "rms",
+            Self::Mean => "mean",
+            Self::Min => "min",
+            Self::Max => "max",
+            Self::Range => "range",
+            Self::Final => "final",
+            Self::Work => "work",
+        }
+    }
+}
+
+/// Statistic of the samples so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Statistic {
+    function: Function,
+    count: usize,
+    least: f64,
+    greatest: f64,
+    sum: f64,
+    last: f64,
+    size: Size,
+    integral: Integral,
+    /// True once a sample was not a number.
+    is_lost: bool,
+}
+
+impl Statistic {
+    pub(super) fn new(function: Function) -> Self {
+        Self {
+            function,
+            count: 0,
+            least: f64::INFINITY,
+            greatest: f64::NEG_INFINITY,
+            sum: 0.0,
+            last: 0.0,
+            size: Size::default(),
+            integral: Integral::default(),
+            is_lost: false,
+        }
+    }
+
+    /// Adds a sample at a time, s.
+    pub(super) fn add(&mut self, time: f64, value: f64) {
+        self.is_lost |= value.is_nan();
+        self.count += 1;
+        (self.least, self.greatest) = (self.least.min(value), self.greatest.max(value));
+        self.sum += value;
+        self.last = value;
+        self.size.add(time, value);
+        self.integral.add(time, value);
+    }
+
+    /// The statistic; `None` without samples, or where a sample was not a number.
+    pub(super) fn value(&self) -> Option<f64> {
+        let value = match self.function {
+            Function::Peak => self.least.abs().max(self.greatest.abs()),
+            Function::Rms => self.size.rms(),
+            Function::Mean => self.sum / self.count as f64,
+            Function::Min => self.least,
+            Function::Max => self.greatest,
+            Function::Range => self.greatest - self.least,
+            Function::Final => self.last,
+            Function::Work => self.integral.value,
+        };
+        // The sum turns a negative zero into zero.
+        (self.count > 0 && !self.is_lost && !value.is_nan()).then_some(value + 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All statistics of 3, -4, 1 at the times 0, 1, 3 s, by hand.
+    #[test]
+    fn statistics_of_three_samples() {
+        let value = |function| {
+            let mut statistic = Statistic::new(function);
+            for (time, value) in [(0.0, 3.0), (1.0, -4.0), (3.0, 1.0)] {
+                statistic.add(time, value);
+            }
+            statistic.value().unwrap()
+        };
+        let expected = [4.0, (26.0_f64 / 3.0).sqrt(), 0.0, -4.0, 3.0, 7.0, 1.0, -0.5 - 3.0];
+        for (function, expected) in Function::ALL.into_iter().zip(expected) {
+            // Sums of small integers are exact; the root is rounded once more.
+            assert!((value(function) - expected).abs() <= 1e-15 * expected.abs(), "{function:?}");
+        }
+    }
+
+    #[test]
+    fn there_is_no_value_without_numbers() {
+        for function in Function::ALL {
+            assert_eq!(Statistic::new(function).value(), None, "{function:?}");
+            let mut statistic = Statistic::new(function);
+            statistic.add(0.0, f64::NAN);
+            statistic.add(1.0, 2.0);
+            assert_eq!(statistic.value(), None, "{function:?}");
+        }
+    }
+
+    /// A bound without limit is a result; the difference of two such bounds is none.
+    #[test]
+    fn infinite_samples_have_a_peak_and_no_mean() {
+        let value = |function| {
+            let mut statistic = Statistic::new(function);
+            statistic.add(0.0, f64::INFINITY);
+            statistic.add(1.0, f64::NEG_INFINITY);
+            statistic.value()
+        };
+        assert_eq!(value(Function::Peak), Some(f64::INFINITY));
+        assert_eq!(value(Function::Min), Some(f64::NEG_INFINITY));
+        assert_eq!(value(Function::Mean), None);
+    }
+}

@@ -1,0 +1,266 @@
+//! Reports of runs, in a browser and as text.
+
+#[cfg(unix)]
+use crate::chromium::Browser;
+use crate::chromium::look_at_with_script;
+use crate::common::*;
+use serde_json::Value;
+use stiction_core::dynamics::FrictionMode;
+use stiction_draw::viewer::SCRIPT;
+use stiction_format::{LoadCase, ModelFile};
+use stiction_run::inverse::{Animation, Curves, Summary, Tables, draw_report};
+use stiction_run::{Job, Sink};
+
+struct Run {
+    html: String,
+    summary: Value,
+    reactions: Csv,
+}
+
+fn report(job: &Job<'_>) -> Run {
+    let count = job.instants().unwrap().count();
+    let mut summary = Summary::new(job);
+    let mut curves = Curves::new(job, count);
+    let mut animation = Animation::new(job, count);
+    let names = Tables::<Vec<u8>>::files(job);
+    let mut tables = Tables::new(job, vec![Vec::new(); names.len()]).unwrap();
+    let mut sinks = ((&mut summary, &mut curves), &mut animation, &mut tables);
+    let verdict = job.run(|sample| sinks.add(sample), |_, _, _| true).unwrap();
+    let files = tables.finish().unwrap();
+    let place = names.iter().position(|name| *name == "reactions.csv").unwrap();
+    let command = Some("stiction inverse 'a <b> & c'");
+    Run {
+        html: draw_report(job, (&summary, &verdict), &curves.figures(), &animation, command),
+        summary: summary.json(job, &verdict),
+        reactions: Csv::parse(&files[place]),
+    }
+}
+
+fn report_of(name: &str) -> Run {
+    let model = model(name);
+    report(&default_job(&model, FrictionMode::Converged))
+}
+
+#[test]
+fn reports_are_legible() {
+    for name in ["gough", "five-bar"] {
+        look_at_with_script(&format!("report-{name}"), &report_of(name).html, SCRIPT);
+    }
+}
+
+/// Plays, steps by keys, clicks a joint and reads the number of the table, drags, follows a link, and
+/// prints, as a person does.
+#[cfg(unix)]
+#[test]
+fn a_person_uses_a_report() {
+    let Some(browser) = Browser::find() else { return };
+    let run = report_of("zhang2018-regular");
+    let mut person = browser.open("report", &run.html, 1000);
+    let time = "Number(document.getElementById('robot').dataset.time)";
+    let picture = "document.querySelector('canvas').toDataURL()";
+    assert_eq!(person.value(time), 0.0);
+
+    let before = person.value(picture);
+    let play = person.centre("button[aria-label=play]");
+    person.click(play);
+    person.wait_for(&format!("{time} > 0.05"));
+    assert_ne!(person.value(picture), before, "playing moves the robot");
+    let pause = person.centre("button[aria-label=pause]");
+    person.click(pause);
+    person.wait_for("document.querySelector('button[aria-label=play]') !== null");
+
+    // The slider by keyboard: sample by sample, and to the ends.
+    person.value("document.querySelector('#robot input[type=range]').focus()");
+    person.press("Home", 36);
+    assert_eq!(person.value(time), 0.0);
+    person.press("ArrowRight", 39);
+    person.press("ArrowRight", 39);
+    assert_eq!(person.value(time), 0.02);
+    person.press("End", 35);
+    assert_eq!(person.value(time), 1.0);
+    person.press("ArrowLeft", 37);
+    assert_eq!(person.value(time), 0.99);
+
+    // A joint is where the pointer changes.
+    let (x, y) = person.centre("canvas");
+    let mut found = None;
+    'search: for row in -12..12 {
+        for column in -20..20 {
+            let at = (x + 16.0 * f64::from(column), y + 16.0 * f64::from(row));
+            person.point_at(at);
+            if person.value("document.querySelector('canvas').style.cursor") == "pointer" {
+                found = Some(at);
+                break 'search;
+            }
+        }
+    }
+    person.click(found.expect("a joint"));
+    let name = person.value("document.querySelector('.readout h3').textContent");
+    let name = name.as_str().unwrap();
+    let sample = run.reactions.column("time [s]").iter().position(|t| *t == 0.99).unwrap();
+    for column in ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]"] {
+        let column = format!("{name}.{column}");
+        let shown = person
+            .value(&format!("document.querySelector('[data-column=\"{column}\"]').dataset.value"));
+        let shown: f64 = shown.as_str().unwrap().parse().unwrap();
+        assert_eq!(shown, run.reactions.column(&column)[sample], "{column}");
+    }
+    assert!(person.value("document.querySelectorAll('.joint-curve').length").as_u64() > Some(0));
+
+    // The view, the joint and the time are in the link, and a new page begins with them.
+    person.drag((x - 300.0, y + 150.0), (x - 200.0, y + 120.0));
+    let link = person.value("location.hash");
+    let link = link.as_str().unwrap().to_owned();
+    assert!(link.contains("t=0.99") && link.contains("joint=") && link.contains("view="), "{link}");
+    let drawn = person.value(picture);
+    let address = format!("{}{link}", person.address);
+    person.go_to(&address);
+    person.wait_for(&format!("{time} === 0.99"));
+    assert_eq!(person.value("document.querySelector('.readout h3').textContent"), name);
+    person.point_at((1.0, 1.0));
+    assert_ne!(drawn, before);
+
+    // A time in a table leads there.
+    let peak = run.summary["drives"]["leg1.P"]["with_friction"]["peak_time"].as_f64().unwrap();
+    let peak_link = person.centre("td a[href^=\"#t=\"]");
+    person.click(peak_link);
+    person.wait_for(&format!("{time} === {peak:?}"));
+
+    // The keys of the picture.
+    person.value("document.querySelector('canvas').focus()");
+    let before = person.value(picture);
+    person.press("ArrowLeft", 37);
+    assert_ne!(person.value(picture), before);
+    person.press("Escape", 27);
+    assert_eq!(person.value("document.querySelector('.readout').textContent"), "");
+
+    person.resize(360);
+    assert!(person.value("document.documentElement.scrollWidth").as_u64() <= Some(360));
+    person.call("Emulation.setEmulatedMedia", serde_json::json!({ "media": "print" }));
+    let shown = |selector: &str| {
+        format!("getComputedStyle(document.querySelector('{selector}')).display !== 'none'")
+    };
+    assert_eq!(person.value(&shown(".robot .still")), true);
+    assert_eq!(person.value(&shown(".robot .stage")), false);
+    assert_eq!(person.value(&shown(".robot .controls")), false);
+    assert!(person.noise.is_empty(), "{:?}", person.noise);
+}
+
+fn hostile() -> ModelFile {
+    let text = r#"
+        title = "</script><script>window.hacked=1</script><img src=x onerror=window.hacked=1>"
+        gravity = [0, 0, -9.81]
+        [bodies."<b onclick=hacked()>"]
+        mass = 2
+        com = [0, 0, "-0.5 m"]
+        inertia = [0.1, 0.1, 0.1]
+        [joints."</script><svg onload=window.hacked=1>"]
+        type = "R"
+        from = "ground"
+        to = "<b onclick=hacked()>"
+        axis = "y"
+        actuated = true
+        friction = { mu = 0.1, radius = "10 mm" }
+        [motions.m]
+        duration = 1
+        title = "\"><script>window.hacked=1</script>"
+        "</script><svg onload=window.hacked=1>" = "0.3*sin(6*t)"
+    "#;
+    let source = stiction_format::Source::new("x.toml", text);
+    match stiction_format::read(&source, &|_| Err("no files".into())) {
+        Ok(model) => model,
+        // Names with such letters are refused; then titles alone remain.
+        Err(_) => {
+            let plain = text
+                .replace("\"<b onclick=hacked()>\"", "\"bob\"")
+                .replace("\"</script><svg onload=window.hacked=1>\"", "\"pivot\"")
+                .replace("[bodies.\"bob\"]", "[bodies.bob]");
+            model_of("x", &plain)
+        }
+    }
+}
+
+/// Names and titles of the user's files remain text.
+#[test]
+fn hostile_names_stay_text() {
+    let model = hostile();
+    let load = LoadCase::default();
+    let job = Job::new(&model, ("m", model.motion("m").unwrap()), ("none", &load));
+    let html = report(&job).html;
+    // Its own script, and the data.
+    assert_eq!(html.matches("<script").count(), 2);
+    assert_eq!(html.matches("</script").count(), 2);
+    for markup in ["<img", "<b onclick", "<svg onload"] {
+        assert!(!html.contains(markup), "{markup}");
+    }
+    #[cfg(unix)]
+    if let Some(browser) = Browser::find() {
+        let mut person = browser.open("hostile", &html, 1000);
+        assert_eq!(person.value("typeof window.hacked"), "undefined");
+        assert_eq!(person.value("document.images.length"), 0);
+        assert_eq!(person.value("document.documentElement.classList.contains('live')"), true);
+        assert!(person.noise.is_empty(), "{:?}", person.noise);
+        // The policy stops what markup could not: even injected script does not run.
+        person.value(
+            "(() => { const s = document.createElement('script'); s.textContent = 'window.hacked = 1'; \
+             document.body.append(s); })()",
+        );
+        assert_eq!(person.value("typeof window.hacked"), "undefined");
+    }
+}
+
+/// A report of a long run is small, and has the samples of all peaks in its tables.
+#[test]
+fn long_runs_are_thinned_and_keep_their_peaks() {
+    let model = model("slider-crank");
+    let job = default_job(&model, FrictionMode::Converged);
+    let step = Some(job.motion.duration / 99_999.0);
+    let run = report(&Job { step, ..job });
+    assert_eq!(run.summary["options"]["samples"], 100_000);
+    assert!(run.html.len() < 10_000_000, "{}", run.html.len());
+    let begin = run.html.find("class=\"film\">").unwrap() + "class=\"film\">".len();
+    let end = begin + run.html[begin..].find("</script>").unwrap();
+    let film: Value = serde_json::from_str(&run.html[begin..end]).unwrap();
+    let bytes = decoded(film["times"].as_str().unwrap());
+    let times: Vec<f64> =
+        bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+    assert!(times.len() < 4000 && times.is_sorted() && film["of"] == 100_000);
+    let columns = film["columns"].as_array().unwrap().len();
+    assert_eq!(decoded(film["values"].as_str().unwrap()).len(), 8 * columns * times.len());
+    let mut peaks = Vec::new();
+    collect_peaks(&run.summary["joints"], &mut peaks);
+    for drive in run.summary["drives"].as_object().unwrap().values() {
+        peaks.push(drive["with_friction"]["peak_time"].as_f64().unwrap());
+    }
+    assert!(peaks.len() >= 8);
+    for peak in peaks {
+        assert!(times.contains(&peak), "{peak}");
+    }
+}
+
+fn collect_peaks(value: &Value, peaks: &mut Vec<f64>) {
+    for (key, inner) in value.as_object().into_iter().flatten() {
+        match key.as_str() {
+            "peak_time" => peaks.extend(inner.as_f64()),
+            _ => collect_peaks(inner, peaks),
+        }
+    }
+}
+
+fn decoded(text: &str) -> Vec<u8> {
+    let digit = |letter: u8| match letter {
+        b'A'..=b'Z' => letter - b'A',
+        b'a'..=b'z' => letter - b'a' + 26,
+        b'0'..=b'9' => letter - b'0' + 52,
+        b'+' => 62,
+        _ => 63,
+    };
+    let mut bytes = Vec::new();
+    for group in text.as_bytes().chunks(4) {
+        let kept = group.iter().filter(|letter| **letter != b'=').count();
+        let bits = group.iter().take(kept).fold(0_u32, |bits, l| bits << 6 | u32::from(digit(*l)));
+        let bits = bits << (6 * (4 - kept));
+        bytes.extend_from_slice(&bits.to_be_bytes()[1..kept]);
+    }
+    bytes
+}

@@ -1,0 +1,166 @@
+//! Models written in other formats and read again are the same mechanisms.
+
+use crate::common::{default_job, model, model_of};
+use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::mechanism::{BodyId, JointId, Mechanism};
+use stiction_core::spatial::{Pose, Vec3};
+use stiction_format::{ImportOptions, ModelFile, Source, gallery, import};
+use stiction_run::exchange::{Home, mjcf, sdf, urdf};
+
+#[derive(Clone, Copy, Debug)]
+enum Format {
+    Mjcf,
+    Sdf,
+    Urdf,
+}
+
+/// The model in a format and back.
+fn round_trip(original: &ModelFile, format: Format) -> ModelFile {
+    let job = default_job(original, FrictionMode::Off);
+    let home = Home::of(&job).unwrap();
+    let (text, yaml) = match format {
+        Format::Mjcf => (mjcf(&home).unwrap().text, None),
+        Format::Sdf => (sdf(&home).unwrap().text, None),
+        Format::Urdf => {
+            let written = urdf(&home).unwrap();
+            (written.text, written.yaml)
+        }
+    };
+    let name = &original.name;
+    let files = |file: &str| {
+        let beside = yaml.clone().filter(|_| file == format!("{name}.yaml"));
+        beside.map(String::into_bytes).ok_or("there is no such file".to_owned())
+    };
+    let source = Source::new(format!("{name}.xml"), text.clone());
+    let imported = import(&source, ImportOptions::default(), &files)
+        .unwrap_or_else(|errors| panic!("{name} {format:?}: {errors}\n{text}"));
+    model_of(name, &imported.text)
+}
+
+fn body(mechanism: &Mechanism, name: &str) -> BodyId {
+    let found = mechanism.bodies().iter().position(|body| body.name == name);
+    BodyId(found.unwrap_or_else(|| panic!("no body {name}")))
+}
+
+fn joint(mechanism: &Mechanism, name: &str) -> JointId {
+    let found = mechanism.joints().iter().position(|joint| joint.name == name);
+    JointId(found.unwrap_or_else(|| panic!("no joint {name}")))
+}
+
+/// A coordinate of one mechanism in another one, by names.
+fn same(coordinate: Coordinate, from: &Mechanism, to: &Mechanism) -> Coordinate {
+    let there = |id: BodyId| body(to, &from.bodies()[id.0].name);
+    match coordinate {
+        Coordinate::Position { body, axis } => Coordinate::Position { body: there(body), axis },
+        Coordinate::RotationVector { body, axis } => {
+            Coordinate::RotationVector { body: there(body), axis }
+        }
+        Coordinate::Angle { body, order, index } => {
+            Coordinate::Angle { body: there(body), order, index }
+        }
+        Coordinate::Joint { joint: id, dof } => {
+            Coordinate::Joint { joint: joint(to, &from.joints()[id.0].name), dof }
+        }
+    }
+}
+
+struct Results {
+    /// Frictionless and frictional efforts by the name of the actuator.
+    efforts: Vec<(String, f64, f64)>,
+    /// Determined wrenches about the origin of the world by the name of the joint.
+    reactions: Vec<(String, Vec3<f64>, Vec3<f64>)>,
+    /// True if statics determines all reactions, and with them the friction.
+    is_determined: bool,
+}
+
+/// Forces at an instant of the default motion of `original`; `None` if the robot cannot carry its load.
+fn forces(original: &ModelFile, model: &ModelFile, t: f64) -> Option<Results> {
+    let job = default_job(original, FrictionMode::Off);
+    let mechanism = &model.mechanism;
+    let coordinates: Vec<Coordinate> = job
+        .motion
+        .coordinates
+        .iter()
+        .map(|(coordinate, _)| same(*coordinate, &original.mechanism, mechanism))
+        .collect();
+    let targets: Vec<Target<f64>> = job.motion.at(t).collect();
+    let solve = |friction| {
+        let settings = Settings { friction, ..Settings::default() };
+        let (mechanism, homes) = (mechanism.clone(), &model.initial_poses);
+        InverseDynamics::new(mechanism, homes, &coordinates, &targets, settings)
+            .unwrap_or_else(|error| panic!("{}: {error}", original.name))
+    };
+    let loads: Vec<_> = job
+        .load
+        .at(t)
+        .map(|mut load| {
+            load.body = body(mechanism, &original.mechanism.bodies()[load.body.0].name);
+            load
+        })
+        .collect();
+    let mut with = solve(FrictionMode::Converged);
+    let frictional = with.solve(&loads).map(|forces| forces.efforts.clone());
+    let mut without = solve(FrictionMode::Off);
+    let forces = without.solve(&loads).ok()?.clone();
+    let frictional = frictional.unwrap_or_else(|_| vec![f64::NAN; forces.efforts.len()]);
+    let efforts = mechanism.actuators().zip(forces.efforts.iter().zip(frictional));
+    let name = |joint: JointId| mechanism.joints()[joint.0].name.clone();
+    let efforts = efforts.map(|((joint, _), (a, b))| (name(joint), *a, b)).collect();
+    let flags = without.statics().determined_reactions();
+    let determined = |index: &usize| flags[*index].iter().all(|flag| *flag);
+    let reactions = (0..mechanism.joints().len()).filter(determined).map(|index| {
+        let (force, moment) = forces.reactions[index];
+        let origin = without.bodies().frame_j[index].position;
+        (name(JointId(index)), force, moment + origin.cross(force))
+    });
+    let is_determined = flags.iter().flatten().all(|flag| *flag);
+    Some(Results { efforts, reactions: reactions.collect(), is_determined })
+}
+
+#[test]
+fn the_gallery_returns_from_each_format() {
+    let (mut compared, mut frictions) = (0, 0);
+    for name in gallery::names() {
+        let original = model(name);
+        // Coordinates of bodies refer to the ground's frame, which is that of the world afterwards.
+        if original.mechanism.base() != Pose::identity() {
+            continue;
+        }
+        for format in [Format::Mjcf, Format::Sdf, Format::Urdf] {
+            let again = round_trip(&original, format);
+            for t in [0.0, 0.3] {
+                let Some(expected) = forces(&original, &original, t) else { continue };
+                let found = forces(&original, &again, t);
+                let found = found.unwrap_or_else(|| panic!("{name} {format:?}: no forces"));
+                let what = |name: &str| format!("{} {format:?} {name} at {t} s", original.name);
+                let size = expected.efforts.iter().map(|(_, e, _)| e.abs()).fold(1.0, f64::max);
+                assert_eq!(found.efforts.len(), expected.efforts.len(), "{}", what("motors"));
+                for (name, effort, frictional) in &expected.efforts {
+                    let own = found.efforts.iter().find(|(other, ..)| other == name);
+                    let (_, a, b) = own.unwrap_or_else(|| panic!("no motor {name}"));
+                    assert!((a - effort).abs() < 1e-10 * size, "{}: {a} {effort}", what(name));
+                    // Reactions that are not unique are shared in another way among more joints.
+                    if expected.is_determined && found.is_determined {
+                        // Coupled friction amplifies rounding.
+                        let good = (b - frictional).abs() < 1e-8 * size;
+                        let both = b.is_nan() && frictional.is_nan();
+                        assert!(good || both, "{}: {b} {frictional}", what(name));
+                        frictions += 1;
+                    }
+                }
+                for (name, force, moment) in &expected.reactions {
+                    // What a format has in parts may be determined in the whole only.
+                    let own = found.reactions.iter().find(|(other, ..)| other == name);
+                    let Some((_, f, m)) = own else { continue };
+                    let size = force.norm() + moment.norm() + size;
+                    let error = (*f + -*force).norm() + (*m + -*moment).norm();
+                    assert!(error < 1e-10 * size, "{}: {error:e} of {size}", what(name));
+                    compared += 1;
+                }
+            }
+        }
+    }
+    // Hundreds of joints in each format.
+    assert!(compared > 500 && frictions > 50, "{compared} {frictions}");
+}

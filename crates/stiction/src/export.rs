@@ -1,0 +1,277 @@
+//! Source code of inverse dynamics for controllers.
+
+use crate::error::Error;
+use crate::robot::Robot;
+use stiction_core::dynamics::{InverseDynamics, Settings};
+use stiction_core::kinematics::{AssemblyError, Coordinate, Target};
+use stiction_core::mechanism::{BodyId, JointId};
+use stiction_format::did_you_mean;
+use stiction_program::emit::{Labels, Language, Precision, SourceFile, SourceOptions, TestVector};
+use stiction_program::{Feedforward, RecordError, Tunable};
+use stiction_run::exchange::Home;
+
+/// Number of positions of the default motion at which a program is recorded.
+const POSITIONS: u32 = 20;
+
+/// Export of a robot as source code; see [`Robot::export`].
+#[derive(Clone, Debug)]
+pub struct Export {
+    robot: Robot,
+    language: Language,
+    options: SourceOptions,
+    named: Option<String>,
+    frictions: bool,
+    masses: bool,
+    payload: Option<String>,
+    vectors: usize,
+}
+
+impl Export {
+    pub(crate) fn of(robot: &Robot) -> Self {
+        Self {
+            robot: robot.clone(),
+            language: Language::C,
+            options: SourceOptions::new(robot.name()),
+            named: None,
+            frictions: true,
+            masses: false,
+            payload: None,
+            vectors: 200,
+        }
+    }
+
+    /// Sets the language; C by default.
+    pub fn language(mut self, language: Language) -> Self {
+        self.language = language;
+        self
+    }
+
+    /// Sets the name of the files and the beginning of all names in the code: a letter, then letters,
+    /// digits and underscores. By default it follows from the name of the model.
+    pub fn name(mut self, name: &str) -> Self {
+        self.named = Some(name.to_owned());
+        self
+    }
+
+    /// Sets the floating-point type; double precision by default.
+    pub fn precision(mut self, precision: Precision) -> Self {
+        self.options.precision = precision;
+        self
+    }
+
+    /// Includes sine and cosine in the code, instead of those of the mathematical library.
+    pub fn own_math(mut self, own: bool) -> Self {
+        self.options.own_math = own;
+        self
+    }
+
+    /// Makes the coefficients of all friction interfaces (the default) and the masses of all bodies
+    /// parameters of the code that can be changed at run time.
+    pub fn tunable(mut self, frictions: bool, masses: bool) -> Self {
+        (self.frictions, self.masses) = (frictions, masses);
+        self
+    }
+
+    /// Adds a point mass on a body, whose size and place are parameters of the code.
+    pub fn payload(mut self, body: &str) -> Self {
+        self.payload = Some(body.to_owned());
+        self
+    }
+
+    /// Sets the number of test vectors; 200 by default. States with singular positions or resting
+    /// friction interfaces are left out, so there may be fewer.
+    pub fn vectors(mut self, count: usize) -> Self {
+        self.vectors = count;
+        self
+    }
+
+    /// Records the program, computes test vectors with the general solver, and writes the files.
+    ///
+    /// # Errors
+    /// The robot has no such program, and why; or an option names what does not exist.
+    pub fn files(&self) -> Result<Vec<SourceFile>, Error> {
+        if self.language == Language::Rust && self.options.own_math {
+            let error =
+                Error::input("--own-math is for C: code in Rust receives its functions by a trait");
+            return Err(error.with_help("leave --own-math out"));
+        }
+        let options = self.checked_options()?;
+        let name = self.robot.name();
+        let refuse = |error, _| {
+            Error::input(format!("no code for `{name}`: with its actuators as inputs, {error}"))
+                .with_help(
+                    "the actuators must determine the motion: `stiction check` tells the mobility",
+                )
+        };
+        let (solver, home) = driven_by_actuators(&self.robot, Settings::default(), refuse)?;
+        if home.is_empty() {
+            let error =
+                Error::input(format!("no code for `{}`: it has no actuator", self.robot.name()));
+            return Err(error.with_help("add `actuated` to the joints that are driven"));
+        }
+        let signal = self.positions(&solver, home)?;
+        let tunables = self.tunables(&solver)?;
+        let program = Feedforward::record(&solver, &signal, &tunables).map_err(|error| {
+            let message = format!("no code for `{}`: {error}", self.robot.name());
+            Error::input(message).with_help(match error {
+                RecordError::NoTunable(_) => "give a payload on a body with a mass",
+                _ => "give the default motion other positions, away from singular ones",
+            })
+        })?;
+        let vectors = TestVector::random(&solver, &signal, self.vectors, 1);
+        if vectors.is_empty() && self.vectors > 0 {
+            let message = format!(
+                "no code for `{}`: the solver has no forces at any of {} random states near its motion",
+                self.robot.name(),
+                20 * self.vectors
+            );
+            return Err(Error::input(message).with_help(
+                "`stiction check` tells whether the motion is near singular positions",
+            ));
+        }
+        let labels = self.labels(&solver);
+        program.files(self.language, &labels, &options, &vectors).map_err(|error| {
+            Error::input(format!("no code for `{}`: {error}", self.robot.name()))
+                .with_help("choose double precision")
+                .with_option("precision")
+        })
+    }
+
+    fn checked_options(&self) -> Result<SourceOptions, Error> {
+        let Some(name) = &self.named else { return Ok(self.options.clone()) };
+        let options = SourceOptions { name: SourceOptions::new(name).name, ..self.options.clone() };
+        if options.name != *name {
+            let message = format!(
+                "the name `{}` is not possible: it begins with a lower-case letter, consists of lower-case letters, \
+                 digits and underscores, has 20 characters at most, and is no header of the C library",
+                name.escape_debug()
+            );
+            return Err(Error::input(message)
+                .with_help(format!("for example `{}`", options.name))
+                .with_option("name"));
+        }
+        Ok(options)
+    }
+
+    fn tunables(&self, solver: &InverseDynamics) -> Result<Vec<Tunable>, Error> {
+        let parameters = solver.parameters();
+        let mut tunables = Vec::new();
+        if self.frictions {
+            tunables.extend(Tunable::frictions(parameters));
+        }
+        if self.masses {
+            tunables.extend(Tunable::masses(parameters));
+        }
+        if let Some(name) = &self.payload {
+            let names: Vec<&str> = self.robot.bodies().collect();
+            let Some(body) = names.iter().position(|known| known == name) else {
+                let error = Error::input(format!("there is no body `{}`", name.escape_debug()));
+                let near = did_you_mean(name, "body", names.iter().skip(1).copied());
+                let all = || format!("the bodies are {}", names[1..].join(", "));
+                return Err(error.with_help(near.unwrap_or_else(all)));
+            };
+            if parameters.mass[body] <= 0.0 {
+                let message =
+                    format!("body `{name}` has no mass, so a payload cannot be added to it");
+                return Err(Error::input(message).with_help("give the body a mass"));
+            }
+            tunables.push(Tunable::Payload(BodyId(body)));
+        }
+        Ok(tunables)
+    }
+
+    /// Positions of the actuators along the default motion, as far as the actuators determine it; the
+    /// first is `home`.
+    fn positions(
+        &self,
+        solver: &InverseDynamics,
+        home: Vec<Target<f64>>,
+    ) -> Result<Vec<Vec<Target<f64>>>, Error> {
+        let check = self.robot.check_along();
+        let job = check.job()?;
+        let mut follower = job.assemble(job.motion.start)?;
+        let mut own = solver.clone();
+        let mut positions = vec![home];
+        for k in 1..POSITIONS {
+            let time = job.motion.start + job.motion.duration * f64::from(k) / f64::from(POSITIONS);
+            if job.motion.duration == 0.0 || follower.go_to(time).is_err() {
+                break;
+            }
+            let before = &positions[positions.len() - 1];
+            let actuators = own.mechanism().actuators().zip(before);
+            let now: Vec<Target<f64>> = actuators
+                .map(|((joint, dof), before)| {
+                    let found = follower.solver.joint_motion(joint, dof).value;
+                    let turn = if translates(solver, joint, dof) { f64::INFINITY } else { TURN };
+                    // Angles are within half a turn; this continues them.
+                    let turns = ((found - before.value) / turn).round();
+                    let value = if turns == 0.0 { found } else { found - turns * turn };
+                    Target { value, rate: 0.0, acceleration: 0.0 }
+                })
+                .collect();
+            let mut next = own.clone();
+            // Beyond a singular position the actuators no longer determine the motion.
+            if next.move_to(&now).is_err() || next.side() != own.side() {
+                break;
+            }
+            own = next;
+            positions.push(now);
+        }
+        Ok(positions)
+    }
+
+    fn labels(&self, solver: &InverseDynamics) -> Labels {
+        let (mut coordinates, mut actuators) = (Vec::new(), Vec::new());
+        for ((joint, dof), name) in solver.mechanism().actuators().zip(self.robot.actuators()) {
+            let (unit, effort) = match translates(solver, joint, dof) {
+                true => ("m", "N"),
+                false => ("rad", "N m"),
+            };
+            coordinates.push((name.to_owned(), unit));
+            actuators.push((name.to_owned(), effort));
+        }
+        let owned = |names: &mut dyn Iterator<Item = &str>| names.map(str::to_owned).collect();
+        Labels {
+            model: self.robot.name().to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            coordinates,
+            actuators,
+            joints: owned(&mut self.robot.joints()),
+            interfaces: owned(&mut self.robot.friction_interfaces()),
+            bodies: owned(&mut self.robot.bodies()),
+        }
+    }
+}
+
+const TURN: f64 = core::f64::consts::TAU;
+
+fn translates(solver: &InverseDynamics, joint: JointId, dof: usize) -> bool {
+    solver.mechanism().joints()[joint.0].joint_type.dofs()[dof].translates()
+}
+
+/// Solver with the actuators as independent coordinates at the first instant of the default motion,
+/// and their positions there, at rest. `refuse` makes an error of the reason why the actuators do not
+/// determine the position at a time, s.
+fn driven_by_actuators(
+    robot: &Robot,
+    settings: Settings,
+    refuse: impl FnOnce(AssemblyError, f64) -> Error,
+) -> Result<(InverseDynamics, Vec<Target<f64>>), Error> {
+    let check = robot.check_along();
+    let job = check.job()?;
+    let home = Home::of(&job)?;
+    let mut coordinates = Vec::new();
+    let mut targets = Vec::new();
+    for (joint, dof) in home.mechanism.actuators() {
+        let value = home.coordinates[joint.0][dof].unwrap_or(0.0);
+        coordinates.push(Coordinate::Joint { joint, dof });
+        targets.push(Target { value, rate: 0.0, acceleration: 0.0 });
+    }
+    let ground = home.mechanism.base().inverse();
+    let poses = home.poses.iter().enumerate().skip(1);
+    let initial_poses: Vec<_> = poses.map(|(body, pose)| (BodyId(body), ground * *pose)).collect();
+    let solver =
+        InverseDynamics::new(home.mechanism, &initial_poses, &coordinates, &targets, settings)
+            .map_err(|error| refuse(error, job.motion.start))?;
+    Ok((solver, targets))
+}

@@ -1,0 +1,187 @@
+//! Static equilibrium and linear models, by name.
+
+use crate::FrictionMode;
+use crate::error::Error;
+use crate::forward::Forward;
+use crate::robot::Robot;
+use serde_json::Value;
+use std::fmt;
+use stiction_run::forward::{self as run, LinearModel};
+
+/// Linear model of a robot about an operating point: options, then [`run`](Self::run). See
+/// [`Robot::linearize`].
+#[derive(Clone, Debug)]
+pub struct Linearize {
+    forward: Forward,
+    has_efforts: bool,
+}
+
+/// Static equilibrium of a robot without friction: options, then [`run`](Self::run). See
+/// [`Robot::equilibrium`].
+#[derive(Clone, Debug)]
+pub struct Rests {
+    forward: Forward,
+    nearest: bool,
+    friction: bool,
+}
+
+/// Options that both share.
+macro_rules! shared_options {
+    () => {
+        /// Sets the motion: its name in the model, the name of a file, or assignments.
+        ///
+        /// # Errors
+        /// There is no such motion, or it is defective.
+        pub fn motion(mut self, motion: &str) -> Result<Self, Error> {
+            self.forward = self.forward.motion(motion)?;
+            Ok(self)
+        }
+
+        /// Sets the load: its name in the model, or assignments.
+        ///
+        /// # Errors
+        /// There is no such load, or it is defective.
+        pub fn load(mut self, load: &str) -> Result<Self, Error> {
+            self.forward = self.forward.load(load)?;
+            Ok(self)
+        }
+
+        /// Sets the state, as [`Forward::from`].
+        ///
+        /// # Errors
+        /// The assignments are defective.
+        pub fn from(mut self, state: &str) -> Result<Self, Error> {
+            self.forward = self.forward.from(state)?;
+            Ok(self)
+        }
+
+        /// Locks a joint at its position, with or without an actuator.
+        ///
+        /// # Errors
+        /// There is no such joint, or it has no scalar coordinate.
+        pub fn hold(mut self, joint: &str) -> Result<Self, Error> {
+            self.forward = self.forward.hold(joint)?;
+            Ok(self)
+        }
+    };
+}
+
+impl Linearize {
+    pub(crate) fn of(robot: &Robot) -> Result<Self, Error> {
+        Ok(Self { forward: robot.forward().controller("none")?, has_efforts: false })
+    }
+
+    shared_options!();
+
+    /// Sets the time of the motion at which the robot is linearised, s. Default: its start.
+    ///
+    /// # Errors
+    /// The motion has no such time, or there is none.
+    pub fn at(mut self, time: f64) -> Result<Self, Error> {
+        self.forward = self.forward.begin_at(time)?;
+        Ok(self)
+    }
+
+    /// Sets the efforts at the operating point, as [`Forward::drives`]. Default: those of inverse dynamics
+    /// if the actuators determine the motion, else none.
+    ///
+    /// # Errors
+    /// The assignments are defective.
+    pub fn drives(mut self, drives: &str) -> Result<Self, Error> {
+        self.forward = self.forward.drives(drives)?;
+        self.has_efforts = true;
+        Ok(self)
+    }
+
+    /// Switches joint friction on or off. Default: as the model says, else on.
+    pub fn friction(mut self, on: bool) -> Self {
+        self.forward = self.forward.friction(on);
+        self
+    }
+
+    /// Linearises the robot.
+    ///
+    /// # Errors
+    /// The position is singular, nothing can move there, or the robot cannot start.
+    pub fn run(&self) -> Result<LinearModel, Error> {
+        Ok(self.forward.plan()?.job().linearize(!self.has_efforts)?)
+    }
+}
+
+impl Rests {
+    pub(crate) fn of(robot: &Robot) -> Result<Self, Error> {
+        let forward = robot.forward().controller("none")?.friction(false);
+        let friction = robot.model().default_friction != Some(FrictionMode::Off);
+        Ok(Self { forward, nearest: false, friction })
+    }
+
+    shared_options!();
+
+    /// Sets the efforts, as [`Forward::drives`]. Default: none.
+    ///
+    /// # Errors
+    /// The assignments are defective.
+    pub fn drives(mut self, drives: &str) -> Result<Self, Error> {
+        self.forward = self.forward.drives(drives)?;
+        Ok(self)
+    }
+
+    /// Takes the nearest equilibrium, stable or not, by Newton's method from the start. Default: the stable
+    /// one down the potential.
+    pub fn nearest(mut self) -> Self {
+        self.nearest = true;
+        self
+    }
+
+    /// Searches the equilibrium.
+    ///
+    /// # Errors
+    /// None is found: the reason says why.
+    pub fn run(&self) -> Result<Equilibrium, Error> {
+        let mut found = self.forward.plan()?.job().equilibrium(self.nearest)?;
+        // The search is without friction; what friction adds is found in the model with it.
+        let rubs = self.forward.clone().friction(true).plan()?;
+        let mechanism = &rubs.job().model.mechanism;
+        let has_friction = mechanism.joints().iter().any(|joint| !joint.friction.is_empty())
+            || mechanism.drive_trains().iter().any(|train| train.has_friction());
+        if self.friction && has_friction {
+            found.holding = Some(rubs.job().holding(&found)?);
+        }
+        Ok(Equilibrium { found })
+    }
+}
+
+/// A position in which a robot rests without friction. `Display` prints it as the command
+/// `stiction equilibrium` does.
+#[derive(Clone, Debug)]
+pub struct Equilibrium {
+    found: run::Equilibrium,
+}
+
+impl Equilibrium {
+    /// Coordinate of a joint, m or rad.
+    ///
+    /// # Errors
+    /// There is no such coordinate.
+    pub fn position(&self, coordinate: &str) -> Result<f64, Error> {
+        self.found
+            .coordinate(coordinate)
+            .ok_or_else(|| Error::input(format!("there is no coordinate `{coordinate}`")))
+    }
+
+    /// All results as a `stiction_run` type.
+    pub fn findings(&self) -> &run::Equilibrium {
+        &self.found
+    }
+
+    /// All results as JSON, with the keys of `stiction equilibrium --json`.
+    pub fn to_json(&self) -> Value {
+        self.found.json()
+    }
+}
+
+impl fmt::Display for Equilibrium {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.found.fmt(f)
+    }
+}

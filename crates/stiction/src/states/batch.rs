@@ -1,0 +1,311 @@
+//! Batches of states and their results.
+
+use super::States;
+use super::rows::{Row, Workers};
+use crate::error::Error;
+use stiction_core::dynamics::{Data, FrictionMode, Status};
+use stiction_core::kinematics::Bodies;
+use stiction_core::spatial::Quaternion;
+
+/// Rows of coordinates, rates and accelerations, each row after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Batch<'a> {
+    /// Coordinates, m or rad.
+    pub q: &'a [f64],
+    /// Rates, m/s or rad/s; empty for rest.
+    pub v: &'a [f64],
+    /// Accelerations, m/s² or rad/s²; empty for zero.
+    pub a: &'a [f64],
+}
+
+/// Outcome of each row of a batch and the numbers computed, row by row. Rows that did not converge are NaN.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    /// Outcome of each row.
+    pub status: Vec<Status>,
+    /// The numbers.
+    pub values: Vec<f64>,
+}
+
+/// Results of inverse dynamics, each row after the other. Rows that did not converge are NaN.
+#[derive(Clone, Debug, Default)]
+pub struct InverseRows {
+    /// Outcome of each row.
+    pub status: Vec<Status>,
+    /// Efforts, N or N m: rows x actuators.
+    pub efforts: Vec<f64>,
+    /// Efforts without friction: rows x actuators.
+    pub efforts_frictionless: Vec<f64>,
+    /// Force, N, and moment about the joint's origin, N m, world axes: rows x joints x 6; empty unless asked.
+    pub reactions: Vec<f64>,
+    /// Sliding speed, m/s, normal load, N, friction force, N, dissipated power, W: rows x interfaces x 4;
+    /// empty unless asked.
+    pub frictions: Vec<f64>,
+    /// Residual of the power balance, W, of each row.
+    pub power_residual: Vec<f64>,
+}
+
+/// Motion of all bodies, each row after the other. Rows that did not converge are NaN.
+#[derive(Clone, Debug, Default)]
+pub struct MotionRows {
+    /// Outcome of each row.
+    pub status: Vec<Status>,
+    /// Position of the body's origin, m, world axes: rows x bodies x 3.
+    pub positions: Vec<f64>,
+    /// Orientation as a unit quaternion w, x, y, z with w >= 0: rows x bodies x 4.
+    pub quaternions: Vec<f64>,
+    /// Velocity of the body's origin, m/s, and angular velocity, rad/s, world axes: rows x bodies x 6.
+    pub twists: Vec<f64>,
+    /// Acceleration of the body's origin, m/s², and angular acceleration, rad/s²: rows x bodies x 6.
+    pub accelerations: Vec<f64>,
+}
+
+impl States {
+    /// Number of rows of a batch.
+    ///
+    /// # Errors
+    /// An array does not have whole rows, or another number of rows than `q`.
+    fn rows_of(&self, batch: Batch<'_>) -> Result<usize, Error> {
+        let count = self.home.len();
+        let shape = |array: &str, length: usize| {
+            Error::input(format!(
+                "`{array}` has {length} numbers, but a row has {count}: one for each of {}",
+                self.coordinates.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ")
+            ))
+        };
+        if count == 0 {
+            return Err(Error::input("the robot has no actuators, so a state has no coordinates")
+                .with_help("name coordinates, such as a joint's")
+                .with_option("coordinates"));
+        }
+        if !batch.q.len().is_multiple_of(count) {
+            return Err(shape("q", batch.q.len()));
+        }
+        for (name, array) in [("v", batch.v), ("a", batch.a)] {
+            if !array.is_empty() && array.len() != batch.q.len() {
+                return Err(shape(name, array.len()).with_help("give it the shape of `q`"));
+            }
+        }
+        Ok(batch.q.len() / count)
+    }
+
+    /// Inverse dynamics of all rows, with reactions and frictions if asked.
+    ///
+    /// ```
+    /// use stiction::{Batch, Robot, Workers};
+    ///
+    /// let states = Robot::builtin("five-bar")?.states().compile()?;
+    /// let batch = Batch { q: states.home(), v: &[0.1, 0.1], a: &[] };
+    /// let rows = states.inverse_dynamics(batch, (false, false), &Workers::default())?;
+    /// assert!(rows.status[0].is_converged());
+    /// println!("{:?} N m", rows.efforts);
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The arrays do not fit together, or the computation was stopped. Rows without an answer are no error:
+    /// see [`InverseRows::status`].
+    pub fn inverse_dynamics(
+        &self,
+        batch: Batch<'_>,
+        (reactions, frictions): (bool, bool),
+        workers: &Workers<'_>,
+    ) -> Result<InverseRows, Error> {
+        self.rows_of(batch)?;
+        let mechanism = self.model.mechanism();
+        let (actuators, joints) = (mechanism.actuators().count(), mechanism.joints().len());
+        let interfaces = self.model.parameters().interfaces.len();
+        let widths = [
+            actuators,
+            actuators,
+            if reactions { 6 * joints } else { 0 },
+            if frictions { 4 * interfaces } else { 0 },
+            1,
+        ];
+        let rest = vec![0.0; self.home.len()];
+        let compute = |data: &mut Data<f64>, row: &mut Row<'_, '_>| {
+            let (q, v, a) = self.row_of(batch, row.index, &rest);
+            let status = self.model.inverse_dynamics(data, q, v, a, &self.loads);
+            if !status.is_converged() {
+                return status;
+            }
+            row.of(0).copy_from_slice(data.efforts());
+            row.of(1).copy_from_slice(data.efforts_frictionless());
+            if reactions {
+                for (joint, out) in row.of(2).chunks_exact_mut(6).enumerate() {
+                    let (force, moment) = data.reaction(joint);
+                    out[..3].copy_from_slice(&force.to_array());
+                    out[3..].copy_from_slice(&moment.to_array());
+                }
+            }
+            if frictions {
+                for (state, out) in data.friction().iter().zip(row.of(3).chunks_exact_mut(4)) {
+                    let numbers = [state.velocity, state.load, state.friction, state.power];
+                    out.copy_from_slice(&numbers);
+                }
+            }
+            row.of(4)[0] = data.power().residual();
+            status
+        };
+        let (status, arrays) = self.each_row(batch.q, &widths, workers, compute)?;
+        let mut arrays = arrays.into_iter();
+        let mut next = || arrays.next().unwrap_or_default();
+        Ok(InverseRows {
+            status,
+            efforts: next(),
+            efforts_frictionless: next(),
+            reactions: next(),
+            frictions: next(),
+            power_residual: next(),
+        })
+    }
+
+    /// Coordinates, rates and accelerations of a row.
+    fn row_of<'b>(
+        &self,
+        batch: Batch<'b>,
+        index: usize,
+        rest: &'b [f64],
+    ) -> (&'b [f64], &'b [f64], &'b [f64]) {
+        let of = |array: &'b [f64]| match array.is_empty() {
+            true => rest,
+            false => &array[index * rest.len()..][..rest.len()],
+        };
+        (of(batch.q), of(batch.v), of(batch.a))
+    }
+
+    /// Motion of all bodies in all rows; the first body is the ground.
+    ///
+    /// # Errors
+    /// As [`Self::inverse_dynamics`].
+    pub fn kinematics(&self, batch: Batch<'_>, workers: &Workers<'_>) -> Result<MotionRows, Error> {
+        self.rows_of(batch)?;
+        let bodies = self.model.mechanism().bodies().len();
+        let origin = self.model.parameters().origin;
+        let rest = vec![0.0; self.home.len()];
+        let compute = |data: &mut Data<f64>, row: &mut Row<'_, '_>| {
+            let (q, v, a) = self.row_of(batch, row.index, &rest);
+            let status = self.model.move_to(data, q, v, a);
+            if !status.is_converged() {
+                return status;
+            }
+            let all: &Bodies<f64> = &data.kinematics.bodies;
+            for body in 0..bodies {
+                let (pose, twist) = (all.pose[body], all.twist[body]);
+                let at = pose.position;
+                row.of(0)[3 * body..][..3].copy_from_slice(&(at + origin).to_array());
+                Quaternion::from_rotation(pose.rotation).write(&mut row.of(1)[4 * body..][..4]);
+                let velocity = twist.velocity_at(at);
+                let change = all.acceleration[body];
+                let acceleration = change.velocity_at(at) + twist.angular.cross(velocity);
+                for (array, linear, angular) in
+                    [(2, velocity, twist.angular), (3, acceleration, change.angular)]
+                {
+                    let out = &mut row.of(array)[6 * body..][..6];
+                    out[..3].copy_from_slice(&linear.to_array());
+                    out[3..].copy_from_slice(&angular.to_array());
+                }
+            }
+            status
+        };
+        let widths = [3, 4, 6, 6].map(|width| width * bodies);
+        let (status, arrays) = self.each_row(batch.q, &widths, workers, compute)?;
+        let mut arrays = arrays.into_iter();
+        let mut next = || arrays.next().unwrap_or_default();
+        Ok(MotionRows {
+            status,
+            positions: next(),
+            quaternions: next(),
+            twists: next(),
+            accelerations: next(),
+        })
+    }
+
+    /// Jacobians of all bodies: velocity of the body's origin and angular velocity, world axes, for a unit rate
+    /// of each coordinate: rows x bodies x 6 x coordinates.
+    ///
+    /// # Errors
+    /// As [`Self::inverse_dynamics`].
+    pub fn jacobian(&self, q: &[f64], workers: &Workers<'_>) -> Result<Rows, Error> {
+        let batch = Batch { q, v: &[], a: &[] };
+        self.rows_of(batch)?;
+        let (bodies, count) = (self.model.mechanism().bodies().len(), self.home.len());
+        let rest = vec![0.0; count];
+        let compute = |data: &mut Data<f64>, row: &mut Row<'_, '_>| {
+            let (q, ..) = self.row_of(batch, row.index, &rest);
+            let mut unit = rest.clone();
+            for column in 0..count {
+                unit[column] = 1.0;
+                let status = self.model.move_to(data, q, &unit, &rest);
+                unit[column] = 0.0;
+                if !status.is_converged() {
+                    return status;
+                }
+                let all: &Bodies<f64> = &data.kinematics.bodies;
+                for body in 0..bodies {
+                    let twist = all.twist[body];
+                    let linear = twist.velocity_at(all.pose[body].position).to_array();
+                    let numbers = linear.into_iter().chain(twist.angular.to_array());
+                    for (component, number) in numbers.enumerate() {
+                        row.of(0)[(6 * body + component) * count + column] = number;
+                    }
+                }
+            }
+            Status::Converged
+        };
+        self.one_array(q, 6 * bodies * count, workers, compute)
+    }
+
+    /// Mass matrices with respect to the actuators: rows x actuators x actuators. They contain the parts that
+    /// the load attaches to bodies, but no reflected inertia of rotors.
+    ///
+    /// # Errors
+    /// As [`Self::inverse_dynamics`]; the coordinates are not those of the actuators.
+    pub fn mass_matrix(&self, q: &[f64], workers: &Workers<'_>) -> Result<Rows, Error> {
+        self.refuse_other_coordinates("a mass matrix")?;
+        let batch = Batch { q, v: &[], a: &[] };
+        self.rows_of(batch)?;
+        let count = self.home.len();
+        let rest = vec![0.0; count];
+        let compute = |data: &mut Data<f64>, row: &mut Row<'_, '_>| {
+            let (q, ..) = self.row_of(batch, row.index, &rest);
+            data.settings.friction = FrictionMode::Off;
+            let mut unit = rest.clone();
+            let mut at_rest = vec![0.0; count];
+            for column in 0..=count {
+                // The first solution holds the weight.
+                if let Some(before) = column.checked_sub(1) {
+                    unit[before] = 1.0;
+                }
+                let status = self.model.inverse_dynamics(data, q, &rest, &unit, &[]);
+                unit.fill(0.0);
+                if !status.is_converged() {
+                    return status;
+                }
+                match column.checked_sub(1) {
+                    None => at_rest.copy_from_slice(data.efforts()),
+                    Some(before) => {
+                        for (actuator, (effort, weight)) in
+                            data.efforts().iter().zip(&at_rest).enumerate()
+                        {
+                            row.of(0)[actuator * count + before] = effort - weight;
+                        }
+                    }
+                }
+            }
+            Status::Converged
+        };
+        self.one_array(q, count * count, workers, compute)
+    }
+
+    fn one_array(
+        &self,
+        q: &[f64],
+        width: usize,
+        workers: &Workers<'_>,
+        compute: impl Fn(&mut Data<f64>, &mut Row<'_, '_>) -> Status + Sync,
+    ) -> Result<Rows, Error> {
+        let (status, mut arrays) = self.each_row(q, &[width], workers, compute)?;
+        Ok(Rows { status, values: arrays.pop().unwrap_or_default() })
+    }
+}

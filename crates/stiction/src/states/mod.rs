@@ -1,0 +1,164 @@
+//! Many states of a robot at once: inverse dynamics, kinematics, Jacobians and mass matrices of batches of
+//! coordinates, compiled once.
+
+mod batch;
+mod compile;
+mod rows;
+
+pub use batch::{Batch, InverseRows, MotionRows, Rows};
+pub use compile::{Compile, Compiled};
+pub use rows::Workers;
+
+use crate::control_loop::ControlLoop;
+use crate::error::Error;
+use crate::robot::Robot;
+use std::sync::Mutex;
+use stiction_core::dynamics::{Data, FrictionMode, Model, Status};
+use stiction_core::kinematics::State;
+use stiction_core::statics::AppliedLoad;
+
+/// Largest number of spare data.
+const MOST_SPARE: usize = 64;
+
+/// A robot compiled for batches of states; see [`Robot::states`].
+///
+/// A state is a row `q` of independent coordinates, with rates `v` and accelerations `a`. The assembly mode is
+/// that of the home position: each row is reached from the row before it, and the first from the home
+/// position, in steps that are short enough to remain in this mode. Batches are computed in pieces of a fixed
+/// length, each from the home position, so results do not depend on the number of threads.
+#[derive(Debug)]
+pub struct States {
+    robot: Robot,
+    model: Model,
+    /// Data at the home position, which spare data are made of.
+    prototype: Data<f64>,
+    start: State<f64>,
+    spare: Mutex<Vec<Data<f64>>>,
+    coordinates: Vec<Coordinate>,
+    home: Vec<f64>,
+    /// True if the coordinates are those of the actuators, in their order.
+    by_actuators: bool,
+    loads: Vec<AppliedLoad<f64>>,
+    load_name: String,
+}
+
+/// A coordinate of a state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coordinate {
+    /// Name, such as `leg1.P` or `platform.x`.
+    pub name: String,
+    /// Unit, `m` or `rad`.
+    pub unit: &'static str,
+    /// Longest step in which loops are closed at once, m or rad.
+    step: f64,
+}
+
+impl States {
+    /// The coordinates, in the order of the columns of `q`, `v` and `a`.
+    pub fn coordinates(&self) -> &[Coordinate] {
+        &self.coordinates
+    }
+
+    /// Home position: coordinates at the first instant of the motion, m or rad.
+    pub fn home(&self) -> &[f64] {
+        &self.home
+    }
+
+    /// Name of the load that acts.
+    pub fn load_name(&self) -> &str {
+        &self.load_name
+    }
+
+    /// Treatment of friction.
+    pub fn friction(&self) -> FrictionMode {
+        self.prototype.settings.friction
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// Gives the compiled model, its data and the home position, for a control loop.
+    pub(crate) fn into_control_loop(self) -> ControlLoop {
+        ControlLoop { model: self.model, data: self.prototype, position: self.home }
+    }
+
+    /// Takes data from the spare ones, at the home position.
+    fn borrow_data(&self) -> Data<f64> {
+        // Never waits: a process forked while another thread held the lock would wait for ever.
+        let spare = self.spare.try_lock().ok().and_then(|mut spare| spare.pop());
+        let mut data = spare.unwrap_or_else(|| self.prototype.clone());
+        self.go_home(&mut data);
+        data
+    }
+
+    fn go_home(&self, data: &mut Data<f64>) {
+        data.start_from(&self.start);
+        data.settings = self.prototype.settings;
+    }
+
+    fn return_data(&self, data: Data<f64>) {
+        if let Ok(mut spare) = self.spare.try_lock()
+            && spare.len() < MOST_SPARE
+        {
+            spare.push(data);
+        }
+    }
+
+    /// Error for a computation that needs the actuators as coordinates.
+    fn refuse_other_coordinates(&self, what: &str) -> Result<(), Error> {
+        if self.by_actuators {
+            return Ok(());
+        }
+        let names: Vec<&str> = self.coordinates.iter().map(|c| c.name.as_str()).collect();
+        Err(Error::input(format!(
+            "{what} needs the actuators as coordinates, but these are {}",
+            names.join(", ")
+        ))
+        .with_help("leave the coordinates out: the actuators are the default"))
+    }
+}
+
+/// Short name of a status, for programs.
+pub fn status_name(status: Status) -> &'static str {
+    match status {
+        Status::Converged => "converged",
+        Status::InputNotFinite => "input_not_finite",
+        Status::LoopsOpen { .. } => "loops_open",
+        Status::MotionInconsistent => "motion_inconsistent",
+        Status::Singular => "singular",
+        Status::SpringWithoutDirection { .. } => "spring_without_direction",
+        Status::NoOverlap { .. } => "no_overlap",
+        Status::FrictionNotConverged { .. } => "friction_not_converged",
+        Status::FrictionLocks => "friction_locks",
+        Status::Unbalanced { .. } => "unbalanced",
+        _ => "other",
+    }
+}
+
+/// Reason why a row has no result, as a sentence without a full stop.
+pub fn status_reason(status: Status) -> &'static str {
+    match status {
+        Status::Converged => "all equations hold",
+        Status::InputNotFinite => "a coordinate, rate or acceleration is NaN or infinite",
+        Status::LoopsOpen { .. } => {
+            "the loops do not close: the position is out of reach from the home position along a straight \
+             line of the coordinates"
+        }
+        Status::MotionInconsistent => "the rates or accelerations would open a loop",
+        Status::Singular => "the position is singular: the coordinates do not determine the motion",
+        Status::SpringWithoutDirection { .. } => "the ends of a spring coincide",
+        Status::NoOverlap { .. } => "the two supports of a guide have passed each other",
+        Status::FrictionNotConverged { .. } => {
+            "the coupling of friction and reactions did not converge: friction is close to locking the \
+             mechanism"
+        }
+        Status::FrictionLocks => "friction locks the mechanism",
+        Status::Unbalanced { .. } => {
+            "the forces do not balance to 1e-9: the position is close to a singular one, or far from the home \
+             position"
+        }
+        _ => "the computation failed",
+    }
+}

@@ -1,0 +1,149 @@
+//! Studies of many designs: a robot with other values in every row, and statistics of its runs.
+
+mod study;
+
+pub use study::Study;
+
+use crate::error::Error;
+use crate::robot::{ModelText, Robot};
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+use stiction_core::dynamics::FrictionMode;
+use stiction_format::{Draft, Key, Setting};
+use stiction_run::sweep::{Row, in_order};
+
+/// Study of many designs of a robot: what is measured of each, along which motion and under which load.
+///
+/// ```
+/// use stiction::{Robot, format::Setting};
+///
+/// let study = Robot::builtin("five-bar")?.sweep()?.objective("peak(left_motor.effort)");
+/// let rows = [[Setting::Number(200.0)], [Setting::Number(220.0)]];
+/// for row in stiction::sweep(&study, &["crank [mm]"], &rows)? {
+///     println!("{:?} N m, {}", row.values, row.status);
+/// }
+/// # Ok::<(), stiction::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    text: ModelText,
+    robot: Robot,
+    draft: Arc<Draft>,
+    motion: Option<String>,
+    load: Option<String>,
+    friction: Option<FrictionMode>,
+    step: Option<f64>,
+    objectives: Vec<String>,
+}
+
+/// Computes a row for each design: a pure function of its arguments, so that the rows of a large table may be
+/// computed in any pieces, anywhere.
+///
+/// `keys` are headers such as `mu` or `tool.mass [kg]`: paths of keys or names of parameters, as in
+/// [`Robot::with`], with the unit of the numbers; `motion.KEY` and `load.KEY` are keys of the motion and load of the
+/// study. Each design has a value for each key. A design that fails has no values, and its status says why.
+///
+/// # Errors
+/// The study itself is defective: unknown keys, objectives, motions; rows of another length than the keys.
+pub fn sweep<D: AsRef<[Setting]> + Sync>(
+    sweep: &Sweep,
+    keys: &[impl AsRef<str>],
+    designs: &[D],
+) -> Result<Vec<Row>, Error> {
+    let keys = keys.iter().map(|key| Key::of_header(key.as_ref()).map_err(Error::input));
+    let study = sweep.study(keys.collect::<Result<_, _>>()?)?;
+    let count = study.keys().len();
+    if let Some(place) = designs.iter().position(|design| design.as_ref().len() != count) {
+        return Err(Error::input(format!(
+            "row {} has {} values for {count} keys",
+            place + 1,
+            designs[place].as_ref().len()
+        )));
+    }
+    Ok(designs.iter().map(|design| study.row(design.as_ref())).collect())
+}
+
+impl Sweep {
+    pub(crate) fn of(robot: &Robot) -> Result<Self, Error> {
+        let text = robot.text().cloned().ok_or_else(|| {
+            Error::input("the robot has no text to be changed: it was described by code")
+                .with_help("write its description to a model file")
+        })?;
+        let draft = Arc::new(text.draft()?);
+        Ok(Self {
+            text,
+            robot: robot.clone(),
+            draft,
+            motion: None,
+            load: None,
+            friction: None,
+            step: None,
+            objectives: Vec::new(),
+        })
+    }
+
+    /// Sets the motion, as in [`Request::motion`](crate::Request::motion).
+    #[must_use]
+    pub fn motion(self, motion: impl Into<String>) -> Self {
+        Self { motion: Some(motion.into()), ..self }
+    }
+
+    /// Sets the load, as in [`Request::load`](crate::Request::load).
+    #[must_use]
+    pub fn load(self, load: impl Into<String>) -> Self {
+        Self { load: Some(load.into()), ..self }
+    }
+
+    /// Sets how friction is coupled with the reactions that cause it. Default: as the model says.
+    #[must_use]
+    pub fn friction(self, friction: FrictionMode) -> Self {
+        Self { friction: Some(friction), ..self }
+    }
+
+    /// Sets the time between samples, s.
+    #[must_use]
+    pub fn step(self, step: f64) -> Self {
+        Self { step: Some(step), ..self }
+    }
+
+    /// Adds an objective such as `peak(leg1.P.effort)`: see
+    /// [`Objectives`](stiction_run::sweep::Objectives).
+    #[must_use]
+    pub fn objective(mut self, objective: impl Into<String>) -> Self {
+        self.objectives.push(objective.into());
+        self
+    }
+
+    /// Checks everything that does not depend on values, and compiles what all rows share.
+    ///
+    /// # Errors
+    /// The motion, the load, an objective or a key is unknown or defective.
+    pub fn study(&self, keys: Vec<Key>) -> Result<Study, Error> {
+        Study::new(self, keys)
+    }
+}
+
+impl Study {
+    /// Computes rows on several threads, and passes them in their order to `receive`, on the calling thread; stops
+    /// where it returns false. Results do not depend on the number of threads, to the last bit.
+    ///
+    /// # Errors
+    /// The error of `receive`, or the first of `designs`.
+    pub fn run(
+        &self,
+        designs: impl Iterator<Item = Result<Vec<Setting>, Error>> + Send,
+        threads: NonZeroUsize,
+        mut receive: impl FnMut(Vec<Setting>, Row) -> Result<bool, Error>,
+    ) -> Result<(), Error> {
+        let mut designs = designs;
+        in_order(
+            threads.get(),
+            || designs.next(),
+            |design| design.map(|settings| (self.row(&settings), settings)),
+            |row| {
+                let (row, settings) = row?;
+                receive(settings, row)
+            },
+        )
+    }
+}

@@ -1,0 +1,127 @@
+//! Results of a whole run in memory: the tables and the summary that the command line writes.
+
+use crate::error::Error;
+use crate::forward::{Forward, Plan};
+use crate::inverse::Inverse;
+use serde_json::Value;
+use std::cell::Cell;
+use stiction_run::forward::{self as simulated, Ending, EventRow, Recorder, event_rows};
+use stiction_run::inverse::{Columns, Phase, Summary, write_summary};
+use stiction_run::{Sink, Table};
+
+/// Results of a whole run: the numbers of the tables and of `summary.json` that the command line writes.
+#[derive(Clone, Debug)]
+pub struct Tabulated {
+    /// Tables, each with the name of its file.
+    pub tables: Vec<Table>,
+    /// Summary, with the keys of `summary.json`.
+    pub summary: Value,
+    /// Summary as text, as the command line prints it.
+    pub text: String,
+}
+
+/// Results of a whole simulation.
+#[derive(Debug)]
+pub struct TabulatedSimulation {
+    /// Tables and summary.
+    pub results: Tabulated,
+    /// Events, in the order of time.
+    pub events: Vec<EventRow>,
+    /// The end of the simulation: `Ok` if it reached its end time or a stop condition, else the reason.
+    pub ended: Result<(), Error>,
+}
+
+impl Inverse {
+    /// Computes all samples and keeps the tables in memory. Reports progress: the phase, the samples done,
+    /// and all samples; stops when `progress` returns `false`.
+    ///
+    /// ```
+    /// let robot = stiction::Robot::builtin("five-bar")?;
+    /// let results = robot.inverse().tabulate(|_phase, _done, _of| true)?;
+    /// assert_eq!(results.tables[0].header[0], "time [s]");
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Inverse::record`].
+    pub fn tabulate(
+        &self,
+        progress: impl FnMut(Phase, usize, usize) -> bool,
+    ) -> Result<Tabulated, Error> {
+        let job = self.job()?;
+        let (mut columns, mut summary) = (Columns::new(&job), Summary::new(&job));
+        let verdict = self.record((&mut columns, &mut summary), progress)?;
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        let _ = write_summary(&mut text, &job, &summary, &verdict);
+        Ok(Tabulated { tables: columns.finish(), summary: summary.json(&job, &verdict), text })
+    }
+}
+
+impl Forward {
+    /// Simulates and keeps the tables in memory; see [`Plan::tabulate`].
+    ///
+    /// # Errors
+    /// The options contradict each other, or the robot cannot start.
+    pub fn tabulate(
+        &self,
+        progress: impl Fn(usize, usize) -> bool,
+    ) -> Result<TabulatedSimulation, Error> {
+        self.plan()?.tabulate(progress)
+    }
+}
+
+impl Plan {
+    /// Simulates and keeps the tables in memory. Reports progress, also within a sample: the samples done
+    /// and all samples; stops when `progress` returns `false`.
+    ///
+    /// # Errors
+    /// The robot cannot start. Later failures are in the result.
+    pub fn tabulate(
+        &self,
+        progress: impl Fn(usize, usize) -> bool,
+    ) -> Result<TabulatedSimulation, Error> {
+        let job = self.job();
+        let of = job.instants()?.count();
+        let sink = (simulated::Columns::new(&job), simulated::Summary::new(&job));
+        let mut recorder = Recorder::new(&job, sink);
+        let done = Cell::new(0);
+        let outcome = self.record(
+            |sample, _checkpoint| {
+                done.set(done.get() + 1);
+                recorder.add(sample)
+            },
+            &|| !progress(done.get(), of),
+            None,
+        )?;
+        let (columns, summary) = recorder.sink;
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        let _ = simulated::write_summary(&mut text, &job, &summary, &outcome);
+        let events = event_rows(&summary, &outcome.events);
+        let tables = columns.finish();
+        let json = summary.json(&job, &outcome);
+        let lost = summary.energy_lost(&job.settings, &outcome.events);
+        let ended = match (outcome.ending, lost) {
+            (Ending::Reached | Ending::Stopped(_), None) => Ok(()),
+            (Ending::Reached | Ending::Stopped(_), Some(part)) => Err(energy_lost(part)),
+            (Ending::Interrupted, _) => {
+                Err(Error::interrupted(format!("interrupted at t = {} s", outcome.last)))
+            }
+            (Ending::Failed(error), _) => Err((*error).into()),
+        };
+        let results = Tabulated { tables, summary: json, text };
+        Ok(TabulatedSimulation { results, events, ended })
+    }
+}
+
+/// Error for a simulation whose energy balance has a relative error of `part`.
+pub fn energy_lost(part: f64) -> Error {
+    Error::no_answer(format!(
+        "the energy balance does not close: its relative error is {part:.1e}, so these results are wrong by \
+         more than their tolerance"
+    ))
+    .with_help("give another tolerance or method; the column `error` of energy.csv shows when the energy is lost")
+    .with_option("tolerance")
+    .with_details(serde_json::json!({ "energy_error_relative": part }))
+}

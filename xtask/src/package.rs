@@ -1,0 +1,159 @@
+//! `cargo xtask wheel` builds the Python package and tries it; `cargo xtask python` runs its tests.
+
+use crate::python::{Environment, Missing, create, install, interpreter_in};
+use crate::validate::Outcome;
+use crate::{cargo, succeeds};
+use std::env;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+/// Oldest version of Python that the package supports.
+const LEAST_PYTHON: (u32, u32) = (3, 10);
+
+fn root() -> PathBuf {
+    let xtask = Path::new(env!("CARGO_MANIFEST_DIR"));
+    xtask.parent().unwrap_or(xtask).to_owned()
+}
+
+/// Folder of the package in this project.
+fn source() -> PathBuf {
+    root().join("crates/stiction-python")
+}
+
+/// Folder of everything that is built for Python.
+fn built() -> PathBuf {
+    root().join("target/python")
+}
+
+/// Tests the package with the native module of the present profile, which the workspace has compiled with the
+/// same features as all tests.
+pub(crate) fn test() -> Outcome {
+    let requirements = source().join("requirements.txt");
+    let environment = Environment {
+        place: built().join("tests"),
+        requirements: &requirements,
+        least: LEAST_PYTHON,
+    };
+    let python = match environment.interpreter() {
+        Ok(python) => python,
+        Err(missing) => return skipped(&missing),
+    };
+    if !succeeds(&mut cargo(&["build", "--workspace", "--lib", "--bin", "stiction"])) {
+        return Outcome::Failed;
+    }
+    let folder = built().join("package");
+    if let Err(why) = assemble(&folder) {
+        eprintln!("== Python package failed: {why}");
+        return Outcome::Failed;
+    }
+    let mut run = Command::new(python);
+    run.args(["-m", "pytest", "--quiet", "--config-file"]).arg(source().join("pyproject.toml"));
+    run.arg(source().join("tests")).env("PYTHONPATH", &folder).env("PYTHONDONTWRITEBYTECODE", "1");
+    let program = env::current_exe().unwrap_or_default();
+    run.env("STICTION", program.with_file_name(format!("stiction{}", env::consts::EXE_SUFFIX)));
+    if succeeds(&mut run) { Outcome::Passed } else { Outcome::Failed }
+}
+
+/// Reports a missing prerequisite. In the continuous integration packages that cannot be installed are a
+/// failure.
+fn skipped(missing: &Missing) -> Outcome {
+    let is_ci = env::var_os("CI").is_some_and(|value| value == "true");
+    if is_ci && matches!(missing, Missing::Packages(_)) {
+        eprintln!("== tests of the Python package failed: {}", missing.text());
+        return Outcome::Failed;
+    }
+    eprintln!("== tests of the Python package skipped: {}", missing.text());
+    Outcome::Skipped
+}
+
+/// Puts the package's Python files and the native module beside each other.
+fn assemble(folder: &Path) -> Result<(), String> {
+    let told = |what: &Path, error: std::io::Error| format!("{}: {error}", what.display());
+    let package = folder.join("stiction");
+    if package.exists() {
+        fs::remove_dir_all(&package).map_err(|error| told(&package, error))?;
+    }
+    fs::create_dir_all(&package).map_err(|error| told(&package, error))?;
+    let from = source().join("python/stiction");
+    for entry in fs::read_dir(&from).map_err(|error| told(&from, error))?.flatten() {
+        let path = entry.path();
+        let is_source =
+            ["py", "pyi", "typed"].map(OsStr::new).map(Some).contains(&path.extension());
+        if is_source {
+            fs::copy(&path, package.join(entry.file_name())).map_err(|error| told(&path, error))?;
+        }
+    }
+    let (prefix, suffix) = (env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
+    let library = env::current_exe()
+        .unwrap_or_default()
+        .with_file_name(format!("{prefix}stiction_native{suffix}"));
+    let name = if cfg!(windows) { "_native.pyd" } else { "_native.abi3.so" };
+    fs::copy(&library, package.join(name)).map_err(|error| told(&library, error))?;
+    Ok(())
+}
+
+/// Builds the wheel into `target/wheels`, installs it into an empty environment and tries it there.
+pub(crate) fn wheel(arguments: impl Iterator<Item = String>) -> ExitCode {
+    let arguments: Vec<String> = arguments.collect();
+    let profile = match arguments.as_slice() {
+        [] => "release",
+        [option, profile] if option == "--profile" => profile,
+        _ => {
+            eprintln!("usage: cargo xtask wheel [--profile PROFILE]");
+            return ExitCode::from(2);
+        }
+    };
+    match build_and_try(profile) {
+        Ok(wheel) => {
+            eprintln!("== wheel: {}", wheel.display());
+            ExitCode::SUCCESS
+        }
+        Err(why) => {
+            eprintln!("== wheel failed: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn build_and_try(profile: &str) -> Result<PathBuf, String> {
+    let told = |missing: Missing| missing.text().to_owned();
+    let requirements = source().join("requirements-wheel.txt");
+    let environment = Environment {
+        place: built().join("maturin"),
+        requirements: &requirements,
+        least: LEAST_PYTHON,
+    };
+    let python = environment.interpreter().map_err(told)?;
+    // A folder of its own, so that it contains nothing else than this wheel.
+    let fresh = built().join("wheel");
+    let _ = fs::remove_dir_all(&fresh);
+    let mut maturin = Command::new(&python);
+    maturin.args(["-m", "maturin", "build", "--locked", "--profile", profile, "--manifest-path"]);
+    maturin.arg(source().join("Cargo.toml")).arg("--out").arg(&fresh);
+    if !succeeds(&mut maturin) {
+        return Err("maturin cannot build it".to_owned());
+    }
+    let files = fs::read_dir(&fresh).map_err(|error| format!("{}: {error}", fresh.display()))?;
+    let is_wheel = |path: &PathBuf| path.extension() == Some(OsStr::new("whl"));
+    let wheel =
+        files.flatten().map(|entry| entry.path()).find(is_wheel).ok_or("there is no wheel")?;
+
+    let trial = built().join("trial");
+    create(&trial, LEAST_PYTHON).map_err(told)?;
+    let python = interpreter_in(&trial);
+    install(&python, &[&wheel]).map_err(told)?;
+    // Isolated, so that it finds the installed package only.
+    let mut run = Command::new(&python);
+    run.arg("-I").arg(source().join("tests/trial.py")).current_dir(&trial);
+    if !succeeds(&mut run) {
+        return Err("the installed package does not work".to_owned());
+    }
+    let wheels = root().join("target/wheels");
+    let kept = wheels.join(wheel.file_name().unwrap_or_default());
+    fs::create_dir_all(&wheels)
+        .and_then(|()| fs::rename(&wheel, &kept))
+        .map_err(|error| format!("{}: {error}", kept.display()))?;
+    Ok(kept)
+}
