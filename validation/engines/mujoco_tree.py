@@ -13,7 +13,7 @@ from typing import Iterator
 import mujoco
 import numpy as np
 
-from engines.tree import Closure, TreeEngine, read_tree
+from engines.tree import Closure, TreeEngine, joint_closed_by, read_tree
 from mechanism import Mechanism, Pose
 from spatial import Array, moved_wrench, rotation_from_quaternion
 
@@ -46,7 +46,7 @@ class Mujoco(TreeEngine):
         points = [model.site_pos[site].copy() for site in sites]
         turns = [rotation_from_quaternion(model.site_quat[site]) for site in sites]
         rotation = turns[0] @ turns[1].T if weld else None
-        return Closure(model.equality(i).name, a, points[0], b, points[1], rotation)
+        return Closure(joint_closed_by(model.equality(i).name), a, points[0], b, points[1], rotation)
 
     def neutral(self) -> Array:
         return self.model.qpos0.copy()

@@ -108,8 +108,13 @@ def read_closures(path: Path) -> list[Closure]:
         if element.tag not in ("connect", "weld"):
             raise NotImplementedError(f"an equality of the kind {element.tag}")
         rotation = in_a.rotation @ in_b.rotation.T if element.tag == "weld" else None
-        closures.append(Closure(element.get("name"), a, in_a.position, b, in_b.position, rotation))
+        closures.append(Closure(joint_closed_by(element.get("name")), a, in_a.position, b, in_b.position, rotation))
     return closures
+
+
+def joint_closed_by(equality: str) -> str:
+    """The joint an equality stands for: a weld of two parts of one body is named after the joint between them."""
+    return equality.removesuffix(".weld")
 
 
 def read_pose(element: xml.Element) -> Pose:
