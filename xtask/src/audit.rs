@@ -23,7 +23,7 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 13] = [
+const STEPS: [Step; 14] = [
     ("features", "builds with and without optional features", features),
     ("platforms", "the program on other systems: cargo check for Windows and macOS", platforms),
     ("packages", "packages as they would be published: cargo package", packaging),
@@ -36,6 +36,7 @@ const STEPS: [Step; 13] = [
     ("miri", "the unsafe code under Miri, with the interpreter in place of machine code", miri),
     ("arm", "AArch64 machine code in an emulator (QEMU)", arm),
     ("export", "exported C code of all robots of the gallery, by gcc and clang", export),
+    ("playground", "the engine in a browser: WebAssembly and its page", playground),
     ("fuzz", "one minute of every fuzz target (cargo-fuzz)", fuzz),
 ];
 
@@ -66,6 +67,15 @@ pub(crate) fn audit(arguments: impl Iterator<Item = String>) -> ExitCode {
     println!();
     results.iter().for_each(|(name, word)| println!("{name:<16} {word}"));
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Builds the playground and uses it in a browser.
+fn playground() -> Ended {
+    if let Err(why) = crate::playground::build() {
+        let is_absent = why.contains("rustup target add");
+        return if is_absent { Ended::Skipped(why) } else { Ended::Failed };
+    }
+    ended(succeeds(&mut cargo(&["test", "--locked", "-p", "stiction-playground"])))
 }
 
 fn ended(good: bool) -> Ended {

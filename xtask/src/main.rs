@@ -1,12 +1,13 @@
 //! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask book`,
 //! `cargo xtask peers`, `cargo xtask counts`, `cargo xtask audit`, `cargo xtask dist`,
-//! `cargo xtask python`, `cargo xtask wheel`.
+//! `cargo xtask python`, `cargo xtask wheel`, `cargo xtask playground`.
 
 mod audit;
 mod counts;
 mod dist;
 mod package;
 mod peers;
+mod playground;
 mod python;
 mod validate;
 
@@ -36,6 +37,7 @@ usage: cargo xtask COMMAND
              STEP...         run only these steps
   dist       pack the program with manual page, completions, licences and checksums into target/dist
              TARGET...       for these targets, by default a static one on Linux
+  playground build the engine for browsers and its page into target/playground
 ";
 
 fn main() -> ExitCode {
@@ -55,6 +57,7 @@ fn main() -> ExitCode {
         },
         Some("wheel") => package::wheel(env::args().skip(2)),
         Some("peers") => peers::peers(env::args().skip(2)),
+        Some("playground") => playground::playground(),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
             ExitCode::SUCCESS

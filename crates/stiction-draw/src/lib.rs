@@ -1,6 +1,5 @@
 //! Plots, pictures of mechanisms, and the frame of HTML pages, as SVG and HTML text without files.
 
-mod digest;
 pub mod drawing;
 pub mod figure;
 pub mod heat_map;

@@ -127,6 +127,8 @@ pub mod gallery;
 mod import;
 mod law;
 mod model_file;
+// A browser has no files, and its archives would need functions of the page.
+#[cfg(not(target_arch = "wasm32"))]
 mod npz;
 mod parameters;
 mod quantity;
@@ -144,6 +146,7 @@ pub use model_file::{
     AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, ModelFile,
     Motion, Payload, PayloadChange, Side,
 };
+#[cfg(not(target_arch = "wasm32"))]
 pub use npz::csv_of_npz;
 pub use quantity::{Amount, hertz, seconds};
 pub use read::{Draft, read};

@@ -59,6 +59,7 @@ impl Files {
         let has_ending = |ending: &str| {
             path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
         };
+        #[cfg(not(target_arch = "wasm32"))]
         if has_ending("npz") {
             return stiction_format::csv_of_npz(&self.bytes(path)?).map(Contents::Whole);
         }

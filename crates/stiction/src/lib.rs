@@ -56,6 +56,7 @@ pub mod forward;
 mod inverse;
 mod names;
 mod operating_point;
+mod paged;
 mod request;
 mod robot;
 mod states;
@@ -74,6 +75,7 @@ pub use files::ReadProgress;
 pub use forward::{Forward, Plan, Run, Simulation};
 pub use inverse::{BodyPose, Inverse, InverseDynamics, JointFriction, Reaction, Sample};
 pub use operating_point::{Equilibrium, Linearize, Rests};
+pub use paged::Paged;
 pub use request::{Loaded, Request, Sampled, Samples};
 pub use robot::{Import, ModelParts, ModelText, Robot, RobotBuilder};
 pub use states::{

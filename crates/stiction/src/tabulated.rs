@@ -5,7 +5,7 @@ use crate::forward::{Forward, Plan};
 use crate::inverse::Inverse;
 use serde_json::Value;
 use std::cell::Cell;
-use stiction_run::forward::{self as simulated, Ending, EventRow, Recorder, event_rows};
+use stiction_run::forward::{self as simulated, Ending, EventRow, Outcome, Recorder, event_rows};
 use stiction_run::inverse::{Columns, Phase, Summary, write_summary};
 use stiction_run::{Sink, Table};
 
@@ -101,17 +101,26 @@ impl Plan {
         let events = event_rows(&summary, &outcome.events);
         let tables = columns.finish();
         let json = summary.json(&job, &outcome);
-        let lost = summary.energy_lost(&job.settings, &outcome.events);
-        let ended = match (outcome.ending, lost) {
-            (Ending::Reached | Ending::Stopped(_), None) => Ok(()),
-            (Ending::Reached | Ending::Stopped(_), Some(part)) => Err(energy_lost(part)),
-            (Ending::Interrupted, _) => {
-                Err(Error::interrupted(format!("interrupted at t = {} s", outcome.last)))
-            }
-            (Ending::Failed(error), _) => Err((*error).into()),
-        };
+        let ended = ended(&job, &summary, outcome);
         let results = Tabulated { tables, summary: json, text };
         Ok(TabulatedSimulation { results, events, ended })
+    }
+}
+
+/// The end of a simulation: `Ok` if it reached its end time or a stop condition and its energy balance closes.
+pub(crate) fn ended(
+    job: &simulated::Job<'_>,
+    summary: &simulated::Summary,
+    outcome: Outcome,
+) -> Result<(), Error> {
+    let lost = summary.energy_lost(&job.settings, &outcome.events);
+    match (outcome.ending, lost) {
+        (Ending::Reached | Ending::Stopped(_), None) => Ok(()),
+        (Ending::Reached | Ending::Stopped(_), Some(part)) => Err(energy_lost(part)),
+        (Ending::Interrupted, _) => {
+            Err(Error::interrupted(format!("interrupted at t = {} s", outcome.last)))
+        }
+        (Ending::Failed(error), _) => Err((*error).into()),
     }
 }
 

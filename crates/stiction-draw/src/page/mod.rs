@@ -4,10 +4,11 @@
 //! The policy of a page allows nothing but its own styles and, if it shows a moving robot, the one script
 //! of [`crate::viewer`], named by its digest: markup that a name or a title smuggles in cannot run.
 
-use crate::digest::{base64, sha256};
 use crate::drawing::{BRANCHES, BRANCHES_ON_DARK, tones};
 use crate::figure::{COLOURS, COLOURS_ON_DARK};
 use crate::xml::escape;
+use base64::prelude::{BASE64_STANDARD, Engine};
+use sha2::{Digest, Sha256};
 
 const STYLE: &str = include_str!("style.css");
 
@@ -59,20 +60,31 @@ pub fn page_with_viewer(title: &str, style: &str, inner: &str) -> String {
 
 /// Source expression of a script in a content security policy.
 pub fn source_of(script: &str) -> String {
-    format!("'sha256-{}'", base64(&sha256(script.as_bytes())))
+    format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(script)))
 }
 
 fn frame(title: &str, style: &str, inner: &str, script: Option<&str>) -> String {
     let source = script.map_or("'none'".to_owned(), source_of);
     let script = script.map_or(String::new(), |script| format!("<script>{script}</script>\n"));
+    let policy = format!("style-src 'unsafe-inline'; script-src {source}");
+    document(title, &policy, &format!("{STYLE}{style}"), &format!("<main>\n{inner}</main>\n{script}"))
+}
+
+/// Whole page of an application: its own style sheet after the declarations of all colours, and the sources
+/// that it may use besides `default-src 'none'`. `inner` is markup and contains its scripts.
+pub fn application(title: &str, policy: &str, style: &str, inner: &str) -> String {
+    document(title, policy, style, inner)
+}
+
+fn document(title: &str, policy: &str, style: &str, inner: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
-         style-src 'unsafe-inline'; script-src {source}; base-uri 'none'; form-action 'none'\"/>\n\
+         {policy}; base-uri 'none'; form-action 'none'\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
          <meta name=\"color-scheme\" content=\"light dark\"/>\n\
          <title>{}</title>\n<style>\n{}\n@media screen and (prefers-color-scheme:dark){{:root{{{}}}}}\n\
-         {STYLE}{style}</style>\n</head>\n<body>\n{inner}{script}</body>\n</html>\n",
+         {style}</style>\n</head>\n<body>\n{inner}</body>\n</html>\n",
         escape(title),
         light(),
         variables(true),

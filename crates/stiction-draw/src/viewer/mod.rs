@@ -1,7 +1,7 @@
 //! The moving robot of a page: a canvas that a reader orbits, plays and asks, drawn by a script of our own.
 
-use crate::digest::base64;
 use crate::xml::escape;
+use base64::prelude::{BASE64_STANDARD, Engine};
 use serde_json::{Value, json};
 
 /// The script, the only one that a page with a moving robot may run.
@@ -66,8 +66,9 @@ fn actuator(actuator: &Actuator) -> Value {
 /// Markup of the moving robot; `still` is its picture without a script and in print.
 pub fn robot(scene: &Value, film: &Film, still: &str, caption: &str) -> String {
     let floats: Vec<u8> = film.poses.iter().flat_map(|x| x.to_le_bytes()).collect();
-    let doubles =
-        |list: &[f64]| base64(&list.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    let doubles = |list: &[f64]| {
+        BASE64_STANDARD.encode(list.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>())
+    };
     let data = json!({
         "scene": scene,
         "of": film.of,
@@ -76,7 +77,7 @@ pub fn robot(scene: &Value, film: &Film, still: &str, caption: &str) -> String {
         "interfaces": film.interfaces,
         "actuators": film.actuators.iter().map(actuator).collect::<Vec<_>>(),
         "times": doubles(&film.times),
-        "poses": base64(&floats),
+        "poses": BASE64_STANDARD.encode(&floats),
         "values": doubles(&film.values),
     });
     // Without `<`, no text in the data ends the element.

@@ -129,7 +129,10 @@ slider.addEventListener("change", remember);
 const speedChoice = choice("speed", speeds.map(s => [s, `${s} ×`]), speed, value => { speed = Number(value); });
 const line = (...parts) => { const row = make("div", { class: "row" }); row.append(...parts); return row; };
 if (frames > 1) controls.append(line(play, slider, now, speedChoice));
-const views = [["best", "iso"], ["front", "front"], ["side", "side"], ["top", "top"]].map(([name, text]) => button(scene.planar && name === "best" ? "face-on" : text, `view: ${text}`, () => setView(name)));
+const views = [["best", "iso"], ["front", "front"], ["side", "side"], ["top", "top"]].map(([name, text]) => {
+  const shown = scene.planar && name === "best" ? "face-on" : text;
+  return button(shown, `view: ${shown}`, () => setView(name));
+});
 controls.append(line(...views, button("−", "zoom out", () => zoom(0.8)), button("+", "zoom in", () => zoom(1.25)), joints,
   choice("colour of the joints", [["legs", "colour: driven"], ...(film.interfaces.length ? [["power", "colour: friction power"], ["slip", "colour: stick or slip"]] : [])], "legs", value => { state.colour = value; key(); draw(); })));
 controls.append(line(...[["reactions", "reactions"], ["drives", "efforts"], ["loads", "loads"], ["com", "centre of mass"], ["names", "names"]]

@@ -5,6 +5,7 @@ mod json;
 mod mjcf;
 mod model_file;
 mod names;
+#[cfg(not(target_arch = "wasm32"))]
 mod npz;
 mod sdf;
 mod urdf;
@@ -13,6 +14,7 @@ mod xml;
 pub use json::{json, json_text};
 pub use mjcf::{Mjcf, Unfit, mjcf};
 pub use model_file::{Instant, Unwritable, model_file};
+#[cfg(not(target_arch = "wasm32"))]
 pub use npz::npz_of_csv;
 pub use sdf::{Sdf, sdf};
 pub use urdf::{Urdf, urdf};

@@ -1,0 +1,145 @@
+//! Answers to the requests of the page.
+//!
+//! A request is a JSON object with `command` and, but for `gallery`, the `name` and the `text` of a model and
+//! `changes` of single values (`"mu = 0.2"`). The answer is `{"ok": …}` or `{"error": …}`, the latter as
+//! [`stiction::Error::to_json`] gives it.
+
+use crate::values::numeric_values;
+use serde_json::{Value, json};
+use stiction::{Error, FrictionMode, ModelParts, ModelText, Robot};
+
+/// Receives the part of a computation that is done, and the whole.
+pub(crate) type Progress<'a> = &'a mut dyn FnMut(u32, u32);
+
+/// Answers a request.
+///
+/// ```
+/// let text = stiction_playground::answer(r#"{"command": "gallery"}"#, &mut |_, _| {});
+/// assert!(text.contains("five-bar"));
+/// ```
+pub fn answer(request: &str, progress: Progress<'_>) -> String {
+    let found = serde_json::from_str::<Value>(request)
+        .map_err(|why| Error::input(format!("the request is not JSON: {why}")))
+        .and_then(|request| result(&request, progress));
+    match found {
+        Ok(found) => json!({ "ok": found }),
+        Err(error) => json!({ "error": error.to_json() }),
+    }
+    .to_string()
+}
+
+fn result(request: &Value, progress: Progress<'_>) -> Result<Value, Error> {
+    match text_of(request, "command").unwrap_or_default() {
+        "gallery" => gallery(),
+        "read" => describe(&model(request)?.read()?),
+        "check" => check(&model(request)?.read()?, request, progress),
+        "inverse" => inverse(&model(request)?.read()?, request, progress),
+        "forward" => forward(&model(request)?.read()?, request, progress),
+        other => Err(Error::input(format!("unknown command `{other}`"))
+            .with_help("use one of gallery, read, check, inverse, forward")),
+    }
+}
+
+/// A text among the values of a request; `None` if it is absent or empty.
+fn text_of<'a>(request: &'a Value, key: &str) -> Option<&'a str> {
+    request[key].as_str().filter(|text| !text.is_empty())
+}
+
+fn model(request: &Value) -> Result<ModelText, Error> {
+    let text = request["text"].as_str().ok_or_else(|| Error::input("the request has no `text`"))?;
+    let changes = request["changes"].as_array().map_or(&[][..], Vec::as_slice);
+    let model = ModelText::from_parts(ModelParts {
+        name: format!("{}.toml", text_of(request, "name").unwrap_or("model")),
+        text: text.to_owned(),
+        folder: None,
+        changes: Vec::new(),
+        filter: None,
+    });
+    Ok(changes.iter().filter_map(Value::as_str).fold(model, |model, change| model.with(change)))
+}
+
+fn gallery() -> Result<Value, Error> {
+    let models = stiction::format::gallery::names().map(|name| {
+        let text = ModelText::builtin(name)?;
+        let title = text.clone().read()?.title().to_owned();
+        Ok(json!({ "name": name, "title": title, "text": text.as_text() }))
+    });
+    models.collect()
+}
+
+fn describe(robot: &Robot) -> Result<Value, Error> {
+    let (motion, load) = robot.defaults();
+    let text = robot.text().map(ModelText::as_text).unwrap_or_default();
+    Ok(json!({
+        "name": robot.name(),
+        "title": robot.title(),
+        "motions": robot.motions().collect::<Vec<_>>(),
+        "loads": robot.loads().collect::<Vec<_>>(),
+        "default_motion": motion,
+        "default_load": load,
+        "values": numeric_values(text),
+        "warnings": robot.warnings().to_json(),
+    }))
+}
+
+fn check(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Value, Error> {
+    let mut check = robot.check_along();
+    if let Some(motion) = text_of(request, "motion") {
+        check = check.motion(motion)?;
+    }
+    let found = check.run_with(|_phase, done, of| goes_on(progress, done, of))?;
+    // A motion that the robot cannot follow is an answer of the check, not its failure.
+    let page = check.job().and_then(|job| Ok(stiction::run::draw_view(&job)?.html)).ok();
+    Ok(json!({ "text": found.as_text(), "summary": found.to_json(), "page": page }))
+}
+
+fn inverse(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Value, Error> {
+    let mut inverse = robot.inverse();
+    if let Some(motion) = text_of(request, "motion") {
+        inverse = inverse.motion(motion)?;
+    }
+    if let Some(load) = text_of(request, "load") {
+        inverse = inverse.load(load)?;
+    }
+    if let Some(is_on) = request["friction"].as_bool() {
+        inverse = inverse.friction(if is_on { FrictionMode::Converged } else { FrictionMode::Off });
+    }
+    let report = inverse.report(|phase, done, of| {
+        let before = if phase == stiction::run::inverse::Phase::Motion { 0 } else { of };
+        goes_on(progress, before + done, 2 * of)
+    })?;
+    Ok(json!({ "text": report.text, "summary": report.summary, "page": report.page }))
+}
+
+fn forward(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Value, Error> {
+    let mut forward = robot.forward();
+    if let Some(motion) = text_of(request, "motion") {
+        forward = forward.motion(motion)?;
+    }
+    if let Some(load) = text_of(request, "load") {
+        forward = forward.load(load)?;
+    }
+    if let Some(is_on) = request["friction"].as_bool() {
+        forward = forward.friction(is_on);
+    }
+    if let Some(start) = text_of(request, "from") {
+        forward = forward.from(start)?;
+    }
+    if let Some(until) = request["until"].as_f64() {
+        forward = forward.until(until);
+    }
+    let progress = std::cell::RefCell::new(progress);
+    let report =
+        forward.plan()?.report(|done, of| goes_on(&mut **progress.borrow_mut(), done, of))?;
+    let ended = report.ended.err().map(|error| error.to_json());
+    Ok(
+        json!({ "text": report.text, "summary": report.summary, "page": report.page, "ended": ended }),
+    )
+}
+
+/// Reports progress; the page stops a computation by ending its worker.
+fn goes_on(progress: Progress<'_>, done: usize, of: usize) -> bool {
+    let part = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+    progress(part(done), part(of));
+    true
+}

@@ -1,0 +1,64 @@
+//! The page of the playground.
+
+use base64::prelude::{BASE64_STANDARD, Engine as _};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use std::io::{self, Write as _};
+use stiction_draw::page::{application, source_of};
+use stiction_draw::viewer::SCRIPT as VIEWER;
+
+/// Name of the file of the compiled module.
+pub const ENGINE: &str = "stiction.wasm";
+
+const STYLE: &str = include_str!("../page/style.css");
+const BODY: &str = include_str!("../page/body.html");
+const WORKER: &str = include_str!("../page/worker.js");
+const SCRIPT: &str = concat!(
+    "\n\"use strict\";\n(() => {\n",
+    include_str!("../page/engine.js"),
+    include_str!("../page/editor.js"),
+    include_str!("../page/sliders.js"),
+    include_str!("../page/link.js"),
+    include_str!("../page/main.js"),
+    "})();\n"
+);
+
+/// Where the page finds the compiled module.
+#[derive(Clone, Copy, Debug)]
+pub enum Engine<'a> {
+    /// In the file [`ENGINE`] beside the page, on the same server.
+    Beside,
+    /// In the page itself, which then opens from disk.
+    Inside(&'a [u8]),
+}
+
+/// The whole page.
+///
+/// Its policy allows only its own script and that of the reports, by their digests, the worker, which is made
+/// from a text of the page, and the module.
+///
+/// # Errors
+/// The module cannot be compressed.
+pub fn page(engine: Engine<'_>) -> io::Result<String> {
+    let (module, connections) = match engine {
+        Engine::Beside => (String::new(), "'self'"),
+        Engine::Inside(bytes) => {
+            let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+            packed.write_all(bytes)?;
+            (BASE64_STANDARD.encode(packed.finish()?), "'none'")
+        }
+    };
+    let policy = format!(
+        "style-src 'unsafe-inline'; script-src {} {} blob: 'wasm-unsafe-eval'; worker-src blob:; \
+         connect-src {connections}; img-src data: blob:",
+        source_of(SCRIPT),
+        source_of(VIEWER),
+    );
+    // Data blocks, which no browser runs.
+    let data = format!(
+        "<script type=\"text/plain\" id=\"worker\">{WORKER}</script>\n\
+         <script type=\"text/plain\" id=\"module\">{module}</script>\n"
+    );
+    let inner = format!("{BODY}{data}<script>{SCRIPT}</script>\n");
+    Ok(application("Stiction playground", &policy, STYLE, &inner))
+}

@@ -1,0 +1,142 @@
+//! The playground in headless Chromium as a person uses it. It needs `cargo xtask playground` first, which
+//! needs the standard library for WebAssembly; `cargo xtask audit playground` does both.
+#![cfg(unix)]
+
+use crate::chromium::Browser;
+use crate::chromium::person::Person;
+use base64::prelude::{BASE64_STANDARD, Engine as _};
+use serde_json::json;
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+
+fn open(name: &str, width: u32) -> Option<Person> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../target/playground/stiction-playground.html");
+    let Ok(html) = fs::read_to_string(file) else {
+        // Not by `eprintln`, which nobody sees of tests that pass.
+        let _ = writeln!(
+            std::io::stderr(),
+            "the playground is not tried: `cargo xtask playground` builds it"
+        );
+        return None;
+    };
+    Some(Browser::find()?.open(name, &html, width))
+}
+
+const DONE: &str = "/: \\d+\\.\\d+ s$/.test(document.getElementById('status').textContent)";
+
+/// The peak that the summary of `inverse` has for an actuator.
+fn peak(person: &mut Person, actuator: &str) -> f64 {
+    let text = person.value("document.getElementById('summary').textContent");
+    let line =
+        text.as_str().unwrap().lines().find(|line| line.starts_with(actuator)).unwrap().to_owned();
+    line.split_whitespace().nth(1).unwrap().parse().unwrap()
+}
+
+/// Keeps a picture of the page among the files of the tests, to be looked at.
+fn picture(person: &mut Person, name: &str) {
+    // The report in its frame draws itself after it has loaded.
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    let found = person.call("Page.captureScreenshot", json!({}));
+    let bytes = BASE64_STANDARD.decode(found["data"].as_str().unwrap()).unwrap();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pages");
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join(format!("{name}.png")), bytes).unwrap();
+}
+
+#[test]
+fn a_model_is_computed_changed_and_linked() {
+    let Some(mut person) = open("playground", 1200) else { return };
+    person.wait_for(DONE);
+    let before = peak(&mut person, "leg1.P");
+    // A heavier platform by its slider, as a person types it.
+    person.value(
+        "(() => { const row = document.querySelector('[data-key=\"bodies.platform.mass\"]'); \
+         const number = row.querySelector('input[type=number]'); number.value = '11.66'; \
+         number.dispatchEvent(new Event('input')); document.getElementById('status').textContent = ''; })()",
+    );
+    person.wait_for(DONE);
+    let after = peak(&mut person, "leg1.P");
+    assert!(after > before + 1.0, "{before} {after}");
+    let robot =
+        stiction::Robot::builtin("3rps").unwrap().with("bodies.platform.mass = 11.66 kg").unwrap();
+    let expected = robot.inverse().tabulate(|_, _, _| true).unwrap();
+    let shown = person.value("document.getElementById('summary').textContent");
+    // The numbers of the module and of this program, as printed.
+    assert_eq!(shown, json!(expected.text));
+
+    picture(&mut person, "playground");
+
+    // A mistake is underlined.
+    person.value(
+        "(() => { const t = document.getElementById('text'); t.value = t.value.replace('mass =', 'masss ='); \
+         t.dispatchEvent(new Event('input')); })()",
+    );
+    person.wait_for("document.querySelector('#marks mark')?.textContent === 'masss'");
+    picture(&mut person, "playground-mistake");
+    person.value(
+        "(() => { const t = document.getElementById('text'); t.value = t.value.replace('masss', 'mass'); \
+         t.dispatchEvent(new Event('input')); document.getElementById('status').textContent = ''; })()",
+    );
+    person.wait_for(DONE);
+
+    // The link carries the model and the changed value.
+    person.value("document.getElementById('link').click()");
+    person.wait_for("location.hash.startsWith('#m=')");
+    let link = person.value("location.href");
+    person.go_to(link.as_str().unwrap());
+    person.wait_for(DONE);
+    let linked = peak(&mut person, "leg1.P");
+    assert!((linked - after).abs() < 1e-12, "{linked} {after}");
+    let noise = std::mem::take(&mut person.noise);
+    assert!(noise.iter().all(|line| line.starts_with("request: blob:")), "{noise:?}");
+}
+
+#[test]
+fn every_command_answers_on_a_phone() {
+    let Some(mut person) = open("playground-phone", 360) else { return };
+    person.wait_for(DONE);
+    for command in ["check", "forward"] {
+        person.value(&format!(
+            "(() => {{ const c = document.getElementById('command'); document.getElementById('until').value = '0.1'; \
+             c.value = '{command}'; document.getElementById('status').textContent = ''; \
+             c.dispatchEvent(new Event('change')); }})()"
+        ));
+        person.wait_for(&format!(
+            "{DONE} && document.getElementById('status').textContent.startsWith('{command}')"
+        ));
+        assert_eq!(
+            person.value("document.getElementById('failure').hidden"),
+            json!(true),
+            "{command}"
+        );
+        assert_eq!(
+            person.value("document.getElementById('page').srcdoc.length > 1000"),
+            json!(true),
+            "{command}"
+        );
+    }
+    picture(&mut person, "playground-phone");
+    let wide = person.value("document.documentElement.scrollWidth > innerWidth");
+    assert_eq!(wide, json!(false), "the page is wider than a phone");
+}
+
+#[test]
+fn a_long_run_is_cancelled() {
+    let Some(mut person) = open("playground-cancel", 1200) else { return };
+    person.wait_for(DONE);
+    person.value(
+        "(() => { document.getElementById('live').checked = false; const c = document.getElementById('command'); \
+         document.getElementById('until').value = '1000'; c.value = 'forward'; c.dispatchEvent(new Event('change')); })()",
+    );
+    person.wait_for("/^forward runs: \\d/.test(document.getElementById('status').textContent)");
+    person.value("document.getElementById('cancel').click()");
+    person.wait_for("document.getElementById('status').textContent === 'cancelled'");
+    // The engine answers again.
+    person.value(
+        "(() => { const c = document.getElementById('command'); c.value = 'inverse'; \
+         c.dispatchEvent(new Event('change')); })()",
+    );
+    person.wait_for(DONE);
+}

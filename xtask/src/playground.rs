@@ -1,0 +1,50 @@
+//! `cargo xtask playground`: the engine for browsers and the page around it, in `target/playground`.
+
+use crate::dist::has_target;
+use crate::{cargo, succeeds};
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+
+const TARGET: &str = "wasm32-unknown-unknown";
+const FOLDER: &str = "target/playground";
+
+pub(crate) fn playground() -> ExitCode {
+    match build() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("error: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Builds the folder for a web server and the page that opens from disk.
+pub(crate) fn build() -> Result<(), String> {
+    if !has_target(TARGET) {
+        return Err(format!("its standard library is not installed: rustup target add {TARGET}"));
+    }
+    eprintln!("== the engine for {TARGET}");
+    let mut engine =
+        cargo(&["build", "--release", "--locked", "--lib", "-p", "stiction-playground"]);
+    // Assembly searches recurse deeper than the default stack of one megabyte allows.
+    engine
+        .args(["--target", TARGET])
+        .env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", "-C link-arg=-zstack-size=4194304");
+    if !succeeds(&mut engine) {
+        return Err("the build failed".to_owned());
+    }
+    let _ = fs::remove_dir_all(FOLDER);
+    let module = format!("target/{TARGET}/release/stiction_playground.wasm");
+    let run = ["run", "--quiet", "--locked", "-p", "stiction-playground", "--", &module, FOLDER];
+    if !succeeds(&mut cargo(&run)) {
+        return Err("the pages could not be written".to_owned());
+    }
+    for name in ["index.html", "stiction.wasm", "stiction-playground.html"] {
+        let file = Path::new(FOLDER).join(name);
+        let size = fs::metadata(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+        eprintln!("   {}, {} kB", file.display(), size.len() / 1000);
+    }
+    eprintln!("   index.html needs a web server; stiction-playground.html opens from disk");
+    Ok(())
+}
