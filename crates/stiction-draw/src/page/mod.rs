@@ -67,7 +67,12 @@ fn frame(title: &str, style: &str, inner: &str, script: Option<&str>) -> String 
     let source = script.map_or("'none'".to_owned(), source_of);
     let script = script.map_or(String::new(), |script| format!("<script>{script}</script>\n"));
     let policy = format!("style-src 'unsafe-inline'; script-src {source}");
-    document(title, &policy, &format!("{STYLE}{style}"), &format!("<main>\n{inner}</main>\n{script}"))
+    document(
+        title,
+        &policy,
+        &format!("{STYLE}{style}"),
+        &format!("<main>\n{inner}</main>\n{script}"),
+    )
 }
 
 /// Whole page of an application: its own style sheet after the declarations of all colours, and the sources

@@ -12,6 +12,7 @@ pub const SCRIPT: &str = concat!(
     include_str!("shapes.js"),
     include_str!("stage.js"),
     include_str!("readout.js"),
+    include_str!("saving.js"),
     include_str!("panel.js"),
     "})();\n"
 );

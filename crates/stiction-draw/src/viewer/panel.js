@@ -137,7 +137,9 @@ controls.append(line(...views, button("−", "zoom out", () => zoom(0.8)), butto
   choice("colour of the joints", [["legs", "colour: driven"], ...(film.interfaces.length ? [["power", "colour: friction power"], ["slip", "colour: stick or slip"]] : [])], "legs", value => { state.colour = value; key(); draw(); })));
 controls.append(line(...[["reactions", "reactions"], ["drives", "efforts"], ["loads", "loads"], ["com", "centre of mass"], ["names", "names"]]
   .filter(([own]) => own !== "loads" || most.load > 0).filter(([own]) => own !== "drives" || film.actuators.length)
-  .filter(([own]) => own !== "reactions" || most.reaction > 0).map(([own, text]) => switchOf(own, text))));
+  .filter(([own]) => own !== "reactions" || most.reaction > 0).map(([own, text]) => switchOf(own, text)),
+  button("save picture", "save picture as SVG", () => save(pictureAsSvg(), "image/svg+xml", "svg")),
+  ...(film.columns.length ? [button("save values", "save values of the selected joint, or of all, as CSV", () => save(valuesAsCsv(), "text/csv", "csv"))] : [])));
 const meaning = make("p", { class: "key note" });
 controls.append(meaning);
 const key = () => {

@@ -1,5 +1,6 @@
 // Symbols of joints as solids in the direction of view, and other shapes on the canvas.
-const canvas = figure.querySelector("canvas"), pen = canvas.getContext("2d");
+const canvas = figure.querySelector("canvas");
+let pen = canvas.getContext("2d");
 let ink = {}, size = 8;
 const refreshColours = () => {
   const style = getComputedStyle(document.documentElement);

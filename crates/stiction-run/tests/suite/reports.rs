@@ -4,7 +4,7 @@
 use crate::chromium::Browser;
 use crate::chromium::look_at_with_script;
 use crate::common::*;
-use serde_json::Value;
+use serde_json::{Value, json};
 use stiction_core::dynamics::FrictionMode;
 use stiction_draw::viewer::SCRIPT;
 use stiction_format::{LoadCase, ModelFile};
@@ -106,6 +106,31 @@ fn a_person_uses_a_report() {
         assert_eq!(shown, run.reactions.column(&column)[sample], "{column}");
     }
     assert!(person.value("document.querySelectorAll('.joint-curve').length").as_u64() > Some(0));
+
+    // What is visible, as files.
+    person.value(
+        "window.kept = []; URL.createObjectURL = (make => blob => { blob.text().then(text => kept.push(text)); \
+         return make.call(URL, blob); })(URL.createObjectURL)",
+    );
+    for label in ["save picture as SVG", "save values of the selected joint, or of all, as CSV"] {
+        person.value(&format!("document.querySelector('[aria-label=\"{label}\"]').click()"));
+    }
+    person.wait_for("kept.length === 2");
+    let files = person.value("kept");
+    let (svg, csv) = (files[0].as_str().unwrap(), files[1].as_str().unwrap());
+    assert!(svg.starts_with("<svg") && svg.matches("<path").count() > 20, "{svg}");
+    assert_eq!(
+        person.value(
+            "new DOMParser().parseFromString(kept[0], 'image/svg+xml').querySelector('parsererror')"
+        ),
+        json!(null)
+    );
+    let mut lines = csv.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = header.iter().position(|own| *own == format!("{name}.fx [N]")).unwrap();
+    let row: Vec<&str> = lines.nth(sample).unwrap().split(',').collect();
+    let value: f64 = row[column].parse().unwrap();
+    assert_eq!(value, run.reactions.column(&format!("{name}.fx [N]"))[sample]);
 
     // The view, the joint and the time are in the link, and a new page begins with them.
     person.drag((x - 300.0, y + 150.0), (x - 200.0, y + 120.0));
