@@ -54,7 +54,7 @@ pub fn draw_view(job: &Job<'_>) -> Result<View, Error> {
         format!("Motion {}, {} s; no forces.", job.motion_name, number(job.motion.duration));
     let inner = [
         header(job.model, &about),
-        section("The robot", &animation.figure(&job.motion.title)),
+        section("The robot", &animation.figure(&job.motion.title, None)),
         version(),
         footer(job.model),
     ];

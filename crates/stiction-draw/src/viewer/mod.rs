@@ -10,6 +10,7 @@ pub const SCRIPT: &str = concat!(
     include_str!("data.js"),
     include_str!("camera.js"),
     include_str!("shapes.js"),
+    include_str!("ghost.js"),
     include_str!("stage.js"),
     include_str!("readout.js"),
     include_str!("saving.js"),
@@ -40,6 +41,21 @@ pub struct Film {
     pub interfaces: Vec<(String, usize)>,
     /// Actuators.
     pub actuators: Vec<Actuator>,
+    /// Least constrained motion at one sample.
+    pub ghost: Option<Ghost>,
+}
+
+/// Motion with the actuators held that the constraints resist least: near a singular position, the motion
+/// that the mechanism gains there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ghost {
+    /// Time of the sample, s.
+    pub time: f64,
+    /// Singularity index of actuation there.
+    pub index: f64,
+    /// Velocity of the origin and angular velocity of every body, the ground first, world axes; only their
+    /// ratios count.
+    pub twists: Vec<[[f64; 3]; 2]>,
 }
 
 /// Actuator of the moving picture.
@@ -76,6 +92,9 @@ pub fn robot(scene: &Value, film: &Film, still: &str, caption: &str) -> String {
         "origin": film.origin,
         "columns": film.columns,
         "interfaces": film.interfaces,
+        "ghost": film.ghost.as_ref().map(|ghost| json!({
+            "time": ghost.time, "index": ghost.index, "twists": ghost.twists,
+        })),
         "actuators": film.actuators.iter().map(actuator).collect::<Vec<_>>(),
         "times": doubles(&film.times),
         "poses": BASE64_STANDARD.encode(&floats),

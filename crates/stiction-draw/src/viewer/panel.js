@@ -28,6 +28,16 @@ const switchOf = (key, text) => {
   return label;
 };
 
+// The motion belongs to one sample, which is shown with it.
+const ghostSwitch = () => {
+  const label = switchOf("ghost", "least constrained motion");
+  label.querySelector("input").addEventListener("change", () => {
+    if (state.ghost) { setPlaying(false); show(ghostFrame); }
+    key();
+  });
+  return label;
+};
+
 const play = button("▶", "play", () => setPlaying(!playing));
 const slider = make("input", { type: "range", min: "0", max: String(frames - 1), step: "1", value: "0", "aria-label": "time" });
 const now = make("output", { class: "now" });
@@ -138,13 +148,15 @@ controls.append(line(...views, button("−", "zoom out", () => zoom(0.8)), butto
 controls.append(line(...[["reactions", "reactions"], ["drives", "efforts"], ["loads", "loads"], ["com", "centre of mass"], ["names", "names"]]
   .filter(([own]) => own !== "loads" || most.load > 0).filter(([own]) => own !== "drives" || film.actuators.length)
   .filter(([own]) => own !== "reactions" || most.reaction > 0).map(([own, text]) => switchOf(own, text)),
+  ...(ghostFrame >= 0 ? [ghostSwitch()] : []),
   button("save picture", "save picture as SVG", () => save(pictureAsSvg(), "image/svg+xml", "svg")),
   ...(film.columns.length ? [button("save values", "save values of the selected joint, or of all, as CSV", () => save(valuesAsCsv(), "text/csv", "csv"))] : [])));
 const meaning = make("p", { class: "key note" });
 controls.append(meaning);
 const key = () => {
-  meaning.textContent = state.colour === "power" ? `From white, no friction power, to red, ${shown(most.power)} W, by its square root.`
-    : state.colour === "slip" ? "Blue: at rest. Red: slides. Yellow: some of its interfaces at rest." : "";
+  const ghost = state.ghost ? `Dashed, at t = ${shown(times[ghostFrame])} s: the motion that the robot resists least with its actuators held (singularity index ${shown(film.ghost.index)}). ` : "";
+  meaning.textContent = ghost + (state.colour === "power" ? `From white, no friction power, to red, ${shown(most.power)} W, by its square root.`
+    : state.colour === "slip" ? "Blue: at rest. Red: slides. Yellow: some of its interfaces at rest." : "");
 };
 
 // Drag, pinch, click and keys on the picture.

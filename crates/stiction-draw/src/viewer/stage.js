@@ -1,5 +1,5 @@
 // The picture at a sample.
-const state = { frame: 0, joint: -1, hover: -1, colour: "legs", reactions: false, drives: true, loads: true, com: false, names: false };
+const state = { frame: 0, joint: -1, hover: -1, colour: "legs", reactions: false, drives: true, loads: true, com: false, names: false, ghost: false };
 let spots = [];
 
 // Largest values along the run, to which arrows and colours are scaled.
@@ -192,6 +192,7 @@ const draw = () => {
     }]);
   });
   parts.sort((a, b) => a[0] - b[0]).forEach(part => part[1]());
+  if (state.ghost && frame === ghostFrame) drawGhost(frame, places);
   for (const point of scene.traced) {
     const step = Math.max(1, Math.floor(frames / 600)), path = [];
     for (let f = 0; f < frames; f += step) path.push(project(placed(f, point.body, point.at)));

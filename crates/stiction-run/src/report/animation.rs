@@ -11,7 +11,7 @@ use std::sync::Arc;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Quaternion, Vec3};
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
-use stiction_draw::viewer::{Actuator, Film, robot};
+use stiction_draw::viewer::{Actuator, Film, Ghost, robot};
 
 /// Size of the samples of a page, bytes of its text: a page that e-mail carries.
 const ROOM: usize = 2_000_000;
@@ -176,8 +176,9 @@ impl Animation {
         self.tracked.extend_from_slice(&values[values.len() - self.whole..]);
     }
 
-    /// Markup of the moving robot with its still picture; empty without a sample.
-    pub(crate) fn figure(&self, caption: &str) -> String {
+    /// Markup of the moving robot with its still picture, and the least constrained motion at a sample; empty
+    /// without a sample.
+    pub(crate) fn figure(&self, caption: &str, ghost: Option<Ghost>) -> String {
         if self.first.is_empty() {
             return String::new();
         }
@@ -187,7 +188,8 @@ impl Animation {
             None => drawing,
         };
         let still = drawing.svg(&drawing.best_view(), Detail::Full, Surface::Inline);
-        robot(&drawing.scene(), &self.film(), &still, caption)
+        let film = Film { ghost, ..self.film() };
+        robot(&drawing.scene(), &film, &still, caption)
     }
 
     /// The kept samples, without the columns of loads that never act.
@@ -223,6 +225,7 @@ impl Animation {
                 .collect(),
             interfaces: self.names.interfaces.clone(),
             actuators: self.actuators.clone(),
+            ghost: None,
         }
     }
 }

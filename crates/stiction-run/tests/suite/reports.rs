@@ -132,6 +132,16 @@ fn a_person_uses_a_report() {
     let value: f64 = row[column].parse().unwrap();
     assert_eq!(value, run.reactions.column(&format!("{name}.fx [N]"))[sample]);
 
+    // The least constrained motion is shown at its own sample.
+    person.value("document.querySelectorAll('.controls input[type=checkbox]').forEach(box => box.parentElement.textContent === 'least constrained motion' && box.click())");
+    let least = &run.summary["verdicts"]["distance_actuation"];
+    person.wait_for(&format!("{time} === {}", least["time"]));
+    let words = person.value("document.querySelector('.key').textContent");
+    assert!(words.as_str().unwrap().contains("resists least"), "{words}");
+    person.value("document.querySelector('#robot input[type=range]').focus()");
+    person.press("End", 35);
+    person.press("ArrowLeft", 37);
+
     // The view, the joint and the time are in the link, and a new page begins with them.
     person.drag((x - 300.0, y + 150.0), (x - 200.0, y + 120.0));
     let link = person.value("location.hash");

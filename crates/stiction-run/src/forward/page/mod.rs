@@ -36,7 +36,7 @@ pub fn draw_report(
         header(job.model, &about(job, summary)),
         cards(summary, outcome),
         html::warnings(&summary.cautions(job)),
-        section("The robot", &animation.shared.figure(caption)),
+        section("The robot", &animation.shared.figure(caption, None)),
         of("Motion", tables::motion(summary) + &plot(&["motion", "error"])),
         of("Actuator efforts", plot(&["drives"])),
         of("Motors", tables::motors(summary)),

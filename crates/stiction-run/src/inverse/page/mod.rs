@@ -1,5 +1,6 @@
 //! Report of a run of inverse dynamics as a self-contained page with a moving robot.
 
+mod ghost;
 mod tables;
 mod verdicts;
 
@@ -35,11 +36,14 @@ pub fn draw_report(
         true => inner,
         false => section(title, &inner),
     };
+    let least = &summary.actuation;
+    let ghost = least.value.is_finite();
+    let ghost = ghost.then(|| ghost::least_constrained(job, least.time, least.value)).flatten();
     let inner = [
         header(job.model, &about(job, summary, verdict)),
         cards(job, summary, verdict),
         html::warnings(&summary.cautions(job)),
-        section("The robot", &animation.0.figure(&caption(job))),
+        section("The robot", &animation.0.figure(&caption(job), ghost)),
         of("Actuator efforts", efforts),
         of("Motors", motors),
         of("Friction", friction),
