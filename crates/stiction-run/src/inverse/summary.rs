@@ -57,9 +57,9 @@ pub struct Summary {
     pub(super) closure: Size,
     pub(super) actuation: Least,
     pub(super) constraint: Least,
-    /// True for each component of each joint's reaction that is determined at all samples.
     /// Effort of each gearing, and whether statics determines it in all samples.
     pub(super) gearings: Vec<(Size, bool)>,
+    /// True for each component of each joint's reaction that is determined at all samples.
     pub(super) determined_reactions: Vec<[bool; 6]>,
     pub(super) determined_loads: Vec<bool>,
     pub(super) determined_drives: Vec<bool>,
