@@ -643,12 +643,16 @@ pub(crate) enum Format {
 pub(crate) struct Export {
     #[command(flatten)]
     pub(crate) model: Model,
-    /// The programming language
+    /// The programming language, or a functional mock-up unit
     #[arg(long, value_name = "LANGUAGE")]
     pub(crate) to: Language,
-    /// Write the code, its self-test with test vectors, build files and README.md into this folder
-    #[arg(short, long, value_name = "DIR")]
+    /// Write the code, its self-test with test vectors, build files and README.md into this folder; an
+    /// FMU into this file
+    #[arg(short, long, value_name = "PATH")]
     pub(crate) output: PathBuf,
+    /// Version of the FMI standard
+    #[arg(long, value_name = "VERSION", default_value = "3", value_parser = clap::value_parser!(u8).range(2..=3))]
+    pub(crate) fmi: u8,
     /// Name of the files and beginning of all names in the code [default: made of the model's name]
     #[arg(long = "name", value_name = "NAME")]
     pub(crate) prefix: Option<String>,
@@ -670,12 +674,14 @@ pub(crate) struct Export {
 }
 
 /// Programming language of exported code.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Language {
     /// C99
     C,
     /// Rust without its standard library
     Rust,
+    /// Functional mock-up unit for co-simulation, with source code in C99
+    Fmu,
 }
 
 /// Floating-point type of exported code.

@@ -1,7 +1,10 @@
 //! `stiction export`: source code for controllers.
 
+mod fmu;
+
 use crate::arguments::{Export, Language, Precision, Tunable};
 use crate::failure::Failure;
+use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::sources::{self, warn};
 
@@ -12,7 +15,7 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     let mut export = robot
         .export()
         .language(match options.to {
-            Language::C => stiction::Language::C,
+            Language::C | Language::Fmu => stiction::Language::C,
             Language::Rust => stiction::Language::Rust,
         })
         .precision(match options.precision {
@@ -27,6 +30,12 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     }
     if let Some(body) = &options.payload {
         export = export.payload(body);
+    }
+    for remark in export.remarks() {
+        note!("{}", folded(&format!("note: {remark}")));
+    }
+    if options.to == Language::Fmu {
+        return fmu::write(&export, options, robot.files_read());
     }
     let files = export.files()?;
     let mut outputs = Outputs::new(&options.output, robot.files_read())?;

@@ -69,7 +69,7 @@ pub use check::{Check, Examination, Mobility, Report, Singularity};
 pub use control_loop::ControlLoop;
 pub use convert::{Conversion, Converted};
 pub use error::{Error, ErrorKind};
-pub use export::Export;
+pub use export::{Export, Fmu};
 pub use files::ReadProgress;
 pub use forward::{Forward, Plan, Run, Simulation};
 pub use inverse::{BodyPose, Inverse, InverseDynamics, JointFriction, Reaction, Sample};
@@ -92,6 +92,7 @@ pub use stiction_core::mechanism::{
 };
 pub use stiction_format as format;
 pub use stiction_format::{Diagnostic, Diagnostics, gallery};
+pub use stiction_program::emit::fmu::Fmi;
 pub use stiction_program::emit::{Language, Precision, SourceFile};
 pub use stiction_run as run;
 pub use stiction_run::forward::Measured;

@@ -244,10 +244,9 @@ impl Description {
         for (reference, variable) in self.variables.iter().enumerate() {
             let [general, typed] = variable.attributes(reference);
             let _ = match (self.fmi, variable.kind) {
-                (Fmi::Two, Kind::Real) => writeln!(
-                    text,
-                    "    <ScalarVariable {general}><Real{typed}/></ScalarVariable>"
-                ),
+                (Fmi::Two, Kind::Real) => {
+                    writeln!(text, "    <ScalarVariable {general}><Real{typed}/></ScalarVariable>")
+                }
                 (Fmi::Two, Kind::Integer) => writeln!(
                     text,
                     "    <ScalarVariable {general}><Integer{typed}/></ScalarVariable>"
@@ -379,7 +378,9 @@ pub(super) fn escaped(text: &str) -> String {
             '>' => plain.push_str("&gt;"),
             '"' => plain.push_str("&quot;"),
             '\'' => plain.push_str("&apos;"),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}' | '\u{2028}' | '\u{2029}') => {
+            c if c.is_control()
+                || matches!(c, '\u{fffe}' | '\u{ffff}' | '\u{2028}' | '\u{2029}') =>
+            {
                 let _ = write!(plain, "{{{:X}}}", u32::from(c));
             }
             c => plain.push(c),

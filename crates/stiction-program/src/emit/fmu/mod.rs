@@ -39,8 +39,7 @@ impl Feedforward {
         labels: &Labels,
         options: &SourceOptions,
     ) -> Result<Vec<SourceFile>, RecordError> {
-        let options =
-            SourceOptions { precision: super::Precision::Double, ..options.clone() };
+        let options = SourceOptions { precision: super::Precision::Double, ..options.clone() };
         let code = self.files(super::Language::C, labels, &options, &[])?;
         let name = options.name.as_str();
         let c = C { program: self, labels, options: &options };
@@ -118,7 +117,12 @@ impl Feedforward {
         for (name, unit) in &labels.actuators {
             let about = "Effort of the actuator at the joint, with friction";
             let name = format!("{name}.effort");
-            variables.push(Variable::real(&name, Causality::Output, &unit.replace(' ', "."), about));
+            variables.push(Variable::real(
+                &name,
+                Causality::Output,
+                &unit.replace(' ', "."),
+                about,
+            ));
         }
         for (name, unit, about) in [
             ("loops.residual", "1", "Error of the loops: lengths over the characteristic length"),
@@ -233,5 +237,12 @@ pub fn token(texts: &[&str]) -> String {
     };
     let (a, b) = (hash(0xcbf2_9ce4_8422_2325), hash(0x6c62_272e_07bb_0142));
     let text = format!("{a:016x}{b:016x}");
-    format!("{{{}-{}-{}-{}-{}}}", &text[..8], &text[8..12], &text[12..16], &text[16..20], &text[20..])
+    format!(
+        "{{{}-{}-{}-{}-{}}}",
+        &text[..8],
+        &text[8..12],
+        &text[12..16],
+        &text[16..20],
+        &text[20..]
+    )
 }
