@@ -145,7 +145,7 @@ pub use model_file::{
     Motion, Payload, PayloadChange, Side,
 };
 pub use npz::csv_of_npz;
-pub use quantity::{Amount, hertz, seconds};
+pub use quantity::{Amount, hertz, length_or_angle, seconds};
 pub use read::{Draft, read};
 pub use signal::Signal;
 pub use signal::samples::SampleTimes;

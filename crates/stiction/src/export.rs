@@ -31,12 +31,12 @@ pub struct Export {
 }
 
 /// Recorded program of a robot with everything that its files contain.
-struct Recorded {
-    program: Feedforward,
-    solver: InverseDynamics,
+pub(crate) struct Recorded {
+    pub(crate) program: Feedforward,
+    pub(crate) solver: InverseDynamics,
     /// Positions of the actuators along the default motion; the first is home.
     signal: Vec<Vec<Target<f64>>>,
-    labels: Labels,
+    pub(crate) labels: Labels,
     options: SourceOptions,
 }
 
@@ -129,7 +129,7 @@ impl Export {
     }
 
     /// Records the program with the actuators as inputs.
-    fn record(&self) -> Result<Recorded, Error> {
+    pub(crate) fn record(&self) -> Result<Recorded, Error> {
         let options = self.checked_options()?;
         let name = self.robot.name();
         let refuse = |error, _| {
