@@ -272,15 +272,18 @@ impl fmt::Display for Compared {
             }
         }
         writeln!(f)?;
-        let mut say = |to: Compensator, text: &str| match self
-            .ratio(to, Compensator::ComputedTorqueFriction)
-        {
-            Some(ratio) => writeln!(
+        let mut say = |to: Compensator, other: &str| {
+            let Some(ratio) = self.ratio(to, Compensator::ComputedTorqueFriction) else {
+                return Ok(());
+            };
+            let (times, word) =
+                if ratio < 1.0 { (1.0 / ratio, "larger") } else { (ratio, "smaller") };
+            writeln!(
                 f,
-                "tracking error with the friction of the model: {} times smaller than {text}",
-                digits(ratio)
-            ),
-            None => Ok(()),
+                "tracking error with the friction of the model: {} times {word} than",
+                digits(times)
+            )?;
+            writeln!(f, "  {other}")
         };
         say(Compensator::ComputedTorque, "without friction")?;
         say(Compensator::ComputedTorqueCoulomb, "with the best constant friction of each actuator")
