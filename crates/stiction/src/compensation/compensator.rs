@@ -130,6 +130,10 @@ impl Model {
     }
 }
 
+/// Reference motions of the actuators at an instant, and the contributions of friction to their
+/// efforts.
+pub(super) type Instant = (Vec<Target<f64>>, Vec<f64>);
+
 /// Direction of a reference motion: its rate, or what follows.
 fn direction(reference: &Target<f64>) -> f64 {
     let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };
@@ -137,10 +141,7 @@ fn direction(reference: &Target<f64>) -> f64 {
 }
 
 /// Best constant friction of each actuator, `c sgn(rate) + d rate`, by least squares.
-pub(super) fn best_constants(
-    samples: &[(Vec<Target<f64>>, Vec<f64>)],
-    count: usize,
-) -> Vec<[f64; 2]> {
+pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]> {
     (0..count)
         .map(|k| {
             let (mut ss, mut sv, mut vv, mut fs, mut fv) = (0.0, 0.0, 0.0, 0.0, 0.0);

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::export::Recorded;
 use crate::forward::Forward;
 use crate::robot::Robot;
-use compensator::{Controller, Model, best_constants, split};
+use compensator::{Controller, Instant, Model, best_constants, split};
 use sensors::{Imperfections, Sensors};
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -253,10 +253,7 @@ impl Compensation {
 
     /// Reference motions of the actuators along the motion, with the true contribution of friction
     /// to their efforts.
-    fn course(
-        &self,
-        program: &Arc<Feedforward>,
-    ) -> Result<Vec<(Vec<Target<f64>>, Vec<f64>)>, Error> {
+    fn course(&self, program: &Arc<Feedforward>) -> Result<Vec<Instant>, Error> {
         let mut check = self.robot.check_along();
         if let Some(motion) = &self.motion {
             check = check.motion(motion)?;
@@ -264,7 +261,7 @@ impl Compensation {
         let job = check.job()?;
         let mut follower = job.assemble(job.motion.start)?;
         let actuators: Vec<_> = follower.solver.mechanism().actuators().collect();
-        let mut course: Vec<(Vec<Target<f64>>, Vec<f64>)> = Vec::new();
+        let mut course: Vec<Instant> = Vec::new();
         let mut model: Option<Model> = None;
         for k in 0..FITTED {
             let part = f64::from(k) / f64::from(FITTED);
