@@ -23,6 +23,7 @@ pub(super) fn write(
 ) -> Result<(), Failure> {
     let fmi = if options.fmi == 2 { Fmi::Two } else { Fmi::Three };
     let fmu = export.fmu(fmi)?;
+    super::note_remarks(export);
     let mut files: Vec<(String, Vec<u8>)> =
         fmu.files.iter().map(|file| (file.name.clone(), file.text.clone().into_bytes())).collect();
     match binary(&fmu, fmi) {
