@@ -6,6 +6,7 @@
 //! all results ends the output.
 
 use crate::dist::{has_target, host};
+use crate::python::Environment;
 use crate::{cargo, succeeds};
 use serde_json::Value;
 use std::env;
@@ -23,7 +24,7 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 14] = [
+const STEPS: [Step; 15] = [
     ("features", "builds with and without optional features", features),
     ("platforms", "the program on other systems: cargo check for Windows and macOS", platforms),
     ("packages", "packages as they would be published: cargo package", packaging),
@@ -37,6 +38,7 @@ const STEPS: [Step; 14] = [
     ("arm", "AArch64 machine code in an emulator (QEMU)", arm),
     ("export", "exported C code of all robots of the gallery, by gcc and clang", export),
     ("playground", "the engine in a browser: WebAssembly and its page", playground),
+    ("fmu", "functional mock-up units in FMPy", fmu),
     ("fuzz", "one minute of every fuzz target (cargo-fuzz)", fuzz),
 ];
 
@@ -333,6 +335,23 @@ fn export() -> Ended {
         eprintln!("   {compiler}");
         succeeds(cargo(&[&test[..], &only].concat()).env("STICTION_CC", compiler))
     }))
+}
+
+/// Checks and simulates functional mock-up units with FMPy.
+fn fmu() -> Ended {
+    let validation = Path::new(env!("CARGO_MANIFEST_DIR")).join("../validation");
+    let requirements = validation.join("fmu-requirements.txt");
+    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/audit/fmu");
+    let environment = Environment { place, requirements: &requirements, least: (3, 11) };
+    let python = match environment.interpreter() {
+        Ok(python) => python,
+        Err(missing) => return Ended::Skipped(missing.text().to_owned()),
+    };
+    if !succeeds(&mut cargo(&["build", "--release", "-p", "stiction-cli"])) {
+        return Ended::Failed;
+    }
+    let program = format!("target/release/stiction{}", env::consts::EXE_SUFFIX);
+    ended(succeeds(Command::new(python).arg(validation.join("fmu.py")).arg(program)))
 }
 
 fn fuzz() -> Ended {

@@ -4,7 +4,7 @@ use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use stiction::FrictionMode;
-use stiction_format::{hertz, seconds};
+use stiction_format::{hertz, length_or_angle, seconds};
 
 /// Inverse and forward dynamics of robots with closed kinematic chains and joint friction
 ///
@@ -120,7 +120,10 @@ pub(crate) enum Command {
     Study(Study),
     /// Write an assembled mechanism in a format of other programs
     Convert(Convert),
-    /// Write inverse dynamics with friction as source code for a controller, in C or Rust
+    /// Controllers with and without friction compensation on the simulated robot: tracking errors, work,
+    /// limit cycles
+    Compensate(Compensate),
+    /// Write inverse dynamics with friction for a controller: source code in C or Rust, or an FMU
     Export(Export),
     /// List the built-in models, or print one
     Models(Models),
@@ -643,12 +646,16 @@ pub(crate) enum Format {
 pub(crate) struct Export {
     #[command(flatten)]
     pub(crate) model: Model,
-    /// The programming language
+    /// The programming language, or a functional mock-up unit
     #[arg(long, value_name = "LANGUAGE")]
     pub(crate) to: Language,
-    /// Write the code, its self-test with test vectors, build files and README.md into this folder
-    #[arg(short, long, value_name = "DIR")]
+    /// Write the code, its self-test with test vectors, build files and README.md into this folder; an
+    /// FMU into this file
+    #[arg(short, long, value_name = "PATH")]
     pub(crate) output: PathBuf,
+    /// Version of the FMI standard
+    #[arg(long, value_name = "VERSION", default_value = "3", value_parser = clap::value_parser!(u8).range(2..=3))]
+    pub(crate) fmi: u8,
     /// Name of the files and beginning of all names in the code [default: made of the model's name]
     #[arg(long = "name", value_name = "NAME")]
     pub(crate) prefix: Option<String>,
@@ -669,13 +676,74 @@ pub(crate) struct Export {
     pub(crate) vectors: u32,
 }
 
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction compensate\n\
+    \x20 stiction compensate five-bar --known-to 30% --resolution \"0.1 mrad\" --delay \"1 ms\"\n\
+    \x20 stiction compensate gough --controller computed-torque,computed-torque+friction -o results")]
+pub(crate) struct Compensate {
+    #[command(flatten)]
+    pub(crate) model: Model,
+    /// The motion that the robot follows: its name in the model, a CSV file, or assignments; see
+    /// `stiction inverse --help`
+    #[arg(long, value_name = "MOTION")]
+    pub(crate) motion: Option<String>,
+    /// A load on the robot, which no controller knows
+    #[arg(long, value_name = "LOAD", default_value = "none")]
+    pub(crate) load: String,
+    /// Controllers to compare: `pd`, `computed-torque`, each also with `+coulomb` (the best constant friction
+    /// of each actuator), `computed-torque+friction` (the friction of the model) [default: all]
+    #[arg(long, value_name = "CONTROLLER", value_delimiter = ',')]
+    pub(crate) controller: Vec<String>,
+    /// Bandwidth of the position control, in Hz or with a unit
+    #[arg(long, value_name = "FREQUENCY", default_value = "5 Hz", value_parser = hertz, allow_negative_numbers = true)]
+    pub(crate) bandwidth: f64,
+    /// Time between samples of the controller, in seconds or with a unit
+    #[arg(long, value_name = "TIME", default_value = "1 ms", value_parser = seconds, allow_negative_numbers = true)]
+    pub(crate) period: f64,
+    /// Accuracy to which the friction model knows each coefficient; the differences are random
+    #[arg(long, value_name = "PART", default_value = "10%", value_parser = part, allow_negative_numbers = true)]
+    pub(crate) known_to: f64,
+    /// Seed of the random differences and of the noise
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub(crate) seed: u64,
+    /// Increment of the encoders, in m or rad or with a unit
+    #[arg(long, value_name = "SIZE", default_value = "0", value_parser = length_or_angle, allow_negative_numbers = true)]
+    pub(crate) resolution: f64,
+    /// Standard deviation of the noise of each measured position, in m or rad or with a unit
+    #[arg(long, value_name = "SIZE", default_value = "0", value_parser = length_or_angle, allow_negative_numbers = true)]
+    pub(crate) noise: f64,
+    /// Time between measurement and effort, in seconds or with a unit
+    #[arg(long, value_name = "TIME", default_value = "0", value_parser = seconds, allow_negative_numbers = true)]
+    pub(crate) delay: f64,
+    /// Write compensate.json and compensate.csv, the tracking errors over time, into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print the figures or the error as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A part of one: a number, or percent.
+fn part(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let (number, factor) = match text.strip_suffix('%') {
+        Some(number) => (number.trim(), 0.01),
+        None => (text, 1.0),
+    };
+    let number: f64 = number.parse().map_err(|_| "expected a number or percent".to_owned())?;
+    Ok(number * factor)
+}
+
 /// Programming language of exported code.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Language {
     /// C99
     C,
     /// Rust without its standard library
     Rust,
+    /// Functional mock-up unit for co-simulation, with source code in C99
+    Fmu,
 }
 
 /// Floating-point type of exported code.

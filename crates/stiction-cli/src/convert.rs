@@ -36,9 +36,11 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
             print(&text)
         }
         Some(path) => {
-            write(path, &text, robot.files_read())?;
+            write(path, text.as_bytes(), robot.files_read())?;
             match beside {
-                Some(beside) => write(&path.with_extension("yaml"), &beside, robot.files_read()),
+                Some(beside) => {
+                    write(&path.with_extension("yaml"), beside.as_bytes(), robot.files_read())
+                }
                 None => Ok(()),
             }
         }
@@ -86,7 +88,7 @@ fn converted(options: &Convert, robot: &Robot, format: Format) -> Result<Convert
 }
 
 /// Writes a file atomically. Pipes and devices receive the text directly.
-fn write(path: &Path, text: &str, files_read: Vec<PathBuf>) -> Result<(), Failure> {
+pub(crate) fn write(path: &Path, text: &[u8], files_read: Vec<PathBuf>) -> Result<(), Failure> {
     let failure = |why: String| {
         Failure::input(format!("cannot write {}: {why}", path.display()))
             .help("give the name of a file with -o")
@@ -105,7 +107,7 @@ fn write(path: &Path, text: &str, files_read: Vec<PathBuf>) -> Result<(), Failur
     if target.exists() && !target.is_file() {
         let into = std::fs::OpenOptions::new().write(true).open(&target);
         return into
-            .and_then(|mut into| into.write_all(text.as_bytes()))
+            .and_then(|mut into| into.write_all(text))
             .map_err(|error| failure(error.to_string()));
     }
     let name = target.file_name().and_then(|name| name.to_str());
@@ -118,7 +120,7 @@ fn write(path: &Path, text: &str, files_read: Vec<PathBuf>) -> Result<(), Failur
         return Err(failure(format!("{} is a file", folder.display())));
     }
     let mut outputs = Outputs::new(folder, files_read)?;
-    outputs.write(name, text.as_bytes())?;
+    outputs.write(name, text)?;
     outputs.complete(&[])?;
     note!("wrote {}", path.display());
     Ok(())

@@ -1,7 +1,10 @@
 //! `stiction export`: source code for controllers.
 
+mod fmu;
+
 use crate::arguments::{Export, Language, Precision, Tunable};
 use crate::failure::Failure;
+use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::sources::{self, warn};
 
@@ -12,7 +15,7 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     let mut export = robot
         .export()
         .language(match options.to {
-            Language::C => stiction::Language::C,
+            Language::C | Language::Fmu => stiction::Language::C,
             Language::Rust => stiction::Language::Rust,
         })
         .precision(match options.precision {
@@ -28,7 +31,11 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     if let Some(body) = &options.payload {
         export = export.payload(body);
     }
+    if options.to == Language::Fmu {
+        return fmu::write(&export, options, robot.files_read());
+    }
     let files = export.files()?;
+    note_remarks(&export);
     let mut outputs = Outputs::new(&options.output, robot.files_read())?;
     outputs.refuse_interrupted()?;
     for file in &files {
@@ -38,4 +45,11 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
     note!("wrote {} in {}", names.join(", "), options.output.display());
     Ok(())
+}
+
+/// Notes what `inverse` includes by default and the code does not.
+fn note_remarks(export: &stiction::Export) {
+    for remark in export.remarks() {
+        note!("{}", folded(&format!("note: {remark}")));
+    }
 }

@@ -27,6 +27,7 @@ mod breakaway;
 mod cases;
 mod check;
 mod compare;
+mod compensate;
 mod convert;
 mod export;
 mod failure;
@@ -97,6 +98,7 @@ fn run() -> ExitCode {
         Some(Command::Linearize(options)) => operating_point::run_linearize(&options),
         Some(Command::Study(options)) => study::run(&options),
         Some(Command::Convert(options)) => convert::run(&options),
+        Some(Command::Compensate(options)) => compensate::run(&options),
         Some(Command::Export(options)) => export::run(&options),
         Some(Command::Models(options)) => models::run(&options),
         Some(Command::Schema) => print(&format!("{:#}\n", stiction_format::json_schema())),

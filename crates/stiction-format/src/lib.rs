@@ -148,7 +148,7 @@ pub use model_file::{
 };
 #[cfg(not(target_arch = "wasm32"))]
 pub use npz::csv_of_npz;
-pub use quantity::{Amount, hertz, seconds};
+pub use quantity::{Amount, hertz, length_or_angle, seconds};
 pub use read::{Draft, read};
 pub use signal::Signal;
 pub use signal::samples::SampleTimes;

@@ -37,6 +37,24 @@ pub fn hertz(text: &str) -> Result<f64, String> {
     quantity(text, Measure::Frequency)
 }
 
+/// A length in m or an angle in rad: a plain number, or an expression with units.
+///
+/// ```
+/// use stiction_format::length_or_angle;
+///
+/// assert_eq!(length_or_angle("2 mm"), Ok(0.002));
+/// assert_eq!(length_or_angle("2 mrad"), Ok(0.002));
+/// assert!(length_or_angle("3 s").unwrap_err().contains("a length or an angle"));
+/// ```
+///
+/// # Errors
+/// The reason, one line.
+pub fn length_or_angle(text: &str) -> Result<f64, String> {
+    let length = quantity(text, Measure::Length);
+    let other = |why: String| why.replace("expected a length", "expected a length or an angle");
+    length.or_else(|why| quantity(text, Measure::Angle).map_err(|_| other(why)))
+}
+
 fn quantity(text: &str, measure: Measure) -> Result<f64, String> {
     if let Ok(number) = text.trim().parse() {
         return Ok(number);

@@ -1,5 +1,9 @@
 //! Source code of inverse dynamics for controllers.
 
+mod fmu;
+
+pub use fmu::Fmu;
+
 use crate::error::Error;
 use crate::robot::Robot;
 use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -24,6 +28,16 @@ pub struct Export {
     masses: bool,
     payload: Option<String>,
     vectors: usize,
+}
+
+/// Recorded program of a robot with everything that its files contain.
+pub(crate) struct Recorded {
+    pub(crate) program: Feedforward,
+    pub(crate) solver: InverseDynamics,
+    /// Positions of the actuators along the default motion; the first is home.
+    signal: Vec<Vec<Target<f64>>>,
+    pub(crate) labels: Labels,
+    options: SourceOptions,
 }
 
 impl Export {
@@ -95,6 +109,27 @@ impl Export {
                 Error::input("--own-math is for C: code in Rust receives its functions by a trait");
             return Err(error.with_help("leave --own-math out"));
         }
+        let Recorded { program, solver, signal, labels, options } = self.record()?;
+        let vectors = TestVector::random(&solver, &signal, self.vectors, 1);
+        if vectors.is_empty() && self.vectors > 0 {
+            let message = format!(
+                "no code for `{}`: the solver has no forces at any of {} random states near its motion",
+                self.robot.name(),
+                20 * self.vectors
+            );
+            return Err(Error::input(message).with_help(
+                "`stiction check` tells whether the motion is near singular positions",
+            ));
+        }
+        program.files(self.language, &labels, &options, &vectors).map_err(|error| {
+            Error::input(format!("no code for `{}`: {error}", self.robot.name()))
+                .with_help("choose double precision")
+                .with_option("precision")
+        })
+    }
+
+    /// Records the program with the actuators as inputs.
+    pub(crate) fn record(&self) -> Result<Recorded, Error> {
         let options = self.checked_options()?;
         let name = self.robot.name();
         let refuse = |error, _| {
@@ -118,23 +153,8 @@ impl Export {
                 _ => "give the default motion other positions, away from singular ones",
             })
         })?;
-        let vectors = TestVector::random(&solver, &signal, self.vectors, 1);
-        if vectors.is_empty() && self.vectors > 0 {
-            let message = format!(
-                "no code for `{}`: the solver has no forces at any of {} random states near its motion",
-                self.robot.name(),
-                20 * self.vectors
-            );
-            return Err(Error::input(message).with_help(
-                "`stiction check` tells whether the motion is near singular positions",
-            ));
-        }
         let labels = self.labels(&solver);
-        program.files(self.language, &labels, &options, &vectors).map_err(|error| {
-            Error::input(format!("no code for `{}`: {error}", self.robot.name()))
-                .with_help("choose double precision")
-                .with_option("precision")
-        })
+        Ok(Recorded { program, solver, signal, labels, options })
     }
 
     fn checked_options(&self) -> Result<SourceOptions, Error> {

@@ -25,6 +25,7 @@
 //! | linear models about an operating point | [`Robot::linearize`] |
 //! | efforts in a control loop, without allocation | [`Robot::control_loop`] |
 //! | the same as source code for a controller | [`Robot::export`] |
+//! | control laws with and without friction compensation, simulated | [`Robot::compensation`] |
 //! | statistics of many designs | [`Robot::sweep`], [`fn@sweep`] |
 //! | efforts, poses, Jacobians, mass matrices of many states | [`Robot::states`] |
 //!
@@ -46,6 +47,7 @@
 
 mod breakaway;
 mod check;
+mod compensation;
 mod control_loop;
 mod convert;
 mod error;
@@ -67,10 +69,11 @@ mod tasks;
 
 pub use breakaway::{Breakaway, Rest, StaticFriction};
 pub use check::{Check, Examination, Mobility, Report, Singularity};
+pub use compensation::{Compared, Compensation, Compensator, LawResult};
 pub use control_loop::ControlLoop;
 pub use convert::{Conversion, Converted};
 pub use error::{Error, ErrorKind};
-pub use export::Export;
+pub use export::{Export, Fmu};
 pub use files::ReadProgress;
 pub use forward::{Forward, Plan, Run, Simulation};
 pub use inverse::{BodyPose, Inverse, InverseDynamics, JointFriction, Reaction, Sample};
@@ -94,6 +97,7 @@ pub use stiction_core::mechanism::{
 };
 pub use stiction_format as format;
 pub use stiction_format::{Diagnostic, Diagnostics, gallery};
+pub use stiction_program::emit::fmu::Fmi;
 pub use stiction_program::emit::{Language, Precision, SourceFile};
 pub use stiction_run as run;
 pub use stiction_run::forward::Measured;

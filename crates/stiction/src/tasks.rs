@@ -2,6 +2,7 @@
 
 use crate::breakaway::Breakaway;
 use crate::check::{Check, Report};
+use crate::compensation::Compensation;
 use crate::control_loop::ControlLoop;
 use crate::error::Error;
 use crate::export::Export;
@@ -103,6 +104,12 @@ impl Robot {
     /// ```
     pub fn export(&self) -> Export {
         Export::of(self)
+    }
+
+    /// Comparison of control laws on the simulated robot: without friction compensation, with constant
+    /// friction of each actuator, and with the friction of the model.
+    pub fn compensation(&self) -> Compensation {
+        Compensation::of(self)
     }
 
     /// Study of many designs: statistics of inverse dynamics with other values in every row.

@@ -41,6 +41,42 @@ fn an_export_is_complete_and_reproducible() {
     assert_eq!(Folder(folder.0.join("r")).files(), names);
 }
 
+/// An FMU is one reproducible archive; what the model applies by default and the code does not is said.
+#[test]
+fn an_fmu_is_a_reproducible_archive() {
+    let folder = Folder::new("export-fmu");
+    let read = |out: &str, fmi: &str| {
+        let said = folder.stiction(&["export", "five-bar", "--to", "fmu", "--fmi", fmi, "-o", out]);
+        said.succeeds();
+        assert!(said.err.contains("does not contain the load"), "{}", said.err);
+        std::fs::read(folder.0.join(out)).unwrap()
+    };
+    for fmi in ["2", "3"] {
+        let bytes = read("a.fmu", fmi);
+        assert_eq!(bytes, read("b.fmu", fmi));
+        let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).unwrap();
+        let names: Vec<String> = (0..archive.len())
+            .map(|k| archive.by_index(k).unwrap().name().unwrap().into_owned())
+            .collect();
+        let adapter = format!("sources/fmi{fmi}.c");
+        for name in ["modelDescription.xml", "sources/five_bar.c", "sources/five_bar.h", &adapter] {
+            assert!(names.iter().any(|n| n == name), "{name}: {names:?}");
+        }
+        let xml = archive.by_name("modelDescription.xml").unwrap();
+        let xml = std::io::read_to_string(xml).unwrap();
+        assert!(
+            xml.contains(&format!("fmiVersion=\"{fmi}.0\"")) && xml.contains("left_motor.effort")
+        );
+    }
+    assert_eq!(folder.files(), ["a.fmu", "b.fmu"]);
+    folder
+        .stiction(&["export", "3rps", "--to", "fmu", "--precision", "float", "-o", "c.fmu"])
+        .fails(2, &["double precision", "--precision"]);
+    folder
+        .stiction(&["export", "3rps", "--to", "fmu", "--fmi", "1", "-o", "c.fmu"])
+        .fails(2, &["--fmi"]);
+}
+
 /// Robots and options that are not possible are refused with a reason, and nothing is written.
 #[test]
 fn impossible_exports_are_refused() {

@@ -4,6 +4,7 @@ mod breakaway;
 mod cases;
 mod check;
 mod compare;
+mod compensate;
 mod convert;
 mod export;
 mod findings;

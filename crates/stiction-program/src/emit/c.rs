@@ -60,15 +60,20 @@ pub(crate) fn table(labels: &Labels, vectors: &[TestVector]) -> String {
     text
 }
 
-struct C<'a> {
-    program: &'a Feedforward,
-    labels: &'a Labels,
-    options: &'a SourceOptions,
+pub(crate) struct C<'a> {
+    pub(crate) program: &'a Feedforward,
+    pub(crate) labels: &'a Labels,
+    pub(crate) options: &'a SourceOptions,
 }
 
 impl C<'_> {
     /// Fills a template: names between `@` are replaced.
     fn fill(&self, template: &str) -> String {
+        self.fill_with(template, &[])
+    }
+
+    /// Fills a template, also with further values.
+    pub(crate) fn fill_with(&self, template: &str, more: &[(&str, String)]) -> String {
         let sizes = self.program.sizes();
         let [position, forces] = self.program.listings();
         let real = self.options.precision;
@@ -148,7 +153,7 @@ impl C<'_> {
             ("MODEL", harmless(&self.labels.model)),
             ("VERSION", harmless(&self.labels.version)),
         ];
-        substitute(template, values)
+        substitute(template, &[more, values].concat())
     }
 
     fn fill_math(&self) -> String {

@@ -5,6 +5,7 @@
 //! about rest and failures.
 
 mod c;
+pub mod fmu;
 mod literal;
 mod names;
 mod own_math;

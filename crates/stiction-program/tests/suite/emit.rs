@@ -2,6 +2,7 @@
 
 mod behaviour;
 mod compiler;
+mod fmu;
 
 use crate::common::{Loop, gallery_loop};
 use compiler::{Code, STRICT};

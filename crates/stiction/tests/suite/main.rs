@@ -1,5 +1,6 @@
 //! Tests of the library by name: closed forms, streams, messages.
 
+mod compensation;
 mod control;
 mod filter;
 mod forward;

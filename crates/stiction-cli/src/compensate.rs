@@ -1,0 +1,64 @@
+//! `stiction compensate`: controllers with and without friction compensation.
+
+use crate::arguments::Compensate;
+use crate::failure::Failure;
+use crate::outputs::Outputs;
+use crate::print;
+use crate::sources::{self, warn};
+use crate::written::note_files;
+use stiction::Compensator;
+
+pub(crate) fn run(options: &Compensate) -> Result<(), Failure> {
+    execute(options).map_err(|failure| failure.into_json(options.json))
+}
+
+fn execute(options: &Compensate) -> Result<(), Failure> {
+    let robot = sources::robot_or_default(&options.model)?;
+    if !options.json {
+        warn(robot.warnings());
+    }
+    let mut request = robot
+        .compensation()
+        .load(&options.load)
+        .bandwidth(options.bandwidth)
+        .period(options.period)
+        .known_to(options.known_to, options.seed)
+        .sensors(options.resolution, options.noise)
+        .delay(options.delay);
+    if let Some(motion) = &options.motion {
+        request = request.motion(motion);
+    }
+    if !options.controller.is_empty() {
+        let laws: Result<Vec<_>, _> = options.controller.iter().map(|name| law(name)).collect();
+        request = request.laws(&laws?);
+    }
+    let outputs = options.output.as_deref();
+    let outputs = outputs.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+    outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
+    let compared = request.run()?;
+    let json = format!("{:#}\n", compared.to_json());
+    match options.json {
+        true => print(&json)?,
+        false => print(&compared.to_string())?,
+    }
+    let Some(mut outputs) = outputs else { return Ok(()) };
+    outputs.write("compensate.json", json.as_bytes())?;
+    outputs.write("compensate.csv", compared.errors_csv().as_bytes())?;
+    let files = outputs.complete(&[])?;
+    if !options.json {
+        note_files(&files, true);
+    }
+    Ok(())
+}
+
+/// Control law of a name.
+fn law(name: &str) -> Result<Compensator, Failure> {
+    let all = Compensator::ALL;
+    all.into_iter().find(|law| law.name() == name).ok_or_else(|| {
+        let names: Vec<&str> = all.iter().map(|law| law.name()).collect();
+        let message = format!("there is no controller `{}`", name.escape_debug());
+        let near = stiction_format::did_you_mean(name, "controller", names.iter().copied());
+        Failure::input(message)
+            .help(near.unwrap_or_else(|| format!("the controllers are {}", names.join(", "))))
+    })
+}

@@ -1,0 +1,38 @@
+//! The command `stiction compensate`.
+
+use crate::program::{Folder, json};
+
+#[test]
+fn controllers_are_compared() {
+    let folder = Folder::new("compensate");
+    let base = ["compensate", "slider-crank", "--controller"];
+    let laws = "computed-torque,computed-torque+coulomb,computed-torque+friction";
+    let said = folder.stiction(&[&base[..], &[laws, "-o", "out"]].concat());
+    let text = said.succeeds();
+    assert!(
+        text.contains("times smaller than") && text.contains("computed-torque+coulomb"),
+        "{text}"
+    );
+    assert_eq!(Folder(folder.0.join("out")).files(), ["compensate.csv", "compensate.json"]);
+    let figures = json(&folder.read("out/compensate.json"));
+    assert_eq!(figures["controllers"].as_array().map(Vec::len), Some(3));
+    assert!(figures["improvement"].as_f64() > Some(5.0));
+    let disturbed = ["--resolution", "0.1 mrad", "--noise", "1e-5", "--delay", "1 ms", "--json"];
+    let said = folder.stiction(&[&base[..], &[laws], &disturbed].concat());
+    let worse = json(said.succeeds());
+    assert!(worse["improvement"].as_f64() < figures["improvement"].as_f64());
+    assert_eq!(worse["delay"].as_f64(), Some(0.001));
+}
+
+#[test]
+fn impossible_comparisons_are_refused() {
+    let folder = Folder::new("compensate-wrong");
+    let refused = |arguments: &[&str], texts: &[&str]| {
+        folder.stiction(&[&["compensate"], arguments].concat()).fails(2, texts);
+    };
+    refused(&["zhang2018"], &["no code for `zhang2018`", "stiction check"]);
+    refused(&["four-bar", "--controller", "pid"], &["no controller `pid`", "`pd`"]);
+    refused(&["four-bar", "--noise", "3 s"], &["expected a length or an angle, found a time"]);
+    refused(&["four-bar", "--known-to", "x"], &["expected a number or percent"]);
+    refused(&["four-bar", "--period", "-1"], &["period of the controller", "--period"]);
+}

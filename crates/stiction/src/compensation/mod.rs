@@ -1,0 +1,309 @@
+//! Comparison of control laws on a simulated robot with friction.
+
+mod compensator;
+mod result;
+mod sensors;
+
+pub use compensator::Compensator;
+pub use result::{Compared, LawResult};
+
+use crate::error::Error;
+use crate::export::Recorded;
+use crate::forward::Forward;
+use crate::robot::Robot;
+use compensator::{Controller, Instant, Model, best_constants, split};
+use sensors::{Imperfections, Sensors};
+use std::f64::consts::TAU;
+use std::sync::{Arc, Mutex, PoisonError};
+use stiction_core::kinematics::Target;
+use stiction_core::random::Random;
+use stiction_program::{Feedforward, Tunable};
+
+/// Instants of the motion from which constant friction is fitted.
+const FITTED: u32 = 2000;
+/// Largest number of controller samples of one simulation.
+const MOST_SAMPLES: f64 = 1e7;
+
+/// Comparison of control laws on a robot whose joints have friction; see
+/// [`Robot::compensation`].
+///
+/// The plant is the simulation of [`Robot::forward`] with friction. The controller samples it with
+/// sensors of stated quality and knows the coefficients of friction to a stated accuracy.
+#[derive(Clone, Debug)]
+pub struct Compensation {
+    robot: Robot,
+    motion: Option<String>,
+    load: String,
+    laws: Vec<Compensator>,
+    bandwidth: f64,
+    damping: f64,
+    period: f64,
+    known_to: f64,
+    seed: u64,
+    imperfections: Imperfections,
+    delay: f64,
+}
+
+impl Compensation {
+    pub(crate) fn of(robot: &Robot) -> Self {
+        Self {
+            robot: robot.clone(),
+            motion: None,
+            load: "none".to_owned(),
+            laws: Compensator::ALL.to_vec(),
+            bandwidth: 5.0,
+            damping: 1.0,
+            period: 1e-3,
+            known_to: 0.1,
+            seed: 1,
+            imperfections: Imperfections::default(),
+            delay: 0.0,
+        }
+    }
+
+    /// Sets the motion, as in [`Robot::inverse`]; the model's default motion by default.
+    pub fn motion(mut self, motion: &str) -> Self {
+        self.motion = Some(motion.to_owned());
+        self
+    }
+
+    /// Sets a load that acts on the plant and that no controller knows; none by default.
+    pub fn load(mut self, load: &str) -> Self {
+        load.clone_into(&mut self.load);
+        self
+    }
+
+    /// Sets the control laws; all by default.
+    pub fn laws(mut self, laws: &[Compensator]) -> Self {
+        self.laws = laws.to_vec();
+        self
+    }
+
+    /// Sets the bandwidth of the position control, Hz; 5 by default. It is critically damped.
+    pub fn bandwidth(mut self, bandwidth: f64) -> Self {
+        self.bandwidth = bandwidth;
+        self
+    }
+
+    /// Sets the time between two samples of the controller, s; 1 ms by default.
+    pub fn period(mut self, period: f64) -> Self {
+        self.period = period;
+        self
+    }
+
+    /// Sets the relative accuracy to which the controller knows each coefficient of friction, and
+    /// the seed of the random differences; 0.1 and 1 by default.
+    pub fn known_to(mut self, relative: f64, seed: u64) -> Self {
+        (self.known_to, self.seed) = (relative, seed);
+        self
+    }
+
+    /// Sets the increment of the encoders and the standard deviation of the noise of their positions,
+    /// m or rad; zero by default, with exact rates.
+    pub fn sensors(mut self, resolution: f64, noise: f64) -> Self {
+        (self.imperfections.resolution, self.imperfections.noise) = (resolution, noise);
+        self
+    }
+
+    /// Sets the time between measurement and effort, s, rounded to periods; zero by default.
+    pub fn delay(mut self, delay: f64) -> Self {
+        self.delay = delay;
+        self
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let refuse = |what: &str, value: f64, help: &str, option: &'static str| {
+            Err(Error::input(format!("{what} is {value}")).with_help(help).with_option(option))
+        };
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let size = |x: f64| x.is_finite() && x >= 0.0;
+        if !positive(self.period) {
+            return refuse(
+                "the period of the controller",
+                self.period,
+                "give a time, for example 1 ms",
+                "period",
+            );
+        }
+        if !positive(self.bandwidth) || self.bandwidth * self.period > 0.1 {
+            let help = "give a frequency of at most a tenth of the sampling rate, for example 5 Hz";
+            return refuse("the bandwidth in Hz", self.bandwidth, help, "bandwidth");
+        }
+        if !(size(self.known_to) && self.known_to < 1.0) {
+            let help = "give a relative accuracy below 1, for example 0.1";
+            return refuse("the accuracy of the coefficients", self.known_to, help, "known-to");
+        }
+        let Imperfections { resolution, noise, .. } = self.imperfections;
+        if !size(resolution) {
+            return refuse(
+                "the resolution of the encoders",
+                resolution,
+                "give a size in m or rad",
+                "resolution",
+            );
+        }
+        if !size(noise) {
+            return refuse("the noise of the positions", noise, "give a size in m or rad", "noise");
+        }
+        if !(size(self.delay) && self.delay <= 1000.0 * self.period) {
+            return refuse(
+                "the delay in s",
+                self.delay,
+                "give at most 1000 periods of the controller",
+                "delay",
+            );
+        }
+        if self.laws.is_empty() {
+            return Err(Error::input("there is no control law").with_option("controller"));
+        }
+        Ok(())
+    }
+
+    fn plant(&self) -> Result<Forward, Error> {
+        let mut plant = self.robot.forward().friction(true).load(&self.load)?;
+        if let Some(motion) = &self.motion {
+            plant = plant.motion(motion)?;
+        }
+        Ok(plant)
+    }
+
+    /// Simulates the robot under each control law.
+    ///
+    /// # Errors
+    /// The options are impossible, or the robot has no feed-forward program (as in
+    /// [`Robot::export`]). A simulation that ends early is a result.
+    pub fn run(&self) -> Result<Compared, Error> {
+        self.check()?;
+        let plant = self.plant()?;
+        let Some((motion, name)) = &plant.motion else { return Err(self.robot.motion_missing()) };
+        if motion.duration / self.period > MOST_SAMPLES {
+            let message = format!("the controller would sample more than {MOST_SAMPLES:.0e} times");
+            return Err(Error::input(message)
+                .with_help("give a longer period or a shorter motion")
+                .with_option("period"));
+        }
+        let Recorded { program, labels, .. } = self.robot.export().record()?;
+        let program = Arc::new(program);
+        let course = self.course(&program)?;
+        let Some((first, _)) = course.first() else {
+            return Err(Error::input("the motion has no duration")
+                .with_help("give a motion that moves with --motion"));
+        };
+        let [start, ..] = split(first);
+        let model = Model::at(&program, &start)?;
+        let constants = best_constants(&course, labels.actuators.len());
+        let omega = TAU * self.bandwidth;
+        let mut believed = model.clone();
+        believed.tune(&self.believed(program.tunables()));
+        let delay = (self.delay / self.period).round() as usize;
+        let imperfections = Imperfections { delay, ..self.imperfections };
+        let controller = Controller {
+            law: Compensator::Pd,
+            gains: [omega * omega, 2.0 * self.damping * omega],
+            masses: masses(&mut model.clone(), &start)?,
+            constants,
+            measured: model,
+            reference: believed,
+            sensors: Sensors::new(imperfections, self.period, self.seed),
+            records: Vec::new(),
+        };
+        let simulate = |law: &Compensator| -> Result<LawResult, Error> {
+            let shared = Arc::new(Mutex::new(Controller { law: *law, ..controller.clone() }));
+            let own = Arc::clone(&shared);
+            let plant = plant.clone().control_law(self.period, move |measured| {
+                own.lock().unwrap_or_else(PoisonError::into_inner).efforts(measured)
+            })?;
+            let run = plant.run()?;
+            let records =
+                std::mem::take(&mut shared.lock().unwrap_or_else(PoisonError::into_inner).records);
+            LawResult::new(*law, &records, &run, labels.actuators.iter().map(|(name, _)| name))
+        };
+        let laws = self.laws.iter().map(simulate).collect::<Result<_, _>>()?;
+        Ok(Compared {
+            robot: self.robot.name().to_owned(),
+            motion: name.clone(),
+            load: self.load.clone(),
+            duration: motion.duration,
+            period: self.period,
+            bandwidth: self.bandwidth,
+            known_to: self.known_to,
+            resolution: self.imperfections.resolution,
+            noise: self.imperfections.noise,
+            delay: delay as f64 * self.period,
+            actuators: labels
+                .coordinates
+                .iter()
+                .zip(&labels.actuators)
+                .map(|((name, unit), (_, effort))| (name.clone(), *unit, *effort))
+                .collect(),
+            laws,
+        })
+    }
+
+    /// Coefficients that the controller knows.
+    fn believed(&self, tunables: &[(Tunable, Vec<f64>)]) -> Vec<f64> {
+        let mut random = Random::new(self.seed);
+        // The first numbers of neighbouring seeds are alike.
+        for _ in 0..8 {
+            random.number();
+        }
+        let values = tunables.iter().flat_map(|(_, values)| values);
+        values.map(|value| value * (1.0 + self.known_to * random.number())).collect()
+    }
+
+    /// Reference motions of the actuators along the motion, with the true contribution of friction
+    /// to their efforts.
+    fn course(&self, program: &Arc<Feedforward>) -> Result<Vec<Instant>, Error> {
+        let mut check = self.robot.check_along();
+        if let Some(motion) = &self.motion {
+            check = check.motion(motion)?;
+        }
+        let job = check.job()?;
+        let mut follower = job.assemble(job.motion.start)?;
+        let actuators: Vec<_> = follower.solver.mechanism().actuators().collect();
+        let mut course: Vec<Instant> = Vec::new();
+        let mut model: Option<Model> = None;
+        for k in 0..FITTED {
+            let part = f64::from(k) / f64::from(FITTED);
+            follower.go_to(job.motion.start + job.motion.duration * part)?;
+            let mut targets = Vec::with_capacity(actuators.len());
+            for (index, &(joint, dof)) in actuators.iter().enumerate() {
+                let found = follower.solver.joint_motion(joint, dof);
+                let translates = follower.solver.mechanism().joints()[joint.0].joint_type.dofs()
+                    [dof]
+                    .translates();
+                let before = match course.last() {
+                    Some((before, _)) => before[index].value,
+                    None => program.home()[index],
+                };
+                // Angles are within half a turn; this continues them.
+                let turns = if translates { 0.0 } else { ((found.value - before) / TAU).round() };
+                targets.push(Target { value: found.value - turns * TAU, ..found });
+            }
+            let own = match &mut model {
+                Some(own) => own,
+                None => {
+                    let [q, ..] = split(&targets);
+                    model.insert(Model::at(program, &q)?)
+                }
+            };
+            let friction = own.friction(&targets)?;
+            course.push((targets, friction));
+        }
+        Ok(course)
+    }
+}
+
+/// Effective mass of each actuator: the effort for unit acceleration while the others rest, kg or
+/// kg m^2.
+fn masses(model: &mut Model, q: &[f64]) -> Result<Vec<f64>, Error> {
+    let zero = vec![0.0; q.len()];
+    let still = model.ideal(q, &zero, &zero)?;
+    (0..q.len())
+        .map(|k| {
+            let mut acceleration = zero.clone();
+            acceleration[k] = 1.0;
+            Ok(model.ideal(q, &zero, &acceleration)?[k] - still[k])
+        })
+        .collect()
+}

@@ -1,0 +1,311 @@
+//! Results of compared control laws: figures, table, JSON and curves.
+
+use super::compensator::{Compensator, Record};
+use crate::error::Error;
+use crate::forward::Run;
+use serde_json::{Value, json};
+use std::fmt::{self, Write};
+use stiction_core::forward::EventKind;
+
+/// Rates below this part of the largest reference rate count as rest.
+const REST: f64 = 1e-4;
+
+/// Comparison of control laws; see [`Robot::compensation`](crate::Robot::compensation).
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// Name of the model.
+    pub robot: String,
+    /// Name of the motion.
+    pub motion: String,
+    /// Name of the load.
+    pub load: String,
+    /// Duration of the motion, s.
+    pub duration: f64,
+    /// Time between samples of the controller, s.
+    pub period: f64,
+    /// Bandwidth, Hz.
+    pub bandwidth: f64,
+    /// Relative accuracy of the coefficients.
+    pub known_to: f64,
+    /// Increment of the encoders, m or rad.
+    pub resolution: f64,
+    /// Standard deviation of the noise, m or rad.
+    pub noise: f64,
+    /// Delay, s.
+    pub delay: f64,
+    /// Actuators with the units of their positions and efforts.
+    pub actuators: Vec<(String, &'static str, &'static str)>,
+    /// Result of each control law.
+    pub laws: Vec<LawResult>,
+}
+
+/// Result of one control law.
+#[derive(Clone, Debug)]
+pub struct LawResult {
+    /// The control law.
+    pub law: Compensator,
+    /// Root mean square of the tracking error of each actuator, m or rad.
+    pub rms: Vec<f64>,
+    /// Largest tracking error of each actuator, m or rad.
+    pub peak: Vec<f64>,
+    /// Largest effort of each actuator, N or N m.
+    pub effort: Vec<f64>,
+    /// Work of all actuators, J.
+    pub work: f64,
+    /// Number of stick onsets of friction interfaces.
+    pub sticks: usize,
+    /// Reversals of actuators beyond those of the reference: limit cycles and chatter.
+    pub reversals: usize,
+    /// Reason and time, s, if the simulation ended early.
+    pub ended: Option<(f64, String)>,
+    /// Time, s, and tracking errors of all samples.
+    pub errors: Vec<(f64, Vec<f64>)>,
+}
+
+/// Number of changes of sign beyond a threshold.
+fn reversals(rates: impl Iterator<Item = f64>, threshold: f64) -> usize {
+    let (mut last, mut count) = (0.0, 0);
+    for rate in rates.filter(|rate| rate.abs() > threshold) {
+        if rate * last < 0.0 {
+            count += 1;
+        }
+        last = rate;
+    }
+    count
+}
+
+impl LawResult {
+    pub(super) fn new<'a>(
+        law: Compensator,
+        records: &[Record],
+        run: &Run,
+        actuators: impl Iterator<Item = &'a String>,
+    ) -> Result<Self, Error> {
+        let last = run.last()?;
+        let work = actuators.map(|name| last.work(name)).sum::<Result<f64, Error>>()?;
+        let count = records.first().map_or(0, |record| record.errors.len());
+        let over = |of: &dyn Fn(&Record) -> f64| records.iter().map(of).fold(0.0_f64, f64::max);
+        let peak = |k: usize| over(&|record| record.errors[k].abs());
+        let rms = |k: usize| {
+            let sum: f64 = records.iter().map(|record| record.errors[k].powi(2)).sum();
+            (sum / records.len().max(1) as f64).sqrt()
+        };
+        let more = |k: usize| {
+            let threshold = REST * over(&|record| record.rates[1][k].abs());
+            let of = |which: usize| {
+                reversals(records.iter().map(|record| record.rates[which][k]), threshold)
+            };
+            of(0).saturating_sub(of(1))
+        };
+        let is_onset =
+            |event: &&crate::forward::Event| matches!(event.kind, EventKind::Sticks { .. });
+        Ok(Self {
+            law,
+            rms: (0..count).map(rms).collect(),
+            peak: (0..count).map(peak).collect(),
+            effort: (0..count).map(|k| over(&|record| record.efforts[k].abs())).collect(),
+            work,
+            sticks: run.events().iter().filter(is_onset).count(),
+            reversals: (0..count).map(more).sum(),
+            ended: run.ended().err().map(|error| (last.time, error.message())),
+            errors: records.iter().map(|record| (record.time, record.errors.clone())).collect(),
+        })
+    }
+}
+
+impl Compared {
+    /// Geometric mean over the actuators of the ratio of the rms errors of two laws; `None` if one was
+    /// not simulated, ended early or has no error.
+    pub fn ratio(&self, of: Compensator, to: Compensator) -> Option<f64> {
+        let find = |law| self.laws.iter().find(|own| own.law == law && own.ended.is_none());
+        let (of, to) = (find(of)?, find(to)?);
+        let ratios = of.rms.iter().zip(&to.rms).map(|(of, to)| (of / to).ln());
+        let mean = (ratios.sum::<f64>() / of.rms.len() as f64).exp();
+        mean.is_finite().then_some(mean)
+    }
+
+    /// All figures.
+    pub fn to_json(&self) -> Value {
+        let law = |own: &LawResult| {
+            json!({
+                "controller": own.law.name(),
+                "rms_error": own.rms,
+                "peak_error": own.peak,
+                "peak_effort": own.effort,
+                "work": own.work,
+                "stick_onsets": own.sticks,
+                "extra_reversals": own.reversals,
+                "ended": own.ended.as_ref().map(|(time, why)| json!({ "time": time, "reason": why })),
+            })
+        };
+        let actuator = |(name, unit, effort): &(String, &str, &str)| json!({ "name": name, "unit": unit, "effort_unit": effort });
+        json!({
+            "model": self.robot,
+            "motion": self.motion,
+            "load": self.load,
+            "duration": self.duration,
+            "period": self.period,
+            "bandwidth": self.bandwidth,
+            "known_to": self.known_to,
+            "resolution": self.resolution,
+            "noise": self.noise,
+            "delay": self.delay,
+            "actuators": self.actuators.iter().map(actuator).collect::<Vec<_>>(),
+            "controllers": self.laws.iter().map(law).collect::<Vec<_>>(),
+            "improvement": self.ratio(Compensator::ComputedTorque, Compensator::ComputedTorqueFriction),
+            "improvement_over_constants":
+                self.ratio(Compensator::ComputedTorqueCoulomb, Compensator::ComputedTorqueFriction),
+        })
+    }
+
+    /// Tracking errors of all control laws over time, as CSV.
+    pub fn errors_csv(&self) -> String {
+        let mut text = "time [s]".to_owned();
+        for own in &self.laws {
+            for (name, unit, _) in &self.actuators {
+                let _ = write!(text, ",{}: {name} [{unit}]", own.law.name());
+            }
+        }
+        text.push('\n');
+        let longest = self.laws.iter().max_by_key(|own| own.errors.len());
+        let times = longest.iter().flat_map(|own| own.errors.iter().map(|(time, _)| *time));
+        for (k, time) in times.enumerate() {
+            let _ = write!(text, "{time}");
+            for own in &self.laws {
+                // A simulation that ended early has no more rows.
+                match own.errors.get(k) {
+                    Some((_, errors)) => {
+                        for error in errors {
+                            let _ = write!(text, ",{error}");
+                        }
+                    }
+                    None => text.push_str(&",".repeat(self.actuators.len())),
+                }
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+/// Number with four digits and a prefix for thousandths and millionths of a unit.
+fn small(value: f64, unit: &str) -> String {
+    let size = value.abs();
+    let (factor, prefix) = match size {
+        s if s >= 1.0 || s == 0.0 => (1.0, ""),
+        s if s >= 1e-3 => (1e3, "m"),
+        _ => (1e6, "u"),
+    };
+    format!("{} {prefix}{unit}", digits(value * factor))
+}
+
+/// Four significant digits, without an exponent for usual sizes.
+fn digits(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || !(1e-3..1e6).contains(&size) {
+        return if size == 0.0 { "0".to_owned() } else { format!("{value:.3e}") };
+    }
+    let places = (3 - size.log10().floor() as i32).max(0) as usize;
+    format!("{value:.places$}")
+}
+
+impl fmt::Display for Compared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { robot, motion, duration, load, .. } = self;
+        writeln!(f, "{robot}: motion {motion} ({} s), load {load}", digits(*duration))?;
+        writeln!(
+            f,
+            "controller every {}, bandwidth {} Hz, friction coefficients known to {} %",
+            small(self.period, "s"),
+            digits(self.bandwidth),
+            digits(100.0 * self.known_to)
+        )?;
+        if self.resolution > 0.0 || self.noise > 0.0 || self.delay > 0.0 {
+            writeln!(
+                f,
+                "encoders with steps of {:e}, noise {:e} (m or rad), delay {}",
+                self.resolution,
+                self.noise,
+                small(self.delay, "s")
+            )?;
+        }
+        writeln!(f)?;
+        writeln!(
+            f,
+            "{:<25} {:<12} {:>11} {:>11} {:>9} {:>8} {:>6} {:>9}",
+            "controller",
+            "actuator",
+            "rms error",
+            "peak error",
+            "effort",
+            "work/J",
+            "sticks",
+            "reversals"
+        )?;
+        for own in &self.laws {
+            for (k, (name, unit, _)) in self.actuators.iter().enumerate() {
+                let law = if k == 0 { own.law.name() } else { "" };
+                let shown: String = name.chars().take(12).collect();
+                let value = |all: &[f64], unit: &str| {
+                    all.get(k).map_or("-".to_owned(), |value| small(*value, unit))
+                };
+                let effort_value = own.effort.get(k).map_or("-".to_owned(), |value| digits(*value));
+                write!(
+                    f,
+                    "{law:<25} {shown:<12} {:>11} {:>11} {effort_value:>9}",
+                    value(&own.rms, unit),
+                    value(&own.peak, unit)
+                )?;
+                match k {
+                    0 => writeln!(
+                        f,
+                        " {:>8} {:>6} {:>9}",
+                        digits(own.work),
+                        own.sticks,
+                        own.reversals
+                    )?,
+                    _ => writeln!(f)?,
+                }
+            }
+            if let Some((time, why)) = &own.ended {
+                writeln!(f, "  ended at {} s: {why}", digits(*time))?;
+            }
+        }
+        writeln!(f)?;
+        let mut say = |to: Compensator, other: &str| {
+            let Some(ratio) = self.ratio(to, Compensator::ComputedTorqueFriction) else {
+                return Ok(());
+            };
+            let (times, word) =
+                if ratio < 1.0 { (1.0 / ratio, "larger") } else { (ratio, "smaller") };
+            writeln!(
+                f,
+                "tracking error with the friction of the model: {} times {word} than",
+                digits(times)
+            )?;
+            writeln!(f, "  {other}")
+        };
+        say(Compensator::ComputedTorque, "without friction")?;
+        say(Compensator::ComputedTorqueCoulomb, "with the best constant friction of each actuator")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reversals_ignore_rest() {
+        assert_eq!(reversals([1.0, 0.0, -1.0, 1e-9, -2.0, 3.0].into_iter(), 1e-6), 2);
+        assert_eq!(reversals([].into_iter(), 0.0), 0);
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        assert_eq!(small(0.001_234_56, "m"), "1.235 mm");
+        assert_eq!(small(1.5e-5, "rad"), "15.00 urad");
+        assert_eq!(small(0.0, "m"), "0 m");
+        assert_eq!(digits(123_456.0), "123456");
+        assert_eq!(digits(-0.5), "-0.5000");
+    }
+}
