@@ -53,6 +53,7 @@ mod explain;
 mod export;
 mod files;
 pub mod forward;
+mod identify;
 mod inverse;
 mod names;
 mod operating_point;

@@ -1,0 +1,1 @@
+//! Estimation on synthetic data.
