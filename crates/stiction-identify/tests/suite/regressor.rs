@@ -18,7 +18,12 @@ fn columns_agree_with_inverse_dynamics_of_changed_parameters() {
             continue;
         }
         let (solver, home) = gallery_solver(&model);
+        let spins = !solver.constraints().spins().is_empty();
         let Ok(mut regressor) = Regressor::new(solver, Choice::ALL) else { continue };
+        if spins {
+            // The acceleration of a body that spins freely depends on its inertia: not linear.
+            continue;
+        }
         tried += 1;
         let mut random = Random::new(11);
         let parameters = regressor.parameters().to_vec();
