@@ -68,7 +68,10 @@ fn execute(options: &Identify) -> Result<(), Failure> {
     let robot = sources::robot(name, &options.set)?;
     warn(robot.warnings());
     let beside = options.logs.first().map(|log| PathBuf::from(log).with_extension("toml"));
-    let file = options.options.clone().or_else(|| beside.filter(|path| path.is_file()));
+    let file = options.options.clone().or_else(|| {
+        // The model itself may lie beside a log of the same name.
+        beside.filter(|path| path.is_file() && path.as_os_str() != name)
+    });
     let mut settings = match &file {
         Some(path) => robot.identify_settings(path)?,
         None => IdentifySettings::default(),

@@ -15,7 +15,9 @@ pub(crate) fn scale_law(law: &mut Law, mu: f64) {
     let ratio = if law.mu > 0.0 { mu / law.mu } else { 1.0 };
     match &mut law.curve {
         Curve::Constant => {}
-        Curve::Static { mu_static } | Curve::Stribeck { mu_static, .. } => *mu_static *= ratio,
+        Curve::Static { mu_static } | Curve::Stribeck { mu_static, .. } => {
+            *mu_static = (*mu_static * ratio).max(mu);
+        }
         Curve::Table(rows) => rows.iter_mut().for_each(|row| row[1] *= ratio),
     }
     law.mu = mu;

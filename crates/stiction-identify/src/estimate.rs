@@ -66,6 +66,10 @@ const STRENGTHS: [f64; 13] =
     [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4];
 /// Residual, in standard deviations, beyond which a row loses weight (Huber).
 const HUBER: f64 = 2.5;
+/// Relative error of the inertias of a model that intervals allow for.
+const PRIOR_ERROR: f64 = 0.3;
+/// Error of the factor of a formula that intervals allow for.
+const TERM_ERROR: f64 = 0.5;
 /// Steps of Newton's method.
 const NEWTON_STEPS: usize = 60;
 
@@ -166,7 +170,7 @@ impl Problem<'_> {
                     .iter()
                     .flat_map(|block| block.channels[channel].measured.iter())
                     .fold(0.0, |max, y| y.abs().max(max));
-                *noise = median.max(0.3 * rms).max(1e-10 * largest).max(1e-300);
+                *noise = median.max(0.05 * rms).max(1e-10 * largest).max(1e-300);
             }
             for (block, weights) in self.blocks.iter().zip(&mut weights) {
                 for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(&noise) {
@@ -291,8 +295,7 @@ impl Problem<'_> {
         let each = self.parameters.iter().map(|p| match p.kind {
             Kind::Mass(_) | Kind::Moment(..) | Kind::Inertia(..) => 0.0,
             Kind::Rotor(_) => strength.max(1e-2) / (p.scale * p.scale),
-            // A term is a formula of the user, known to some percent.
-            Kind::Term(_) => strength.max(1.0) / (0.1 * 0.1),
+            Kind::Term(_) => 1.0 / (TERM_ERROR * TERM_ERROR),
             // Declared coefficients are guesses: their order of magnitude counts, as one sample.
             _ => 1e-2 / (p.scale * p.scale),
         });
@@ -426,6 +429,40 @@ impl Problem<'_> {
         value.is_finite().then_some((value, gradient, hessian))
     }
 
+    /// Covariance of the pull of the prior, for a model whose own errors are [`PRIOR_ERROR`]. However
+    /// strong the pull, it says no more about a value than the model does.
+    fn prior_errors(
+        &self,
+        values: &DVector<f64>,
+        strength: f64,
+        priors: &[BodyPrior],
+        precision: &[f64],
+    ) -> DMatrix<f64> {
+        let count = self.parameters.len();
+        let mut sum = DMatrix::zeros(count, count);
+        let factor = (PRIOR_ERROR * strength).powi(2);
+        for body in priors {
+            let Some(found) = body.divergence(values.as_slice()) else { continue };
+            for i in 0..10 {
+                for k in 0..10 {
+                    sum[(body.first + i, body.first + k)] += factor * found.hessian[(i, k)];
+                }
+            }
+        }
+        for (k, (precision, p)) in precision.iter().zip(self.parameters).enumerate() {
+            // A declared coefficient may be wrong by its own size.
+            let error = match p.kind {
+                Kind::Rotor(_) => PRIOR_ERROR * p.scale,
+                Kind::Term(_) => TERM_ERROR,
+                _ => precision.sqrt().recip(),
+            };
+            if *precision > 0.0 {
+                sum[(k, k)] += (precision * error).powi(2);
+            }
+        }
+        sum
+    }
+
     /// The strength whose fits predict left-out pieces best; among those within one standard error of
     /// the best the strongest. Also the mean square of left-out residuals over that of the fit, for it and
     /// for the weakest prior.
@@ -504,8 +541,9 @@ impl Problem<'_> {
         let size = z.len();
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
         let meat = covariance(self.blocks, map, &(&values - shift), &noise, total.rows);
-        let own = &hessian - &total.matrix;
-        let free = &inverse * (meat + &own) * &inverse;
+        let open = self.prior_errors(&values, strength, &priors, &precision);
+        let own = map.matrix.tr_mul(&(open * &map.matrix));
+        let free = &inverse * (meat + own) * &inverse;
         let resolved = (&inverse * &total.matrix).diagonal();
         let full = &map.matrix * &free * map.matrix.transpose();
         let count = self.parameters.len();

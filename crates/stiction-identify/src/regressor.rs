@@ -96,6 +96,13 @@ impl Regressor {
         &self.parameters
     }
 
+    /// Names of bodies that can spin freely about an axis of their own, such as a rod between two balls:
+    /// their inertia counts as symmetric about it.
+    pub fn spinning_bodies(&self) -> Vec<&str> {
+        let spins = self.model.constraints().spins().iter();
+        spins.map(|spin| self.mechanism().bodies()[spin.body.0].name.as_str()).collect()
+    }
+
     /// The mechanism.
     pub fn mechanism(&self) -> &Mechanism {
         self.solver.mechanism()

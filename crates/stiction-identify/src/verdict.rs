@@ -55,7 +55,7 @@ impl Verdict {
     /// Verdict from the part that the data determine, the standard deviation, the scale of the value,
     /// and whether the structure of the mechanism lets it be determined alone.
     pub fn of(resolution: f64, sigma: f64, value: f64, scale: f64, is_alone: bool) -> Self {
-        let size = value.abs().max(0.1 * scale);
+        let size = value.abs().max(0.05 * scale);
         if resolution > 0.9 && sigma < 0.5 * size {
             return Self::Identified;
         }

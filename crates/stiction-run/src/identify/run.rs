@@ -27,6 +27,9 @@ pub struct Named {
     pub verdict: Verdict,
     /// Value in the model.
     pub prior: f64,
+    /// What the structure of the mechanism lets be determined: the parameter alone, a combination with
+    /// others, or nothing.
+    pub structure: &'static str,
 }
 
 /// Combination of parameters that the efforts depend on.
@@ -149,6 +152,13 @@ pub fn identify(
         })?;
     }
     enough(&all, &parameters, &options)?;
+    let spinning = all[0].regressor.spinning_bodies();
+    if !spinning.is_empty() {
+        cautions.push(format!(
+            "{} can spin freely: their inertia counts as symmetric about the axis of the spin",
+            spinning.join(", ")
+        ));
+    }
     let prior_errors: Vec<Vec<f64>> =
         all.iter().map(|log| errors(&log.block, &parameters, &priors)).collect();
     let structure = structure(&all, &parameters);
@@ -184,6 +194,11 @@ pub fn identify(
                 ),
             },
             prior: p.prior,
+            structure: match () {
+                () if structure.without_effect.contains(&k) => "none",
+                () if structure.is_alone(k) => "alone",
+                () => "combination",
+            },
         })
         .collect();
     let predictions: Vec<Prediction> = all

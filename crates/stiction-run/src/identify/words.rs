@@ -28,7 +28,7 @@ impl Identified {
         let named = |p: &Named| {
             json!({
                 "name": p.name, "value": p.value, "sigma": p.sigma, "unit": p.unit,
-                "verdict": p.verdict.to_string(), "prior": p.prior,
+                "verdict": p.verdict.to_string(), "prior": p.prior, "structure": p.structure,
             })
         };
         let combined = self.combinations.iter().map(|c| {
@@ -89,6 +89,14 @@ impl Identified {
             count(Verdict::FitsOnly),
             count(Verdict::NotExcited),
             count(Verdict::Held)
+        )?;
+        writeln!(
+            out,
+            "inertias are pulled to those of the model with the weight of {} samples; residual squares of \
+             left-out blocks are\n{} times those of the fit, {} times without that pull\n",
+            short(self.strength),
+            short(self.left_out),
+            short(self.left_out_plain)
         )?;
         let width = self.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0).max(9);
         writeln!(
