@@ -12,6 +12,7 @@ mod base;
 mod block;
 mod covariance;
 mod estimate;
+mod minimum;
 mod parameter;
 pub mod physical;
 mod regressor;

@@ -14,7 +14,10 @@ impl Robot {
     pub fn identify_settings(&self, path: &Path) -> Result<IdentifySettings, Error> {
         let name = path.display().to_string();
         let text = self.file_text(path)?;
-        Ok(IdentifySettings::parse(&name, &text, self.model())?)
+        Ok(IdentifySettings::parse(&name, &text, self.model()).map_err(|mut error| {
+            error.message = error.message.replacen("options:", &format!("{name}:"), 1);
+            error
+        })?)
     }
 
     /// Reads a log with its options.

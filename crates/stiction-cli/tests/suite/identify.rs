@@ -214,7 +214,7 @@ fn shared_data() -> Option<PathBuf> {
 
 /// Model of the KUKA KR300: geometry by standard DH steps, inertias by the table of the data's README.
 fn kuka(readme: &str) -> String {
-    let steps = [
+    let steps: [(f64, f64, f64, f64); 6] = [
         (-0.675, 0.35, 90.0, 0.0),
         (-0.189, 1.15, 0.0, -90.0),
         (0.189, 0.041, -90.0, 180.0),
@@ -237,7 +237,7 @@ fn kuka(readme: &str) -> String {
         inertia.resize(6, 0.0);
         let [xx, yy, zz, xy, yz, xz] = inertia[..] else { panic!("{row}") };
         let (d, a, twist, offset) = steps[k];
-        let turn: f64 = twist.to_radians();
+        let turn = twist.to_radians();
         let (number, from) = (k + 1, if k == 0 { "ground".to_owned() } else { format!("link{k}") });
         let (y, z) = (-d * turn.sin(), -d * turn.cos());
         writeln!(

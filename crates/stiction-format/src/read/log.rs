@@ -407,3 +407,59 @@ impl Reader<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{gallery, read};
+
+    fn model() -> ModelFile {
+        let text = gallery::get("five-bar").unwrap();
+        read(&Source::new("five-bar.toml", text), &|_| Err("no files".into())).unwrap()
+    }
+
+    fn log(header: &str, rows: &[&str], renamed: &[Renamed]) -> Result<Log, Diagnostics> {
+        let mut text = format!("{header}\n");
+        for k in 0..30 {
+            text += &format!("{},1,{k},3\n", 0.01 * f64::from(k));
+        }
+        for row in rows {
+            text += row;
+            text.push('\n');
+        }
+        model().read_log("log.csv", Contents::Whole(text), renamed)
+    }
+
+    #[test]
+    fn units_and_renamed_columns() {
+        let renamed = [
+            Renamed {
+                column: "q2".into(),
+                meaning: "right_motor [deg]".into(),
+                factor: -2.0,
+                offset: 90.0,
+            },
+            Renamed { column: "spare".into(), meaning: String::new(), factor: 1.0, offset: 0.0 },
+        ];
+        let found = log("time [ms],left_motor.effort [mN m],q2,spare", &[], &renamed).unwrap();
+        assert!((found.times[2] - 2e-5).abs() < 1e-18);
+        assert_eq!(found.columns[0].role, LogRole::Effort(0));
+        assert!((found.columns[0].values[0] - 1e-3).abs() < 1e-18);
+        // 90 - 2 * 5 degrees.
+        assert!((found.columns[1].values[5] - 80f64.to_radians()).abs() < 1e-15);
+        assert_eq!(found.columns[2].role, LogRole::Unused);
+    }
+
+    #[test]
+    fn bad_rows_have_a_line_and_a_reason() {
+        let header = "time [s],left_motor.effort,left_motor,right_motor";
+        let rows = ["0.3,,was -8.9,1", "0.31,1,1e999,2", "0.32,1", "0.1,1,1,1", "0.33,1,5.3e-43,1"];
+        let found = log(header, &rows, &[]).unwrap();
+        assert_eq!((found.times.len(), found.bad_rows.count), (31, 4));
+        let lines: Vec<usize> = found.bad_rows.named.iter().map(|(line, _)| *line).collect();
+        assert_eq!(lines, [32, 33, 34, 35]);
+        assert!(found.bad_rows.named[0].1.contains("is empty"));
+        assert!(found.bad_rows.named[3].1.contains("does not follow"));
+        assert!(log(header, &["x,1,1,1"; 40], &[]).is_err());
+    }
+}

@@ -3,10 +3,12 @@
 //! [`IdentifySettings`] hold what the options say, [`identify`] computes an [`Identified`], which writes the
 //! summary, the JSON object and the model file.
 
+mod chosen;
 mod options;
 mod prepare;
 mod run;
 mod sanity;
+mod selection;
 mod words;
 
 pub use options::{IdentifySettings, LogSettings, TEMPLATE};
