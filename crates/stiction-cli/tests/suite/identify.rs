@@ -179,7 +179,7 @@ fn unusable_input_is_refused() {
         folder.stiction(&[&["identify", "five-bar", log][..], more].concat())
     };
     run("missing.csv", &[]).fails(2, &["cannot read missing.csv"]);
-    run("short.csv", &[]).fails(2, &["short.csv"]);
+    run("short.csv", &[]).fails(2, &["independent samples", "for 65 parameters"]);
     run("unknown.csv", &[]).fails(2, &["left_moter", "left_motor"]);
     run("unit.csv", &[]).fails(2, &["the unit of `left_motor.effort`"]);
     run("effort.csv", &[]).fails(2, &["left_elbow", "has no actuator"]);
