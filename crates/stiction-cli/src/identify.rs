@@ -113,7 +113,7 @@ fn write(
     outputs.write(RESULT, format!("{:#}\n", identified.to_json()).as_bytes())?;
     let is_exported = identified.verdict != FitVerdict::Failed || options.force;
     if is_exported {
-        let text = identified.model_text(robot.model()).map_err(|why| Failure::no_answer(why))?;
+        let text = identified.model_text(robot.model()).map_err(Failure::no_answer)?;
         outputs.write(MODEL, text.as_bytes())?;
     } else {
         let text = format!("note: the fit failed, so {MODEL} is not written; --force writes it");

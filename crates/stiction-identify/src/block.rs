@@ -35,7 +35,8 @@ impl Rows {
         self.len() == 0
     }
 
-    /// Residuals for values as differences from the prior in inertial parameters, see [`Problem`](crate::Problem).
+    /// Residuals for these values; those of inertial parameters are differences from the prior, because the
+    /// model without friction is subtracted from `right`.
     pub fn residuals(&self, values: &DVector<f64>) -> DVector<f64> {
         &self.right - &self.matrix * values
     }

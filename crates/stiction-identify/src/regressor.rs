@@ -319,9 +319,8 @@ impl Regressor {
         force.dot(twist.velocity_at(origin)) + moment.dot(twist.angular)
     }
 
-    /// Normal load of each friction interface, N, for these values of the parameters, with friction
-    /// and reactions converged. `mechanism_values` writes them to engine parameters once per sweep:
-    /// see [`Self::engine_parameters`].
+    /// Normal load of each friction interface, N, with friction and reactions converged. `engine` are
+    /// the parameters of [`Self::engine_parameters`], `data` those of [`Self::engine_data`].
     ///
     /// # Errors
     /// The reason why there are no forces.
