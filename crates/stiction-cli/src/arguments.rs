@@ -116,6 +116,8 @@ pub(crate) enum Command {
     Equilibrium(Equilibrium),
     /// Linear model about an operating point: A, B, C, D in independent coordinates, and its eigenvalues
     Linearize(Linearize),
+    /// Inertia and friction from logged positions and efforts, with what the logs cannot tell
+    Identify(crate::identify::Identify),
     /// A study that ships with the program: `zhang2018`, a paper equation by equation
     Study(Study),
     /// Write an assembled mechanism in a format of other programs

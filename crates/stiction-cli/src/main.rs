@@ -33,6 +33,7 @@ mod export;
 mod failure;
 mod fold;
 mod forward;
+mod identify;
 mod inverse;
 mod manners;
 mod models;
@@ -90,6 +91,7 @@ fn run() -> ExitCode {
         Some(Command::Inverse(options)) => inverse::run(&options),
         Some(Command::Compare(options)) => compare::run(&options),
         Some(Command::Forward(options)) => forward::run(&options),
+        Some(Command::Identify(options)) => identify::run(&options),
         Some(Command::Sweep(options)) => sweep::run(&options),
         Some(Command::Check(options)) => check::run(&options),
         Some(Command::View(options)) => view::run(&options),

@@ -52,6 +52,7 @@ mod error;
 pub mod exchange;
 mod follower;
 pub mod forward;
+pub mod identify;
 mod instants;
 pub mod inverse;
 mod job;

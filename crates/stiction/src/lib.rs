@@ -55,6 +55,7 @@ mod explain;
 mod export;
 mod files;
 pub mod forward;
+mod identify;
 mod inverse;
 mod names;
 mod operating_point;

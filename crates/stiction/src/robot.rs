@@ -199,6 +199,18 @@ impl Robot {
         &self.names
     }
 
+    /// Contents of a recording.
+    pub(crate) fn contents_of(&self, file: &str) -> Result<Contents, Error> {
+        let read = self.contents(file);
+        read.map_err(|reason| Error::input(format!("cannot read {file}: {reason}")))
+    }
+
+    /// Text of a short file.
+    pub(crate) fn file_text(&self, path: &Path) -> Result<String, Error> {
+        let read = self.files.text(path);
+        read.map_err(|reason| Error::input(format!("cannot read {}: {reason}", path.display())))
+    }
+
     fn contents(&self, file: &str) -> Result<Contents, String> {
         self.files.contents(Path::new(file))
     }

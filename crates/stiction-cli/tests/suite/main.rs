@@ -10,6 +10,7 @@ mod export;
 mod findings;
 mod forward;
 mod hostile;
+mod identify;
 mod inverse;
 mod npz;
 mod program;

@@ -353,7 +353,7 @@ impl<T: Scalar> Bodies<T> {
     }
 
     /// Rate and acceleration of a joint's degree of freedom with its given coordinate.
-    pub(crate) fn joint_motion(
+    pub fn joint_motion(
         &self,
         topology: &Topology,
         parameters: &Parameters<T>,

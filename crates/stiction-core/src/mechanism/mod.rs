@@ -5,6 +5,7 @@
 //! is consistent and immutable.
 
 mod builder;
+mod changed;
 mod compliance;
 mod defect;
 mod drive_train;
@@ -15,6 +16,7 @@ mod spring;
 mod warning;
 
 pub use builder::{BodySpec, JointSpec, MechanismBuilder};
+pub use changed::Changeable;
 pub use compliance::Compliance;
 pub use defect::{Defect, Defects};
 pub use drive_train::{

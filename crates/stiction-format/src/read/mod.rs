@@ -19,6 +19,7 @@ mod given;
 mod joint;
 mod legs;
 mod load;
+mod log;
 mod measured;
 mod motion;
 mod names;
@@ -29,6 +30,7 @@ mod spring;
 mod waypoints;
 
 pub use draft::Draft;
+pub use log::{Log, LogColumn, LogRole, Renamed, Rows};
 
 use crate::parameters::Parameters;
 

@@ -10,10 +10,12 @@
 //! Where rest is consistent with the samples, the signal rests exactly: see [`rest`].
 
 mod knots;
+mod low_pass;
 mod rest;
 mod samples;
 mod suggestion;
 
+pub use low_pass::{LowPass, Smooth};
 pub(crate) use rest::Rest;
 pub(crate) use samples::Samples;
 pub(crate) use suggestion::suggest;

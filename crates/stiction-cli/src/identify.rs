@@ -1,0 +1,127 @@
+//! `stiction identify`: inertia and friction from measured logs.
+
+use crate::failure::Failure;
+use crate::fold::folded;
+use crate::outputs::Outputs;
+use crate::print;
+use crate::sources::{self, warn};
+use crate::written::note_files;
+use clap::Args;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use stiction::run::identify::{Identified, IdentifySettings, TEMPLATE};
+use stiction_format::hertz;
+use stiction_identify::FitVerdict;
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction identify robot.toml log.csv -o results\n\
+    \x20 stiction identify robot.toml light.csv heavy.csv check.csv --options log.toml -o results\n\
+    \x20 stiction identify --template > log.toml")]
+pub(crate) struct Identify {
+    /// A model file, or the name of a built-in model (`stiction models`); its values are the start
+    #[arg(value_name = "MODEL", required_unless_present = "template")]
+    pub(crate) model: Option<OsString>,
+    /// Logs: CSV files with `time [s]`, coordinates like `leg1.P [m]`, and efforts like `leg1.P.effort [N]`,
+    /// `A.motor_torque [N m]` or `A.current [A]`
+    #[arg(value_name = "LOG", required_unless_present = "template")]
+    pub(crate) logs: Vec<String>,
+    /// Options in a TOML file: payloads, units, which log is for prediction, held and tied parameters
+    /// [default: the file with the name of the first log that ends in .toml, if there is one]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) options: Option<PathBuf>,
+    /// Print a file of options with every key
+    #[arg(long)]
+    pub(crate) template: bool,
+    /// Cut-off frequency of the zero-phase low-pass filter, in Hz or with a unit ("10 Hz") [default: as
+    /// the options say, else what the positions suggest]
+    #[arg(long, value_name = "FREQUENCY", value_parser = hertz, allow_negative_numbers = true)]
+    pub(crate) filter: Option<f64>,
+    /// Change a value of the model; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Write identified.toml from a failed fit, too
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Write identified.toml and identify.json into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print the results or the error as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Names of the files.
+const MODEL: &str = "identified.toml";
+const RESULT: &str = "identify.json";
+
+pub(crate) fn run(options: &Identify) -> Result<(), Failure> {
+    execute(options).map_err(|failure| failure.into_json(options.json))
+}
+
+fn execute(options: &Identify) -> Result<(), Failure> {
+    if options.template {
+        return print(TEMPLATE);
+    }
+    // clap requires the model without --template.
+    let Some(name) = options.model.as_deref() else { return Ok(()) };
+    let robot = sources::robot(name, &options.set)?;
+    warn(robot.warnings());
+    let beside = options.logs.first().map(|log| PathBuf::from(log).with_extension("toml"));
+    let file = options.options.clone().or_else(|| {
+        // The model itself may lie beside a log of the same name.
+        beside.filter(|path| path.is_file() && path.as_os_str() != name)
+    });
+    let mut settings = match &file {
+        Some(path) => robot.identify_settings(path)?,
+        None => IdentifySettings::default(),
+    };
+    if options.filter.is_some() {
+        settings.filter = options.filter;
+    }
+    let logs = options
+        .logs
+        .iter()
+        .map(|log| robot.measured_log(log, &settings))
+        .collect::<Result<Vec<_>, _>>()?;
+    for known in &settings.logs {
+        let is_given = |log: &String| {
+            *log == known.file || log.rsplit(['/', '\\']).next() == Some(known.file.as_str())
+        };
+        if !options.logs.iter().any(is_given) {
+            note!("note: the options describe `{}`, which is not among the logs\n", known.file);
+        }
+    }
+    let outputs =
+        options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+    outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
+    let identified = robot.identify(&logs, &settings)?;
+    match options.json {
+        true => print(&format!("{:#}\n", identified.to_json()))?,
+        false => print(&identified.to_text())?,
+    }
+    let Some(outputs) = outputs else { return Ok(()) };
+    write(options, &robot, &identified, outputs)
+}
+
+fn write(
+    options: &Identify,
+    robot: &stiction::Robot,
+    identified: &Identified,
+    mut outputs: Outputs,
+) -> Result<(), Failure> {
+    outputs.write(RESULT, format!("{:#}\n", identified.to_json()).as_bytes())?;
+    let is_exported = identified.verdict != FitVerdict::Failed || options.force;
+    if is_exported {
+        let text = identified.model_text(robot.model()).map_err(Failure::no_answer)?;
+        outputs.write(MODEL, text.as_bytes())?;
+    } else {
+        let text = format!("note: the fit failed, so {MODEL} is not written; --force writes it");
+        note!("{}", folded(&text));
+    }
+    let files = outputs.complete(&[MODEL, RESULT])?;
+    if !options.json {
+        note_files(&files, true);
+    }
+    Ok(())
+}

@@ -1,0 +1,88 @@
+//! The filter as a linear operator on any signals, for measured efforts and the columns that explain them.
+
+use super::{Equations, Samples, filter, knots_needed, suggest};
+use crate::signal::Signal;
+
+/// Low-pass filter without phase shift, with its cut-off frequency (-3 dB) over a span of time. It acts
+/// alike on every signal, so a relation that is linear in the signals holds between the filtered ones.
+#[derive(Clone, Copy, Debug)]
+pub struct LowPass {
+    cutoff: f64,
+    ends: (f64, f64),
+}
+
+/// A filtered coordinate.
+#[derive(Clone, Debug)]
+pub struct Smooth {
+    /// Value, rate and acceleration over time; at rest exactly where rest agrees with the samples.
+    pub signal: Signal,
+    /// Standard deviation of what the filter removes.
+    pub removed: f64,
+    /// Standard deviation of the acceleration that noise leaves.
+    pub acceleration_noise: f64,
+}
+
+impl LowPass {
+    /// Filter with a cut-off frequency, Hz, between two times, s.
+    pub fn new(cutoff: f64, ends: (f64, f64)) -> Self {
+        Self { cutoff, ends }
+    }
+
+    /// Cut-off frequency, Hz, that suits signals sampled at `times`; `None` for short recordings.
+    pub fn suggested(times: &[f64], signals: &[Vec<f64>]) -> Option<f64> {
+        suggest(times, signals)
+    }
+
+    /// Number of equations for each signal.
+    pub fn equations(&self) -> f64 {
+        knots_needed(self.cutoff, self.ends.1 - self.ends.0)
+    }
+
+    /// Filters coordinates with their derivatives.
+    pub fn smooth(&self, times: &[f64], signals: &[Vec<f64>]) -> Vec<Smooth> {
+        let mut samples = Samples::new(self.cutoff, self.ends, signals.len());
+        let mut row = vec![0.0; signals.len()];
+        for (k, &time) in times.iter().enumerate() {
+            for (value, signal) in row.iter_mut().zip(signals) {
+                *value = signal[k];
+            }
+            samples.push(time, &row);
+        }
+        let filtered = filter(&samples.finish()).into_iter();
+        let smooth = filtered.map(|filtered| Smooth {
+            signal: Signal::curve(filtered.curve),
+            removed: filtered.removed,
+            acceleration_noise: filtered.acceleration_noise,
+        });
+        smooth.collect()
+    }
+
+    /// Filters signals that `row` writes for each of `times`, and returns their values at other times, a
+    /// row for each. The memory needed does not grow with the number of samples.
+    pub fn apply(
+        &self,
+        times: &[f64],
+        signals: usize,
+        mut row: impl FnMut(usize, &mut [f64]),
+        at: &[f64],
+    ) -> Vec<Vec<f64>> {
+        let mut equations = Equations::new(self.cutoff, self.ends, signals);
+        let mut values = vec![0.0; signals];
+        for (k, &time) in times.iter().enumerate() {
+            row(k, &mut values);
+            let before = k.checked_sub(1).map_or(time, |k| times[k]);
+            let after = times.get(k + 1).copied().unwrap_or(time);
+            let ends = if k == 0 || k + 1 == times.len() { 1.0 } else { 0.5 };
+            equations.push(time, &values, ends * (after - before));
+        }
+        let factored = equations.matrix().factor();
+        let mut rights = std::mem::take(&mut equations.rights);
+        rights.iter_mut().for_each(|right| factored.solve(right));
+        let value = |t: f64| {
+            let (first, splines) = equations.knots.splines_at(t);
+            let one = |c: &Vec<f64>| c.iter().skip(first).zip(&splines).map(|(c, b)| c * b).sum();
+            rights.iter().map(one).collect()
+        };
+        at.iter().map(|&t| value(t)).collect()
+    }
+}

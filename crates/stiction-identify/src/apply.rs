@@ -1,0 +1,122 @@
+//! Writes identified values into a mechanism.
+
+use crate::parameter::{Kind, Parameter};
+use crate::physical;
+use stiction_core::friction::{Curve, JointFriction, Law};
+use stiction_core::joint::Motion;
+use stiction_core::mechanism::{Changeable, Mechanism};
+
+/// Coefficient that carries friction independent of the load, in a joint whose identified coefficient is
+/// zero: the normal load of the joint then changes friction by less than one part in 10^6.
+const CARRIER: f64 = 1e-9;
+
+/// Sets the coefficient of a law; coefficients at rest and in tables change in the same ratio.
+pub(crate) fn scale_law(law: &mut Law, mu: f64) {
+    let ratio = if law.mu > 0.0 { mu / law.mu } else { 1.0 };
+    match &mut law.curve {
+        Curve::Constant => {}
+        Curve::Static { mu_static } | Curve::Stribeck { mu_static, .. } => {
+            *mu_static = (*mu_static * ratio).max(mu);
+        }
+        Curve::Table(rows) => rows.iter_mut().for_each(|row| row[1] *= ratio),
+    }
+    law.mu = mu;
+}
+
+/// The mechanism with identified values, one for each of `parameters`. Offsets and terms belong to the
+/// logs and are left out.
+pub fn applied(mechanism: &Mechanism, parameters: &[Parameter], values: &[f64]) -> Mechanism {
+    let actuators: Vec<_> = mechanism.actuators().collect();
+    mechanism.with_changes(|Changeable { bodies, joints, drive_trains }| {
+        for (body, inertial) in physical::bodies(parameters, values) {
+            if inertial[0] > 0.0 {
+                let (mass, com, inertia) = physical::central(&inertial);
+                let body = &mut bodies[body];
+                (body.mass, body.com, body.inertia) = (mass, com, inertia);
+            }
+        }
+        let interfaces: Vec<(usize, usize)> = joints
+            .iter()
+            .enumerate()
+            .flat_map(|(joint, content)| (0..content.friction.len()).map(move |k| (joint, k)))
+            .collect();
+        let mut coulomb = vec![0.0; interfaces.len()];
+        for (parameter, &value) in parameters.iter().zip(values) {
+            match parameter.kind {
+                Kind::Rotor(train) => drive_trains[train].rotor_inertia = value,
+                Kind::Mu(i) => {
+                    let (joint, k) = interfaces[i];
+                    let friction = &mut joints[joint].friction[k];
+                    scale_law(&mut friction.law, value);
+                    if let Some(law) = &mut friction.backward {
+                        scale_law(law, value);
+                    }
+                }
+                Kind::Viscous(i) => {
+                    let (joint, k) = interfaces[i];
+                    let arm = arm(&joints[joint].friction[k], joints[joint].pitch);
+                    joints[joint].friction[k].law.viscous = value / (arm * arm);
+                }
+                Kind::Coulomb(i) => coulomb[i] = value,
+                Kind::DriveCoulomb(index) | Kind::DriveViscous(index) => {
+                    let (joint, dof) = actuators[index];
+                    let train = drive_trains.iter_mut().find(|train| {
+                        train.dofs.len() == 1
+                            && (train.dofs[0].joint, train.dofs[0].dof) == (joint, dof)
+                    });
+                    let is_coulomb = matches!(parameter.kind, Kind::DriveCoulomb(_));
+                    if let Some(train) = train {
+                        let n = train.transmission();
+                        match is_coulomb {
+                            true => train.motor_friction.constant = value / n.abs(),
+                            false => train.motor_friction.viscous = value / (n * n),
+                        }
+                    } else if value > 0.0 {
+                        declare(&mut joints[joint.0], dof, is_coulomb, value);
+                    }
+                }
+                _ => {}
+            }
+        }
+        for (&(joint, k), value) in interfaces.iter().zip(coulomb) {
+            let pitch = joints[joint].pitch;
+            let friction = &mut joints[joint].friction[k];
+            let has_coulomb = parameters.iter().any(|p| matches!(p.kind, Kind::Coulomb(_)));
+            if !has_coulomb {
+                continue;
+            }
+            let force = value / arm(friction, pitch);
+            if friction.law.mu <= 0.0 && force > 0.0 {
+                scale_law(&mut friction.law, CARRIER);
+            }
+            friction.load.preload =
+                if friction.law.mu > 0.0 { force / friction.law.mu } else { 0.0 };
+        }
+    })
+}
+
+/// Declares friction of an actuated joint that has none in the model.
+fn declare(joint: &mut stiction_core::mechanism::Joint, dof: usize, is_coulomb: bool, value: f64) {
+    let turns = joint.joint_type.dofs()[dof].motion == Motion::Rotation;
+    if joint.friction.is_empty() {
+        let law = Law::coulomb_viscous(0.0, 0.0);
+        joint.friction.push(if turns {
+            JointFriction::round(1.0, law)
+        } else {
+            JointFriction::guide(law)
+        });
+    }
+    let friction = &mut joint.friction[0];
+    if is_coulomb {
+        friction.law.mu = CARRIER;
+        friction.load.preload = value / CARRIER;
+    } else {
+        friction.law.viscous = value;
+    }
+}
+
+fn arm(friction: &JointFriction, pitch: f64) -> f64 {
+    // Of a thread, the way along the helix.
+    let radius = friction.radius.unwrap_or(1.0);
+    if pitch != 0.0 { radius.hypot(pitch) } else { radius }
+}

@@ -1,0 +1,43 @@
+//! Rows of the regression: the efforts of one actuator in one log.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Rows of one actuator in one log, in the order of time.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    /// Effort per unit of each parameter (columns), at each instant (rows).
+    pub matrix: DMatrix<f64>,
+    /// Measured effort less that of the model without friction, N or N m.
+    pub right: DVector<f64>,
+    /// Measured effort, N or N m.
+    pub measured: DVector<f64>,
+    /// Number of each instant on the equal time grid of the log; instants left out are missing.
+    pub steps: Vec<usize>,
+}
+
+/// Rows of one log.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Rows of each actuator.
+    pub channels: Vec<Rows>,
+    /// Independent samples per row: rows closer than half a period of the filter repeat each other.
+    pub independence: f64,
+}
+
+impl Rows {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.right.len()
+    }
+
+    /// True without rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Residuals for these values; those of inertial parameters are differences from the prior, because the
+    /// model without friction is subtracted from `right`.
+    pub fn residuals(&self, values: &DVector<f64>) -> DVector<f64> {
+        &self.right - &self.matrix * values
+    }
+}

@@ -1,0 +1,382 @@
+//! Estimation: weighted, robust least squares pulled to the model, kept physical.
+//!
+//! Equations (I3) and (I4) of the book's theory.
+
+use crate::block::Block;
+use crate::covariance::covariance;
+use crate::minimum::inverse_positive;
+use crate::parameter::Parameter;
+use nalgebra::{DMatrix, DVector};
+
+/// Settings of the estimation.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Strength of the prior of inertias, in equivalent independent samples; `None` lets left-out
+    /// blocks choose it.
+    pub strength: Option<f64>,
+    /// Length that makes inertias of thin bodies definite, m.
+    pub radius: f64,
+    /// Parameters that keep their prior value.
+    pub held: Vec<bool>,
+    /// Groups of parameters with one common value.
+    pub tied: Vec<Vec<usize>>,
+}
+
+/// Regression problem: rows of all logs for a fit, and the priors.
+#[derive(Clone, Debug)]
+pub struct Problem<'a> {
+    /// The parameters.
+    pub parameters: &'a [Parameter],
+    /// Rows of each log.
+    pub blocks: &'a [Block],
+    /// Settings.
+    pub options: &'a Options,
+}
+
+/// Estimated values and what is known about them.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// Values, in the order of the parameters, SI units.
+    pub values: Vec<f64>,
+    /// Standard deviations: noise of the data by its colour, and what the prior leaves open.
+    pub sigmas: Vec<f64>,
+    /// Part of each value that the data, not the prior, determine: from 0 to 1.
+    pub resolution: Vec<f64>,
+    /// Correlations of the errors.
+    pub correlation: DMatrix<f64>,
+    /// Covariance of the errors, SI units.
+    pub covariance: DMatrix<f64>,
+    /// Strength of the prior, in equivalent independent samples.
+    pub strength: f64,
+    /// Standard deviation of the residuals of each actuator, N or N m.
+    pub noise: Vec<f64>,
+    /// Mean square of weighted residuals of blocks left out, over that of the fit.
+    pub left_out_ratio: f64,
+    /// Mean square of weighted residuals of blocks left out without any prior, over that of the fit;
+    /// infinite if the data alone determine nothing.
+    pub left_out_ratio_plain: f64,
+    /// Independent samples of all rows.
+    pub samples: f64,
+}
+
+/// Pieces of a log, each left out once.
+const FOLDS: usize = 5;
+/// Strengths of the prior that are compared.
+const STRENGTHS: [f64; 13] =
+    [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4];
+/// Residual, in standard deviations, beyond which a row loses weight (Huber).
+const HUBER: f64 = 2.5;
+
+/// Sums of one piece of the data: `sum w M^T M`, `sum w M^T y`, `sum w y^2`, rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Normal {
+    pub(crate) matrix: DMatrix<f64>,
+    pub(crate) right: DVector<f64>,
+    square: f64,
+    rows: f64,
+}
+
+impl Normal {
+    fn zero(size: usize) -> Self {
+        Self {
+            matrix: DMatrix::zeros(size, size),
+            right: DVector::zeros(size),
+            square: 0.0,
+            rows: 0.0,
+        }
+    }
+
+    fn add(&mut self, other: &Self, sign: f64) {
+        self.matrix += &other.matrix * sign;
+        self.right += &other.right * sign;
+        self.square += sign * other.square;
+        self.rows += sign * other.rows;
+    }
+
+    /// Weighted sum of squared residuals.
+    pub(crate) fn cost(&self, x: &DVector<f64>) -> f64 {
+        self.square - 2.0 * self.right.dot(x) + x.dot(&(&self.matrix * x))
+    }
+}
+
+/// Free coordinates `z` of the values: `theta = base + T z`, with held and tied parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct Map {
+    pub(crate) base: DVector<f64>,
+    pub(crate) matrix: DMatrix<f64>,
+}
+
+impl Problem<'_> {
+    /// Estimates all parameters.
+    pub fn solve(&self) -> Estimate {
+        self.solve_with(true)
+    }
+
+    fn solve_with(&self, compares: bool) -> Estimate {
+        let map = self.map();
+        let shift = self.shift();
+        let channels = self.blocks.first().map_or(0, |block| block.channels.len());
+        let mut noise = vec![1.0; channels];
+        let mut weights: Vec<Vec<Vec<f64>>> = self
+            .blocks
+            .iter()
+            .map(|block| block.channels.iter().map(|rows| vec![1.0; rows.len()]).collect())
+            .collect();
+        for (channel, noise) in noise.iter_mut().enumerate() {
+            let all = self.blocks.iter().map(|block| &block.channels[channel]);
+            let (sum, count) =
+                all.fold((0.0, 0), |(s, n), rows| (s + rows.right.norm_squared(), n + rows.len()));
+            *noise = (sum / count.max(1) as f64).sqrt().max(1e-300);
+        }
+        let mut strength = self.options.strength.unwrap_or(1.0);
+        let mut values =
+            DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.prior));
+        let mut ratios = (1.0, f64::INFINITY);
+        const ROUNDS: usize = 5;
+        for round in 0..ROUNDS {
+            let pieces = self.pieces(&map, &shift, &noise, &weights);
+            let mut total = Normal::zero(map.matrix.ncols());
+            pieces.iter().for_each(|piece| total.add(piece, 1.0));
+            if compares && round + 2 == ROUNDS {
+                let (best, ratio, plain) = self.chosen_strength(&map, &pieces, &total);
+                strength = self.options.strength.unwrap_or(best);
+                ratios = (ratio, plain);
+            }
+            let z = self.minimum(&map, &total, strength);
+            values = &map.base + &map.matrix * z;
+            let at = &values - &shift;
+            for (channel, noise) in noise.iter_mut().enumerate() {
+                let mut squares = Vec::new();
+                for block in self.blocks {
+                    let residuals = block.channels[channel].residuals(&at);
+                    squares.extend(residuals.iter().map(|r| r.abs()));
+                }
+                if squares.is_empty() {
+                    continue;
+                }
+                // The median resists outliers; the floor keeps exact data finite.
+                squares.sort_by(f64::total_cmp);
+                let median = squares[squares.len() / 2] / 0.6745;
+                let rms =
+                    (squares.iter().map(|r| r * r).sum::<f64>() / squares.len() as f64).sqrt();
+                let largest: f64 = self
+                    .blocks
+                    .iter()
+                    .flat_map(|block| block.channels[channel].measured.iter())
+                    .fold(0.0, |max, y| y.abs().max(max));
+                *noise = median.max(0.05 * rms).max(1e-10 * largest).max(1e-300);
+            }
+            for (block, weights) in self.blocks.iter().zip(&mut weights) {
+                for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(&noise) {
+                    let residuals = rows.residuals(&at);
+                    for (weight, residual) in weights.iter_mut().zip(residuals.iter()) {
+                        *weight = (HUBER * noise / residual.abs()).min(1.0);
+                    }
+                }
+            }
+        }
+        self.described(&map, &shift, values, strength, noise, &weights, ratios)
+    }
+
+    /// Estimates with the strength of the prior of another estimate, without comparing others.
+    pub fn solve_fixed(&self, before: &Estimate) -> Estimate {
+        let options = Options { strength: Some(before.strength), ..self.options.clone() };
+        Problem { options: &options, ..self.clone() }.solve_with(false)
+    }
+
+    /// Known efforts contain the model's inertias, so rows multiply differences from these.
+    fn shift(&self) -> DVector<f64> {
+        let each = self.parameters.iter().map(|p| if p.body().is_some() { p.prior } else { 0.0 });
+        DVector::from_iterator(self.parameters.len(), each)
+    }
+
+    pub(crate) fn map(&self) -> Map {
+        let count = self.parameters.len();
+        let prior = DVector::from_iterator(count, self.parameters.iter().map(|p| p.prior));
+        let mut base = DVector::zeros(count);
+        let mut columns: Vec<Vec<usize>> = Vec::new();
+        let mut done = vec![false; count];
+        for k in 0..count {
+            if self.options.held[k] {
+                base[k] = prior[k];
+                done[k] = true;
+            }
+        }
+        for group in &self.options.tied {
+            let group: Vec<usize> = group.iter().copied().filter(|&k| !done[k]).collect();
+            group.iter().for_each(|&k| done[k] = true);
+            if !group.is_empty() {
+                columns.push(group);
+            }
+        }
+        for k in 0..count {
+            if !done[k] {
+                columns.push(vec![k]);
+            }
+        }
+        columns.sort();
+        let mut matrix = DMatrix::zeros(count, columns.len());
+        for (column, group) in columns.iter().enumerate() {
+            for &k in group {
+                matrix[(k, column)] = self.parameters[k].scale.max(1e-300);
+            }
+        }
+        // Members of a group get one value: the scale of its first.
+        for (column, group) in columns.iter().enumerate() {
+            let first = matrix[(group[0], column)];
+            for &k in group {
+                matrix[(k, column)] = first;
+            }
+        }
+        Map { base, matrix }
+    }
+
+    /// Sums over pieces of all logs, in free coordinates; `right` is that of differences.
+    fn pieces(
+        &self,
+        map: &Map,
+        shift: &DVector<f64>,
+        noise: &[f64],
+        weights: &[Vec<Vec<f64>>],
+    ) -> Vec<Normal> {
+        let size = map.matrix.ncols();
+        let mut pieces = Vec::new();
+        for (block, weights) in self.blocks.iter().zip(weights) {
+            let last = block.channels.iter().filter_map(|rows| rows.steps.last()).max();
+            let length = last.map_or(1, |last| last + 1).div_ceil(FOLDS).max(1);
+            let mut own = vec![Normal::zero(size); FOLDS];
+            for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(noise) {
+                let mut from = 0;
+                for (fold, piece) in own.iter_mut().enumerate() {
+                    let end = (fold + 1) * length;
+                    let until = rows.steps.partition_point(|step| *step < end);
+                    if until > from {
+                        let matrix = rows.matrix.rows(from, until - from);
+                        let offset = &map.base - shift;
+                        let mut right = rows.right.rows(from, until - from) - matrix * &offset;
+                        let mut scaled = matrix * &map.matrix;
+                        for (row, weight) in weights[from..until].iter().enumerate() {
+                            let factor = (weight * block.independence).sqrt() / noise;
+                            scaled.row_mut(row).scale_mut(factor);
+                            right[row] *= factor;
+                        }
+                        piece.matrix.gemm_tr(1.0, &scaled, &scaled, 1.0);
+                        piece.right += scaled.tr_mul(&right);
+                        piece.square += right.norm_squared();
+                        piece.rows += (until - from) as f64 * block.independence;
+                    }
+                    from = until;
+                }
+            }
+            pieces.extend(own.into_iter().filter(|piece| piece.rows > 0.0));
+        }
+        pieces
+    }
+
+    /// The strength whose fits predict left-out pieces best; among those within one standard error of
+    /// the best the strongest. Also the mean square of left-out residuals over that of the fit, for it and
+    /// for the weakest prior.
+    fn chosen_strength(&self, map: &Map, pieces: &[Normal], total: &Normal) -> (f64, f64, f64) {
+        let scored = |strength: f64| -> Vec<f64> {
+            let folds = pieces.len().clamp(1, FOLDS);
+            // Pieces of all logs with the same place are left out together.
+            (0..folds)
+                .map(|fold| {
+                    let mut rest = total.clone();
+                    let mut out = Normal::zero(map.matrix.ncols());
+                    for piece in pieces.iter().skip(fold).step_by(folds) {
+                        rest.add(piece, -1.0);
+                        out.add(piece, 1.0);
+                    }
+                    let z = self.minimum(map, &rest, strength);
+                    out.cost(&z).max(0.0) / out.rows.max(1.0)
+                })
+                .collect()
+        };
+        let mean = |scores: &[f64]| scores.iter().sum::<f64>() / scores.len().max(1) as f64;
+        let fitted = |strength: f64| {
+            let z = self.minimum(map, total, strength);
+            total.cost(&z).max(1e-30) / total.rows.max(1.0)
+        };
+        let all: Vec<(f64, Vec<f64>)> = match self.options.strength {
+            Some(strength) => {
+                vec![(strength, scored(strength)), (STRENGTHS[0], scored(STRENGTHS[0]))]
+            }
+            None => STRENGTHS.iter().map(|&s| (s, scored(s))).collect(),
+        };
+        let weakest =
+            mean(&all.iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(vec![], |a| a.1.clone()));
+        let chosen = match self.options.strength {
+            Some(_) => 0,
+            None => {
+                let best = (0..all.len())
+                    .min_by(|&a, &b| mean(&all[a].1).total_cmp(&mean(&all[b].1)))
+                    .unwrap_or(0);
+                // Differences of the same pieces, not the scatter between pieces, decide.
+                let is_as_good = |k: usize| {
+                    let d: Vec<f64> =
+                        all[k].1.iter().zip(&all[best].1).map(|(a, b)| a - b).collect();
+                    let m = mean(&d);
+                    let spread = d.iter().map(|x| (x - m).powi(2)).sum::<f64>();
+                    let n = d.len() as f64;
+                    m <= (spread / (n * (n - 1.0).max(1.0))).sqrt()
+                };
+                (best..all.len()).rev().find(|&k| is_as_good(k)).unwrap_or(best)
+            }
+        };
+        let strength = all[chosen].0;
+        let ratio = mean(&all[chosen].1) / fitted(strength);
+        (strength, ratio, weakest / fitted(STRENGTHS[0]))
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "results of the last round")]
+    fn described(
+        &self,
+        map: &Map,
+        shift: &DVector<f64>,
+        values: DVector<f64>,
+        strength: f64,
+        noise: Vec<f64>,
+        weights: &[Vec<Vec<f64>>],
+        (left_out_ratio, left_out_ratio_plain): (f64, f64),
+    ) -> Estimate {
+        let pieces = self.pieces(map, shift, &noise, weights);
+        let mut total = Normal::zero(map.matrix.ncols());
+        pieces.iter().for_each(|piece| total.add(piece, 1.0));
+        let z = self.minimum(map, &total, strength);
+        let (priors, precision) = (self.priors(), self.precision(strength));
+        let hessian = self
+            .objective(map, &total, strength, &priors, &precision, &z)
+            .map_or_else(|| total.matrix.clone(), |(.., hessian)| hessian);
+        let size = z.len();
+        let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
+        let meat = covariance(self.blocks, map, &(&values - shift), &noise, total.rows);
+        let open = self.prior_errors(&values, strength, &priors, &precision);
+        let own = map.matrix.tr_mul(&(open * &map.matrix));
+        let free = &inverse * (meat + own) * &inverse;
+        let resolved = (&inverse * &total.matrix).diagonal();
+        let full = &map.matrix * &free * map.matrix.transpose();
+        let count = self.parameters.len();
+        let sigmas: Vec<f64> = (0..count).map(|k| full[(k, k)].max(0.0).sqrt()).collect();
+        let correlation = DMatrix::from_fn(count, count, |i, k| {
+            let size = sigmas[i] * sigmas[k];
+            if size > 0.0 { full[(i, k)] / size } else { 0.0 }
+        });
+        let resolution = (0..count).map(|k| {
+            let column = (0..size).find(|&column| map.matrix[(k, column)] != 0.0);
+            column.map_or(0.0, |column| resolved[column].clamp(0.0, 1.0))
+        });
+        Estimate {
+            resolution: resolution.collect(),
+            values: values.as_slice().to_vec(),
+            sigmas,
+            correlation,
+            covariance: full,
+            strength,
+            noise,
+            left_out_ratio,
+            left_out_ratio_plain,
+            samples: total.rows,
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Identification of inertia and friction of mechanisms with closed loops from measured motions and
+//! efforts. No I/O, no clock, no threads.
+//!
+//! Efforts of a mechanism are linear in its inertial parameters and in friction whose normal loads are
+//! known. A [`Regressor`] computes the columns of this linear function along a motion,
+//! [`BaseParameters`] finds the combinations that a motion can determine, and [`Problem`] estimates
+//! them: weighted, robust, physical, and pulled to the model with a strength that left-out blocks of
+//! the data choose.
+
+mod apply;
+mod base;
+mod block;
+mod covariance;
+mod estimate;
+mod minimum;
+mod parameter;
+pub mod physical;
+mod regressor;
+mod verdict;
+
+pub use apply::applied;
+pub use base::{BaseParameters, Combination};
+pub use block::{Block, Rows};
+pub use estimate::{Estimate, Options, Problem};
+pub use parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
+pub use regressor::{Columns, Regressor, Unsuitable};
+pub use verdict::{FitVerdict, Verdict};

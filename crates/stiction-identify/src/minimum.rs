@@ -1,0 +1,242 @@
+//! Minimum of weighted squares and prior: Newton's method within the physical region.
+//!
+//! Equation (I3) of the book's theory.
+
+use crate::estimate::{Map, Normal, Problem};
+use crate::parameter::Kind;
+use crate::physical::{self, BodyPrior};
+use nalgebra::{DMatrix, DVector};
+
+/// Relative error of the inertias of a model that intervals allow for.
+const PRIOR_ERROR: f64 = 0.3;
+/// Error of the factor of a formula that intervals allow for.
+const TERM_ERROR: f64 = 0.5;
+/// Steps of Newton's method.
+const NEWTON_STEPS: usize = 60;
+
+impl Problem<'_> {
+    /// Priors of all bodies.
+    pub(crate) fn priors(&self) -> Vec<BodyPrior> {
+        let prior: Vec<f64> = self.parameters.iter().map(|p| p.prior).collect();
+        let bodies = physical::bodies(self.parameters, &prior);
+        let each = bodies.iter().filter_map(|(body, inertial)| {
+            let first = self.parameters.iter().position(|p| p.body() == Some(*body))?;
+            BodyPrior::new(first, inertial, self.options.radius)
+        });
+        each.collect()
+    }
+
+    /// Precision of the quadratic prior of each parameter outside bodies, for a strength.
+    pub(crate) fn precision(&self, strength: f64) -> Vec<f64> {
+        let each = self.parameters.iter().map(|p| match p.kind {
+            Kind::Mass(_) | Kind::Moment(..) | Kind::Inertia(..) => 0.0,
+            Kind::Rotor(_) => strength.max(1e-2) / (p.scale * p.scale),
+            Kind::Term(_) => 1.0 / (TERM_ERROR * TERM_ERROR),
+            // Declared coefficients are guesses: their order of magnitude counts, as one sample.
+            _ => 1e-2 / (p.scale * p.scale),
+        });
+        each.collect()
+    }
+
+    /// Minimum of data and prior, in free coordinates, with negative values of non-negative parameters
+    /// held at zero.
+    pub(crate) fn minimum(&self, map: &Map, data: &Normal, strength: f64) -> DVector<f64> {
+        let size = map.matrix.ncols();
+        let mut at_zero = vec![false; size];
+        let mut z = self.start(map);
+        for _ in 0..8 {
+            z = self.newton(map, data, strength, &at_zero, z);
+            let negative: Vec<usize> = (0..size)
+                .filter(|&k| !at_zero[k] && z[k] < 0.0 && self.is_nonnegative(map, k))
+                .collect();
+            if negative.is_empty() {
+                break;
+            }
+            for k in negative {
+                at_zero[k] = true;
+                z[k] = 0.0;
+            }
+        }
+        z
+    }
+
+    fn is_nonnegative(&self, map: &Map, column: usize) -> bool {
+        let first = (0..self.parameters.len()).find(|&k| map.matrix[(k, column)] != 0.0);
+        // The divergence of a body keeps its mass positive.
+        first.is_some_and(|k| {
+            self.parameters[k].is_nonnegative() && self.parameters[k].body().is_none()
+        })
+    }
+
+    fn start(&self, map: &Map) -> DVector<f64> {
+        let mut prior: Vec<f64> = self.parameters.iter().map(|p| p.prior).collect();
+        for body in self.priors() {
+            prior[body.first..body.first + 10].copy_from_slice(&body.prior);
+        }
+        DVector::from_fn(map.matrix.ncols(), |column, _| {
+            let k = (0..prior.len()).find(|&k| map.matrix[(k, column)] != 0.0).unwrap_or(0);
+            prior[k] / map.matrix[(k, column)]
+        })
+    }
+
+    fn newton(
+        &self,
+        map: &Map,
+        data: &Normal,
+        strength: f64,
+        at_zero: &[bool],
+        start: DVector<f64>,
+    ) -> DVector<f64> {
+        let priors = self.priors();
+        let precision = self.precision(strength);
+        let mut z = start;
+        let mut now = self.objective(map, data, strength, &priors, &precision, &z);
+        for _ in 0..NEWTON_STEPS {
+            let Some((value, mut gradient, mut hessian)) = now.take() else { break };
+            for (k, held) in at_zero.iter().enumerate() {
+                if *held {
+                    gradient[k] = 0.0;
+                    hessian.row_mut(k).fill(0.0);
+                    hessian.column_mut(k).fill(0.0);
+                    hessian[(k, k)] = 1.0;
+                }
+            }
+            let Some(step) = solve_positive(&hessian, &gradient) else { break };
+            let decrement = gradient.dot(&step);
+            let mut length = 1.0;
+            let mut best = None;
+            while length > 1e-10 {
+                let next = &z - &step * length;
+                if let Some(found) = self.objective(map, data, strength, &priors, &precision, &next)
+                    && found.0 <= value - 1e-4 * length * decrement
+                {
+                    best = Some((next, found));
+                    break;
+                }
+                length *= 0.5;
+            }
+            let Some((next, found)) = best else { break };
+            z = next;
+            now = Some(found);
+            if decrement < 1e-10 * (1.0 + value.abs()) {
+                break;
+            }
+        }
+        z
+    }
+
+    /// Value, gradient and Hessian of half the weighted squares and the prior.
+    pub(crate) fn objective(
+        &self,
+        map: &Map,
+        data: &Normal,
+        strength: f64,
+        priors: &[BodyPrior],
+        precision: &[f64],
+        z: &DVector<f64>,
+    ) -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
+        let count = self.parameters.len();
+        let values = &map.base + &map.matrix * z;
+        let mut value = 0.5 * data.cost(z);
+        let mut slope = DVector::zeros(count);
+        let mut bend = DMatrix::zeros(count, count);
+        for body in priors {
+            if self.options.held[body.first..body.first + 10].iter().all(|held| *held) {
+                continue;
+            }
+            let found = body.divergence(values.as_slice())?;
+            value += strength * found.value;
+            let first = body.first;
+            for i in 0..10 {
+                slope[first + i] += strength * found.gradient[i];
+                for k in 0..10 {
+                    bend[(first + i, first + k)] += strength * found.hessian[(i, k)];
+                }
+            }
+        }
+        for (k, precision) in precision.iter().enumerate() {
+            let away = values[k] - self.parameters[k].prior;
+            value += 0.5 * precision * away * away;
+            slope[k] += precision * away;
+            bend[(k, k)] += precision;
+        }
+        let gradient = &data.matrix * z - &data.right + map.matrix.tr_mul(&slope);
+        let hessian = &data.matrix + map.matrix.tr_mul(&(bend * &map.matrix));
+        value.is_finite().then_some((value, gradient, hessian))
+    }
+
+    /// Covariance of the pull of the prior, for a model whose own errors are [`PRIOR_ERROR`]. However
+    /// strong the pull, it says no more about a value than the model does.
+    pub(crate) fn prior_errors(
+        &self,
+        values: &DVector<f64>,
+        strength: f64,
+        priors: &[BodyPrior],
+        precision: &[f64],
+    ) -> DMatrix<f64> {
+        let count = self.parameters.len();
+        let mut sum = DMatrix::zeros(count, count);
+        let factor = (PRIOR_ERROR * strength).powi(2);
+        for body in priors {
+            let Some(found) = body.divergence(values.as_slice()) else { continue };
+            for i in 0..10 {
+                for k in 0..10 {
+                    sum[(body.first + i, body.first + k)] += factor * found.hessian[(i, k)];
+                }
+            }
+        }
+        for (k, (precision, p)) in precision.iter().zip(self.parameters).enumerate() {
+            // A declared coefficient may be wrong by its own size.
+            let error = match p.kind {
+                Kind::Rotor(_) => PRIOR_ERROR * p.scale,
+                Kind::Term(_) => TERM_ERROR,
+                _ => precision.sqrt().recip(),
+            };
+            if *precision > 0.0 {
+                sum[(k, k)] += (precision * error).powi(2);
+            }
+        }
+        sum
+    }
+}
+
+/// Solves with a matrix that is positive definite up to rounding.
+fn solve_positive(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let (scales, scaled) = equilibrated(matrix);
+    let mut shift = 0.0;
+    for _ in 0..8 {
+        let mut shifted = scaled.clone();
+        (0..shifted.nrows()).for_each(|k| shifted[(k, k)] += shift);
+        if let Some(factor) = shifted.cholesky() {
+            return Some(factor.solve(&right.component_mul(&scales)).component_mul(&scales));
+        }
+        shift = if shift == 0.0 { 1e-14 } else { 30.0 * shift };
+    }
+    None
+}
+
+pub(crate) fn inverse_positive(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let (scales, scaled) = equilibrated(matrix);
+    let mut shift = 0.0;
+    for _ in 0..8 {
+        let mut shifted = scaled.clone();
+        (0..shifted.nrows()).for_each(|k| shifted[(k, k)] += shift);
+        if let Some(factor) = shifted.cholesky() {
+            let inverse = factor.inverse();
+            return Some(DMatrix::from_fn(inverse.nrows(), inverse.ncols(), |i, k| {
+                inverse[(i, k)] * scales[i] * scales[k]
+            }));
+        }
+        shift = if shift == 0.0 { 1e-14 } else { 30.0 * shift };
+    }
+    None
+}
+
+/// Scales that make the diagonal one, and the scaled matrix.
+fn equilibrated(matrix: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    let scales = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 1.0 });
+    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, k| {
+        matrix[(i, k)] * scales[i] * scales[k]
+    });
+    (scales, scaled)
+}

@@ -1,0 +1,212 @@
+//! Parameters that efforts are linear in, and their catalogue for a mechanism.
+
+use stiction_core::mechanism::{Body, Mechanism};
+use stiction_core::parameters::Parameters;
+use stiction_core::spatial::{Mat3, Vec3};
+
+/// Meaning of a parameter; indices are those of the mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Mass of a body, kg.
+    Mass(usize),
+    /// First moment of a body's mass about its origin along an axis of its frame, kg m.
+    Moment(usize, usize),
+    /// Entry of a body's inertia about its origin in its axes, kg m^2; see [`INERTIA_ENTRIES`].
+    Inertia(usize, usize),
+    /// Moment of inertia of a drive train's rotor, kg m^2.
+    Rotor(usize),
+    /// Coefficient of friction of an interface: friction per normal load.
+    Mu(usize),
+    /// Friction of an interface that does not depend on its load, as an effort of its joint, N or N m.
+    Coulomb(usize),
+    /// Viscous friction of an interface, as an effort of its joint per rate, N s/m or N m s/rad.
+    Viscous(usize),
+    /// Constant friction of an actuated degree of freedom without an interface, N or N m.
+    DriveCoulomb(usize),
+    /// Viscous friction of an actuated degree of freedom without an interface, N s/m or N m s/rad.
+    DriveViscous(usize),
+    /// Constant error of a measured effort, N or N m.
+    Offset(usize),
+    /// Factor of an effort that a formula gives, dimensionless.
+    Term(usize),
+}
+
+/// Rows and columns of the six entries of an inertia: xx, yy, zz, xy, yz, xz.
+pub const INERTIA_ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+
+/// Parameter that efforts are linear in; in `mu` only for given normal loads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name, such as `leg1.rod.mass` or `leg1.P.mu`.
+    pub name: String,
+    /// SI unit; empty for dimensionless parameters.
+    pub unit: &'static str,
+    /// Meaning.
+    pub kind: Kind,
+    /// Value in the model.
+    pub prior: f64,
+    /// Magnitude that makes it comparable with parameters of other units.
+    pub scale: f64,
+}
+
+impl Parameter {
+    /// True if a negative value is not physical.
+    pub fn is_nonnegative(&self) -> bool {
+        !matches!(self.kind, Kind::Moment(..) | Kind::Inertia(..) | Kind::Offset(_) | Kind::Term(_))
+    }
+
+    /// True for mass, first moment and inertia of a body.
+    pub fn body(&self) -> Option<usize> {
+        match self.kind {
+            Kind::Mass(b) | Kind::Moment(b, _) | Kind::Inertia(b, _) => Some(b),
+            _ => None,
+        }
+    }
+}
+
+/// Choice of parameters besides masses and declared friction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Choice {
+    /// Efforts are measured at the motors, so that rotors and motor friction show in them.
+    pub at_motors: bool,
+    /// Estimate a constant error of every measured effort.
+    pub offsets: bool,
+    /// Number of efforts given by formulas.
+    pub terms: usize,
+    /// Estimate inertias of bodies and rotors.
+    pub inertia: bool,
+    /// Estimate friction.
+    pub friction: bool,
+}
+
+impl Choice {
+    /// Inertia and friction, with efforts measured at the joints.
+    pub const ALL: Self =
+        Self { at_motors: false, offsets: false, terms: 0, inertia: true, friction: true };
+}
+
+/// Inertia of a body about its origin, in its axes.
+pub(crate) fn inertia_about_origin(body: &Body) -> Mat3<f64> {
+    let d = body.com;
+    let outer = Mat3::from_columns(d * d.x, d * d.y, d * d.z);
+    let square = d.dot(d);
+    body.inertia + (Mat3::diagonal(Vec3::new(square, square, square)) + outer * -1.0) * body.mass
+}
+
+/// All parameters of a mechanism in a fixed order: bodies, rotors, interfaces, actuators, terms.
+pub fn catalogue(mechanism: &Mechanism, choice: Choice) -> Vec<Parameter> {
+    let mut all = Vec::new();
+    let length = mechanism.characteristic_length();
+    if choice.inertia {
+        bodies(mechanism, length, &mut all);
+        if choice.at_motors {
+            for (index, train) in mechanism.drive_trains().iter().enumerate() {
+                if train.dofs.len() == 1 {
+                    let prior = train.rotor_inertia;
+                    let (name, unit) = (format!("{}.rotor_inertia", train.name), "kg m^2");
+                    let scale = if prior > 0.0 { prior } else { 1e-4 };
+                    all.push(Parameter { name, unit, kind: Kind::Rotor(index), prior, scale });
+                }
+            }
+        }
+    }
+    if choice.friction {
+        friction(mechanism, &mut all);
+    }
+    let joints = mechanism.joints();
+    for (index, (id, dof)) in mechanism.actuators().enumerate() {
+        let joint = &joints[id.0];
+        let name = joint.actuator_name(dof);
+        let linear = joint.joint_type.dofs()[dof].translates();
+        if choice.friction && joint.friction.is_empty() {
+            let train = mechanism.drive_trains().iter().find(|train| {
+                train.dofs.len() == 1 && train.dofs[0].joint == id && train.dofs[0].dof == dof
+            });
+            let motor = train.map(|train| (train.motor_friction, train.transmission()));
+            let coulomb = motor.map_or(0.0, |(friction, n)| friction.constant * n.abs());
+            let viscous = motor.map_or(0.0, |(friction, n)| friction.viscous * n * n);
+            let unit = if linear { "N" } else { "N m" };
+            let kind = Kind::DriveCoulomb(index);
+            let label = format!("{name}.coulomb");
+            all.push(Parameter { name: label, unit, kind, prior: coulomb, scale: scale(coulomb) });
+            let unit = if linear { "N s/m" } else { "N m s/rad" };
+            let kind = Kind::DriveViscous(index);
+            let label = format!("{name}.viscous");
+            all.push(Parameter { name: label, unit, kind, prior: viscous, scale: scale(viscous) });
+        }
+        if choice.offsets {
+            let unit = if linear { "N" } else { "N m" };
+            let kind = Kind::Offset(index);
+            all.push(Parameter {
+                name: format!("{name}.offset"),
+                unit,
+                kind,
+                prior: 0.0,
+                scale: 1.0,
+            });
+        }
+    }
+    for index in 0..choice.terms {
+        let name = format!("term{}", index + 1);
+        all.push(Parameter { name, unit: "", kind: Kind::Term(index), prior: 1.0, scale: 1.0 });
+    }
+    all
+}
+
+fn scale(prior: f64) -> f64 {
+    if prior > 0.0 { prior } else { 1.0 }
+}
+
+fn bodies(mechanism: &Mechanism, length: f64, all: &mut Vec<Parameter>) {
+    let total: f64 = mechanism.bodies().iter().map(|body| body.mass).sum();
+    for (index, body) in mechanism.bodies().iter().enumerate().skip(1) {
+        if body.mass <= 0.0 {
+            // A massless body stands for a joint's carrier; nothing is asked about it.
+            continue;
+        }
+        let mass = body.mass.max(1e-3 * total);
+        let mut push = |suffix: String, unit, kind, prior, scale| {
+            all.push(Parameter {
+                name: format!("{}.{suffix}", body.name),
+                unit,
+                kind,
+                prior,
+                scale,
+            });
+        };
+        push("mass".into(), "kg", Kind::Mass(index), body.mass, mass);
+        for (axis, letter) in ["x", "y", "z"].iter().enumerate() {
+            let prior = body.mass * body.com.component(axis);
+            push(format!("m{letter}"), "kg m", Kind::Moment(index, axis), prior, mass * length);
+        }
+        let inertia = inertia_about_origin(body);
+        for (entry, &(row, column)) in INERTIA_ENTRIES.iter().enumerate() {
+            let letters = ["xx", "yy", "zz", "xy", "yz", "xz"];
+            let kind = Kind::Inertia(index, entry);
+            let prior = inertia.at(row, column);
+            push(format!("i{}", letters[entry]), "kg m^2", kind, prior, mass * length * length);
+        }
+    }
+}
+
+fn friction(mechanism: &Mechanism, all: &mut Vec<Parameter>) {
+    let parameters: Parameters<f64> = Parameters::new(mechanism);
+    let names = mechanism.joints().iter().flat_map(|joint| joint.interface_names());
+    for (index, (interface, name)) in parameters.interfaces.iter().zip(names).enumerate() {
+        let joint = &mechanism.joints()[interface.joint];
+        let linear = joint.joint_type.dofs()[interface.shape.dofs()][0].translates();
+        let arm = interface.arms(joint.pitch)[0].abs();
+        let law = &interface.law;
+        let mut push = |suffix: &str, unit, kind, prior: f64| {
+            let name = format!("{name}.{suffix}");
+            all.push(Parameter { name, unit, kind, prior, scale: scale(prior) });
+        };
+        if law.mu > 0.0 {
+            push("mu", "", Kind::Mu(index), law.mu);
+        }
+        let unit = if linear { "N" } else { "N m" };
+        push("coulomb", unit, Kind::Coulomb(index), law.mu * interface.load.preload * arm);
+        let unit = if linear { "N s/m" } else { "N m s/rad" };
+        push("viscous", unit, Kind::Viscous(index), law.viscous * arm * arm);
+    }
+}

@@ -1,0 +1,418 @@
+//! Columns of the efforts of a mechanism with loops, by the principle of virtual power.
+//!
+//! Equation (I1) of the book's theory.
+
+use crate::parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+use stiction_core::dynamics::{Data, FrictionMode, InverseDynamics, Model, Settings, Status};
+use stiction_core::kinematics::{Bodies, Target};
+use stiction_core::mechanism::Mechanism;
+use stiction_core::parameters::Parameters;
+use stiction_core::spatial::{Mat3, Twist, Vec3};
+use thiserror::Error;
+
+/// Reason why a mechanism, or its prescribed coordinates, cannot be identified.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum Unsuitable {
+    /// Efforts do not follow from the motion.
+    #[error("the mechanism has {actuators} actuators for {coordinates} independent coordinates")]
+    Actuation {
+        /// Number of actuators.
+        actuators: usize,
+        /// Number of coordinates.
+        coordinates: usize,
+    },
+    /// The mechanism cannot be computed at its first position.
+    #[error("{0}")]
+    Singular(String),
+}
+
+/// Efforts at one instant, as a linear function of parameters.
+#[derive(Clone, Debug)]
+pub struct Columns {
+    /// Effort of each actuator (rows) per unit of each parameter (columns); for a coefficient of
+    /// friction per unit of friction force, still to be multiplied by the normal load.
+    pub matrix: DMatrix<f64>,
+    /// Efforts of the model without friction, N or N m.
+    pub known: DVector<f64>,
+    /// Flags of efforts that contain friction of interfaces at rest, which only has limits.
+    pub resting: Vec<bool>,
+    /// Sliding speed of each friction interface, m/s.
+    pub speeds: Vec<f64>,
+}
+
+/// Computes [`Columns`] along a motion.
+#[derive(Clone, Debug)]
+pub struct Regressor {
+    solver: InverseDynamics,
+    model: Model,
+    data: Data<f64>,
+    unit: Data<f64>,
+    parameters: Vec<Parameter>,
+    nominal: Parameters<f64>,
+    virtual_twists: Vec<Vec<Twist<f64>>>,
+    surface_rates: Vec<Vec<[f64; 3]>>,
+}
+
+/// Speed, m/s, below which a friction interface is at rest.
+const REST_SPEED: f64 = 1e-9;
+
+impl Regressor {
+    /// Prepares the computation from a solver at its first position.
+    ///
+    /// # Errors
+    /// The numbers of actuators and coordinates differ, or the position is singular.
+    pub fn new(mut solver: InverseDynamics, choice: Choice) -> Result<Self, Unsuitable> {
+        let coordinates = solver.constraints().coordinates().len();
+        let actuators = solver.mechanism().actuators().count();
+        if coordinates != actuators {
+            return Err(Unsuitable::Actuation { actuators, coordinates });
+        }
+        // A solution compiles the model at this position.
+        solver.settings_mut().friction = FrictionMode::Off;
+        solver.solve(&[]).map_err(|error| Unsuitable::Singular(error.to_string()))?;
+        let model = solver.model().map_err(|error| Unsuitable::Singular(error.to_string()))?;
+        let settings = Settings { friction: FrictionMode::Off, ..Settings::default() };
+        let data = model.data(solver.state(), settings);
+        let parameters = catalogue(solver.mechanism(), choice);
+        let nominal = model.parameters().clone();
+        let unit = data.clone();
+        let interfaces = nominal.interfaces.len();
+        let bodies = solver.mechanism().bodies().len();
+        Ok(Self {
+            solver,
+            model,
+            unit,
+            data,
+            parameters,
+            nominal,
+            virtual_twists: vec![vec![Twist::zero(); bodies]; coordinates],
+            surface_rates: vec![vec![[0.0; 3]; interfaces]; coordinates],
+        })
+    }
+
+    /// The parameters, in the order of the columns.
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// Names of bodies that can spin freely about an axis of their own, such as a rod between two balls:
+    /// their inertia counts as symmetric about it.
+    pub fn spinning_bodies(&self) -> Vec<&str> {
+        let spins = self.model.constraints().spins().iter();
+        spins.map(|spin| self.mechanism().bodies()[spin.body.0].name.as_str()).collect()
+    }
+
+    /// The mechanism.
+    pub fn mechanism(&self) -> &Mechanism {
+        self.solver.mechanism()
+    }
+
+    /// The compiled model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Motion of all bodies of the last [`Self::at`].
+    pub fn bodies(&self) -> &Bodies<f64> {
+        &self.data.kinematics.bodies
+    }
+
+    /// Computes the columns at positions, rates and accelerations of the prescribed coordinates.
+    ///
+    /// # Errors
+    /// The reason why there are no efforts; the position before remains the start of the next call.
+    pub fn at(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Result<Columns, Status> {
+        let status = self.efforts_at(q, v, a);
+        if !status.is_converged() && !self.compiled_again(q, v, a) {
+            return Err(status);
+        }
+        let known = DVector::from_column_slice(self.data.efforts());
+        let count = q.len();
+        let mut rates = vec![0.0; count];
+        let rest = vec![0.0; count];
+        let mut actuation = DMatrix::zeros(count, count);
+        self.unit.start_from(&self.data.state);
+        for k in 0..count {
+            rates.fill(0.0);
+            rates[k] = 1.0;
+            let status = self.model.move_to(&mut self.unit, q, &rates, &rest);
+            if !status.is_converged() {
+                return Err(status);
+            }
+            let bodies = &self.unit.kinematics.bodies;
+            self.virtual_twists[k].clone_from(&bodies.twist);
+            let topology = self.model.topology();
+            for (row, (joint, dof)) in self.mechanism().actuators().enumerate() {
+                actuation[(k, row)] = bodies.joint_rates(topology, joint.0)[dof];
+            }
+            for (index, interface) in self.nominal.interfaces.iter().enumerate() {
+                let pitch = self.nominal.pitch[interface.joint];
+                let surface = bodies.surface_velocity(topology, interface, pitch);
+                self.surface_rates[k][index] = surface;
+            }
+        }
+        let lu = actuation.lu();
+        if !lu.is_invertible() {
+            return Err(Status::Singular);
+        }
+        Ok(self.assembled(known, &lu))
+    }
+
+    fn efforts_at(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Status {
+        self.model.inverse_dynamics_with(&self.nominal, &mut self.data, q, v, a, &[])
+    }
+
+    /// Compiles the model again at a position where the present one does not suit. True if it then does.
+    fn compiled_again(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> bool {
+        let targets: Vec<Target<f64>> = (q.iter().zip(v).zip(a))
+            .map(|((&value, &rate), &acceleration)| Target { value, rate, acceleration })
+            .collect();
+        if self.solver.move_to(&targets).is_err() || self.solver.solve(&[]).is_err() {
+            return false;
+        }
+        let Ok(model) = self.solver.model() else { return false };
+        let settings = self.data.settings;
+        self.data = model.data(self.solver.state(), settings);
+        self.unit = self.data.clone();
+        self.model = model;
+        self.efforts_at(q, v, a).is_converged()
+    }
+
+    fn assembled(&self, known: DVector<f64>, actuation: &LU<f64, Dyn, Dyn>) -> Columns {
+        let count = known.len();
+        let bodies = &self.data.kinematics.bodies;
+        let topology = self.model.topology();
+        let mut matrix = DMatrix::zeros(count, self.parameters.len());
+        let mut resting = vec![false; count];
+        let slips: Vec<Slip> = (0..self.nominal.interfaces.len()).map(|i| self.slip(i)).collect();
+        for (slip, index) in slips.iter().zip(0..) {
+            if slip.is_resting {
+                self.mark_resting(index, actuation, &mut resting);
+            }
+        }
+        for (column, parameter) in self.parameters.iter().enumerate() {
+            let mut target = matrix.column_mut(column);
+            match parameter.kind {
+                Kind::Mass(body) | Kind::Moment(body, _) | Kind::Inertia(body, _) => {
+                    let unit = self.unit_wrench(parameter.kind, body);
+                    for k in 0..count {
+                        target[k] = self.virtual_power(body, unit, k);
+                    }
+                }
+                Kind::Mu(i) | Kind::Coulomb(i) | Kind::Viscous(i) => {
+                    let slip = &slips[i];
+                    let (over_arm, speed) = (1.0 / slip.arm, slip.speed);
+                    let factor = match parameter.kind {
+                        Kind::Mu(_) => slip.shape,
+                        Kind::Coulomb(_) => slip.shape * over_arm,
+                        _ => speed * over_arm * over_arm,
+                    };
+                    for k in 0..count {
+                        let rates = &self.surface_rates[k][i];
+                        let along: f64 =
+                            slip.direction.iter().zip(rates).map(|(d, rate)| d * rate).sum();
+                        target[k] = factor * along;
+                    }
+                }
+                // Efforts of single actuators are written below.
+                _ => {}
+            }
+        }
+        // The virtual powers are those of the efforts: A^T tau = W theta.
+        let mut matrix = actuation.solve(&matrix).unwrap_or(matrix);
+        for (column, parameter) in self.parameters.iter().enumerate() {
+            match parameter.kind {
+                Kind::Rotor(train) => {
+                    let train = &self.mechanism().drive_trains()[train];
+                    let at = (train.dofs[0].joint.0, train.dofs[0].dof);
+                    let motion = bodies.joint_motion(topology, &self.nominal, at, 0.0);
+                    let n = train.transmission();
+                    if let Some(row) = self.actuator_of(at) {
+                        matrix[(row, column)] = n * n * motion.acceleration;
+                    }
+                }
+                Kind::DriveCoulomb(row) | Kind::DriveViscous(row) => {
+                    let Some((joint, dof)) = self.mechanism().actuators().nth(row) else {
+                        continue;
+                    };
+                    let rate = bodies.joint_rates(topology, joint.0)[dof];
+                    let is_coulomb = matches!(parameter.kind, Kind::DriveCoulomb(_));
+                    if is_coulomb && rate.abs() <= REST_SPEED {
+                        resting[row] = true;
+                    }
+                    matrix[(row, column)] = if is_coulomb { rate.signum() } else { rate };
+                }
+                Kind::Offset(row) => matrix[(row, column)] = 1.0,
+                _ => {}
+            }
+        }
+        let speeds = slips.iter().map(|slip| slip.speed).collect();
+        Columns { matrix, known, resting, speeds }
+    }
+
+    fn actuator_of(&self, (joint, dof): (usize, usize)) -> Option<usize> {
+        self.mechanism().actuators().position(|(id, own)| (id.0, own) == (joint, dof))
+    }
+
+    fn slip(&self, index: usize) -> Slip {
+        let interface = &self.nominal.interfaces[index];
+        let pitch = self.nominal.pitch[interface.joint];
+        let bodies = &self.data.kinematics.bodies;
+        let surface = bodies.surface_velocity(self.model.topology(), interface, pitch);
+        let speed = surface.iter().map(|s| s * s).sum::<f64>().sqrt();
+        let is_resting = speed <= REST_SPEED;
+        let direction = if is_resting { [0.0; 3] } else { surface.map(|s| s / speed) };
+        let law = match &interface.backward {
+            Some(backward) if surface[0] < 0.0 => backward,
+            _ => &interface.law,
+        };
+        let shape =
+            if interface.law.mu > 0.0 { law.coefficient(speed) / interface.law.mu } else { 1.0 };
+        let arm = interface.arms(pitch)[0].abs();
+        Slip { direction, speed, shape, arm, is_resting }
+    }
+
+    /// Marks the efforts that friction of an interface can change.
+    fn mark_resting(&self, index: usize, actuation: &LU<f64, Dyn, Dyn>, resting: &mut [bool]) {
+        for dof in 0..3 {
+            let power = self.surface_rates.iter().map(|rates| rates[index][dof]);
+            let right = DVector::from_iterator(resting.len(), power);
+            let Some(efforts) = actuation.solve(&right) else { continue };
+            for (flag, effort) in resting.iter_mut().zip(efforts.iter()) {
+                *flag |= effort.abs() > 1e-9;
+            }
+        }
+    }
+
+    /// Force and moment about the body's origin, world axes, that a unit of an inertial parameter needs.
+    fn unit_wrench(&self, kind: Kind, body: usize) -> (Vec3<f64>, Vec3<f64>) {
+        let bodies = &self.data.kinematics.bodies;
+        let pose = &bodies.pose[body];
+        let (twist, change) = (bodies.twist[body], bodies.acceleration[body]);
+        let (w, dw) = (twist.angular, change.angular);
+        let origin = pose.position;
+        let velocity = twist.velocity_at(origin);
+        let acceleration = change.velocity_at(origin) + w.cross(velocity) - self.nominal.gravity;
+        match kind {
+            Kind::Mass(_) => (acceleration, Vec3::zero()),
+            Kind::Moment(_, axis) => {
+                let e = pose.rotation * Vec3::unit(axis);
+                (dw.cross(e) + w.cross(w.cross(e)), e.cross(acceleration))
+            }
+            Kind::Inertia(_, entry) => {
+                let (row, column) = INERTIA_ENTRIES[entry];
+                let (a, b) = (pose.rotation * Vec3::unit(row), pose.rotation * Vec3::unit(column));
+                let times = |v: Vec3<f64>| match row == column {
+                    true => a * a.dot(v),
+                    false => a * b.dot(v) + b * a.dot(v),
+                };
+                (Vec3::zero(), times(dw) + w.cross(times(w)))
+            }
+            _ => (Vec3::zero(), Vec3::zero()),
+        }
+    }
+
+    fn virtual_power(&self, body: usize, (force, moment): (Vec3<f64>, Vec3<f64>), k: usize) -> f64 {
+        let twist = self.virtual_twists[k][body];
+        let origin = self.data.kinematics.bodies.pose[body].position;
+        force.dot(twist.velocity_at(origin)) + moment.dot(twist.angular)
+    }
+
+    /// Normal load of each friction interface, N, with friction and reactions converged. `engine` are
+    /// the parameters of [`Self::engine_parameters`], `data` those of [`Self::engine_data`].
+    ///
+    /// # Errors
+    /// The reason why there are no forces.
+    pub fn loads(
+        &self,
+        engine: &Parameters<f64>,
+        data: &mut Data<f64>,
+        motion: [&[f64]; 3],
+    ) -> Result<Vec<f64>, Status> {
+        let [q, v, a] = motion;
+        match self.model.inverse_dynamics_with(engine, data, q, v, a, &[]) {
+            Status::Converged => Ok(data.friction().iter().map(|i| i.load).collect()),
+            status => Err(status),
+        }
+    }
+
+    /// Data for [`Self::loads`], at the position of the last [`Self::at`].
+    pub fn engine_data(&self) -> Data<f64> {
+        let mut data = self.data.clone();
+        data.settings = Settings::default();
+        data
+    }
+
+    /// Parameters of the engine for these values.
+    pub fn engine_parameters(&self, values: &[f64]) -> Parameters<f64> {
+        let mut engine = self.nominal.clone();
+        for (body, inertial) in crate::physical::bodies(&self.parameters, values) {
+            if inertial[0] > 0.0 {
+                // The difference to the model, so that payloads of the solver remain.
+                let prior: Vec<f64> = self.prior_of(body);
+                let total: Vec<f64> = self.nominal_inertial(body);
+                let sum: [f64; 10] = std::array::from_fn(|i| total[i] + inertial[i] - prior[i]);
+                let (mass, com, inertia) = crate::physical::central(&sum);
+                (engine.mass[body], engine.com[body], engine.inertia[body]) = (mass, com, inertia);
+            }
+        }
+        for (parameter, &value) in self.parameters.iter().zip(values) {
+            let (Kind::Mu(i) | Kind::Viscous(i)) = parameter.kind else { continue };
+            let interface = &mut engine.interfaces[i];
+            let arm = interface.arms(engine.pitch[interface.joint])[0].abs();
+            if let Kind::Mu(_) = parameter.kind {
+                crate::apply::scale_law(&mut interface.law, value);
+                if let Some(law) = &mut interface.backward {
+                    crate::apply::scale_law(law, value);
+                }
+            } else {
+                interface.law.viscous = value / (arm * arm);
+            }
+        }
+        for (parameter, &value) in self.parameters.iter().zip(values) {
+            let Kind::Coulomb(i) = parameter.kind else { continue };
+            let interface = &mut engine.interfaces[i];
+            let arm = interface.arms(engine.pitch[interface.joint])[0].abs();
+            let mu = interface.law.mu;
+            interface.load.preload = if mu > 0.0 { value / (arm * mu) } else { 0.0 };
+        }
+        engine
+    }
+
+    fn prior_of(&self, body: usize) -> Vec<f64> {
+        let own = self.parameters.iter().filter(|p| p.body() == Some(body));
+        own.map(|p| p.prior).collect()
+    }
+
+    fn nominal_inertial(&self, body: usize) -> Vec<f64> {
+        let nominal = &self.nominal;
+        crate::physical::about_origin(nominal.mass[body], nominal.com[body], nominal.inertia[body])
+            .to_vec()
+    }
+
+    /// Replaces the mechanism's inertias in the known efforts, for a log with a payload.
+    pub fn carry(&mut self, mechanism: &Mechanism) {
+        let other: Parameters<f64> = Parameters::new(mechanism);
+        let zero = Mat3::zero();
+        for body in 1..other.mass.len() {
+            // Inertia added to bodies with a local degree of freedom remains.
+            let extra = self.nominal.inertia[body] + self.mechanism().bodies()[body].inertia * -1.0;
+            self.nominal.mass[body] = other.mass[body];
+            self.nominal.com[body] = other.com[body];
+            self.nominal.inertia[body] =
+                other.inertia[body] + if extra == zero { zero } else { extra };
+        }
+    }
+}
+
+/// Slip of an interface.
+struct Slip {
+    direction: [f64; 3],
+    speed: f64,
+    /// Coefficient of friction at this speed over the one at high speed.
+    shape: f64,
+    /// Sliding distance per unit of the joint's rate.
+    arm: f64,
+    is_resting: bool,
+}

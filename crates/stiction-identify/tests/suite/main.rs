@@ -1,0 +1,7 @@
+//! Tests of identification against the engine and against numbers from the literature.
+#![allow(missing_docs)]
+
+mod base;
+mod estimate;
+mod regressor;
+mod robots;

@@ -1,0 +1,92 @@
+//! Columns against the engine's inverse dynamics with changed parameters.
+
+use super::robots::*;
+use nalgebra::DVector;
+use stiction_core::Vec3;
+use stiction_core::dynamics::Status;
+use stiction_core::random::Random;
+use stiction_identify::{Choice, Kind, Regressor};
+
+/// Efforts of the engine with changed inertia and friction equal the linear form, for every model
+/// of the gallery whose motion its actuators determine.
+#[test]
+fn columns_agree_with_inverse_dynamics_of_changed_parameters() {
+    let mut tried = 0;
+    for name in stiction_format::gallery::names() {
+        let model = gallery_model(name);
+        if model.motions.is_empty() || model.mechanism.actuators().count() == 0 {
+            continue;
+        }
+        let (solver, home) = gallery_solver(&model);
+        let spins = !solver.constraints().spins().is_empty();
+        let Ok(mut regressor) = Regressor::new(solver, Choice::ALL) else { continue };
+        if spins {
+            // The acceleration of a body that spins freely depends on its inertia: not linear.
+            continue;
+        }
+        tried += 1;
+        let mut random = Random::new(11);
+        let parameters = regressor.parameters().to_vec();
+        let changed: Vec<f64> = parameters
+            .iter()
+            .map(|p| match p.kind {
+                Kind::Moment(..) => p.prior + 0.01 * p.scale * random.number(),
+                Kind::Inertia(_, entry) if entry >= 3 => p.prior,
+                Kind::Coulomb(_) => p.prior + 0.02,
+                _ => p.prior * (1.05 + 0.04 * random.number()),
+            })
+            .collect();
+        let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+        let mut done = 0;
+        for _ in 0..8 {
+            let [q, v, a] = random_motion(&mut random, &home, 0.02);
+            let Ok(columns) = regressor.at(&q, &v, &a) else { continue };
+            let engine = regressor.engine_parameters(&changed);
+            let mut data = regressor.engine_data();
+            let Ok(loads) = regressor.loads(&engine, &mut data, [&q, &v, &a]) else { continue };
+            let mut expected = columns.known.clone();
+            for (k, p) in parameters.iter().enumerate() {
+                let value = if p.body().is_some() { changed[k] - priors[k] } else { changed[k] };
+                // Loads of the engine contain the preload, which the Coulomb column states itself.
+                let load = match p.kind {
+                    Kind::Mu(i) => loads[i] - engine.interfaces[i].load.preload,
+                    _ => 1.0,
+                };
+                // Actuated joints without friction have columns that the engine does not know.
+                if !matches!(p.kind, Kind::DriveCoulomb(_) | Kind::DriveViscous(_)) {
+                    expected += columns.matrix.column(k) * (value * load);
+                }
+            }
+            let found = DVector::from_column_slice(data.efforts());
+            // Both solve the same equations; round-off of ill-conditioned positions remains.
+            let error = (&found - &expected).norm();
+            assert!(error < 1e-8 * (1.0 + found.norm()), "{name}: {found} {expected}");
+            done += 1;
+        }
+        assert!(done > 0, "{name}");
+    }
+    assert!(tried >= 8, "{tried}");
+}
+
+#[test]
+fn friction_at_rest_is_marked() {
+    let mut model = gallery_model("five-bar");
+    model.default_motion = Some("pick".into());
+    let (solver, home) = gallery_solver(&model);
+    let mut regressor = Regressor::new(solver, Choice::ALL).unwrap();
+    let still = regressor.at(&home, &[0.0; 2], &[0.0; 2]).unwrap();
+    assert_eq!(still.resting, [true, true]);
+    let moving = regressor.at(&home, &[0.1, 0.05], &[0.0; 2]).unwrap();
+    assert_eq!(moving.resting, [false, false]);
+}
+
+#[test]
+fn unreachable_positions_are_refused() {
+    let (solver, _) = gallery_solver(&gallery_model("five-bar"));
+    let mut regressor = Regressor::new(solver, Choice::ALL).unwrap();
+    let status = regressor.at(&[3.0, 3.0], &[0.0; 2], &[0.0; 2]).unwrap_err();
+    assert!(!matches!(status, Status::Converged));
+    let chain = serial(&[(0.0, 0.4, 0.0), (0.0, 0.3, 0.0)], Vec3::new(0.0, -9.81, 0.0));
+    assert!(regressor.at(&[0.0; 2], &[f64::NAN; 2], &[0.0; 2]).is_err());
+    assert_eq!(chain.actuators().count(), 2);
+}

@@ -1,0 +1,28 @@
+//! Identification: from measured logs to inertia and friction, with verdicts.
+//!
+//! [`IdentifySettings`] hold what the options say, [`identify`] computes an [`Identified`], which writes the
+//! summary, the JSON object and the model file.
+
+mod chosen;
+mod options;
+mod prepare;
+mod run;
+mod sanity;
+mod selection;
+mod words;
+
+pub use options::{IdentifySettings, LogSettings, TEMPLATE};
+pub use prepare::MeasuredLog;
+pub use run::{Combined, Identified, Named, Prediction, identify};
+
+use thiserror::Error;
+
+/// Reason why logs or options cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{message}")]
+pub struct IdentifyError {
+    /// What is wrong, and where.
+    pub message: String,
+    /// The way out; empty if the message says it.
+    pub help: String,
+}

@@ -1,0 +1,303 @@
+//! Options of identification: a TOML file beside the logs.
+
+use super::IdentifyError as Error;
+use stiction_format::{
+    Contents, Diagnostics, LoadCase, ModelFile, Payload, Renamed, Source, did_you_mean, hertz,
+    seconds,
+};
+use toml::{Table, Value};
+
+/// Options file with every key, for `--template`.
+pub const TEMPLATE: &str = r#"# Options of `stiction identify`. Every key may be left out.
+
+# Cut-off frequency (-3 dB) of the zero-phase low-pass filter, for positions, efforts and the model alike.
+# Without it the positions suggest one.
+# filter = "10 Hz"
+
+# What is estimated: "all", "friction" or "inertia". The rest keeps its values of the model.
+estimate = "all"
+
+# Strength of the pull to the model's inertias, in equivalent samples; "auto" lets left-out blocks of
+# the logs choose it.
+prior = "auto"
+
+# Estimate a constant error of every measured effort.
+offsets = false
+
+# Parameters that keep the value of the model; * stands for any text.
+hold = []                      # ["leg*.rod.i*"]
+
+# Groups of parameters with one common value.
+tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
+
+# Columns whose header does not say what they are: the header they should have, or a table with a
+# factor and an offset in that unit; "" for a column that is not used.
+[columns]
+# q1 = "leg1.P [mm]"
+# i1 = { is = "A1.current [A]", factor = -1, offset = 0.02 }
+# spare = ""
+
+# Efforts that the model lacks, as formulas over coordinates and rates; each gets a factor.
+[terms]
+# gas_spring = "axis2 = 900 N m*sin(axis2 - 20 deg)"
+
+# One table for each log with more to say than its name.
+# [[logs]]
+# file = "heavy.csv"
+# use = "predict"              # or "fit"; logs named "predict" check the fit
+# from = "0.5 s"
+# until = "9.5 s"
+# load = "payload"             # a load of the model with payloads, or
+# payload = { body = "platform", mass = "2 kg", com = [0, 0, "30 mm"], inertia = [0.01, 0.01, 0.01] }
+"#;
+
+/// Options of one log.
+#[derive(Clone, Debug, Default)]
+pub struct LogSettings {
+    /// Name or path of the log.
+    pub file: String,
+    /// `true` for a log that only checks the fit.
+    pub predict: bool,
+    /// First time used, s.
+    pub from: f64,
+    /// Last time used, s; infinite without an option.
+    pub until: f64,
+    /// Payloads carried in this log.
+    pub payloads: Vec<Payload>,
+}
+
+/// Options of identification.
+#[derive(Clone, Debug, Default)]
+pub struct IdentifySettings {
+    /// Cut-off frequency, Hz.
+    pub filter: Option<f64>,
+    /// Strength of the prior.
+    pub strength: Option<f64>,
+    /// Estimate constant errors of efforts.
+    pub offsets: bool,
+    /// Hold all inertias.
+    pub hold_inertia: bool,
+    /// Hold all friction.
+    pub hold_friction: bool,
+    /// Patterns of held parameters.
+    pub hold: Vec<String>,
+    /// Patterns of tied parameters.
+    pub tie: Vec<Vec<String>>,
+    /// Columns with other names.
+    pub columns: Vec<Renamed>,
+    /// Names of terms with their assignments.
+    pub terms: Vec<(String, String)>,
+    /// Options of logs.
+    pub logs: Vec<LogSettings>,
+}
+
+const KEYS: [&str; 9] =
+    ["filter", "estimate", "prior", "offsets", "hold", "tie", "columns", "terms", "logs"];
+const LOG_KEYS: [&str; 6] = ["file", "use", "from", "until", "load", "payload"];
+
+fn bad(key: &str, what: impl std::fmt::Display) -> Error {
+    Error { message: format!("options: `{key}` {what}"), help: String::new() }
+}
+
+fn with_help(key: &str, what: impl std::fmt::Display, help: impl Into<String>) -> Error {
+    Error { message: format!("options: `{key}` {what}"), help: help.into() }
+}
+
+impl IdentifySettings {
+    /// Reads options.
+    ///
+    /// # Errors
+    /// The text is no TOML, or a key or value is not understood.
+    pub fn parse(name: &str, text: &str, model: &ModelFile) -> Result<Self, Error> {
+        let table: Table = text.parse().map_err(|error: toml::de::Error| Error {
+            message: format!("{name}: {}", error.to_string().trim_end()),
+            help: "`stiction identify --template` writes a file with every key".to_owned(),
+        })?;
+        let mut settings = Self::default();
+        for (key, value) in &table {
+            match key.as_str() {
+                "filter" => settings.filter = Some(quantity(key, value, hertz)?),
+                "prior" => settings.strength = strength(key, value)?,
+                "offsets" => {
+                    settings.offsets =
+                        value.as_bool().ok_or_else(|| bad(key, "should be true or false"))?;
+                }
+                "estimate" => match value.as_str() {
+                    Some("all") => {}
+                    Some("friction") => settings.hold_inertia = true,
+                    Some("inertia") => settings.hold_friction = true,
+                    _ => return Err(bad(key, "should be \"all\", \"friction\" or \"inertia\"")),
+                },
+                "hold" => settings.hold = texts(key, value)?,
+                "tie" => {
+                    let groups =
+                        value.as_array().ok_or_else(|| bad(key, "should be a list of lists"))?;
+                    settings.tie =
+                        groups.iter().map(|group| texts(key, group)).collect::<Result<_, _>>()?;
+                }
+                "columns" => settings.columns = columns(key, value)?,
+                "terms" => {
+                    let table = value.as_table().ok_or_else(|| bad(key, "should be a table"))?;
+                    for (name, formula) in table {
+                        let formula = formula.as_str().ok_or_else(|| {
+                            with_help(
+                                key,
+                                format!("has `{name}` that is no text"),
+                                "write `NAME = \"JOINT = FORMULA\"`",
+                            )
+                        })?;
+                        settings.terms.push((name.clone(), formula.to_owned()));
+                    }
+                }
+                "logs" => {
+                    let logs =
+                        value.as_array().ok_or_else(|| bad(key, "should be [[logs]] tables"))?;
+                    for log in logs {
+                        settings.logs.push(log_settings(log, model)?);
+                    }
+                }
+                _ => return Err(unknown(key, &KEYS)),
+            }
+        }
+        Ok(settings)
+    }
+
+    /// The options of a log, by its path or file name.
+    pub fn of_log(&self, path: &str) -> LogSettings {
+        let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
+        let own = self.logs.iter().find(|log| log.file == path || log.file == name);
+        own.cloned().unwrap_or(LogSettings {
+            file: path.to_owned(),
+            from: f64::NEG_INFINITY,
+            until: f64::INFINITY,
+            ..LogSettings::default()
+        })
+    }
+}
+
+fn unknown(key: &str, known: &[&str]) -> Error {
+    let help = did_you_mean(key, "keys", known.iter().copied());
+    with_help(
+        key,
+        "is not a key",
+        help.unwrap_or_else(|| format!("there are {}", known.join(", "))),
+    )
+}
+
+fn quantity(key: &str, value: &Value, read: fn(&str) -> Result<f64, String>) -> Result<f64, Error> {
+    match value {
+        Value::String(text) => {
+            read(text).map_err(|why| bad(key, format!("is not understood: {why}")))
+        }
+        Value::Float(number) if number.is_finite() => Ok(*number),
+        Value::Integer(number) => Ok(*number as f64),
+        _ => Err(bad(key, "should be a number with a unit, such as \"10 Hz\" or \"2 s\"")),
+    }
+}
+
+fn strength(key: &str, value: &Value) -> Result<Option<f64>, Error> {
+    let number = match value {
+        Value::String(text) if text == "auto" => return Ok(None),
+        Value::Float(number) => *number,
+        Value::Integer(number) => *number as f64,
+        _ => f64::NAN,
+    };
+    match number > 0.0 && number.is_finite() {
+        true => Ok(Some(number)),
+        false => Err(bad(key, "should be \"auto\" or a positive number of samples")),
+    }
+}
+
+fn texts(key: &str, value: &Value) -> Result<Vec<String>, Error> {
+    let list = value.as_array().and_then(|list| {
+        list.iter().map(|entry| entry.as_str().map(str::to_owned)).collect::<Option<Vec<_>>>()
+    });
+    list.ok_or_else(|| bad(key, "should be a list of names"))
+}
+
+fn columns(key: &str, value: &Value) -> Result<Vec<Renamed>, Error> {
+    let table = value.as_table().ok_or_else(|| bad(key, "should be a table"))?;
+    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
+    let each = table.iter().map(|(column, value)| {
+        let mut renamed =
+            Renamed { column: column.clone(), meaning: String::new(), factor: 1.0, offset: 0.0 };
+        match value {
+            Value::String(text) => renamed.meaning.clone_from(text),
+            Value::Table(table) => {
+                for (key, value) in table {
+                    match (key.as_str(), value.as_str(), number(value)) {
+                        ("is", Some(text), _) => text.clone_into(&mut renamed.meaning),
+                        ("factor", _, Some(x)) if x.is_finite() && x != 0.0 => renamed.factor = x,
+                        ("offset", _, Some(x)) if x.is_finite() => renamed.offset = x,
+                        ("is" | "factor" | "offset", ..) => {
+                            return Err(bad(column, format!("has `{key}` that is not understood")));
+                        }
+                        _ => return Err(unknown(key, &["is", "factor", "offset"])),
+                    }
+                }
+            }
+            _ => {
+                return Err(with_help(
+                    column,
+                    "should be the header of the column",
+                    "for example `q1 = \"leg1.P [mm]\"`",
+                ));
+            }
+        }
+        Ok(renamed)
+    });
+    each.collect()
+}
+
+fn log_settings(value: &Value, model: &ModelFile) -> Result<LogSettings, Error> {
+    let table = value.as_table().ok_or_else(|| bad("logs", "should be [[logs]] tables"))?;
+    let mut log =
+        LogSettings { from: f64::NEG_INFINITY, until: f64::INFINITY, ..LogSettings::default() };
+    for (key, value) in table {
+        match key.as_str() {
+            "file" => value
+                .as_str()
+                .ok_or_else(|| bad(key, "should be the name of a log"))?
+                .clone_into(&mut log.file),
+            "use" => match value.as_str() {
+                Some("fit") => log.predict = false,
+                Some("predict") => log.predict = true,
+                _ => return Err(bad(key, "should be \"fit\" or \"predict\"")),
+            },
+            "from" => log.from = quantity(key, value, seconds)?,
+            "until" => log.until = quantity(key, value, seconds)?,
+            "load" => {
+                let name =
+                    value.as_str().ok_or_else(|| bad(key, "should be the name of a load"))?;
+                log.payloads = payloads(
+                    key,
+                    model.parse_load(&Source::new("load", name), &|_| {
+                        Err("no files here".to_owned())
+                    }),
+                )?;
+            }
+            "payload" => {
+                let mut load = Table::new();
+                load.insert("payload".to_owned(), Value::Array(vec![value.clone()]));
+                let text = toml::to_string(&load).map_err(|error| bad(key, error))?;
+                let read = model.parse_load(&Source::new("payload", "payload.toml"), &|_| {
+                    Ok(Contents::Whole(text.clone()))
+                });
+                log.payloads = payloads(key, read)?;
+            }
+            _ => return Err(unknown(key, &LOG_KEYS)),
+        }
+    }
+    if log.file.is_empty() {
+        return Err(bad("logs", "has a table without `file`, the name of the log"));
+    }
+    Ok(log)
+}
+
+fn payloads(key: &str, load: Result<LoadCase, Diagnostics>) -> Result<Vec<Payload>, Error> {
+    let load = load.map_err(|out| bad(key, format!("is not understood:\n{out}")))?;
+    if !load.wrenches.is_empty() {
+        return Err(with_help(key, "has forces", "only payloads are known in every position"));
+    }
+    Ok(load.payloads)
+}

@@ -1,0 +1,174 @@
+//! What the fit says about itself: wrong signs and units, confounded pairs, the verdict.
+
+use super::run::{Combined, Named, Prediction};
+use nalgebra::DVector;
+use stiction_identify::{Block, Estimate, FitVerdict, Kind, Parameter, Verdict};
+
+/// Correlation of errors above which two parameters cannot be told apart.
+const CONFOUNDED: f64 = 0.95;
+/// Pairs that are named.
+const NAMED: usize = 20;
+
+/// Cautions on efforts that contradict the model: wrong signs and units.
+pub(super) fn wrong_efforts(
+    blocks: &[Block],
+    parameters: &[Parameter],
+    actuators: &[String],
+) -> Vec<String> {
+    let prior = parameters.iter().map(|p| if p.body().is_some() { 0.0 } else { p.prior });
+    let prior = DVector::from_iterator(parameters.len(), prior);
+    let mut found = Vec::new();
+    for (channel, name) in actuators.iter().enumerate() {
+        let (mut mm, mut pp, mut mp) = (0.0, 0.0, 0.0);
+        for rows in blocks.iter().map(|block| &block.channels[channel]) {
+            let predicted = &rows.measured - rows.residuals(&prior);
+            mm += rows.measured.norm_squared();
+            pp += predicted.norm_squared();
+            mp += rows.measured.dot(&predicted);
+        }
+        if mm == 0.0 || pp == 0.0 {
+            continue;
+        }
+        let (agreement, ratio) = (mp / (mm * pp).sqrt(), (mm / pp).sqrt());
+        if agreement < -0.5 {
+            found.push(format!(
+                "efforts have the wrong sign on {name}: they agree with the model to {agreement:.2}; give the \
+                 column `factor = -1` in the options"
+            ));
+        }
+        if agreement.abs() > 0.7 && !(0.05..=20.0).contains(&ratio) {
+            found.push(format!(
+                "efforts on {name} are {ratio:.3} times those of the model: check their unit, ratio and torque \
+                 constant"
+            ));
+        }
+    }
+    found
+}
+
+/// Pairs whose errors are so correlated that the data cannot tell them apart, each with a cure.
+pub(super) fn confounded(
+    named: &[Named],
+    estimate: &Estimate,
+    parameters: &[Parameter],
+    held: &[bool],
+) -> Vec<(String, String, String)> {
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for i in 0..parameters.len() {
+        for k in i + 1..parameters.len() {
+            if held[i] || held[k] {
+                continue;
+            }
+            let is_open = |k: usize| named[k].verdict != Verdict::Identified;
+            let size = estimate.correlation[(i, k)].abs();
+            if size > CONFOUNDED && (is_open(i) || is_open(k)) {
+                pairs.push((size, i, k));
+            }
+        }
+    }
+    // Friction first: it is what a second log can cure.
+    let is_friction = |k: usize| parameters[k].body().is_none();
+    pairs.sort_by(|a, b| {
+        let rank = |p: &(f64, usize, usize)| is_friction(p.1) && is_friction(p.2);
+        rank(b).cmp(&rank(a)).then(b.0.total_cmp(&a.0))
+    });
+    let each = pairs.into_iter().take(NAMED).map(|(_, i, k)| {
+        (
+            parameters[i].name.clone(),
+            parameters[k].name.clone(),
+            cure(&parameters[i], &parameters[k]),
+        )
+    });
+    each.collect()
+}
+
+fn cure(a: &Parameter, b: &Parameter) -> String {
+    let mu = |p: &Parameter| matches!(p.kind, Kind::Mu(_));
+    let constant = |p: &Parameter| matches!(p.kind, Kind::Coulomb(_) | Kind::DriveCoulomb(_));
+    let viscous = |p: &Parameter| matches!(p.kind, Kind::Viscous(_) | Kind::DriveViscous(_));
+    let text = match (a, b) {
+        (a, b) if (mu(a) && constant(b)) || (mu(b) && constant(a)) => {
+            "one payload cannot separate mu from the bearing's own friction: log a second one, at least half \
+             the mass that the joint carries"
+        }
+        (a, b) if mu(a) && mu(b) => {
+            "the loads of these joints rise and fall together: log another payload or a motion in another part \
+             of the workspace, or tie them"
+        }
+        (a, b) if (constant(a) || mu(a)) && viscous(b) || (constant(b) || mu(b)) && viscous(a) => {
+            "log slow and fast motions"
+        }
+        (a, b) if a.body().is_some() && b.body().is_some() => {
+            "only their combination acts on the efforts, or these motions do not separate them"
+        }
+        _ => "log a motion that moves their joints differently, or hold one of them",
+    };
+    text.to_owned()
+}
+
+/// Verdict on the fit; adds its reasons to the cautions.
+pub(super) fn fit_verdict(
+    (named, combinations, predictions): (&[Named], &[Combined], &[Prediction]),
+    estimate: &Estimate,
+    (noise, actuators): (&[f64], &[String]),
+    cautions: &mut Vec<String>,
+) -> FitVerdict {
+    let mean = |p: &Prediction| {
+        p.error_percent.iter().map(|(_, e)| e).sum::<f64>() / p.error_percent.len().max(1) as f64
+    };
+    let fits: Vec<&Prediction> = predictions.iter().filter(|p| p.used_for_fit).collect();
+    let error = fits.iter().map(|p| mean(p)).sum::<f64>() / fits.len().max(1) as f64;
+    let wrong = cautions.iter().any(|c| c.contains("wrong sign"));
+    let mut verdict = FitVerdict::Identified;
+    if estimate.left_out_ratio_plain > 1.3 * estimate.left_out_ratio {
+        cautions.push(format!(
+            "plain least squares is refused: without the prior, blocks of the logs that are left out have {:.1} \
+             times the residual squares of the fit ({:.1} times with the prior of {} equivalent samples)",
+            estimate.left_out_ratio_plain, estimate.left_out_ratio, estimate.strength
+        ));
+    }
+    if estimate.left_out_ratio > 2.0 {
+        cautions.push(format!(
+            "blocks of the logs that are left out have {:.1} times the residual squares of the fit: it may not \
+             hold for other motions",
+            estimate.left_out_ratio
+        ));
+        verdict = FitVerdict::FitsOnly;
+    }
+    for (index, name) in actuators.iter().enumerate() {
+        let (residual, noise) = (estimate.noise[index], noise[index]);
+        let percent = fits.iter().map(|p| p.error_percent[index].1).fold(0.0, f64::max);
+        if residual > 3.0 * noise && percent > 5.0 {
+            cautions.push(format!(
+                "{name}: residuals are {:.1} times the noise of the effort: the model lacks something there, such \
+                 as compliance, backlash or another law of friction",
+                residual / noise.max(1e-300)
+            ));
+            verdict = FitVerdict::FitsOnly;
+        }
+    }
+    for p in predictions.iter().filter(|p| !p.used_for_fit) {
+        if mean(p) > 1.5 * error && mean(p) > 3.0 {
+            cautions.push(format!(
+                "{}: the error is {:.1} %, against {error:.1} % of the fit: it does not hold there",
+                p.log,
+                mean(p)
+            ));
+            verdict = FitVerdict::FitsOnly;
+        }
+    }
+    let identified = named.iter().filter(|p| p.verdict == Verdict::Identified).count()
+        + combinations.iter().filter(|c| c.verdict == Verdict::Identified).count();
+    if identified == 0 {
+        verdict = FitVerdict::NotExcited;
+    }
+    if !error.is_finite() || error > 70.0 || wrong {
+        if error > 70.0 {
+            cautions.push(format!(
+                "the model does not reproduce the efforts: the mean error is {error:.0} %"
+            ));
+        }
+        verdict = FitVerdict::Failed;
+    }
+    verdict
+}

@@ -1,0 +1,169 @@
+//! Parameters that are estimated: scales, held and tied ones, and whether the logs suffice.
+
+use super::IdentifyError;
+use super::chosen::refuse;
+use super::options::IdentifySettings;
+use super::prepare::Prepared;
+use stiction_core::mechanism::Mechanism;
+use stiction_identify::{Kind, Options, Parameter};
+
+/// Scales of friction without a value in the model: what explains a tenth of the efforts.
+pub(super) fn scale_by_data(parameters: &mut [Parameter], all: &[Prepared]) {
+    for (k, parameter) in parameters.iter_mut().enumerate() {
+        if parameter.prior != 0.0 || parameter.body().is_some() {
+            continue;
+        }
+        let mut scale = f64::INFINITY;
+        for channel in 0..all[0].block.channels.len() {
+            let rows: Vec<_> = all.iter().map(|log| &log.block.channels[channel]).collect();
+            let column: f64 = rows.iter().map(|rows| rows.matrix.column(k).norm_squared()).sum();
+            let effort: f64 = rows.iter().map(|rows| rows.measured.norm_squared()).sum();
+            if column > 0.0 {
+                scale = scale.min(0.1 * (effort / column).sqrt());
+            }
+        }
+        if scale.is_finite() && scale > 0.0 {
+            parameter.scale = scale;
+        }
+    }
+}
+
+pub(super) fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
+    let is_held = |p: &Parameter| {
+        let is_inertia = p.body().is_some() || matches!(p.kind, Kind::Rotor(_));
+        let is_friction = !is_inertia && !matches!(p.kind, Kind::Offset(_) | Kind::Term(_));
+        (settings.hold_inertia && is_inertia)
+            || (settings.hold_friction && is_friction)
+            || settings.hold.iter().any(|pattern| fits(pattern, &p.name))
+    };
+    parameters.iter().map(is_held).collect()
+}
+
+/// True if a name fits a pattern in which `*` stands for any text.
+fn fits(pattern: &str, name: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
+        return false;
+    };
+    let parts: Vec<&str> = parts.collect();
+    let Some((last, middle)) = parts.split_last() else { return rest.is_empty() };
+    for part in middle {
+        let Some(place) = rest.find(part) else { return false };
+        rest = &rest[place + part.len()..];
+    }
+    rest.ends_with(last)
+}
+
+pub(super) fn options(
+    mechanism: &Mechanism,
+    parameters: &[Parameter],
+    settings: &IdentifySettings,
+) -> Result<Options, IdentifyError> {
+    let unknown = |key: &str, pattern: &str| {
+        let near = stiction_format::did_you_mean(
+            pattern,
+            "parameters",
+            parameters.iter().map(|p| p.name.as_str()),
+        );
+        refuse(
+            format!("options: `{key}` names no parameter: `{pattern}`"),
+            near.unwrap_or_else(|| format!("the first are {}", parameters[0].name)),
+        )
+    };
+    for pattern in &settings.hold {
+        if !parameters.iter().any(|p| fits(pattern, &p.name)) {
+            return Err(unknown("hold", pattern));
+        }
+    }
+    let mut tied = Vec::new();
+    for group in &settings.tie {
+        let mut members = Vec::new();
+        for pattern in group {
+            let found: Vec<usize> =
+                (0..parameters.len()).filter(|&k| fits(pattern, &parameters[k].name)).collect();
+            if found.is_empty() {
+                return Err(unknown("tie", pattern));
+            }
+            members.extend(found);
+        }
+        members.sort_unstable();
+        members.dedup();
+        let unit = parameters[members[0]].unit;
+        if let Some(&other) = members.iter().find(|&&k| parameters[k].unit != unit) {
+            return Err(refuse(
+                format!(
+                    "options: `tie` joins `{}` and `{}`, which have different units",
+                    parameters[members[0]].name, parameters[other].name
+                ),
+                "tie only parameters of one kind",
+            ));
+        }
+        if members.iter().any(|&k| parameters[k].body().is_some()) {
+            return Err(refuse(
+                format!(
+                    "options: `tie` cannot join inertias such as `{}` yet",
+                    parameters[members[0]].name
+                ),
+                "tie friction only",
+            ));
+        }
+        tied.push(members);
+    }
+    Ok(Options {
+        strength: settings.strength,
+        radius: 0.02 * mechanism.characteristic_length(),
+        held: held_of(parameters, settings),
+        tied,
+    })
+}
+
+/// Refuses fewer rows than parameters.
+pub(super) fn enough(
+    all: &[Prepared],
+    parameters: &[Parameter],
+    options: &Options,
+) -> Result<(), IdentifyError> {
+    let rows: usize = all
+        .iter()
+        .filter(|log| !log.predict)
+        .flat_map(|log| log.block.channels.iter().map(stiction_identify::Rows::len))
+        .sum();
+    let samples = rows / 2;
+    let free = (0..parameters.len()).filter(|&k| !options.held[k]).count();
+    if samples < free {
+        return Err(refuse(
+            format!(
+                "the logs have {samples} independent samples of efforts after the filter, for {free} parameters"
+            ),
+            "give longer logs, a higher --filter, or hold or tie parameters in the options",
+        ));
+    }
+    if let Some(channel) = (0..all[0].block.channels.len()).find(|&c| {
+        all.iter().filter(|log| !log.predict).all(|log| log.block.channels[c].is_empty())
+    }) {
+        return Err(refuse(
+            format!(
+                "effort {} has no usable row: friction of a joint at rest acts on it all the time",
+                channel + 1
+            ),
+            "log a motion in which all joints with friction move",
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fits;
+
+    #[test]
+    fn patterns_of_names() {
+        assert!(fits("leg1.P.mu", "leg1.P.mu") && !fits("leg1.P", "leg1.P.mu"));
+        assert!(fits("leg*.P.mu", "leg2.P.mu") && !fits("leg*.P.mu", "leg2.R.mu"));
+        assert!(
+            fits("*", "anything")
+                && fits("*.rod.*", "leg1.rod.mass")
+                && !fits("*.rod", "leg1.rod.mass")
+        );
+    }
+}

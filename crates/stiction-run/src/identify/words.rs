@@ -1,0 +1,183 @@
+//! Results as text, JSON and a model file.
+
+use super::run::{Identified, Named};
+use crate::exchange::{Instant, model_file};
+use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
+use stiction_format::ModelFile;
+use stiction_identify::Verdict;
+
+/// A number with four digits.
+fn short(x: f64) -> String {
+    let size = x.abs();
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    match size {
+        s if (1e-3..1e5).contains(&s) => {
+            let digits = (3.0 - s.log10().floor()).max(0.0) as usize;
+            format!("{x:.digits$}")
+        }
+        _ => format!("{x:.3e}"),
+    }
+}
+
+impl Identified {
+    /// Object of `identify.json`.
+    pub fn to_json(&self) -> Value {
+        let named = |p: &Named| {
+            json!({
+                "name": p.name, "value": p.value, "sigma": p.sigma, "unit": p.unit,
+                "verdict": p.verdict.to_string(), "prior": p.prior, "structure": p.structure,
+            })
+        };
+        let combined = self.combinations.iter().map(|c| {
+            json!({
+                "name": c.name, "value": c.value, "sigma": c.sigma, "unit": c.unit,
+                "verdict": c.verdict.to_string(),
+            })
+        });
+        let predictions = self.predictions.iter().map(|p| {
+            let errors: Map<String, Value> =
+                p.error_percent.iter().map(|(name, e)| (name.clone(), json!(e))).collect();
+            let prior: Map<String, Value> = p
+                .error_percent
+                .iter()
+                .zip(&p.prior_percent)
+                .map(|((name, _), e)| (name.clone(), json!(e)))
+                .collect();
+            json!({
+                "log": p.log, "used_for_fit": p.used_for_fit, "error_percent": errors,
+                "error_percent_of_model": prior,
+            })
+        });
+        let finite = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
+        json!({
+            "verdict": self.verdict.to_string(),
+            "parameters": self.parameters.iter().map(named).collect::<Vec<_>>(),
+            "combinations": combined.collect::<Vec<_>>(),
+            "predictions": predictions.collect::<Vec<_>>(),
+            "confounded": self.confounded.iter().map(|(a, b, _)| json!([a, b])).collect::<Vec<_>>(),
+            "cures": self.confounded.iter().map(|(a, b, cure)| json!({ "pair": [a, b], "cure": cure })).collect::<Vec<_>>(),
+            "cautions": self.cautions,
+            "rank": { "combinations": self.rank.0, "gap": finite(self.rank.1) },
+            "prior_strength": self.strength,
+            "left_out_ratio": finite(self.left_out),
+            "left_out_ratio_without_prior": finite(self.left_out_plain),
+            "filter_hz": self.cutoffs,
+            "residuals": self.residuals,
+        })
+    }
+
+    /// Summary for the terminal.
+    pub fn to_text(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = self.write(&mut text);
+        text
+    }
+
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        let count =
+            |verdict: Verdict| self.parameters.iter().filter(|p| p.verdict == verdict).count();
+        writeln!(out, "verdict: {}", self.verdict)?;
+        writeln!(
+            out,
+            "{} parameters: {} identified, {} fit only in combination, {} not excited, {} held\n",
+            self.parameters.len(),
+            count(Verdict::Identified),
+            count(Verdict::FitsOnly),
+            count(Verdict::NotExcited),
+            count(Verdict::Held)
+        )?;
+        writeln!(
+            out,
+            "inertias are pulled to those of the model with the weight of {} samples; residual squares of \
+             left-out blocks are\n{} times those of the fit, {} times without that pull\n",
+            short(self.strength),
+            short(self.left_out),
+            short(self.left_out_plain)
+        )?;
+        let width = self.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0).max(9);
+        writeln!(
+            out,
+            "{:width$} {:>12} {:>12} {:>12}  {:12} verdict",
+            "parameter", "value", "sigma", "model", "unit"
+        )?;
+        let shown = self
+            .parameters
+            .iter()
+            .filter(|p| !matches!(p.verdict, Verdict::Held | Verdict::NotExcited));
+        for p in shown {
+            let (value, sigma, prior) = (short(p.value), short(p.sigma), short(p.prior));
+            writeln!(
+                out,
+                "{:width$} {value:>12} {sigma:>12} {prior:>12}  {:12} {}",
+                p.name, p.unit, p.verdict
+            )?;
+        }
+        if !self.combinations.is_empty() {
+            writeln!(out, "\ncombinations that the efforts depend on")?;
+            for c in &self.combinations {
+                writeln!(
+                    out,
+                    "  {} +- {} {}  {}: {}",
+                    short(c.value),
+                    short(c.sigma),
+                    c.unit,
+                    c.verdict,
+                    c.name
+                )?;
+            }
+        }
+        writeln!(out, "\nerror of the efforts, percent (in brackets that of the model as it was)")?;
+        for p in &self.predictions {
+            let each: Vec<String> = p
+                .error_percent
+                .iter()
+                .zip(&p.prior_percent)
+                .map(|((name, e), prior)| format!("{name} {e:.2} ({prior:.1})"))
+                .collect();
+            let what = if p.used_for_fit { "fitted" } else { "predicted" };
+            writeln!(out, "  {} ({what}): {}", p.log, each.join(", "))?;
+        }
+        if !self.confounded.is_empty() {
+            writeln!(out, "\nnot told apart by these data")?;
+            for (a, b, cure) in &self.confounded {
+                writeln!(out, "  {a} and {b}: {cure}")?;
+            }
+        }
+        for caution in &self.cautions {
+            writeln!(out, "\nCAUTION {caution}")?;
+        }
+        Ok(())
+    }
+
+    /// Text of the identified model; values and their standard deviations are in comments.
+    ///
+    /// # Errors
+    /// The reason why a model file cannot express the friction.
+    pub fn model_text(&self, model: &ModelFile) -> Result<String, String> {
+        let instant = Instant { friction: model.default_friction, ..Instant::default() };
+        let text = model_file(&self.mechanism, &model.title, instant)
+            .map_err(|error| error.to_string())?;
+        let mut out = format!(
+            "# Identified by stiction {}; verdict: {}.\n",
+            env!("CARGO_PKG_VERSION"),
+            self.verdict
+        );
+        for p in self.parameters.iter().filter(|p| p.verdict != Verdict::Held) {
+            let _ = writeln!(
+                out,
+                "# {} = {} +- {} {} ({})",
+                p.name,
+                short(p.value),
+                short(p.sigma),
+                p.unit,
+                p.verdict
+            );
+        }
+        out.push('\n');
+        Ok(out + &text)
+    }
+}

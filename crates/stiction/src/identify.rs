@@ -1,0 +1,56 @@
+//! Identification of a robot from measured logs.
+
+use crate::error::Error;
+use crate::robot::Robot;
+use std::path::Path;
+use stiction_format::Log;
+use stiction_run::identify::{Identified, IdentifyError, IdentifySettings, MeasuredLog, identify};
+
+impl Robot {
+    /// Reads the options of an identification from a TOML file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or a key or value in it is not understood.
+    pub fn identify_settings(&self, path: &Path) -> Result<IdentifySettings, Error> {
+        let name = path.display().to_string();
+        let text = self.file_text(path)?;
+        Ok(IdentifySettings::parse(&name, &text, self.model()).map_err(|mut error| {
+            error.message = error.message.replacen("options:", &format!("{name}:"), 1);
+            error
+        })?)
+    }
+
+    /// Reads a log with its options.
+    ///
+    /// # Errors
+    /// The file cannot be read, or a column in it is not understood.
+    pub fn measured_log(
+        &self,
+        path: &str,
+        settings: &IdentifySettings,
+    ) -> Result<MeasuredLog, Error> {
+        let contents = self.contents_of(path)?;
+        let log: Log = self.model().read_log(path, contents, &settings.columns)?;
+        Ok(MeasuredLog { name: path.to_owned(), log, settings: settings.of_log(path) })
+    }
+
+    /// Identifies inertia and friction from logs.
+    ///
+    /// # Errors
+    /// The logs do not suit the robot, or are too short.
+    pub fn identify(
+        &self,
+        logs: &[MeasuredLog],
+        settings: &IdentifySettings,
+    ) -> Result<Identified, Error> {
+        Ok(identify(self.model(), logs, settings)?)
+    }
+}
+
+impl From<IdentifyError> for Error {
+    fn from(error: IdentifyError) -> Self {
+        let IdentifyError { message, help } = error;
+        let input = Self::input(message);
+        if help.is_empty() { input } else { input.with_help(help) }
+    }
+}
