@@ -52,6 +52,7 @@ mod error;
 pub mod exchange;
 mod follower;
 pub mod forward;
+mod gearing_load;
 mod instants;
 pub mod inverse;
 mod job;
