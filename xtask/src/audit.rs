@@ -23,7 +23,7 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 13] = [
+const STEPS: [Step; 14] = [
     ("features", "builds with and without optional features", features),
     ("platforms", "the program on other systems: cargo check for Windows and macOS", platforms),
     ("packages", "packages as they would be published: cargo package", packaging),
@@ -36,6 +36,7 @@ const STEPS: [Step; 13] = [
     ("miri", "the unsafe code under Miri, with the interpreter in place of machine code", miri),
     ("arm", "AArch64 machine code in an emulator (QEMU)", arm),
     ("export", "exported C code of all robots of the gallery, by gcc and clang", export),
+    ("dask", "studies in Python on a local cluster of Dask", dask),
     ("fuzz", "one minute of every fuzz target (cargo-fuzz)", fuzz),
 ];
 
@@ -323,6 +324,13 @@ fn export() -> Ended {
         eprintln!("   {compiler}");
         succeeds(cargo(&[&test[..], &only].concat()).env("STICTION_CC", compiler))
     }))
+}
+
+fn dask() -> Ended {
+    match crate::package::dask() {
+        Ok(good) => ended(good),
+        Err(why) => Ended::Skipped(why),
+    }
 }
 
 fn fuzz() -> Ended {

@@ -52,7 +52,7 @@ def sweep(
 
     >>> import stiction
     >>> rows = stiction.sweep(stiction.load("five-bar"), {"crank [mm]": [200, 220]}, "peak(left_motor.effort)")
-    >>> [round(float(x), 3) for x in rows["peak(left_motor.effort) [N m]"]], list(rows["status"])
+    >>> [round(float(x), 3) for x in rows["peak(left_motor.effort) [N m]"]], rows["status"].tolist()
     ([6.07, 6.87], ['ok', 'ok'])
     """
     if not isinstance(model, Model):
