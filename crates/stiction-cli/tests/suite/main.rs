@@ -10,6 +10,7 @@ mod findings;
 mod forward;
 mod hostile;
 mod inverse;
+mod load_formulas;
 mod npz;
 mod program;
 mod spared;

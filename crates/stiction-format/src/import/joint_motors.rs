@@ -143,7 +143,7 @@ fn rank(mut rows: Vec<Vec<f64>>) -> usize {
             entries.iter().enumerate().map(move |(column, entry)| (entry.abs(), row, column))
         });
         let Some((size, row, column)) = entries.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
-        if !(size > DEPENDENT * largest) {
+        if size.is_nan() || size <= DEPENDENT * largest {
             break;
         }
         rows.swap(rank, row);

@@ -445,11 +445,6 @@ impl<'a> Record<'a> {
         self.context.vector(self.value(key)?, self.measure(key))
     }
 
-    /// Reads a quantity that can depend on time.
-    pub(crate) fn signal(&self, key: &str) -> Option<Signal> {
-        self.context.signal(self.value(key)?, self.measure(key))
-    }
-
     /// Reads a line of text, empty if absent; control characters become blanks.
     pub(crate) fn line(&self, key: &str) -> String {
         let text = self.text(key).unwrap_or_default().trim();
