@@ -102,6 +102,9 @@ def test_pickles_keep_the_remarks_of_an_import(tmp_path):
     assert any("<contact>" in note for note in m.notes)
     assert pickle.loads(pickle.dumps(m)).notes == m.notes
     assert m.with_({"gravity": "[0, 0, -9.8]"}).notes == m.notes
+    assert stiction.load(str(file), literal=True, package_path=tmp_path).bodies == m.bodies
+    with pytest.raises(stiction.InputError, match="package_path"):
+        stiction.load(file, package_path=3)
 
 
 @pytest.mark.skipif("STICTION_DASK" not in os.environ, reason="`cargo xtask audit dask` sets STICTION_DASK")

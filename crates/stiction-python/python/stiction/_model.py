@@ -84,9 +84,10 @@ def load(
     >>> stiction.load("five-bar").actuators
     ['left_motor', 'right_motor']
     """
-    single = isinstance(package_path, (str, os.PathLike))
+    folders: Iterable[str | os.PathLike[str]]
+    folders = [package_path] if isinstance(package_path, (str, os.PathLike)) else package_path
     try:
-        packages = [os.fspath(path) for path in ([package_path] if single else package_path)]  # type: ignore[union-attr, list-item]
+        packages = [os.fspath(path) for path in folders]
     except Exception as error:
         raise InputError(f"`package_path` is no path: {error}") from error
     if isinstance(source, os.PathLike) or ((literal or packages) and isinstance(source, str)):
@@ -666,7 +667,7 @@ class Model:
         return MassMatrices(states.mass_matrix(q, threads))
 
 
-def _again(parts: tuple[str, str, str | None, list[str], float | None]) -> Model:
+def _again(parts: tuple[str, str, str | None, list[str], float | None, list[str]]) -> Model:
     """Make a model of its parts: unpickling."""
     return Model(_native.Model.from_parts(parts))
 
