@@ -24,7 +24,7 @@ fn loads_of_the_state_are_springs_and_walls() {
         let from = ["--from", "X = 0.1 m; d(X) = 0.2 m/s", "--until", "1", "--drives", "none"];
         let all = ["forward", model, "--load", load, "-o", out, "--report", "off"];
         folder.stiction(&[&all[..], &from].concat()).succeeds();
-        column(&folder.read(&format!("{out}/forward.csv")), "X [m]")
+        column(&folder.read(&format!("{out}/forward.csv")), "X.position [m]")
     };
     let expected = run("spring.toml", "none", "spring");
     // Of the tolerance of the integration, 1e-10 of 0.1 m.
@@ -38,7 +38,7 @@ fn loads_of_the_state_are_springs_and_walls() {
         }
     }
     // A wall of 5 kN/m at 0.15 m: 2 kg at 0.2 m/s go 4 mm into it, and come back at the same speed.
-    let wall = run("block.toml", "block.fx = -5 kN/m*max(0, X - 150 mm)", "wall");
+    let wall = run("block.toml", "block.fx = -5 kN/m*max(0 mm, X - 150 mm)", "wall");
     let depth = wall.iter().fold(0.0_f64, |most, x| most.max(*x)) - 0.15;
     assert!(depth > 0.003 && depth < 0.004 + 1e-9, "{depth}");
     let (a, b) = (wall[wall.len() - 2], wall[wall.len() - 1]);
@@ -52,10 +52,13 @@ fn other_commands_refuse_such_loads() {
         "block.toml",
         &block("[motions.m]\nX = 0\nduration = 0\n[default]\nmotion = \"m\"\n"),
     );
-    for command in ["inverse", "breakaway", "equilibrium"] {
+    for command in ["inverse", "breakaway"] {
         let said = folder.stiction(&[command, "block.toml", "--load", "block.fx = -50 N/m*X"]);
         said.fails(2, &["the load on `block` is a formula over measured coordinates"]);
     }
+    // Without friction, an equilibrium and its oscillation follow: sqrt(50 / 2) rad/s.
+    let said = folder.stiction(&["equilibrium", "block.toml", "--load", "block.fx = -50 N/m*X"]);
+    assert!(said.succeeds().contains("oscillates with 0.7958 Hz"), "{}", said.out);
     let forward =
         |load: &str| folder.stiction(&["forward", "block.toml", "--until", "1", "--load", load]);
     forward("block.fx = -50 N*X").fails(2, &["block.fx"]);
