@@ -24,7 +24,7 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 15] = [
+const STEPS: [Step; 16] = [
     ("features", "builds with and without optional features", features),
     ("platforms", "the program on other systems: cargo check for Windows and macOS", platforms),
     ("packages", "packages as they would be published: cargo package", packaging),
@@ -39,6 +39,7 @@ const STEPS: [Step; 15] = [
     ("export", "exported C code of all robots of the gallery, by gcc and clang", export),
     ("playground", "the engine in a browser: WebAssembly and its page", playground),
     ("fmu", "functional mock-up units in FMPy", fmu),
+    ("dask", "studies in Python on a local cluster of Dask", dask),
     ("fuzz", "one minute of every fuzz target (cargo-fuzz)", fuzz),
 ];
 
@@ -352,6 +353,13 @@ fn fmu() -> Ended {
     }
     let program = format!("target/release/stiction{}", env::consts::EXE_SUFFIX);
     ended(succeeds(Command::new(python).arg(validation.join("fmu.py")).arg(program)))
+}
+
+fn dask() -> Ended {
+    match crate::package::dask() {
+        Ok(good) => ended(good),
+        Err(why) => Ended::Skipped(why),
+    }
 }
 
 fn fuzz() -> Ended {

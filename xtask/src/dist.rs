@@ -211,10 +211,25 @@ fn version(metadata: &Value) -> Option<String> {
     Some(program_package(metadata)?["version"].as_str()?.to_owned())
 }
 
-/// Names, licences and licence texts of all packages of other authors that are linked into the program.
+/// Names, licences and licence texts of all packages of other authors that are linked into the Python package.
+pub(crate) fn licences_of_wheel() -> Result<String, String> {
+    let arguments = ["metadata", "--format-version=1", "--locked"];
+    let output = cargo(&arguments).output().map_err(|error| error.to_string())?;
+    let metadata: Value =
+        serde_json::from_slice(&output.stdout).map_err(|error| error.to_string())?;
+    licences_of(&metadata, "stiction-python")
+}
+
 fn licences(metadata: &Value) -> Result<String, String> {
+    licences_of(metadata, "stiction-cli")
+}
+
+/// Names, licences and licence texts of all packages of other authors that are linked into a package of this project.
+fn licences_of(metadata: &Value, package: &str) -> Result<String, String> {
     let nodes = metadata["resolve"]["nodes"].as_array().ok_or("cargo resolves nothing")?;
-    let root = program_package(metadata).and_then(|package| package["id"].as_str());
+    let all = metadata["packages"].as_array();
+    let root = all.into_iter().flatten().find(|known| known["name"] == package);
+    let root = root.and_then(|package| package["id"].as_str());
     let mut reached: BTreeSet<&str> = BTreeSet::new();
     let mut open: Vec<&str> = root.into_iter().collect();
     while let Some(id) = open.pop() {
@@ -241,8 +256,7 @@ fn licences(metadata: &Value) -> Result<String, String> {
             all.insert(name, package);
         }
     }
-    let mut out =
-        "Software of other authors that is linked into the program stiction.\n".to_owned();
+    let mut out = "Software of other authors that is linked into stiction.\n".to_owned();
     for (name, package) in all {
         let rule = "=".repeat(80);
         let _ = write!(out, "\n{rule}\n{name}: {}\n", text(package, "license"));

@@ -1,5 +1,6 @@
 //! `cargo xtask wheel` builds the Python package and tries it; `cargo xtask python` runs its tests.
 
+use crate::dist::licences_of_wheel;
 use crate::python::{Environment, Missing, create, install, interpreter_in};
 use crate::validate::Outcome;
 use crate::{cargo, succeeds};
@@ -117,6 +118,32 @@ pub(crate) fn wheel(arguments: impl Iterator<Item = String>) -> ExitCode {
     }
 }
 
+/// Puts the licence texts beside the package's description, where the builder of the wheel looks for them.
+fn write_licences() -> Result<(), String> {
+    let told = |what: &str, error: std::io::Error| format!("{what}: {error}");
+    for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        fs::copy(root().join(name), source().join(name)).map_err(|error| told(name, error))?;
+    }
+    let name = "LICENSES-THIRD-PARTY.txt";
+    fs::write(source().join(name), licences_of_wheel()?).map_err(|error| told(name, error))
+}
+
+/// Tries studies on a local cluster of Dask: the same rows to the bit, at the speed of threads.
+pub(crate) fn dask() -> Result<bool, String> {
+    let wheel = build_and_try("release")?;
+    let place = built().join("dask");
+    let told = |missing: Missing| missing.text().to_owned();
+    create(&place, LEAST_PYTHON).map_err(told)?;
+    let python = interpreter_in(&place);
+    let others = ["dask[dataframe]", "distributed", "pandas", "pytest"].map(Path::new);
+    install(&python, &others).map_err(told)?;
+    install(&python, &[&wheel]).map_err(told)?;
+    let mut run = Command::new(&python);
+    run.args(["-I", "-m", "pytest", "-s", "-k", "dask", "-p", "no:cacheprovider"]);
+    run.arg(source().join("tests/test_sweep.py")).env("STICTION_DASK", "100000");
+    Ok(succeeds(run.current_dir(&place)))
+}
+
 fn build_and_try(profile: &str) -> Result<PathBuf, String> {
     let told = |missing: Missing| missing.text().to_owned();
     let requirements = source().join("requirements-wheel.txt");
@@ -129,6 +156,7 @@ fn build_and_try(profile: &str) -> Result<PathBuf, String> {
     // A folder of its own, so that it contains nothing else than this wheel.
     let fresh = built().join("wheel");
     let _ = fs::remove_dir_all(&fresh);
+    write_licences()?;
     let mut maturin = Command::new(&python);
     maturin.args(["-m", "maturin", "build", "--locked", "--profile", profile, "--manifest-path"]);
     maturin.arg(source().join("Cargo.toml")).arg("--out").arg(&fresh);

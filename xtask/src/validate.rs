@@ -43,6 +43,11 @@ pub(crate) fn validate(program: Program) -> Outcome {
         eprintln!("== validation: the folder of this program does not contain `stiction`");
         return Outcome::Failed;
     };
+    for files in ["robot_files.py", "foreign_files.py"] {
+        if !succeeds(Command::new(&python).arg(folder.join(files)).arg(&program)) {
+            return Outcome::Failed;
+        }
+    }
     let mut run = Command::new(python);
     run.arg(folder.join("run.py")).arg("--stiction").arg(program).arg("--self-test");
     if succeeds(&mut run) { Outcome::Passed } else { Outcome::Failed }

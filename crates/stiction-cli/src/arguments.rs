@@ -42,6 +42,25 @@ pub(crate) struct Model {
     /// bodies.platform.mass=2kg, legs.P.friction.mu=0.12 or mu=0.12; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+}
+
+/// How robot files of other programs are read.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct Reading {
+    /// Keep every joint of a URDF, MJCF or SDF as it is, instead of recognising hinges and balls
+    #[arg(long)]
+    pub(crate) literal: bool,
+    /// A folder in which packages and models are looked for (package://, model://); repeatable
+    #[arg(long, value_name = "DIR")]
+    pub(crate) package_path: Vec<PathBuf>,
+}
+
+impl Reading {
+    pub(crate) fn import(&self) -> stiction::Import {
+        stiction::Import { literal: self.literal, package_paths: self.package_path.clone() }
+    }
 }
 
 /// The filter of recorded motions.
@@ -203,6 +222,8 @@ pub(crate) struct Compare {
     /// Change a value of both models, as in `stiction inverse --help`; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// Change a value of the first model; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set_a: Vec<String>,
@@ -617,12 +638,8 @@ pub(crate) struct Convert {
     /// Write into this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Keep every joint of a URDF, MJCF or SDF as it is, instead of recognising hinges and balls
-    #[arg(long)]
-    pub(crate) literal: bool,
-    /// A folder in which packages and models are looked for (package://, model://); repeatable
-    #[arg(long, value_name = "DIR")]
-    pub(crate) package_path: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
 }
 
 /// Format of the converted mechanism.

@@ -32,6 +32,7 @@ fn models(options: &Compare) -> Result<[Model; 2], Failure> {
     let model = |name: &std::ffi::OsString, own: &[String]| Model {
         name: Some(name.clone()),
         set: options.set.iter().chain(own).cloned().collect(),
+        reading: options.reading.clone(),
     };
     Ok([model(&options.first, &options.set_a), model(second, &options.set_b)])
 }

@@ -8,11 +8,10 @@ use crate::print;
 use crate::sources::{self, warn};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use stiction::{Conversion, Converted, Import, Robot};
+use stiction::{Conversion, Converted, Robot};
 
 pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
-    let import = Import { literal: options.literal, package_paths: options.package_path.clone() };
-    let text = sources::model_text(&options.model, &import)?;
+    let text = sources::model_text(&options.model, &options.reading.import())?;
     for remark in text.notes() {
         note!("{}", folded(&format!("note: {}", remark.line())));
     }

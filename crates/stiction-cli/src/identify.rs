@@ -1,5 +1,6 @@
 //! `stiction identify`: inertia and friction from measured logs.
 
+use crate::arguments::Reading;
 use crate::failure::Failure;
 use crate::fold::folded;
 use crate::outputs::Outputs;
@@ -40,6 +41,8 @@ pub(crate) struct Identify {
     /// Change a value of the model; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// Write identified.toml from a failed fit, too
     #[arg(long)]
     pub(crate) force: bool,
@@ -65,7 +68,7 @@ fn execute(options: &Identify) -> Result<(), Failure> {
     }
     // clap requires the model without --template.
     let Some(name) = options.model.as_deref() else { return Ok(()) };
-    let robot = sources::robot(name, &options.set)?;
+    let robot = sources::robot(name, &options.set, &options.reading)?;
     warn(robot.warnings());
     let beside = options.logs.first().map(|log| PathBuf::from(log).with_extension("toml"));
     let file = options.options.clone().or_else(|| {

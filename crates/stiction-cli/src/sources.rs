@@ -1,6 +1,6 @@
 //! Models and names given on the command line.
 
-use crate::arguments::{Arguments, Filter, Model};
+use crate::arguments::{Arguments, Filter, Model, Reading};
 use crate::failure::Failure;
 use crate::fold::folded_diagnostics;
 use crate::manners;
@@ -13,12 +13,12 @@ use stiction::{Diagnostics, Import, ModelText, ReadProgress, Robot, gallery};
 use stiction_format::Motion;
 
 /// The robot of a model file, of standard input (`-`), or of the gallery, with changed values.
-pub(crate) fn robot(name: &OsStr, changes: &[String]) -> Result<Robot, Failure> {
-    Ok(changed(name, changes)?.read()?)
+pub(crate) fn robot(name: &OsStr, changes: &[String], reading: &Reading) -> Result<Robot, Failure> {
+    Ok(changed(name, changes, reading)?.read()?)
 }
 
-fn changed(name: &OsStr, changes: &[String]) -> Result<ModelText, Failure> {
-    let text = model_text(name, &Import::default())?;
+fn changed(name: &OsStr, changes: &[String], reading: &Reading) -> Result<ModelText, Failure> {
+    let text = model_text(name, &reading.import())?;
     let count = text.notes().len();
     if count > 0 {
         let remarks = if count == 1 { "1 remark" } else { &format!("{count} remarks") };
@@ -51,14 +51,14 @@ pub(crate) fn model_text(name: &OsStr, import: &Import) -> Result<ModelText, Fai
 
 /// The robot of an option, or the default one.
 pub(crate) fn robot_or_default(model: &Model) -> Result<Robot, Failure> {
-    robot(model.name.as_deref().unwrap_or(OsStr::new(DEFAULT_MODEL)), &model.set)
+    robot(model.name.as_deref().unwrap_or(OsStr::new(DEFAULT_MODEL)), &model.set, &model.reading)
 }
 
 /// The robot of an option, or the default one, with a filter for its recorded motions.
 pub(crate) fn filtered_robot(model: &Model, filter: &Filter) -> Result<Robot, Failure> {
     let Some(cutoff) = filter.filter else { return robot_or_default(model) };
     let name = model.name.as_deref().unwrap_or(OsStr::new(DEFAULT_MODEL));
-    Ok(changed(name, &model.set)?.with_filter(cutoff).read()?)
+    Ok(changed(name, &model.set, &model.reading)?.with_filter(cutoff).read()?)
 }
 
 /// Refuses a filter for a motion that is not recorded.

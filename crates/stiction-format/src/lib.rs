@@ -143,8 +143,8 @@ pub use fields::json_schema;
 pub use import::{FileLoader, ImportOptions, Imported, NAMESPACE, Note, import, is_robot_file};
 pub use law::{Condition, Law};
 pub use model_file::{
-    AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, ModelFile,
-    Motion, Payload, PayloadChange, Side,
+    AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, LoadLaw,
+    ModelFile, Motion, Payload, PayloadChange, Side,
 };
 #[cfg(not(target_arch = "wasm32"))]
 pub use npz::csv_of_npz;

@@ -236,8 +236,41 @@ pub struct LoadCase {
     pub title: String,
     /// Loads, at most one per body.
     pub wrenches: Vec<AppliedWrench>,
+    /// Components that are formulas over the measured state, which only simulations have; besides those of `wrenches`.
+    pub laws: Vec<LoadLaw>,
     /// Parts that bodies carry.
     pub payloads: Vec<Payload>,
+}
+
+/// A component of a force or moment on a body as a formula over the measured state.
+#[derive(Clone, Debug)]
+pub struct LoadLaw {
+    /// Body.
+    pub body: BodyId,
+    /// Point of application, in the frame of the body, m.
+    pub point: Vec3<f64>,
+    /// Axes of force and moment.
+    pub axes: LoadAxes,
+    /// Component: 0 to 2 of the force, 3 to 5 of the moment about the point.
+    pub component: usize,
+    /// Formula, N or N m.
+    pub law: Law,
+}
+
+impl LoadLaw {
+    /// The load at a value of the formula.
+    pub fn load(&self, value: f64) -> AppliedLoad<f64> {
+        let mut components = [0.0; 6];
+        components[self.component.min(5)] = value;
+        let [fx, fy, fz, mx, my, mz] = components;
+        AppliedLoad {
+            body: self.body,
+            point: self.point,
+            axes: self.axes,
+            force: Vec3::new(fx, fy, fz),
+            moment: Vec3::new(mx, my, mz),
+        }
+    }
 }
 
 /// A part that a body carries for a time.

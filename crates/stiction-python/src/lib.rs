@@ -9,6 +9,7 @@ mod failure;
 mod model;
 mod options;
 mod states;
+mod sweep;
 mod tables;
 mod watch;
 

@@ -2,6 +2,7 @@
 
 use crate::failure::{computed, exception, input};
 use crate::states::NativeStates;
+use crate::sweep::{self, Column, Options, Rows};
 use crate::tables::{Results, ending, results};
 use crate::watch::Watch;
 use numpy::IntoPyArray;
@@ -9,12 +10,15 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 use stiction::core::kinematics::Target;
+use stiction::format::Note;
 use stiction::forward::Forward;
 use stiction::run::inverse::Phase;
-use stiction::{Conversion, Diagnostics, Error, Measured, Method, ModelParts, ModelText, Robot};
+use stiction::{
+    Conversion, Diagnostics, Error, Import, Measured, Method, ModelParts, ModelText, Robot,
+};
 
-/// Name, text, folder, changes, filter.
-type Parts = (String, String, Option<PathBuf>, Vec<String>, Option<f64>);
+/// Name, text, folder, changes, filter, remarks of a conversion.
+type Parts = (String, String, Option<PathBuf>, Vec<String>, Option<f64>, Vec<String>);
 /// Time, kind, place, detail.
 type Event = (f64, &'static str, String, String);
 
@@ -22,13 +26,20 @@ type Event = (f64, &'static str, String, String);
 #[pyclass(name = "Model", module = "stiction._native", frozen)]
 pub(crate) struct NativeModel {
     robot: Robot,
+    /// Remarks of the conversion of a robot file of another program.
+    notes: Vec<String>,
 }
 
 fn load(
     py: Python<'_>,
     text: impl FnOnce() -> Result<ModelText, Error> + Send,
 ) -> PyResult<NativeModel> {
-    Ok(NativeModel { robot: computed(py, || text()?.read())? })
+    let (robot, notes) = computed(py, || {
+        let text = text()?;
+        let notes = text.notes().iter().map(Note::line).collect();
+        Ok((text.read()?, notes))
+    })?;
+    Ok(NativeModel { robot, notes })
 }
 
 #[pymethods]
@@ -41,8 +52,15 @@ impl NativeModel {
 
     /// Reads a file.
     #[staticmethod]
-    fn file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        load(py, || ModelText::file(&path, None))
+    #[pyo3(signature = (path, literal=false, package_paths=Vec::new()))]
+    fn file(
+        py: Python<'_>,
+        path: PathBuf,
+        literal: bool,
+        package_paths: Vec<PathBuf>,
+    ) -> PyResult<Self> {
+        let import = Import { literal, package_paths };
+        load(py, || ModelText::robot_file(&path, None, &import))
     }
 
     /// Reads a text.
@@ -54,9 +72,9 @@ impl NativeModel {
     /// Reads the model of these parts again.
     #[staticmethod]
     fn from_parts(py: Python<'_>, parts: Parts) -> PyResult<Self> {
-        let (name, text, folder, changes, filter) = parts;
+        let (name, text, folder, changes, filter, notes) = parts;
         let parts = ModelParts { name, text, folder, changes, filter };
-        load(py, || Ok(ModelText::from_parts(parts)))
+        Ok(Self { notes, ..load(py, || Ok(ModelText::from_parts(parts)))? })
     }
 
     /// The parts of which the model can be made again.
@@ -72,7 +90,7 @@ impl NativeModel {
             true => std::env::current_dir().unwrap_or(folder),
             false => absolute(folder),
         });
-        Ok((name, text, folder, changes, filter))
+        Ok((name, text, folder, changes, filter, self.notes.clone()))
     }
 
     /// Changes single values.
@@ -80,7 +98,8 @@ impl NativeModel {
         let text = self.robot.text().ok_or_else(|| {
             input(py, "the model has no text to be changed", "load it from a file or a text")
         })?;
-        load(py, || Ok(changes.into_iter().fold(text.clone(), ModelText::with)))
+        let changed = load(py, || Ok(changes.into_iter().fold(text.clone(), ModelText::with)))?;
+        Ok(Self { notes: self.notes.clone(), ..changed })
     }
 
     #[getter]
@@ -97,6 +116,11 @@ impl NativeModel {
     fn warnings(&self) -> Vec<String> {
         let each = self.robot.warnings().iter().map(|warning| Diagnostics::from(warning.clone()));
         each.map(|warning| warning.render(false).trim_end().to_owned()).collect()
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 
     #[getter]
@@ -148,11 +172,12 @@ impl NativeModel {
     fn converted(&self, py: Python<'_>, to: &str) -> PyResult<(String, Vec<String>)> {
         let to = match to {
             "mjcf" => Conversion::Mjcf,
+            "sdf" => Conversion::Sdf,
             "json" => Conversion::Json,
             "toml" => Conversion::Model,
             _ => {
                 let what = format!("there is no format `{}`", to.escape_debug());
-                return Err(input(py, &what, "give \"mjcf\", \"json\" or \"toml\""));
+                return Err(input(py, &what, "give \"mjcf\", \"sdf\", \"json\" or \"toml\""));
             }
         };
         let converted = computed(py, || self.robot.check_along().convert(to))?;
@@ -198,6 +223,26 @@ impl NativeModel {
             })
         });
         results(py, watch.finish(outcome)?)
+    }
+
+    /// Statistics of inverse dynamics for many designs.
+    #[pyo3(signature = (columns, objectives, *, motion=None, load=None, friction=None, step=None,
+                        threads=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "the options of one call")]
+    fn sweep<'py>(
+        &self,
+        py: Python<'py>,
+        columns: Vec<(String, Column)>,
+        objectives: Vec<String>,
+        motion: Option<&str>,
+        load: Option<&str>,
+        friction: Option<&str>,
+        step: Option<f64>,
+        threads: Option<usize>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Rows<'py>> {
+        let options = Options { objectives, motion, load, friction, step, threads, progress };
+        sweep::rows(py, &self.robot, &columns, options)
     }
 
     /// Forward dynamics. `calls` are names of options, each with its text.

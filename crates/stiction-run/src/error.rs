@@ -109,6 +109,24 @@ pub enum Error {
         /// The instant, s.
         time: f64,
     },
+    /// A load depends on the measured state, which only simulations have.
+    #[error(
+        "the load on `{body}` is a formula over measured coordinates, which act in simulations only (`stiction forward`)"
+    )]
+    StateLoad {
+        /// The body.
+        body: String,
+    },
+    /// A formula of a load has no value in a state.
+    #[error(
+        "the formula of {load} has no value at t = {time} s; write it so that it has one wherever the motion leads"
+    )]
+    NoLoad {
+        /// The load.
+        load: String,
+        /// Time, s.
+        time: f64,
+    },
     /// The controller's model cannot be assembled at the measured position.
     #[error("{0}")]
     Controller(AssemblyError),
@@ -156,6 +174,8 @@ impl Error {
             Self::Instants(_)
             | Self::NotFinite(_)
             | Self::NoCondition { .. }
+            | Self::StateLoad { .. }
+            | Self::NoLoad { .. }
             | Self::NoSuchTime { .. }
             | Self::Checkpoint => true,
             Self::SpinningPayload { .. } | Self::Payload { .. } => true,

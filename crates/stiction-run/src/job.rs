@@ -147,6 +147,10 @@ impl<'a> Job<'a> {
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value.
     pub fn loads_at(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
+        if let Some(law) = self.load.laws.first() {
+            let body = self.model.mechanism.bodies()[law.body.0].name.clone();
+            return Err(Error::StateLoad { body });
+        }
         check_finite(self.load.signals(), time)?;
         loads.clear();
         loads.extend(self.load.at(time));

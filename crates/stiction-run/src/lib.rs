@@ -52,6 +52,7 @@ mod error;
 pub mod exchange;
 mod follower;
 pub mod forward;
+mod gearing_load;
 pub mod identify;
 mod instants;
 pub mod inverse;

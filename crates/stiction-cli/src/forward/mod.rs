@@ -95,7 +95,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     let folder = folder.as_deref();
     if loads.len() < 2 {
         let request = request(&robot, options, loads.first().copied())?;
-        single(&robot, options, &request, folder, watch).map(|_| ())
+        single(&robot, (options, options.resume), &request, folder, watch).map(|_| ())
     } else {
         several(&robot, (options, folder), &cases::cases(&[Vec::new(), loads]), watch)
     }
@@ -108,9 +108,11 @@ fn several(
     cases: &[cases::Case<'_>],
     watch: Watch<'_>,
 ) -> Result<(), Failure> {
-    if options.resume {
-        return Err(Failure::input("--resume takes one load")
-            .help("resume the interrupted run alone: its load, and its own folder below the folder of all"));
+    let is_kept = |folder: &Path| folder.join(CHECKPOINT).is_file();
+    let any = folder.is_some_and(|all| cases.iter().any(|case| is_kept(&all.join(&case.name))));
+    if options.resume && !any {
+        return Err(Failure::input(format!("no run has a {CHECKPOINT} to resume from"))
+            .help("start again without --resume; runs with -o write a checkpoint every minute, see --checkpoint"));
     }
     // All inputs are checked before the first computation.
     let requests = cases
@@ -123,9 +125,16 @@ fn several(
         .collect::<Result<Vec<_>, Failure>>()?;
     let shape = (folder, options.json, options.report);
     cases::run_all(robot, shape, cases, |index, folder| {
-        let run = single(robot, options, &requests[index], folder, watch)?;
-        Ok(run)
-    })
+        // Runs that were not begun start now; finished ones have a checkpoint of their end.
+        let resume = options.resume && folder.is_some_and(is_kept);
+        single(robot, (options, resume), &requests[index], folder, watch)
+    })?;
+    for case in cases {
+        let checkpoint = folder.map(|all| all.join(&case.name).join(CHECKPOINT));
+        // The envelope is complete: nothing is left to resume.
+        let _ = checkpoint.map(std::fs::remove_file);
+    }
+    Ok(())
 }
 
 /// Conditions that end a run early: an interrupt and a time limit.
@@ -138,7 +147,7 @@ struct Watch<'a> {
 /// Runs one simulation, prints its summary, and writes its files into `folder`.
 fn single(
     robot: &Robot,
-    options: &Forward,
+    (options, resume): (&Forward, bool),
     request: &stiction::Forward,
     folder: Option<&Path>,
     Watch { interrupted, limit }: Watch<'_>,
@@ -154,7 +163,7 @@ fn single(
     let mut outputs = folder.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     let mut journal = Journal::new(&job, options.checkpoint)?;
     let kept = match &outputs {
-        Some(outputs) if options.resume => Some(journal.read(outputs)?),
+        Some(outputs) if resume => Some(journal.read(outputs)?),
         _ => None,
     };
     if let Some(kept) = kept.as_ref().filter(|kept| kept.checkpoint.samples > count) {
@@ -189,12 +198,16 @@ fn single(
         });
     }
 
+    let mut end = kept.as_ref().map(|kept| kept.checkpoint.clone()).filter(|_| is_one_of_many);
     let progress = RefCell::new(Progress::new());
     let done = Cell::new(kept.as_ref().map_or(0, |kept| kept.checkpoint.samples));
     let outcome = plan.record(
         |sample, checkpoint| {
             recorder.add(sample)?;
             done.set(done.get() + 1);
+            if is_one_of_many && done.get() == count {
+                end = Some(checkpoint());
+            }
             if let (Some(outputs), Some(tables)) = (&outputs, &mut recorder.sink.2)
                 && journal.is_due()
             {
@@ -260,7 +273,8 @@ fn single(
         if let Some(page) = page {
             outputs.write(report::FILE, page.as_bytes())?;
         }
-        if let Some(checkpoint) = &outcome.checkpoint {
+        let end = end.filter(|end| end.samples == count);
+        if let Some(checkpoint) = outcome.checkpoint.as_ref().or(end.as_ref()) {
             let mut tables = partials(&outputs)?;
             // The tables are about to receive their final names.
             for ((at, _), name) in tables.iter_mut().zip(FILES) {

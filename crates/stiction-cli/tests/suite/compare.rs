@@ -138,9 +138,36 @@ fn several_loads_of_a_simulation_have_an_envelope() {
     // Each load alone gives the same table.
     folder.stiction(&[&options[..], &["-o", "alone"]].concat()).succeeds();
     assert_eq!(folder.read("alone/forward.csv"), folder.read("out/none/forward.csv"));
+    // Nothing is left to resume once the envelope is complete.
+    let again = ["--load", "block.fz = -7 N", "--resume", "-o", "out"];
     folder
-        .stiction(&[&options[..], &["--load", "none", "--resume", "-o", "out"]].concat())
-        .fails(2, &["--resume takes one load"]);
+        .stiction(&[&options[..], &again].concat())
+        .fails(2, &["no run has a checkpoint.json to resume from"]);
+}
+
+/// Several loads, interrupted in the second: the first is not run again, the third starts, and the tables are those of
+/// a run without an interruption.
+#[test]
+fn several_loads_resume_after_an_interruption() {
+    let folder = Folder::new("forward-resume-several");
+    folder.write("slope.toml", &slope(0.1));
+    let loads = ["--load", "none", "--load", "block.fz = -7 N", "--load", "block.fz = -8 N"];
+    let options =
+        ["forward", "slope.toml", "--until", "0.1", "--step", "1e-4", "--checkpoint", "0"];
+    let options = [&options[..], &loads, &["--json"]].concat();
+    folder.stiction(&[&options[..], &["-o", "whole"]].concat()).succeeds();
+    let parts = [&options[..], &["-o", "parts"]].concat();
+    let exists = |name: &str| folder.0.join("parts").join(name).exists();
+    let mut run = folder.begin(&parts, || exists("load2/checkpoint.json"));
+    run.kill().unwrap();
+    run.wait().unwrap();
+    assert!(exists("load2/checkpoint.json") && !exists("envelope.json"));
+    folder.stiction(&[&parts[..], &["--resume"]].concat()).succeeds();
+    for load in ["none", "load2", "load3"] {
+        let table = |run: &str| folder.read(&format!("{run}/{load}/forward.csv"));
+        assert_eq!(table("whole"), table("parts"), "{load}");
+    }
+    assert!(exists("envelope.json") && !exists("none/checkpoint.json"));
 }
 
 /// The failing one of several runs is named, with those that are finished.

@@ -12,6 +12,7 @@ mod forward;
 mod hostile;
 mod identify;
 mod inverse;
+mod load_formulas;
 mod npz;
 mod program;
 mod spared;

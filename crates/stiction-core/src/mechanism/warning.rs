@@ -62,6 +62,12 @@ pub enum Warning {
         /// Its magnitude, m/s^2.
         size: f64,
     },
+    /// Gravity that lifts, or that pulls to the side.
+    #[error("gravity pulls along {axis}: is its axis or its sign right?")]
+    OddGravity {
+        /// `+x`, `-x`, `+y` or `+z`.
+        axis: &'static str,
+    },
     /// Inertia without mass.
     #[error("body `{body}` has inertia but no mass")]
     InertiaWithoutMass {
@@ -138,6 +144,15 @@ impl Mechanism {
         if size > 0.0 && !(0.1..=100.0).contains(&size) {
             warnings.push(Warning::UnlikelyGravity { size });
         }
+        // Models have z or y upwards; a direction between the axes belongs to a tilted machine.
+        let odd = match self.gravity.to_array() {
+            [x, 0.0, 0.0] if x > 0.0 => Some("+x"),
+            [x, 0.0, 0.0] if x < 0.0 => Some("-x"),
+            [0.0, y, 0.0] if y > 0.0 => Some("+y"),
+            [0.0, 0.0, z] if z > 0.0 => Some("+z"),
+            _ => None,
+        };
+        warnings.extend(odd.map(|axis| Warning::OddGravity { axis }));
         if moving.iter().all(|body| body.mass == 0.0) {
             warnings.push(Warning::NoMass);
         }

@@ -22,7 +22,14 @@ pub(super) struct Description {
     pub(super) springs: Vec<Spring>,
     /// Springs of this program, from an extension of the file.
     pub(super) spring_tables: Vec<(String, Table)>,
+    /// Motors of this program, from an extension of the file.
+    pub(super) motor_tables: Vec<(String, Table)>,
+    /// Gearings of this program, from an extension of the file.
+    pub(super) gearing_tables: Vec<(String, Table)>,
+    /// Bushings of this program, from an extension of the file.
+    pub(super) bushing_tables: Vec<(String, Table)>,
     pub(super) motors: Vec<Motor>,
+    pub(super) joint_motors: Vec<JointMotor>,
     pub(super) gearings: Vec<Gearing>,
     /// Elements of this program in the file.
     pub(super) extensions: Vec<super::extension::Entry>,
@@ -84,6 +91,8 @@ pub(super) struct Joint {
     pub(super) closes: bool,
     /// Friction of this program, from an extension of the file.
     pub(super) friction: Option<Table>,
+    /// Ranges of this program, from an extension of the file.
+    pub(super) range: Option<Table>,
     pub(super) place: Option<Place>,
     pub(super) comment: Option<String>,
 }
@@ -105,6 +114,7 @@ impl Joint {
             start: None,
             closes: false,
             friction: None,
+            range: None,
             place: None,
             comment: None,
         }
@@ -188,6 +198,23 @@ pub(super) struct Motor {
     pub(super) place: Option<Place>,
 }
 
+/// Motor that drives several joints together.
+#[derive(Clone, Debug)]
+pub(super) struct JointMotor {
+    pub(super) name: String,
+    /// Joints of one degree of freedom with their parts of the output coordinate.
+    pub(super) terms: Vec<(usize, f64)>,
+    /// Effort at the output over motor torque; not 0.
+    pub(super) gear: f64,
+    /// Greatest effort at the output.
+    pub(super) effort: Option<f64>,
+    /// Inertia, constant friction and damping at the output coordinate.
+    pub(super) armature: f64,
+    pub(super) friction: f64,
+    pub(super) damping: f64,
+    pub(super) place: Option<Place>,
+}
+
 impl Description {
     pub(super) fn new(format: &'static str, name: impl Into<String>, gravity: Vec3<f64>) -> Self {
         Self {
@@ -198,7 +225,11 @@ impl Description {
             joints: Vec::new(),
             springs: Vec::new(),
             spring_tables: Vec::new(),
+            motor_tables: Vec::new(),
+            gearing_tables: Vec::new(),
+            bushing_tables: Vec::new(),
             motors: Vec::new(),
+            joint_motors: Vec::new(),
             gearings: Vec::new(),
             extensions: Vec::new(),
             position: "zero coordinates",

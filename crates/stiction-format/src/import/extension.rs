@@ -7,6 +7,8 @@
 //! | --- | --- |
 //! | `friction` | the content of the joint's `friction` table in a model file |
 //! | `spring` | the content of the spring's table |
+//! | `bushing`, `actuator`, `gearing` | the same of bushings, motors, gearings |
+//! | `range` | the content of the joint's `range` |
 //! | `from` | the predecessor of a joint that the file has the other way round |
 //! | `start` | coordinates of the joint at which the robot starts |
 //! | `coordinates` | coordinates of the joint at the position of the file, which is its zero there |
@@ -81,6 +83,15 @@ pub(super) fn apply(
                 let table = table(context, &entry);
                 robot.spring_tables.extend(table.map(|table| (entry.name.clone(), table)));
             }
+            "bushing" | "actuator" | "gearing" => {
+                let Some(table) = table(context, &entry) else { continue };
+                let tables = match entry.kind.as_str() {
+                    "bushing" => &mut robot.bushing_tables,
+                    "actuator" => &mut robot.motor_tables,
+                    _ => &mut robot.gearing_tables,
+                };
+                tables.push((entry.name.clone(), table));
+            }
             _ => match robot.joints.iter().position(|joint| {
                 joint.name == entry.name && (joint.kind != JointType::Fixed || !joint.closes)
             }) {
@@ -90,6 +101,46 @@ pub(super) fn apply(
         }
     }
     left
+}
+
+/// Removes what other programs read of the file where an element of this program says it completely.
+pub(super) fn supersede(robot: &mut Description) {
+    let names_of = |table: &Table| -> Vec<String> {
+        let joints = table.get("joints").and_then(toml::Value::as_table);
+        let several = joints.into_iter().flat_map(|joints| joints.keys().cloned());
+        let one = table.get("joint").and_then(toml::Value::as_str).map(str::to_owned);
+        one.into_iter().chain(several).collect()
+    };
+    let places = |robot: &Description, tables: &[(String, Table)]| -> Vec<(usize, usize)> {
+        let names: Vec<String> = tables.iter().flat_map(|(_, table)| names_of(table)).collect();
+        let dofs = |joint: usize| (0..robot.joints[joint].dofs.len()).map(move |dof| (joint, dof));
+        let all = (0..robot.joints.len()).flat_map(dofs);
+        all.filter(|&(joint, dof)| names.contains(&robot.joints[joint].dof_name(dof))).collect()
+    };
+    for (joint, dof) in places(robot, &robot.motor_tables) {
+        robot.motors.retain(|motor| (motor.joint, motor.dof) != (joint, dof));
+        let other = |term: &(usize, f64)| dof > 0 || term.0 != joint;
+        robot.joint_motors.retain(|motor| motor.terms.iter().all(other));
+        let own = &mut robot.joints[joint].dofs[dof];
+        (own.armature, own.friction, own.damping, own.actuated) = (0.0, 0.0, 0.0, true);
+    }
+    let tables = &robot.spring_tables;
+    robot.springs.retain(|spring| tables.iter().all(|(name, _)| *name != spring.name));
+    for (joint, dof) in places(robot, &robot.spring_tables) {
+        let own = &mut robot.joints[joint].dofs[dof];
+        (own.spring, own.damping) = (None, 0.0);
+    }
+    for (_, table) in robot.gearing_tables.clone() {
+        let mut names = names_of(&table);
+        names.sort_unstable();
+        let joints = &robot.joints;
+        robot.gearings.retain(|gearing| {
+            let mut own: Vec<String> =
+                gearing.terms.iter().map(|term| joints[term.0].dof_name(term.1)).collect();
+            own.sort_unstable();
+            own != names
+        });
+    }
 }
 
 /// Names elements that no joint took.
@@ -105,6 +156,7 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
     let joint = &mut robot.joints[index];
     match entry.kind.as_str() {
         "friction" => joint.friction = table(context, entry),
+        "range" => joint.range = table(context, entry),
         "from" if from == Some(joint.to) => turn_round(joint),
         "start" | "coordinates" => {
             let numbers = numbers_in(context, &entry.text, &entry.place).unwrap_or_default();
@@ -116,6 +168,11 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
             let across = joint.kind.pose(&numbers, joint.pitch);
             if entry.kind == "coordinates" {
                 shift(joint, &numbers, across);
+                // Limits and springs of the file refer to its zero.
+                for (dof, value) in joint.dofs.iter_mut().zip(&numbers) {
+                    dof.range = dof.range.map(|range| range.map(|bound| bound + value));
+                    dof.spring = dof.spring.map(|[stiffness, rest]| [stiffness, rest + value]);
+                }
             }
             if joint.dofs.is_empty() {
                 joint.start = Some(across);

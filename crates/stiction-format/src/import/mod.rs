@@ -9,6 +9,7 @@ mod context;
 mod description;
 mod extension;
 mod inertia;
+mod joint_motors;
 mod meaning;
 mod mesh;
 mod mjcf;
@@ -138,6 +139,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     }
     // Joints that the file has in parts have their names only now.
     let left = extension::apply(context, &mut robot, left);
+    extension::supersede(&mut robot);
     extension::note_left(context, left);
     check_masses(context, &robot);
     let draft = text::Draft { file: file_name(&source.name), notes: &[], motion: None };

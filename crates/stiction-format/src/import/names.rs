@@ -70,5 +70,12 @@ pub(super) fn tidy(context: &Context<'_>, robot: &mut Description) {
     for motor in &mut robot.motors {
         motors.take(context, &mut motor.name, "motor");
     }
+    for motor in &mut robot.joint_motors {
+        motors.take(context, &mut motor.name, "motor");
+    }
+    let mut gearings = Names::default();
+    for gearing in &mut robot.gearings {
+        gearings.take(context, &mut gearing.name, "gearing");
+    }
     robot.name = robot.name.chars().filter(|c| !c.is_control()).take(LONGEST).collect();
 }

@@ -22,7 +22,8 @@ const MOST: usize = 400;
 fn open_chain(robot: &Description) -> Option<Vec<Held>> {
     let is_simple = |joint: &Joint| joint.kind == JointType::Fixed || !joint.dofs.is_empty();
     let is_open = robot.joints.len() + 1 == robot.bodies.len();
-    if !is_open || !robot.joints.iter().all(is_simple) {
+    let is_geared = !robot.gearings.is_empty() || !robot.gearing_tables.is_empty();
+    if is_geared || !is_open || !robot.joints.iter().all(is_simple) {
         return None;
     }
     let held = |joint: &Joint| -> Vec<Held> {

@@ -197,8 +197,9 @@ impl<'a> Context<'a> {
                 let digits = rest.split(|c: char| !c.is_ascii_digit()).next().unwrap_or_default();
                 let number: u32 = digits.parse().unwrap_or(0);
                 let then = rest.get(digits.len()..).unwrap_or_default();
-                let is_time =
-                    then.starts_with("*t)") || then.starts_with("*t+") || then.starts_with("*t-");
+                let is_time = ["*t)", "*t+", "*t-", "*t/(1s)", "*t/1s"]
+                    .iter()
+                    .any(|end| then.starts_with(end));
                 if is_time && number > 0 && number.is_multiple_of(90) {
                     let turns = f64::from(number) / std::f64::consts::TAU;
                     self.push(
@@ -442,11 +443,6 @@ impl<'a> Record<'a> {
     /// Reads three quantities.
     pub(crate) fn vector(&self, key: &str) -> Option<Vec3<f64>> {
         self.context.vector(self.value(key)?, self.measure(key))
-    }
-
-    /// Reads a quantity that can depend on time.
-    pub(crate) fn signal(&self, key: &str) -> Option<Signal> {
-        self.context.signal(self.value(key)?, self.measure(key))
     }
 
     /// Reads a line of text, empty if absent; control characters become blanks.

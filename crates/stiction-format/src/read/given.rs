@@ -55,7 +55,8 @@ impl ModelFile {
             },
             Given::File(name) => self.motion_file(&source, name, files),
             Given::Assignments => self.assigned(&source, |context, names, table| {
-                motion::read(context, (names, Some(self.assembly())), table, files)
+                let read = motion::read(context, (names, Some(self.assembly())), table, files);
+                read.map(|motion| with_doubts(context, motion))
             }),
         }
     }
@@ -97,7 +98,8 @@ impl ModelFile {
 
     fn motion_table(&self, source: &Arc<Source>, files: Files<'_>) -> Result<Motion, Diagnostics> {
         self.document(source, |context, names, table| {
-            motion::read(context, (names, Some(self.assembly())), table, files)
+            let read = motion::read(context, (names, Some(self.assembly())), table, files);
+            read.map(|motion| with_doubts(context, motion))
         })
     }
 
@@ -277,6 +279,15 @@ impl ModelFile {
             _ => Err(out),
         }
     }
+}
+
+/// A motion with the warnings about its text.
+fn with_doubts(context: &Context<'_>, mut motion: Motion) -> Motion {
+    let found = context.out.borrow();
+    for warning in found.iter().filter(|found| !found.is_error()) {
+        motion.warnings.push(warning.clone());
+    }
+    motion
 }
 
 fn is_toml(name: &str) -> bool {

@@ -6,6 +6,7 @@ use super::chain::{Chain, Link};
 use super::context::{Context, Record};
 use super::geometry::about;
 use super::joint::{self, JointDraft, LegAttributes};
+use super::leg_springs::{self, LegSpring};
 use super::names;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::{Key, Node, Table, Value};
@@ -29,6 +30,7 @@ pub(crate) struct Expansion {
     pub(crate) bodies: Vec<BodyDraft>,
     pub(crate) joints: Vec<JointDraft>,
     pub(crate) actuators: Vec<ActuatorDraft>,
+    pub(crate) springs: Vec<LegSpring>,
     pub(crate) legs: Vec<LegDraft>,
     /// True if legs are invalid, so that missing parts may belong to them.
     pub(crate) lost: bool,
@@ -275,8 +277,42 @@ impl Group<'_> {
                 &what,
             ));
         }
-        let joints = self.chain.joints.iter().map(|link| format!("{name}.{}", link.key)).collect();
+        let joints: Vec<String> =
+            self.chain.joints.iter().map(|link| format!("{name}.{}", link.key)).collect();
+        let keys = self.chain.joints.iter().map(|link| link.key.clone());
+        let keyed: Vec<(String, String)> = keys.zip(joints.iter().cloned()).collect();
+        let leg = leg_springs::Leg {
+            name: &name,
+            bodies: &bodies,
+            joints: &keyed,
+            ends: [self.from.0, self.to.0],
+            turn,
+        };
+        let springs = self.springs(placement);
+        all.springs.extend(springs.iter().map(|(key, table)| leg.spring(context, key, table)));
         all.legs.push(LegDraft { name, joints, bodies: ends });
+    }
+
+    /// Springs of one leg: those of the group, overridden by those of the place.
+    fn springs(&self, placement: &Placement<'_>) -> Vec<(Key, Table)> {
+        let of = |table: &Table| table.get("springs").cloned();
+        let merged = match (of(self.record.table), placement.table.and_then(of)) {
+            (Some(base), Some(own)) => merge(base, own),
+            (Some(value), None) | (None, Some(value)) => value,
+            (None, None) => return Vec::new(),
+        };
+        let Node::Table(table) = merged.node else {
+            self.context.wrong(&merged, "a table of springs by name");
+            return Vec::new();
+        };
+        let own = table.entries.into_iter().filter_map(|(key, value)| match value.node {
+            Node::Table(table) => Some((key, table)),
+            _ => {
+                self.context.wrong(&value, &format!("a table for {}", quoted(&key.name)));
+                None
+            }
+        });
+        own.collect()
     }
 
     /// Home of a leg's body in the ground's frame. The file gives it in the rotated frame of

@@ -1,13 +1,14 @@
 //! Reader of external loads.
 
 use super::context::{Context, Record};
+use super::measured::{self, Effort};
 use super::names::Names;
 use super::path::{Leaf, leaves};
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::{Key, Table, Value};
 use crate::expression::Measure;
 use crate::fields::tables::{BODY_LOAD, LOAD, PAYLOAD};
-use crate::model_file::{AppliedWrench, LoadCase, Payload};
+use crate::model_file::{AppliedWrench, LoadCase, LoadLaw, Payload};
 use crate::signal::Signal;
 use stiction_core::dynamics::LoadAxes;
 use stiction_core::mechanism::{Body, BodyId, GROUND_NAME};
@@ -38,11 +39,14 @@ pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadC
             table.entries.push((key, value.clone()));
         }
     }
-    let wrenches =
-        bodies.iter().filter_map(|(body, table)| wrench(context, *body, table)).collect();
+    let mut laws = Vec::new();
+    let wrenches = bodies
+        .iter()
+        .filter_map(|(body, table)| wrench(context, names, (*body, table), &mut laws))
+        .collect();
     let payloads = list.unwrap_or_default().iter();
     let payloads = payloads.filter_map(|entry| payload(context, names, entry)).collect();
-    LoadCase { title, wrenches, payloads }
+    LoadCase { title, wrenches, laws, payloads }
 }
 
 /// Reads a part that a body carries.
@@ -144,13 +148,19 @@ fn owner<'a>(
     }
 }
 
-fn wrench(context: &Context<'_>, body: BodyId, table: &Table) -> Option<AppliedWrench> {
+fn wrench(
+    context: &Context<'_>,
+    names: &Names,
+    (body, table): (BodyId, &Table),
+    laws: &mut Vec<LoadLaw>,
+) -> Option<AppliedWrench> {
     if table.entries.is_empty() {
         return None;
     }
     let record = Record::new(context, table, BODY_LOAD, "the load on a body");
-    let force = components(context, &record, "force", ["fx", "fy", "fz"], Measure::Force);
-    let moment = components(context, &record, "moment", ["mx", "my", "mz"], Measure::Moment);
+    let force = components((context, names), &record, "force", ["fx", "fy", "fz"], Measure::Force);
+    let moment =
+        components((context, names), &record, "moment", ["mx", "my", "mz"], Measure::Moment);
     let point = match record.value("at") {
         Some(_) => record.vector("at"),
         None => Some(Vec3::zero()),
@@ -159,28 +169,37 @@ fn wrench(context: &Context<'_>, body: BodyId, table: &Table) -> Option<AppliedW
         Some(_) => record.choice("axes"),
         None => Some("world"),
     };
-    Some(AppliedWrench {
-        body,
-        point: point?,
-        axes: if axes? == "body" { LoadAxes::Body } else { LoadAxes::World },
-        force: force?,
-        moment: moment?,
-    })
+    let (point, axes) = (point?, if axes? == "body" { LoadAxes::Body } else { LoadAxes::World });
+    let mut signals = |efforts: [Effort; 3], first: usize| {
+        let mut component = first;
+        efforts.map(|effort| {
+            component += 1;
+            match effort {
+                Effort::Signal(signal) => signal,
+                Effort::Law(law) => {
+                    laws.push(LoadLaw { body, point, axes, component: component - 1, law });
+                    Signal::constant(0.0)
+                }
+            }
+        })
+    };
+    let (force, moment) = (signals(force?, 0), signals(moment?, 3));
+    Some(AppliedWrench { body, point, axes, force, moment })
 }
 
 /// Reads three components, given as a list or one by one.
 fn components(
-    context: &Context<'_>,
+    (context, names): (&Context<'_>, &Names),
     record: &Record<'_>,
     whole: &str,
     single: [&str; 3],
     measure: Measure,
-) -> Option<[Signal; 3]> {
+) -> Option<[Effort; 3]> {
     let given = single.iter().find_map(|key| Some((*key, record.value(key)?)));
     let Some(value) = record.value(whole) else {
         let [x, y, z] = single.map(|key| match record.value(key) {
-            Some(_) => record.signal(key),
-            None => Some(Signal::constant(0.0)),
+            Some(value) => measured::effort(context, names, value, measure),
+            None => Some(Effort::Signal(Signal::constant(0.0))),
         });
         return Some([x?, y?, z?]);
     };
@@ -192,6 +211,7 @@ fn components(
         );
     }
     let each = format!("{whole}s");
-    let [x, y, z] = context.three(value, &each)?.map(|item| context.signal(item, measure));
+    let [x, y, z] =
+        context.three(value, &each)?.map(|item| measured::effort(context, names, item, measure));
     Some([x?, y?, z?])
 }

@@ -17,6 +17,7 @@ mod gearing;
 mod geometry;
 mod given;
 mod joint;
+mod leg_springs;
 mod legs;
 mod load;
 mod log;
@@ -290,6 +291,7 @@ impl Parts {
             let what = format!("spring {}", quoted(&key.name));
             springs.push(spring::read(context, &key, table, &joints, &what));
         }
+        springs.extend(expansion.springs.iter().map(|spring| spring.read(context, &joints)));
         for (key, table) in tables("bushings", BUSHING) {
             names::check(context, &key.name, &key.span, "bushing");
             let what = format!("bushing {}", quoted(&key.name));

@@ -357,3 +357,45 @@ inertia = [0.1, 0.2, 0.3]
         }
     }
 }
+
+/// Springs of legs: names of the chain, points on the ends turned with the leg, and values of one leg.
+#[test]
+fn springs_of_legs_are_those_written_by_hand() {
+    let robot = |springs: &str, more: &str| {
+        model(&format!(
+            "{HEAD}\n[legs]\nchain = \"R* arm S\"\nto = \"platform\"\nfoot = [0.5, 0, 0]\ntip = [0.2, 0, 0]\n\
+             place = [{{ angle = 0 }}, {{ angle = \"90 deg\"{springs} }}]\n\
+             joints.R = {{ axis = \"y\", start = 0 }}\nbodies.arm = {{ mass = 1, com = [0, 0, 0.1], inertia = [1, 1, 1] }}\n{more}"
+        ))
+    };
+    let short = robot(
+        ", springs.pull.stiffness = 300",
+        "[legs.springs.pull]\nfrom = \"ground\"\nat = [0.4, 0.1, 0]\nto = \"arm\"\nto_at = [0.1, 0, 0.2]\n\
+         stiffness = 200\nfree_length = 0.1\n[legs.springs.twist]\njoint = \"R\"\nstiffness = 2\nrest = 0.3",
+    );
+    let springs = short.mechanism.springs();
+    let names: Vec<&str> = springs.iter().map(|spring| spring.name.as_str()).collect();
+    assert_eq!(names, ["leg1.pull", "leg2.pull"]);
+    assert_eq!([springs[0].stiffness, springs[1].stiffness], [200.0, 300.0]);
+    for (spring, at) in springs.iter().zip([[0.4, 0.1, 0.0], [-0.1, 0.4, 0.0]]) {
+        assert!((spring.points[0] + -Vec3::from(at)).norm() < 1e-16, "{:?}", spring.points);
+        // A body of the leg has its own frame.
+        assert_eq!(spring.points[1], Vec3::new(0.1, 0.0, 0.2));
+        let body = &short.mechanism.bodies()[spring.ends[1].0].name;
+        assert_eq!(*body, format!("{}.arm", &spring.name[..4]));
+    }
+    let on_joints = short.mechanism.joint_springs();
+    let joints: Vec<&str> = on_joints
+        .iter()
+        .map(|spring| short.mechanism.joints()[spring.joint.0].name.as_str())
+        .collect();
+    assert_eq!(joints, ["leg1.R", "leg2.R"]);
+    assert!(on_joints.iter().all(|spring| (spring.stiffness, spring.rest) == (2.0, 0.3)));
+    let wrong = format!(
+        "{HEAD}\n[legs]\nchain = \"R* arm S\"\nto = \"platform\"\nfoot = [0.5, 0, 0]\ntip = [0.2, 0, 0]\nangles = [0, 2]\n\
+         joints.R = {{ axis = \"y\" }}\nbodies.arm = {{ mass = 1, com = [0, 0, 0.1], inertia = [1, 1, 1] }}\n\
+         [legs.springs.pull]\njoint = \"Q\"\nstiffness = 2\nrest = 0"
+    );
+    let said = read(&Source::new("robot.toml", wrong), &|_| Err(String::new())).unwrap_err();
+    assert!(said.to_string().contains("`Q`"), "{said}");
+}

@@ -36,6 +36,7 @@ from ._results import (
     Table,
 )
 from ._states import BodyMotions, InverseDynamics, Jacobians, MassMatrices, Status
+from ._sweep import sweep
 
 __version__: str = _native.__version__
 
@@ -68,4 +69,5 @@ __all__ = [
     "__version__",
     "gallery",
     "load",
+    "sweep",
 ]

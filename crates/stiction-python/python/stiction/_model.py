@@ -58,11 +58,23 @@ def gallery() -> list[str]:
     return _native.gallery()
 
 
-def load(source: str | os.PathLike[str]) -> Model:
+def load(
+    source: str | os.PathLike[str],
+    *,
+    literal: bool = False,
+    package_path: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+) -> Model:
     """Read a model: a file, a built-in model or the text of a model.
 
     A text of several lines, or with an equals sign, is a model; a name with a folder or an extension, or of an
-    existing file, is a file; anything else is a built-in model. A :class:`pathlib.Path` is always a file.
+    existing file, is a file; anything else is a built-in model. A :class:`pathlib.Path` is always a file. Files of
+    other programs, URDF, MJCF and SDF, are converted; :attr:`Model.notes` lists what differs.
+
+    Args:
+        source: file, name or text.
+        literal: keep every joint of a file of another program, instead of recognising hinges and balls. With
+            this argument or the next one, ``source`` is a file.
+        package_path: folder or folders in which packages and models are looked for (``package://``).
 
     Raises:
         ModelError: the model is defective; the error lists all defects, each with its place.
@@ -72,12 +84,18 @@ def load(source: str | os.PathLike[str]) -> Model:
     >>> stiction.load("five-bar").actuators
     ['left_motor', 'right_motor']
     """
-    if isinstance(source, os.PathLike):
+    folders: Iterable[str | os.PathLike[str]]
+    folders = [package_path] if isinstance(package_path, (str, os.PathLike)) else package_path
+    try:
+        packages = [os.fspath(path) for path in folders]
+    except Exception as error:
+        raise InputError(f"`package_path` is no path: {error}") from error
+    if isinstance(source, os.PathLike) or ((literal or packages) and isinstance(source, str)):
         try:
             path = os.fspath(source)
         except Exception as error:
             raise InputError(f"`source` is no path: {error}") from error
-        return _read(lambda: _native.Model.file(path))
+        return _read(lambda: _native.Model.file(path, bool(literal), packages))
     if isinstance(source, (bytes, bytearray)):
         raise InputError("`source` is bytes, not a text", "decode it: `source.decode()`")
     if isinstance(source, str) and "\n" not in source and not _is_text(source):
@@ -144,6 +162,11 @@ class Model:
     def warnings(self) -> list[str]:
         """Warnings about the model, each with its place. They never change numbers."""
         return self._native.warnings
+
+    @property
+    def notes(self) -> list[str]:
+        """Remarks on the conversion of a URDF, MJCF or SDF file: what differs from it, with its lines."""
+        return self._native.notes
 
     @property
     def actuators(self) -> list[str]:
@@ -258,7 +281,7 @@ class Model:
         return self._native.drawing()
 
     def convert(self, to: str) -> str:
-        """The robot at its home position in the format of another program: ``"mjcf"`` (MuJoCo), ``"json"``
+        """The robot at its home position in the format of another program: ``"mjcf"`` (MuJoCo), ``"sdf"``, ``"json"``
         (plain numbers), ``"toml"`` (a model file without formulas).
 
         >>> import stiction
@@ -644,7 +667,7 @@ class Model:
         return MassMatrices(states.mass_matrix(q, threads))
 
 
-def _again(parts: tuple[str, str, str | None, list[str], float | None]) -> Model:
+def _again(parts: tuple[str, str, str | None, list[str], float | None, list[str]]) -> Model:
     """Make a model of its parts: unpickling."""
     return Model(_native.Model.from_parts(parts))
 

@@ -11,7 +11,7 @@ __version__: str
 _Floats = NDArray[np.float64]
 _Codes = NDArray[np.int8]
 _Results = tuple[list[tuple[str, list[str], _Floats]], str, str]
-_Parts = tuple[str, str, str | None, list[str], float | None]
+_Parts = tuple[str, str, str | None, list[str], float | None, list[str]]
 
 def gallery() -> list[str]: ...
 def outcomes() -> list[tuple[str, str]]: ...
@@ -20,7 +20,9 @@ class Model:
     @staticmethod
     def find(source: str) -> Model: ...
     @staticmethod
-    def file(path: str) -> Model: ...
+    def file(
+        path: str, literal: bool = False, package_paths: list[str] = ...
+    ) -> Model: ...
     @staticmethod
     def parse(text: str) -> Model: ...
     @staticmethod
@@ -33,6 +35,8 @@ class Model:
     def title(self) -> str: ...
     @property
     def warnings(self) -> list[str]: ...
+    @property
+    def notes(self) -> list[str]: ...
     @property
     def actuators(self) -> list[tuple[str, str]]: ...
     @property
@@ -62,6 +66,18 @@ class Model:
         friction_margin: bool = False,
         progress: Any = None,
     ) -> _Results: ...
+    def sweep(
+        self,
+        columns: list[tuple[str, Any]],
+        objectives: list[str],
+        *,
+        motion: str | None = None,
+        load: str | None = None,
+        friction: str | None = None,
+        step: float | None = None,
+        threads: int | None = None,
+        progress: Any = None,
+    ) -> tuple[list[str], _Floats, list[str]]: ...
     def forward(
         self,
         calls: list[tuple[str, str, float]],

@@ -1,6 +1,6 @@
 //! Parts of a mechanism that other formats do not have, in elements that only this program reads.
 
-use super::model_file::{friction, spring};
+use super::model_file::{actuator, friction, gearing_table, joint, spring};
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 
@@ -30,6 +30,57 @@ pub(super) fn springs(mechanism: &Mechanism) -> Vec<Entry> {
         text: table.to_string().trim().to_owned(),
     };
     spring::tables(mechanism).into_iter().map(entry).collect()
+}
+
+/// Springs that MJCF does not have, or has without their preload or the range of their length.
+pub(super) fn own_springs(mechanism: &Mechanism) -> Vec<Entry> {
+    let plain = |name: &str| {
+        let mut springs = mechanism.springs().iter();
+        springs
+            .any(|spring| spring.name == name && spring.preload == 0.0 && spring.lengths.is_none())
+    };
+    springs(mechanism).into_iter().filter(|entry| !plain(&entry.name)).collect()
+}
+
+/// Bushings, motors, gearings, and ranges of joints, as the content of their tables.
+pub(super) fn others(mechanism: &Mechanism) -> Vec<Entry> {
+    let entry = |kind: &'static str| {
+        move |(name, table): (String, toml::Table)| Entry {
+            kind,
+            name,
+            text: table.to_string().trim().to_owned(),
+        }
+    };
+    let bushings = spring::bushing_tables(mechanism).into_iter().map(entry("bushing"));
+    let trains = mechanism.drive_trains().iter().map(|train| actuator::table(mechanism, train));
+    let gearings = mechanism.gearings().iter().map(|gearing| gearing_table(mechanism, gearing));
+    let ranges = mechanism.joints().iter().filter_map(|own| {
+        let table = match joint::range(own)? {
+            toml::Value::Table(table) => table,
+            pair => [("range".to_owned(), pair)].into_iter().collect(),
+        };
+        Some((own.name.clone(), table))
+    });
+    bushings
+        .chain(trains.map(entry("actuator")))
+        .chain(gearings.map(entry("gearing")))
+        .chain(ranges.map(entry("range")))
+        .collect()
+}
+
+/// Name of the element of an entry in URDF and SDF.
+pub(super) fn tag(kind: &str) -> &'static str {
+    match kind {
+        "friction" => "stiction:friction",
+        "spring" => "stiction:spring",
+        "bushing" => "stiction:bushing",
+        "actuator" => "stiction:actuator",
+        "gearing" => "stiction:gearing",
+        "range" => "stiction:range",
+        "from" => "stiction:from",
+        "start" => "stiction:start",
+        _ => "stiction:coordinates",
+    }
 }
 
 /// Predecessors of joints that the file has the other way round.
@@ -71,10 +122,19 @@ pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
         notes.push("compliances of joints are omitted".to_owned());
     }
     if !mechanism.bushings().is_empty() {
-        notes.push("bushings are omitted".to_owned());
+        notes.push("bushings are in elements that only stiction reads".to_owned());
     }
     if !mechanism.drive_trains().is_empty() {
-        notes.push("motors and gears are omitted but for the joints that they drive".to_owned());
+        let kept = "but for the joints that they drive and their limits";
+        notes.push(format!("motors and gears are in elements that only stiction reads, {kept}"));
+    }
+    let taken = super::mimic::all(mechanism);
+    let lost: Vec<&str> = (mechanism.gearings().iter().enumerate())
+        .filter(|(index, _)| taken.iter().all(|mimic| mimic.gearing != *index))
+        .map(|(_, gearing)| gearing.name.as_str())
+        .collect();
+    if !lost.is_empty() {
+        notes.push(format!("gearings that only stiction reads: {}", lost.join(", ")));
     }
     notes
 }

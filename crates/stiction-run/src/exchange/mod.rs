@@ -2,6 +2,7 @@
 
 mod extension;
 mod json;
+mod mimic;
 mod mjcf;
 mod model_file;
 mod names;

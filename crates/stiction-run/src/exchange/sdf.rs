@@ -1,6 +1,7 @@
 //! Export to SDF: links at the home position, and all joints, loops included.
 
 use super::extension::{self, Entry, six, tensor};
+use super::mimic::{self, Mimic};
 use super::names::Names;
 use super::xml::{Xml, numbers};
 use super::{Home, Unfit};
@@ -98,24 +99,21 @@ pub fn sdf(home: &Home<'_>) -> Result<Sdf, Unfit> {
     xml.text("parent", &[], "world");
     xml.text("child", &[], &bodies[BodyId::GROUND.0]);
     xml.close();
+    let mimics = mimic::all(mechanism);
     for index in 0..mechanism.joints().len() {
-        write_joint(&mut xml, home, index, &bodies);
+        write_joint(&mut xml, home, index, &bodies, &mimics);
     }
     let mut entries = extension::frictions(mechanism);
     entries.extend(extension::springs(mechanism));
+    entries.extend(extension::others(mechanism));
     entries.extend(extension::coordinates(home));
     for Entry { kind, name, text } in entries {
-        let tag = match kind {
-            "friction" => "stiction:friction",
-            "spring" => "stiction:spring",
-            _ => "stiction:coordinates",
-        };
-        xml.text(tag, &[("name", name)], &text);
+        xml.text(extension::tag(kind), &[("name", name)], &text);
     }
     Ok(Sdf { text: xml.finish(), notes })
 }
 
-fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String]) {
+fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String], mimics: &[Mimic]) {
     let mechanism = &home.model.mechanism;
     let joint = &mechanism.joints()[index];
     let Some(word) = word(joint.joint_type) else { return };
@@ -142,10 +140,31 @@ fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String]) 
         xml.open(tag, &[]);
         xml.text("xyz", &[], &numbers(axis));
         // An effort of zero says that there is no motor.
-        let effort = if joint.actuated[dof] { 1e9 } else { 0.0 };
+        let (range, effort, rate) = match joint.joint_type {
+            JointType::Revolute | JointType::Prismatic => mimic::limits(mechanism, index),
+            _ => (None, None, None),
+        };
+        let effort = if joint.actuated[dof] { effort.unwrap_or(1e9) } else { 0.0 };
         xml.open("limit", &[]);
+        // The home position is the zero of the file.
+        if let Some((lower, upper)) = range {
+            xml.text("lower", &[], &numbers(&[lower - angle]));
+            xml.text("upper", &[], &numbers(&[upper - angle]));
+        }
         xml.text("effort", &[], &numbers(&[effort]));
+        if let Some(rate) = rate {
+            xml.text("velocity", &[], &numbers(&[rate]));
+        }
         xml.close();
+        if let Some(mimic) = mimics.iter().find(|mimic| mimic.follower == index) {
+            let leader = mechanism.joints()[mimic.leader].name.clone();
+            xml.open("mimic", &[("joint", leader), ("axis", "axis".into())]);
+            xml.text("multiplier", &[], &numbers(&[mimic.multiplier]));
+            // Both coordinates are zero at home, where the gearing holds.
+            xml.text("offset", &[], "0");
+            xml.text("reference", &[], "0");
+            xml.close();
+        }
         xml.close();
     }
     xml.close();

@@ -5,6 +5,7 @@
 //! named after the joint, lies between.
 
 use super::extension::{self, Entry, angles, is_identity, tensor};
+use super::mimic::{self, Mimic};
 use super::names::Names;
 use super::xml::{Xml, numbers};
 use super::{Home, Unfit};
@@ -32,6 +33,9 @@ struct Convention {
     types: Vec<(String, &'static str)>,
 }
 
+/// Limit that the reader takes for none.
+const WIDE: f64 = 1e9;
+
 struct Writer<'a> {
     home: &'a Home<'a>,
     xml: Xml,
@@ -40,6 +44,7 @@ struct Writer<'a> {
     convention: Convention,
     /// Joints that the file has the other way round.
     reversed: Vec<usize>,
+    mimics: Vec<Mimic>,
 }
 
 /// Converts an assembled mechanism to URDF and YAML.
@@ -70,6 +75,7 @@ pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
         bodies,
         convention: Convention::default(),
         reversed: Vec::new(),
+        mimics: mimic::all(mechanism),
     };
     writer.write(&notes);
     Ok(Urdf { yaml: writer.convention.text(), text: writer.xml.finish(), notes })
@@ -186,6 +192,17 @@ impl Writer<'_> {
     }
 
     fn joint(&mut self, name: &str, word: &str, (from, to): (&str, &str), place: Pose<f64>) {
+        let mechanism = &self.home.model.mechanism;
+        let moves = matches!(word, "prismatic" | "continuous");
+        let own = mechanism.joints().iter().position(|joint| moves && joint.name == name);
+        let is_simple = |joint: &usize| {
+            let kind = mechanism.joints()[*joint].joint_type;
+            matches!(kind, JointType::Revolute | JointType::Prismatic)
+        };
+        let own = own.filter(is_simple);
+        let (range, effort, rate) =
+            own.map_or((None, None, None), |own| mimic::limits(mechanism, own));
+        let word = if word == "continuous" && range.is_some() { "revolute" } else { word };
         self.xml.open("joint", &[("name", name.to_owned()), ("type", word.to_owned())]);
         self.xml.empty("parent", &[("link", from.to_owned())]);
         self.xml.empty("child", &[("link", to.to_owned())]);
@@ -196,9 +213,24 @@ impl Writer<'_> {
             self.xml.empty("axis", &[("xyz", "0 0 1".into())]);
         }
         if matches!(word, "prismatic" | "revolute") {
-            let wide =
-                [("lower", "-1e9"), ("upper", "1e9"), ("effort", "1e9"), ("velocity", "1e9")];
-            self.xml.empty("limit", &wide.map(|(key, value)| (key, value.to_owned())));
+            // The format requires limits: such wide ones are none.
+            let (lower, upper) = range.unwrap_or((-WIDE, WIDE));
+            let [effort, rate] = [effort, rate].map(|limit| limit.unwrap_or(WIDE));
+            let limits =
+                [("lower", lower), ("upper", upper), ("effort", effort), ("velocity", rate)];
+            self.xml.empty("limit", &limits.map(|(key, value)| (key, numbers(&[value]))));
+        } else if word == "continuous" && (effort.is_some() || rate.is_some()) {
+            let limits = [("effort", effort), ("velocity", rate)];
+            let limits = limits.map(|(key, value)| (key, numbers(&[value.unwrap_or(WIDE)])));
+            self.xml.empty("limit", &limits);
+        }
+        let mimic = self.mimics.iter().find(|mimic| Some(mimic.follower) == own);
+        if let Some(&Mimic { leader, multiplier, offset, .. }) = mimic {
+            let leader = mechanism.joints()[leader].name.clone();
+            let numbers = [("multiplier", multiplier), ("offset", offset)]
+                .map(|(key, value)| (key, numbers(&[value])));
+            let [multiplier, offset] = numbers;
+            self.xml.empty("mimic", &[("joint", leader), multiplier, offset]);
         }
         self.xml.close();
     }
@@ -292,16 +324,13 @@ impl Writer<'_> {
         self.xml.text("stiction:gravity", &[], &numbers(&mechanism.gravity().to_array()));
         let mut entries = extension::frictions(mechanism);
         entries.extend(extension::springs(mechanism));
+        entries.extend(extension::others(mechanism));
         entries.extend(extension::reversed(mechanism, self.reversed.iter().copied()));
         entries.extend(extension::coordinates(self.home));
         for Entry { kind, name, text } in entries {
-            let tag = match kind {
-                "friction" => "stiction:friction",
-                "spring" => "stiction:spring",
-                "from" => "stiction:from",
-                _ => "stiction:start",
-            };
-            self.xml.text(tag, &[("name", name)], &text);
+            // The coordinates of the file are those of the model.
+            let kind = if kind == "coordinates" { "start" } else { kind };
+            self.xml.text(extension::tag(kind), &[("name", name)], &text);
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::names::Names;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Forward, Inputs, Simulation, View};
 use stiction_core::kinematics::{Bodies, State, Target};
-use stiction_format::{Condition, Law, Signal};
+use stiction_format::{Condition, Law, LoadLaw, Signal};
 
 /// Update interval of the inverse-dynamics efforts without a controller, s.
 const UPDATE: f64 = 1e-3;
@@ -257,7 +257,13 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Sides of the switching functions of these formulas.
+    /// The load of a formula, for messages.
+    fn load_name(&self, law: &LoadLaw) -> String {
+        let body = &self.job.model.mechanism.bodies()[law.body.0].name;
+        format!("the load on `{body}`")
+    }
+
+    /// Sides of the switching functions of these formulas, and then of those of loads.
     fn law_sides<'v>(&self, view: &View<'v>) -> &'v [bool] {
         let before = self.job.stops.len() + 2 * self.limited.len();
         view.sides().get(before..).unwrap_or_default()
@@ -348,7 +354,7 @@ impl<'a> Acting<'a> {
         let actual: Vec<(f64, f64)> = (0..self.kept.len())
             .map(|index| (view.actuator_coordinate(index), view.actuator_rate(index)))
             .collect();
-        let loads: Vec<AppliedLoad<f64>> = self.job.load.at(time).collect();
+        let loads = self.job.loads_at(view);
         let (reference, feed, friction) = (&reference, &feed, &friction);
         let input =
             ControllerInput { time, actual: &actual, reference, feed, friction, loads: &loads };
@@ -446,6 +452,11 @@ impl Inputs for Acting<'_> {
             law.switches_at(view.time, |c| view.measure(c), own, values);
             sides = rest;
         }
+        for law in &self.job.load.laws {
+            let (own, rest) = sides.split_at(law.law.switches().min(sides.len()));
+            law.law.switches_at(view.time, |c| view.measure(c), own, values);
+            sides = rest;
+        }
     }
 
     fn ends_at(&self, switch: usize) -> bool {
@@ -467,6 +478,12 @@ impl Inputs for Acting<'_> {
                 return format!("the formula of the effort of `{}`", name(*actuator));
             }
             rest -= law.switches();
+        }
+        for law in &self.job.load.laws {
+            if rest < law.law.switches() {
+                return format!("the formula of {}", self.load_name(law));
+            }
+            rest -= law.law.switches();
         }
         "a formula".to_owned()
     }
@@ -492,6 +509,18 @@ impl Inputs for Acting<'_> {
 
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
         loads.extend(self.job.load.at(view.time));
+        let before: usize = self.laws().iter().map(|(_, law)| law.switches()).sum();
+        let mut sides = self.law_sides(view).get(before..).unwrap_or_default();
+        for law in &self.job.load.laws {
+            let (own, rest) = sides.split_at(law.law.switches().min(sides.len()));
+            let value = law.law.at(view.time, |c| view.measure(c), own);
+            if !value.is_finite() {
+                let load = self.load_name(law);
+                self.failed.get_or_insert(Error::NoLoad { load, time: view.time });
+            }
+            loads.push(law.load(if value.is_finite() { value } else { 0.0 }));
+            sides = rest;
+        }
     }
 
     fn next_change(&self, time: f64) -> Option<f64> {
@@ -510,7 +539,8 @@ impl Inputs for Acting<'_> {
 
     fn steady_until(&self, time: f64) -> f64 {
         let constant = |signal: &Signal| signal.is_constant();
-        let loads = self.job.load.signals().all(constant);
+        let has_time = self.job.load.laws.iter().any(|law| law.law.has_time());
+        let loads = !has_time && self.job.load.signals().all(constant);
         let efforts = match (self.job.drives, self.period) {
             // Efforts are held between samples, and each interval ends at a sample.
             (_, Some(_)) => true,
@@ -544,7 +574,8 @@ impl Inputs for Acting<'_> {
         let motion = self.job.motion.filter(|_| follows);
         let laws = self.laws().iter().map(|(_, law)| law.resolved_until(time));
         let stops = self.job.stops.iter().map(|stop| stop.resolved_until(time));
-        let formulas = laws.chain(stops).fold(f64::INFINITY, f64::min);
+        let load_laws = self.job.load.laws.iter().map(|law| law.law.resolved_until(time));
+        let formulas = laws.chain(stops).chain(load_laws).fold(f64::INFINITY, f64::min);
         let whole = motion.iter().flat_map(|motion| motion.signals());
         let loads = self.job.load.signals();
         loads

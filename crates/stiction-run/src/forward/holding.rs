@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::names::Names;
 use serde_json::{Value, json};
 use std::fmt;
-use stiction_core::dynamics::{AppliedLoad, FrictionMode};
+use stiction_core::dynamics::FrictionMode;
 use stiction_core::forward::{Forward, InterfaceMode};
 use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_draw::numbers::number;
@@ -144,7 +144,7 @@ impl Job<'_> {
             .map(|(joint, dof)| forward.joint_motion(&rest, &bodies, joint, dof))
             .collect();
         model.move_to(&targets).map_err(Error::Controller)?;
-        let loads: Vec<AppliedLoad<f64>> = self.load.at(self.from).collect();
+        let loads = self.loads_without_state()?;
         let forces = model.solve(&loads).map_err(Error::ControllerForces)?;
         let (mut low, mut high): (Vec<f64>, Vec<f64>) =
             forces.effort_bounds.iter().copied().unzip();

@@ -2,7 +2,8 @@
 
 use super::control_law::ControlLaw;
 use crate::error::Error;
-use stiction_core::forward::{Known, Settings};
+use stiction_core::dynamics::AppliedLoad;
+use stiction_core::forward::{Known, Settings, View};
 use stiction_core::mechanism::JointId;
 use stiction_format::{
     Condition, Control, Drives, LoadCase, ModelFile, Motion, Payload, PayloadChange, Side,
@@ -116,6 +117,29 @@ impl<'a> Job<'a> {
 }
 
 impl Job<'_> {
+    /// External loads, those of formulas over the measured state included.
+    pub(super) fn loads_at(&self, view: &View<'_>) -> Vec<AppliedLoad<f64>> {
+        let laws =
+            self.load.laws.iter().map(|law| {
+                law.load(law.law.at(view.time, |coordinate| view.measure(coordinate), &[]))
+            });
+        self.load.at(view.time).chain(laws).collect()
+    }
+
+    /// External loads at the start, where no state is measured.
+    ///
+    /// # Errors
+    /// [`Error::StateLoad`] if one is a formula over the measured state.
+    pub(super) fn loads_without_state(&self) -> Result<Vec<AppliedLoad<f64>>, Error> {
+        match self.load.laws.first() {
+            None => Ok(self.load.at(self.from).collect()),
+            Some(law) => {
+                let body = self.model.mechanism.bodies()[law.body.0].name.clone();
+                Err(Error::StateLoad { body })
+            }
+        }
+    }
+
     /// Cautions about the data of a recorded motion, one sentence each.
     pub(super) fn cautions(&self) -> Vec<String> {
         self.motion.iter().flat_map(|motion| motion.cautions()).collect()

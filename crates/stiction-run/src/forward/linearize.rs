@@ -11,7 +11,7 @@ use crate::names::{Names, listed};
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
-use stiction_core::dynamics::{AppliedLoad, FrictionMode};
+use stiction_core::dynamics::FrictionMode;
 use stiction_core::forward::{Forward, InterfaceMode, Linearisation, LinearisationError};
 use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_draw::numbers::number;
@@ -134,7 +134,7 @@ impl Job<'_> {
             .map(|(joint, dof)| forward.joint_motion(state, &bodies, joint, dof))
             .collect();
         model.move_to(&targets).map_err(Error::Controller)?;
-        let loads: Vec<AppliedLoad<f64>> = self.load.at(self.from).collect();
+        let loads = self.loads_without_state()?;
         let forces = model.solve(&loads).map_err(Error::ControllerForces)?;
         let mut efforts = forces.efforts.clone();
         Motors::new(forward.mechanism()).add(&mut efforts, (&targets, &bodies), self.friction);

@@ -10,7 +10,6 @@ use super::start;
 use crate::dofs::dofs_of;
 use crate::error::{Error, SinkError, check_finite};
 use crate::{Instants, InstantsError};
-use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
 use stiction_format::{LoadCase, Payload, Signal};
 
@@ -161,7 +160,7 @@ impl Job<'_> {
             }
             joints.clear();
             joints.extend(dofs.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
-            let loads: Vec<AppliedLoad<f64>> = self.load.at(time).collect();
+            let loads = self.loads_at(&simulation.view());
             let sample = Sample {
                 forward,
                 instant: now,

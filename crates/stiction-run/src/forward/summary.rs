@@ -4,6 +4,7 @@ use super::events::{DescribedEvent, describe_all, method_name, methods};
 use super::job::Job;
 use super::outcome::{Ending, Outcome};
 use super::rows::{Layout, Rows};
+use crate::gearing_load::gearings_json;
 use crate::motor_load::MotorLoad;
 use crate::ranges::Ranges;
 use crate::statistics::{Reactions, Size};
@@ -24,6 +25,8 @@ pub struct Summary {
     /// Motors of the drive trains.
     pub(super) motors: Vec<MotorLoad>,
     pub(super) reactions: Reactions,
+    /// Effort of each gearing, and whether it is determined in all samples.
+    pub(super) gearings: Vec<(Size, bool)>,
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
@@ -53,6 +56,7 @@ impl Summary {
         let layout = Layout::new(job);
         let (drives, joints, interfaces) =
             (layout.names.drives.len(), layout.names.joints.len(), layout.names.interfaces.len());
+        let gearings = layout.names.gearings.len();
         Self {
             motors: vec![MotorLoad::default(); layout.motors.trains().count()],
             layout,
@@ -62,6 +66,7 @@ impl Summary {
             drives: vec![Size::default(); drives],
             errors: vec![Size::default(); drives],
             reactions: Reactions::new(joints),
+            gearings: vec![(Size::default(), true); gearings],
             loads: vec![Size::default(); interfaces],
             closure: Size::default(),
             energy_error: Size::default(),
@@ -245,6 +250,10 @@ impl Summary {
             (value["energy"]["payloads"], value["energy"]["impacts"]) =
                 (json!(brought), json!(lost));
         }
+        // Only models with gearings have this entry.
+        if !self.gearings.is_empty() {
+            value["gearings"] = gearings_json(&names.gearings, &self.gearings);
+        }
         // Only models with drive trains have this entry.
         if !actuators.is_empty() {
             value["actuators"] = Value::Object(actuators);
@@ -365,7 +374,13 @@ impl Sink<Rows> for Summary {
             load.add(time, torque, speed);
         }
         let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let reactions = rows.reactions.chunks_exact(7);
+        let joints = (7 * self.layout.names.joints.len()).min(rows.reactions.len());
+        let (reactions, gearings) = rows.reactions.split_at(joints);
+        for ((size, all), row) in self.gearings.iter_mut().zip(gearings.chunks_exact(2)) {
+            size.add(time, row[0]);
+            *all &= row[1] == 1.0;
+        }
+        let reactions = reactions.chunks_exact(7);
         self.reactions.add(time, reactions.map(|row| (length(&row[..3]), length(&row[3..6]))));
         for (load, row) in self.loads.iter_mut().zip(rows.friction.chunks_exact(6)) {
             load.add(time, row[1]);

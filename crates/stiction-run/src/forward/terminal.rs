@@ -4,6 +4,7 @@ use super::events::{DescribedEvent, methods};
 use super::job::{Job, Start};
 use super::outcome::{Ending, Outcome};
 use super::summary::Summary;
+use crate::gearing_load::write_gearings;
 use crate::names::{heading, width};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::{number, order, percent};
@@ -66,6 +67,10 @@ pub fn write_summary(
     writeln!(out)?;
     write_drives(out, summary)?;
     write_motors(out, summary)?;
+    if !summary.gearings.is_empty() {
+        write_gearings(out, &summary.layout.names.gearings, &summary.gearings)?;
+        writeln!(out)?;
+    }
     write_friction(out, summary, outcome)?;
     write_energy(out, summary)?;
     if let Some(part) = summary.energy_lost(&job.settings, &outcome.events) {

@@ -8,6 +8,7 @@ use super::sample::Sample;
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::dofs::{Dof, actuated, dofs_of};
+use crate::gearing_load::gearings_json;
 use crate::job::Job;
 use crate::names::Names;
 use crate::ranges::Ranges;
@@ -185,14 +186,7 @@ impl Summary {
         });
         // Only models with gearings have this entry.
         if !self.gearings.is_empty() {
-            let each = self.names.gearings.iter().zip(&self.gearings);
-            let entry = |((name, unit), (size, determined)): (&(String, &str), &(Size, bool))| {
-                let mut entry = size.json();
-                entry["unit"] = json!(unit);
-                entry["determined"] = json!(determined);
-                (name.clone(), entry)
-            };
-            value["gearings"] = Value::Object(each.map(entry).collect());
+            value["gearings"] = gearings_json(&self.names.gearings, &self.gearings);
         }
         // Only models with ranges have this entry.
         if !self.ranges.all.is_empty() {

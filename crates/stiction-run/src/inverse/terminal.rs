@@ -4,6 +4,7 @@ use super::certainty::{MOST_MARGIN, Margin};
 use super::summary::{Summary, friction_word, weighting_words};
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
+use crate::gearing_load::write_gearings;
 use crate::job::Job;
 use crate::names::{heading, listed, width};
 use crate::statistics::Integral;
@@ -185,29 +186,11 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
             writeln!(out, "{:>9} N m {:>9} s", number(moment.peak), number(moment.peak_time))?;
         }
     }
-    write_gearings(out, summary)?;
+    if !summary.gearings.is_empty() {
+        writeln!(out)?;
+        write_gearings(out, &summary.names.gearings, &summary.gearings)?;
+    }
     writeln!(out)
-}
-
-/// Writes the greatest effort of each gearing.
-fn write_gearings(out: &mut impl Write, summary: &Summary) -> fmt::Result {
-    let names = &summary.names.gearings;
-    if names.is_empty() {
-        return Ok(());
-    }
-    let wide = width(names.iter().map(|(name, _)| name.as_str()), 13);
-    writeln!(out, "\n{:wide$}  {:>13} {:>11} {:>13}", "gearing", "effort", "at", "rms")?;
-    for ((name, unit), (size, determined)) in names.iter().zip(&summary.gearings) {
-        writeln!(
-            out,
-            "{name:wide$}  {:>9} {unit:3} {:>9} s {:>9} {unit:3}{}",
-            number(size.peak),
-            number(size.peak_time),
-            number(size.rms()),
-            if *determined { "" } else { "  not unique" },
-        )?;
-    }
-    Ok(())
 }
 
 fn write_friction(

@@ -213,7 +213,7 @@ fn across_the_plane(slope: f64, rho: f64) -> String {
 }
 
 static NO_LOAD: LoadCase =
-    LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
+    LoadCase { title: String::new(), wrenches: Vec::new(), laws: Vec::new(), payloads: Vec::new() };
 
 /// Job of a motion under gravity alone.
 fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {

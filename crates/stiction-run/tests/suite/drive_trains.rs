@@ -653,8 +653,12 @@ fn simulated_hexapod() {
     }
 }
 
-static NO_LOAD: stiction_format::LoadCase =
-    stiction_format::LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
+static NO_LOAD: stiction_format::LoadCase = stiction_format::LoadCase {
+    title: String::new(),
+    wrenches: Vec::new(),
+    laws: Vec::new(),
+    payloads: Vec::new(),
+};
 
 /// All actuators follow given motions.
 struct Led(Vec<Target<f64>>);

@@ -27,8 +27,12 @@ fn home(model: &ModelFile) -> Home<'_> {
 
 /// The first motion without a load.
 fn without_load(model: &ModelFile) -> Job<'_> {
-    static NONE: LoadCase =
-        LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
+    static NONE: LoadCase = LoadCase {
+        title: String::new(),
+        wrenches: Vec::new(),
+        laws: Vec::new(),
+        payloads: Vec::new(),
+    };
     let (name, motion) = &model.motions[0];
     Job { friction: FrictionMode::Off, ..Job::new(model, (name, motion), ("none", &NONE)) }
 }

@@ -164,3 +164,122 @@ fn the_gallery_returns_from_each_format() {
     // Hundreds of joints in each format.
     assert!(compared > 500 && frictions > 50, "{compared} {frictions}");
 }
+
+/// Gearings, motors of several joints, springs, bushings and ranges.
+const GEARED: &str = r#"
+name = "geared"
+gravity = [0, 0, -9.81]
+[bodies.a]
+mass = 1
+com = [0.1, 0, 0]
+inertia = [0.01, 0.01, 0.01]
+[bodies.b]
+mass = 1
+com = [0.1, 0.02, 0]
+inertia = [0.01, 0.01, 0.01]
+[bodies.c]
+mass = 1
+com = [0.1, 0, 0.03]
+inertia = [0.01, 0.01, 0.01]
+[bodies.d]
+mass = 1
+com = [0.1, 0, 0]
+inertia = [0.01, 0.01, 0.01]
+[joints.A]
+type = "R"
+from = "ground"
+to = "a"
+axis = "y"
+range = [-1, 2]
+friction = { mu = 0.1, radius = "10 mm" }
+[joints.B]
+type = "P"
+from = "a"
+to = "b"
+axis = "x"
+[joints.C]
+type = "R"
+from = "ground"
+to = "c"
+axis = "z"
+[joints.D]
+type = "R"
+from = "c"
+to = "d"
+axis = "x"
+range = [-0.5, 0.75]
+[gearings.G]
+joints = { A = "20 mm/rad", B = -1 }
+offset = "5 mm"
+[gearings.H]
+joints = { A = 1, C = 2, D = -3 }
+offset = "0.1 rad"
+[actuators.M]
+joints = { A = 1, C = 1 }
+ratio = 5
+rotor_inertia = "1e-3 kg m^2"
+motor_friction = { constant = "0.01 N m", viscous = "1e-4 N m s/rad" }
+efficiency = 0.9
+limits = { peak = "2 N m", speed = "300 rad/s" }
+[actuators.N]
+joints = { A = 1, C = -1 }
+ratio = 5
+[springs.S]
+joint = "D"
+stiffness = "2 N m/rad"
+rest = "0.2 rad"
+preload = "0.1 N m"
+damping = "0.01 N m s/rad"
+[bushings.Q]
+from = "ground"
+to = "d"
+stiffness = [1, 2, 3, 4, 5, 6]
+[motions.m]
+duration = "1 s"
+A = "0.3*sin(t/(1 s)) + 0.2"
+C = "0.3*sin(t/(1 s)) + 0.1"
+[loads.none]
+[default]
+motion = "m"
+load = "none"
+"#;
+
+#[test]
+fn gearings_and_motors_return_from_each_format() {
+    let original = model_of("geared", GEARED);
+    let expected = forces(&original, &original, 0.3).unwrap();
+    let own = |model: &ModelFile| {
+        let mechanism = &model.mechanism;
+        let trains = mechanism.drive_trains().iter().map(|train| {
+            let kept = (train.rotor_inertia, train.motor_friction, train.gear, train.limits);
+            (train.name.clone(), train.transmission(), kept)
+        });
+        let gearings = mechanism.gearings().iter().map(|own| (own.name.clone(), own.offset));
+        let ranges = mechanism.joints().iter().map(|own| (own.name.clone(), own.ranges.clone()));
+        let springs = mechanism
+            .joint_springs()
+            .iter()
+            .map(|own| (own.name.clone(), own.stiffness, own.rest, own.preload, own.damping));
+        let mut ranges: Vec<_> = ranges.collect();
+        ranges.sort_by(|a, b| a.0.cmp(&b.0));
+        let stiffness: Vec<_> = mechanism.bushings().iter().map(|own| own.stiffness).collect();
+        (
+            trains.collect::<Vec<_>>(),
+            gearings.collect::<Vec<_>>(),
+            ranges,
+            springs.collect::<Vec<_>>(),
+            stiffness,
+        )
+    };
+    for format in [Format::Mjcf, Format::Sdf, Format::Urdf] {
+        let again = round_trip(&original, format);
+        assert_eq!(own(&again), own(&original), "{format:?}");
+        let found = forces(&original, &again, 0.3).unwrap();
+        for (name, effort, frictional) in &expected.efforts {
+            let (_, a, b) = found.efforts.iter().find(|(other, ..)| other == name).unwrap();
+            // Efforts of some N m, through the rounding of rotated frames.
+            assert!((a - effort).abs() < 1e-12, "{format:?} {name}: {a} {effort}");
+            assert!((b - frictional).abs() < 1e-12, "{format:?} {name}: {b} {frictional}");
+        }
+    }
+}

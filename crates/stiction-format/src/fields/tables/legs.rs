@@ -1,7 +1,7 @@
 //! Legs.
 
 use super::joint::LEG_JOINT;
-use super::{BODY, LEG_ACTUATOR};
+use super::{BODY, LEG_ACTUATOR, SPRING};
 use crate::expression::Measure::{Angle, Length};
 use crate::fields::Shape::{Axis, List, Name, Named, Names, Quantities, Quantity, Text, Vector};
 use crate::fields::{Field, field, required};
@@ -27,6 +27,13 @@ const LEG_ACTUATORS: Field = field(
     Named(LEG_ACTUATOR),
     "Drive trains by the joint of the chain that they drive. They have the name of the joint: leg1.P, leg2.P \
      and so on.",
+);
+
+const LEG_SPRINGS: Field = field(
+    "springs",
+    Named(SPRING),
+    "Springs of each leg by name: leg1.NAME, leg2.NAME and so on. Bodies and joints of the chain have the names of the \
+     chain; points on `from` and `to` of the legs are in their frames rotated by the leg's angle.",
 );
 
 /// A group of equal legs.
@@ -57,6 +64,7 @@ pub(crate) const LEGS: &[Field] = &[
     LEG_JOINTS,
     LEG_BODIES,
     LEG_ACTUATORS,
+    LEG_SPRINGS,
 ];
 
 /// One leg of a group.
@@ -68,4 +76,5 @@ pub(crate) const PLACE: &[Field] = &[
     LEG_JOINTS,
     LEG_BODIES,
     LEG_ACTUATORS,
+    LEG_SPRINGS,
 ];

@@ -50,6 +50,11 @@ fn chain_from(robot: &Description, start: usize, length: usize) -> Option<Vec<us
             && !content.closes
             && content.friction.is_none()
             && !robot.gearings.iter().any(geared)
+            && !robot
+                .joint_motors
+                .iter()
+                .flat_map(|motor| &motor.terms)
+                .any(|term| term.0 == *joint)
             && content
                 .dofs
                 .iter()

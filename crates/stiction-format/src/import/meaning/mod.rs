@@ -71,6 +71,9 @@ fn remove(robot: &mut Description, joints: &[usize], bodies: &[usize]) {
     for motor in &mut robot.motors {
         motor.joint = joint_of[motor.joint];
     }
+    for motor in &mut robot.joint_motors {
+        motor.terms.iter_mut().for_each(|term| term.0 = joint_of[term.0]);
+    }
     for gearing in &mut robot.gearings {
         gearing.terms.iter_mut().for_each(|term| term.0 = joint_of[term.0]);
     }

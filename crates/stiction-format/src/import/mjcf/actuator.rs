@@ -1,6 +1,6 @@
 //! Actuators of MJCF.
 
-use super::super::description::Motor;
+use super::super::description::{JointMotor, Motor};
 use super::super::xml::Element;
 use super::Reader;
 use super::defaults::ACTUATORS;
@@ -8,7 +8,7 @@ use super::tendon::Tendons;
 use crate::diagnostic::quoted;
 
 impl Reader<'_, '_> {
-    pub(super) fn read_actuators(&mut self, root: &Element, tendons: &Tendons) {
+    pub(super) fn read_actuators(&mut self, root: &Element, tendons: &mut Tendons) {
         for element in root.all("actuator").flat_map(|all| all.children.iter()) {
             if ACTUATORS.contains(&element.tag.as_str()) {
                 let element = self.defaults.applied(self.context, element, None);
@@ -17,34 +17,20 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn read_actuator(&mut self, element: &Element, tendons: &Tendons) -> Option<()> {
+    fn read_actuator(&mut self, element: &Element, tendons: &mut Tendons) -> Option<()> {
         let context = self.context;
         let place = element.place();
         let gear = element.list(context, "gear").unwrap_or_default();
         let gear = gear.first().copied().unwrap_or(1.0);
-        let (joint, factor) = if let Some(tendon) = element.get("tendon") {
-            match tendons.get(tendon).map(Vec::as_slice) {
-                Some([only]) => *only,
-                Some(several) => {
-                    let names: Vec<String> = several
-                        .iter()
-                        .map(|(joint, _)| quoted(&self.robot.joints[*joint].name))
-                        .collect();
-                    let message = format!(
-                        "the motor of several joints, {}, has no counterpart in the model",
-                        names.join(", ")
-                    );
-                    context.note(message, Some(place));
-                    return None;
-                }
-                None => {
-                    context.note("an actuator of this tendon is left out", Some(place));
-                    return None;
-                }
-            }
+        let terms = if let Some(name) = element.get("tendon") {
+            let Some(tendon) = tendons.get_mut(name) else {
+                context.note("an actuator of this tendon is left out", Some(place));
+                return None;
+            };
+            tendon.joints.clone()
         } else if let Some(name) = element.get("joint").or_else(|| element.get("jointinparent")) {
             match self.joints.get(name) {
-                Some(&joint) => (joint, 1.0),
+                Some(&joint) => vec![(joint, 1.0)],
                 None => {
                     let message = format!("there is no joint {}", quoted(name));
                     context.error("name", message, &place, "");
@@ -56,18 +42,24 @@ impl Reader<'_, '_> {
             context.note(message, Some(place));
             return None;
         };
-        let gear = gear * factor;
-        let [dof] = self.robot.joints[joint].dofs.as_mut_slice() else {
+        if terms.iter().any(|(joint, _)| self.robot.joints[*joint].dofs.len() != 1) {
             context.note("motors of ball and free joints are left out", Some(place));
             return None;
-        };
-        if gear == 0.0 {
+        }
+        let terms: Vec<(usize, f64)> = terms.into_iter().filter(|term| term.1 != 0.0).collect();
+        if gear == 0.0 || terms.is_empty() {
             context.note("an actuator with the gear 0 is left out", Some(place));
             return None;
         }
-        dof.actuated = true;
+        // What a tendon has belongs to its first motor.
+        let tendon = element.get("tendon").and_then(|name| tendons.get_mut(name));
+        let mut own = [0.0; 3];
+        if let Some(tendon) = tendon.filter(|tendon| !tendon.is_driven) {
+            tendon.is_driven = true;
+            own = [tendon.armature, tendon.friction, tendon.damping];
+        }
         // The armature of an actuator turns with its shaft.
-        dof.armature += element.number(context, "armature").unwrap_or(0.0).max(0.0) * gear * gear;
+        own[0] += element.number(context, "armature").unwrap_or(0.0).max(0.0) * gear * gear;
         let greatest = |key: &str, limited: &str| {
             let range = element.numbers::<2>(context, key)?;
             let is_limited = match element.get(limited) {
@@ -86,15 +78,35 @@ impl Reader<'_, '_> {
             context.note(message, Some(place.clone()));
         }
         let name = element.get("name").map(str::to_owned);
-        let name = name.unwrap_or_else(|| self.robot.joints[joint].name.clone());
+        let name = name.unwrap_or_else(|| self.robot.joints[terms[0].0].name.clone());
+        let [armature, friction, damping] = own;
+        let place = Some(place);
+        let &[(joint, factor)] = terms.as_slice() else {
+            self.robot.joint_motors.push(JointMotor {
+                name,
+                terms,
+                gear,
+                effort,
+                armature,
+                friction,
+                damping,
+                place,
+            });
+            return Some(());
+        };
+        let dof = &mut self.robot.joints[joint].dofs[0];
+        dof.actuated = true;
+        dof.armature += armature * factor * factor;
+        dof.friction += friction * factor.abs();
+        dof.damping += damping * factor * factor;
         self.robot.motors.push(Motor {
             name,
             joint,
             dof: 0,
-            gear,
-            effort,
+            gear: gear * factor,
+            effort: effort.map(|effort| effort * factor.abs()),
             rate: None,
-            place: Some(place),
+            place,
         });
         Some(())
     }

@@ -4,12 +4,13 @@ use super::super::description::{Gearing, Joint};
 use super::super::rotation;
 use super::super::xml::Element;
 use super::Reader;
+use super::tendon::Tendons;
 use crate::diagnostic::{did_you_mean, quoted};
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Pose, Vec3};
 
 impl Reader<'_, '_> {
-    pub(super) fn read_equalities(&mut self, root: &Element) {
+    pub(super) fn read_equalities(&mut self, root: &Element, tendons: &Tendons) {
         for equality in root.all("equality") {
             for (number, element) in equality.children.iter().enumerate() {
                 let element = self.defaults.applied(self.context, element, None);
@@ -27,6 +28,10 @@ impl Reader<'_, '_> {
                     "weld" => self.weld(&element, &name),
                     "joint" => {
                         self.couple(&element, &name);
+                        None
+                    }
+                    "tendon" => {
+                        self.couple_tendons(&element, &name, tendons);
                         None
                     }
                     other => {
@@ -126,6 +131,53 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
+    /// Coefficients of a coupling that is linear; others are listed.
+    fn linear(&self, element: &Element, has_second: bool) -> Option<[f64; 2]> {
+        let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
+        let given = element.list(self.context, "polycoef").unwrap_or_default();
+        coefficients.iter_mut().zip(given).for_each(|(known, value)| *known = value);
+        if has_second && coefficients[2..].iter().any(|value| *value != 0.0) {
+            let message = "a coupling by a polynomial of higher order is left out";
+            self.context.note(message, Some(element.place()));
+            return None;
+        }
+        Some([coefficients[0], coefficients[1]])
+    }
+
+    /// Coordinate of a joint in the position of the file.
+    fn reference(&self, joint: usize) -> Option<f64> {
+        match self.robot.joints[joint].dofs.as_slice() {
+            [dof] => Some(dof.position),
+            _ => None,
+        }
+    }
+
+    /// The length of a tendon that is a sum of joint coordinates is a polynomial of that of another one.
+    fn couple_tendons(&mut self, element: &Element, name: &str, tendons: &Tendons) -> Option<()> {
+        element.required(self.context, "tendon1")?;
+        let place = Some(element.place());
+        let find = |key: &str| tendons.get(element.get(key)?.trim());
+        let second = element.attribute("tendon2").is_some();
+        let (Some(first), true) = (find("tendon1"), !second || find("tendon2").is_some()) else {
+            self.context
+                .note("a coupling of tendons that are no sums of joints is left out", place);
+            return None;
+        };
+        let [constant, factor] = self.linear(element, second)?;
+        let mut terms = first.joints.clone();
+        if let Some(second) = find("tendon2") {
+            terms.extend(second.joints.iter().map(|&(joint, part)| (joint, -factor * part)));
+        }
+        // Deviations from the position of the file are coupled.
+        let mut sum = constant;
+        for &(joint, part) in &terms {
+            sum += part * self.reference(joint)?;
+        }
+        let terms = terms.into_iter().map(|(joint, part)| (joint, 0, part)).collect();
+        self.robot.gearings.push(Gearing { name: name.to_owned(), terms, constant: sum, place });
+        Some(())
+    }
+
     /// One coordinate is a polynomial of another one.
     fn couple(&mut self, element: &Element, name: &str) -> Option<()> {
         element.required(self.context, "joint1")?;
@@ -134,24 +186,13 @@ impl Reader<'_, '_> {
             Some(_) => Some(self.named(element, ("joint2", "joint"), &self.joints)?),
             None => None,
         };
-        let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
-        let given = element.list(self.context, "polycoef").unwrap_or_default();
-        coefficients.iter_mut().zip(given).for_each(|(known, value)| *known = value);
-        if coefficients[2..].iter().any(|value| *value != 0.0) && second.is_some() {
-            let message = "a coupling of joints by a polynomial of higher order is left out";
-            self.context.note(message, Some(element.place()));
-            return None;
-        }
-        let reference = |joint: usize| match self.robot.joints[joint].dofs.as_slice() {
-            [dof] => Some(dof.position),
-            _ => None,
-        };
+        let [constant, factor] = self.linear(element, second.is_some())?;
         // Deviations from the position of the file are coupled.
         let mut terms = vec![(first, 0, 1.0)];
-        let mut constant = coefficients[0] + reference(first)?;
+        let mut constant = constant + self.reference(first)?;
         if let Some(second) = second {
-            terms.push((second, 0, -coefficients[1]));
-            constant -= coefficients[1] * reference(second)?;
+            terms.push((second, 0, -factor));
+            constant -= factor * self.reference(second)?;
         }
         let place = Some(element.place());
         self.robot.gearings.push(Gearing { name: name.to_owned(), terms, constant, place });

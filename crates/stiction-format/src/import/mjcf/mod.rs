@@ -13,6 +13,7 @@ mod tendon;
 use super::context::Context;
 use super::description::Description;
 use super::extension;
+use super::joint_motors;
 use super::xml::Element;
 use defaults::Defaults;
 use settings::Settings;
@@ -69,9 +70,11 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description>
         return None;
     }
     reader.scale_mass();
-    reader.read_equalities(&root);
-    let tendons = reader.read_tendons(&root);
-    reader.read_actuators(&root, &tendons);
+    let mut tendons = reader.read_tendons(&root);
+    reader.read_equalities(&root, &tendons);
+    reader.read_actuators(&root, &mut tendons);
+    reader.note_tendons(&tendons);
+    joint_motors::settle(context, &mut reader.robot);
     reader.read_keyframe(&root);
     reader.robot.extensions = extension::custom_texts(&root);
     reader.note_unused(&root);

@@ -3,11 +3,25 @@
 use super::super::description::Spring;
 use super::super::xml::Element;
 use super::Reader;
+use crate::source::Place;
 use std::collections::HashMap;
 use stiction_core::spatial::Pose;
 
-/// Joints with their factors, by the name of the tendon.
-pub(super) type Tendons = HashMap<String, Vec<(usize, f64)>>;
+/// Tendon that is a sum of joint coordinates.
+#[derive(Clone, Debug)]
+pub(super) struct Fixed {
+    /// Joints of one degree of freedom, with their factors.
+    pub(super) joints: Vec<(usize, f64)>,
+    /// Inertia, friction and damping at the sum; a motor takes them.
+    pub(super) armature: f64,
+    pub(super) friction: f64,
+    pub(super) damping: f64,
+    pub(super) is_driven: bool,
+    place: Place,
+}
+
+/// Sums of joint coordinates by the names of their tendons.
+pub(super) type Tendons = HashMap<String, Fixed>;
 
 impl Reader<'_, '_> {
     pub(super) fn read_tendons(&mut self, root: &Element) -> Tendons {
@@ -16,9 +30,9 @@ impl Reader<'_, '_> {
             let element = self.defaults.applied(self.context, element, None);
             match element.tag.as_str() {
                 "fixed" => {
-                    let joints = self.read_fixed(&element);
-                    if let (Some(name), Some(joints)) = (element.get("name"), joints) {
-                        tendons.insert(name.to_owned(), joints);
+                    let fixed = self.read_fixed(&element);
+                    if let (Some(name), Some(fixed)) = (element.get("name"), fixed) {
+                        tendons.insert(name.to_owned(), fixed);
                     }
                 }
                 "spatial" => self.read_spatial(&element),
@@ -28,15 +42,37 @@ impl Reader<'_, '_> {
         tendons
     }
 
-    fn read_fixed(&self, element: &Element) -> Option<Vec<(usize, f64)>> {
-        let context = self.context;
-        for key in ["stiffness", "damping", "frictionloss", "armature"] {
-            let value = element.list(context, key).unwrap_or_default();
-            if value.iter().any(|value| *value != 0.0) {
-                let message = format!("`{key}` of a tendon that couples joints is left out");
-                context.note(message, Some(element.place()));
+    /// Lists friction and inertia of sums of joints that no motor drives.
+    pub(super) fn note_tendons(&self, tendons: &Tendons) {
+        let mut left: Vec<&Fixed> = tendons.values().filter(|fixed| !fixed.is_driven).collect();
+        left.sort_by_key(|fixed| fixed.place.line_column());
+        for fixed in left {
+            let values = [fixed.armature, fixed.friction, fixed.damping];
+            for (key, value) in ["armature", "frictionloss", "damping"].into_iter().zip(values) {
+                if value != 0.0 {
+                    let message = format!(
+                        "`{key}` of a tendon that couples joints without a motor is left out"
+                    );
+                    self.context.note(message, Some(fixed.place.clone()));
+                }
             }
         }
+    }
+
+    fn read_fixed(&self, element: &Element) -> Option<Fixed> {
+        let context = self.context;
+        let list = |key: &str| element.list(context, key).unwrap_or_default();
+        let left = |key: &str| {
+            let message = format!("`{key}` of a tendon that couples joints is left out");
+            context.note(message, Some(element.place()));
+        };
+        if list("stiffness").iter().any(|value| *value != 0.0) {
+            left("stiffness");
+        }
+        if list("range").iter().any(|value| *value != 0.0) {
+            left("range");
+        }
+        let value = |key: &str| list(key).first().copied().unwrap_or(0.0).max(0.0);
         let term = |joint: &Element| {
             let name = joint.required(context, "joint")?;
             let index = self.joints.get(name).copied();
@@ -46,7 +82,15 @@ impl Reader<'_, '_> {
             }
             Some((index?, joint.number(context, "coef").unwrap_or(1.0)))
         };
-        element.all("joint").map(term).collect()
+        let joints: Option<Vec<(usize, f64)>> = element.all("joint").map(term).collect();
+        Some(Fixed {
+            joints: joints?,
+            armature: value("armature"),
+            friction: value("frictionloss"),
+            damping: value("damping"),
+            is_driven: false,
+            place: element.place(),
+        })
     }
 
     fn read_spatial(&mut self, element: &Element) {

@@ -74,7 +74,11 @@ fn actuation(out: &mut String, robot: &Description, index: usize) {
     let joint = &robot.joints[index];
     let names: Vec<String> = (0..joint.dofs.len())
         // A drive train actuates its coordinate.
-        .filter(|&dof| joint.dofs[dof].actuated && !motor::is_written(robot, index, dof))
+        .filter(|&dof| {
+            joint.dofs[dof].actuated
+                && !motor::is_written(robot, index, dof)
+                && !motor::is_driven_otherwise(robot, index, dof)
+        })
         .map(|dof| text(joint.kind.dofs()[dof].name))
         .collect();
     if names.is_empty() {
@@ -132,6 +136,14 @@ fn start(out: &mut String, joint: &Joint, in_loop: bool) {
 }
 
 fn ranges(out: &mut String, joint: &Joint) {
+    if let Some(table) = &joint.range {
+        let _ = match table.get("range") {
+            // A joint of one coordinate has a pair.
+            Some(range) => writeln!(out, "range = {range}"),
+            None => writeln!(out, "range = {}", toml::Value::Table(table.clone())),
+        };
+        return;
+    }
     let range = |dof: usize| {
         let [least, greatest] = joint.dofs[dof].range?;
         let bound = |value: f64| match is_angle(joint.kind, dof) {

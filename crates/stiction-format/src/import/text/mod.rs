@@ -1,5 +1,6 @@
 //! The text of a model file of a description.
 
+pub(super) mod gearing;
 mod joint;
 mod motor;
 pub(super) mod numbers;
@@ -7,7 +8,6 @@ mod spring;
 
 use super::context::{Context, Note};
 use super::description::{Body, Description, GROUND, Joint};
-use crate::diagnostic::quoted;
 use crate::source::Place;
 use numbers::{guess, inertia, lengths, quantity};
 use std::fmt::Write;
@@ -65,8 +65,8 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
         joint::write(context, &mut out, robot, index, in_loops[index]);
     }
     motor::write(context, &mut out, robot);
+    gearing::write(context, &mut out, robot);
     spring::write(&mut out, robot);
-    note_missing(context, robot);
     if let Some(motion) = draft.motion.as_ref().filter(|motion| !motion.is_empty()) {
         out += "\n";
         comment(
@@ -80,24 +80,6 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
         out += "\n[default]\nmotion = \"hold\"\n";
     }
     out
-}
-
-/// What the description has and a model file has not.
-fn note_missing(context: &Context<'_>, robot: &Description) {
-    for gearing in &robot.gearings {
-        let terms: Vec<String> = gearing
-            .terms
-            .iter()
-            .map(|(joint, dof, factor)| format!("{factor} {}", robot.joints[*joint].dof_name(*dof)))
-            .collect();
-        let message = format!(
-            "the coupling {}, {} = {}, has no counterpart in the model: it is left out",
-            quoted(&gearing.name),
-            terms.join(" + ").replace("+ -", "- "),
-            gearing.constant
-        );
-        context.note(message, gearing.place.clone());
-    }
 }
 
 /// Number of the line after a table's name.
@@ -121,6 +103,13 @@ fn write_body(out: &mut String, body: &Body) {
     let _ = writeln!(out, "mass = {}", quantity(body.mass, "kg"));
     let _ = writeln!(out, "com = {}", lengths(body.com));
     let _ = writeln!(out, "inertia = {}", inertia(body.inertia));
+}
+
+/// Writes the entries of a table, nested tables on one line each.
+fn entries(out: &mut String, table: &toml::Table) {
+    for (name, value) in table {
+        let _ = writeln!(out, "{} = {value}", key(name));
+    }
 }
 
 /// A key of a table.
@@ -167,8 +156,18 @@ fn wrapped(out: &mut String, text: &str, [first, next]: [&str; 2]) {
 }
 
 impl Description {
-    /// For each joint: true if it is part of a loop.
+    /// For each joint: true if it is part of a loop or of a gearing, which closes one between coordinates.
     pub(super) fn in_loops(&self) -> Vec<bool> {
+        let mut found = self.in_loops_of_bodies();
+        for (joint, ..) in
+            self.gearings.iter().filter_map(|own| gearing::terms(self, own)).flatten()
+        {
+            found[joint] = true;
+        }
+        found
+    }
+
+    fn in_loops_of_bodies(&self) -> Vec<bool> {
         let connected = |without: usize| {
             let joint: &Joint = &self.joints[without];
             let mut reached = vec![false; self.bodies.len()];

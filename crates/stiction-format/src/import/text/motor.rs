@@ -1,17 +1,31 @@
 //! Tables of motors.
 
 use super::super::context::Context;
-use super::super::description::{Coordinate, Description, Motor};
+use super::super::description::{Coordinate, Description, JointMotor, Motor};
 use super::joint::is_angle;
 use super::numbers::quantity;
-use super::{key, line, text};
+use super::{entries, key, line, text};
 use std::fmt::Write;
 
 /// True if a coordinate gets the table of a motor: `actuated = true` says less.
 pub(super) fn is_written(robot: &Description, joint: usize, dof: usize) -> bool {
     let own = &robot.joints[joint].dofs[dof];
+    let is_alone =
+        motors(robot, joint, dof).next().is_some() || !is_driven_otherwise(robot, joint, dof);
     own.actuated
+        && is_alone
         && (own.armature > 0.0 || own.friction > 0.0 || motors(robot, joint, dof).any(is_special))
+}
+
+/// True if a motor of several joints, or one of this program, drives a coordinate.
+pub(super) fn is_driven_otherwise(robot: &Description, joint: usize, dof: usize) -> bool {
+    let several = || robot.joint_motors.iter().flat_map(|motor| &motor.terms);
+    let name = robot.joints[joint].dof_name(dof);
+    (dof == 0 && several().any(|term| term.0 == joint))
+        || robot.motor_tables.iter().any(|(_, table)| {
+            table.get("joint").and_then(toml::Value::as_str) == Some(&name)
+                || table.get("joints").and_then(|joints| joints.get(&name)).is_some()
+        })
 }
 
 /// True if a motor has more than a name.
@@ -24,11 +38,20 @@ fn motors(robot: &Description, joint: usize, dof: usize) -> impl Iterator<Item =
 }
 
 pub(super) fn write(context: &Context<'_>, out: &mut String, robot: &Description) {
+    for (name, table) in &robot.motor_tables {
+        let _ = writeln!(out, "\n[actuators.{}]", key(name));
+        entries(out, table);
+    }
+    for motor in &robot.joint_motors {
+        several(out, robot, motor);
+    }
     for (index, joint) in robot.joints.iter().enumerate() {
         for (dof, own) in joint.dofs.iter().enumerate() {
-            if !own.actuated {
+            let is_driven_otherwise = is_driven_otherwise(robot, index, dof);
+            let has_own = motors(robot, index, dof).next().is_some();
+            if !own.actuated || (is_driven_otherwise && !has_own) {
                 if own.armature > 0.0 {
-                    let message = "the armature of a joint without a motor has no counterpart in \
+                    let message = "the armature of a joint without a motor of its own has no counterpart in \
                                    the model: it is left out";
                     context.note(message, joint.place.clone());
                 }
@@ -52,6 +75,50 @@ pub(super) fn write(context: &Context<'_>, out: &mut String, robot: &Description
                 one(out, robot, motor, (own, shown.len()));
             }
         }
+    }
+}
+
+/// Writes a motor of several joints.
+fn several(out: &mut String, robot: &Description, motor: &JointMotor) {
+    let header = format!("[actuators.{}]", key(&motor.name));
+    let _ = writeln!(out, "\n{}", line(motor.place.as_ref(), &header));
+    let name = |joint: usize| key(&robot.joints[joint].dof_name(0));
+    let each: Vec<String> =
+        motor.terms.iter().map(|(joint, part)| format!("{} = {part}", name(*joint))).collect();
+    let _ = writeln!(out, "joints = {{ {} }}", each.join(", "));
+    let translates = |joint: usize| !is_angle(robot.joints[joint].kind, 0);
+    let count = motor.terms.iter().filter(|term| translates(term.0)).count();
+    if count == motor.terms.len() {
+        let lead = std::f64::consts::TAU / motor.gear;
+        let _ = writeln!(out, "lead = {}", quantity(lead, "m/rev"));
+    } else {
+        if count > 0 {
+            // An angle of one rad for each metre.
+            let _ = writeln!(out, "lead = {}", quantity(std::f64::consts::TAU, "m/rev"));
+        }
+        if motor.gear != 1.0 {
+            let _ = writeln!(out, "ratio = {}", motor.gear);
+        }
+    }
+    let square = motor.gear * motor.gear;
+    if motor.armature > 0.0 {
+        let inertia = quantity(motor.armature / square, "kg m^2");
+        let _ = writeln!(out, "rotor_inertia = {inertia}");
+    }
+    let mut losses = Vec::new();
+    if motor.friction > 0.0 {
+        let constant = quantity(motor.friction / motor.gear.abs(), "N m");
+        losses.push(format!("constant = {constant}"));
+    }
+    if motor.damping > 0.0 {
+        losses.push(format!("viscous = {}", quantity(motor.damping / square, "N m s/rad")));
+    }
+    if !losses.is_empty() {
+        let _ = writeln!(out, "motor_friction = {{ {} }}", losses.join(", "));
+    }
+    if let Some(effort) = motor.effort {
+        let peak = quantity(effort / motor.gear.abs(), "N m");
+        let _ = writeln!(out, "limits = {{ peak = {peak} }}");
     }
 }
 

@@ -3,7 +3,7 @@
 use super::super::description::Description;
 use super::joint::is_angle;
 use super::numbers::{angle, length, lengths, quantity};
-use super::{key, line, text};
+use super::{entries, key, line, text};
 use std::collections::HashSet;
 use std::fmt::Write;
 
@@ -18,10 +18,11 @@ pub(super) fn write(out: &mut String, robot: &Description) {
     };
     for (name, table) in &robot.spring_tables {
         let _ = writeln!(out, "\n[springs.{}]", key(&unique(name)));
-        // Nested tables on one line each.
-        for (key, value) in table {
-            let _ = writeln!(out, "{key} = {value}");
-        }
+        entries(out, table);
+    }
+    for (name, table) in &robot.bushing_tables {
+        let _ = writeln!(out, "\n[bushings.{}]", key(name));
+        entries(out, table);
     }
     for spring in &robot.springs {
         let [from, to] = spring.ends.map(|end| text(&robot.bodies[end].name));

@@ -195,6 +195,7 @@ pub(super) fn retype(joint: &mut Joint, kind: JointType) {
         place: old.place,
         comment: old.comment,
         friction: old.friction,
+        range: old.range,
         frame_j: frame * axes,
         frame_k: axes,
         ..Joint::new(old.name, kind, (old.from, old.to))

@@ -157,6 +157,12 @@ fn gripper_agrees_with_mujoco() {
         let index = names.iter().position(|known| known == name).unwrap();
         assert!((spring.stiffness * spring.rest - efforts[index]).abs() < 1e-12, "{name}");
     }
+    // Two hinges, a gearing, and the motor of both drivers, which the gearing couples.
+    assert_eq!(mobility(&model), truth["mobility"].as_u64().unwrap() as usize);
+    let [gearing] = model.mechanism.gearings() else { panic!("one gearing") };
+    assert_eq!((gearing.dofs.len(), gearing.offset), (2, 0.0));
+    let [train] = model.mechanism.drive_trains() else { panic!("one motor") };
+    assert_eq!((train.transmission(), train.limits.peak), (1.0, Some(5.0)));
     let notes: Vec<String> = imported.notes.iter().map(|note| note.line()).collect();
     for name in truth["bodies_whose_mass_came_from_meshes"].as_array().unwrap() {
         let name = name.as_str().unwrap();

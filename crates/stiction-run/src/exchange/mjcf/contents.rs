@@ -6,14 +6,17 @@ use super::writer::{Writer, quaternion};
 use crate::exchange::extension::{self, Entry};
 use crate::exchange::names::Names;
 use crate::exchange::xml::numbers;
-use stiction_core::mechanism::{DriveTrain, JointId};
+use stiction_core::mechanism::{DriveTrain, GearedDof, Gearing, JointId};
 use stiction_format::NAMESPACE;
 
-impl Writer<'_> {
-    /// Writes springs as tendons between sites.
-    pub(super) fn write_springs(&mut self) {
-        let springs = self.home.model.mechanism.springs();
-        if springs.is_empty() {
+impl<'a> Writer<'a> {
+    /// Writes springs as tendons between sites, and sums of joint coordinates: gearings of more than two joints, and
+    /// motors of several joints.
+    pub(super) fn write_tendons(&mut self) {
+        let mechanism = &self.home.model.mechanism;
+        let springs = mechanism.springs();
+        let (summed, driven) = (self.summed_gearings(), self.motors_of_several());
+        if springs.is_empty() && summed.is_empty() && driven.is_empty() {
             return;
         }
         self.xml.open("tendon", &[]);
@@ -35,7 +38,58 @@ impl Writer<'_> {
             }
             self.xml.close();
         }
+        for (name, terms) in &summed {
+            self.write_sum(&[("name", format!("{name}.sum"))], terms);
+        }
+        for (train, terms) in &driven {
+            let (n, friction) = (train.transmission().abs(), train.motor_friction);
+            let own = [
+                ("armature", train.reflected_inertia()),
+                ("frictionloss", n * friction.constant),
+                ("damping", n * n * friction.viscous),
+            ];
+            let own = own.into_iter().filter(|(_, value)| *value > 0.0);
+            let mut attributes = vec![("name", format!("{}.sum", train.name))];
+            attributes.extend(own.map(|(key, value)| (key, numbers(&[value]))));
+            self.write_sum(&attributes, terms);
+        }
         self.xml.close();
+    }
+
+    fn write_sum(&mut self, attributes: &[(&'static str, String)], terms: &[(String, f64)]) {
+        self.xml.open("fixed", attributes);
+        for (joint, part) in terms {
+            let coef = ("coef", numbers(&[*part]));
+            self.xml.empty("joint", &[("joint", joint.clone()), coef]);
+        }
+        self.xml.close();
+    }
+
+    /// Gearings of more than two joints, by name, with their joints of the file.
+    pub(super) fn summed_gearings(&self) -> Vec<(String, Vec<(String, f64)>)> {
+        let gearings = self.home.model.mechanism.gearings().iter();
+        let terms = |gearing: &Gearing| {
+            let term = |dof: &GearedDof| {
+                Some((self.step_of(dof.joint, dof.dof)?.name.clone(), dof.coefficient))
+            };
+            let terms: Option<Vec<_>> = gearing.dofs.iter().map(term).collect();
+            Some((gearing.name.clone(), terms?))
+        };
+        gearings.filter(|gearing| gearing.dofs.len() > 2).filter_map(terms).collect()
+    }
+
+    /// Motors of several joints, with their joints of the file.
+    fn motors_of_several(&self) -> Vec<(&'a DriveTrain, Vec<(String, f64)>)> {
+        let trains = self.home.model.mechanism.drive_trains().iter();
+        let terms = |train: &'a DriveTrain| {
+            let parts = train.output_parts();
+            let term = |(joint, dof, part)| Some((self.step_of(joint, dof)?.name.clone(), part));
+            parts.map(term).collect::<Option<Vec<_>>>()
+        };
+        trains
+            .filter(|train| train.only_dof().is_none())
+            .filter_map(|train| Some((train, terms(train)?)))
+            .collect()
     }
 
     /// Joint of the file for a degree of freedom; none if its joint closes a loop.
@@ -57,7 +111,6 @@ impl Writer<'_> {
             let of_several =
                 |train: &DriveTrain| train.only_dof().is_none() && train.moves(joint, dof);
             if mechanism.drive_trains().iter().any(of_several) {
-                // The motors of several joints are left out, with a note.
                 continue;
             }
             let mut motors: Vec<(&str, f64)> =
@@ -70,13 +123,24 @@ impl Writer<'_> {
                 drives.extend(named.map(|named| (taken.take(name), named.name.clone(), gear)));
             }
         }
-        if drives.is_empty() {
+        let several: Vec<_> = self
+            .motors_of_several()
+            .into_iter()
+            .map(|(train, _)| (train.name.clone(), train.transmission()))
+            .collect();
+        if drives.is_empty() && several.is_empty() {
             return;
         }
         self.xml.open("actuator", &[]);
         for (name, joint, gear) in drives {
             let gear = numbers(&[gear]);
             self.xml.empty("motor", &[("name", name), ("joint", joint), ("gear", gear)]);
+        }
+        for (name, gear) in several {
+            let tendon = format!("{name}.sum");
+            let gear = numbers(&[gear]);
+            self.xml
+                .empty("motor", &[("name", taken.take(&name)), ("tendon", tendon), ("gear", gear)]);
         }
         self.xml.close();
     }
@@ -86,6 +150,8 @@ impl Writer<'_> {
         let mechanism = &self.home.model.mechanism;
         let reversed = self.tree.parts.iter().filter(|part| part.reversed).map(|part| part.joint);
         let mut entries = extension::frictions(mechanism);
+        entries.extend(extension::own_springs(mechanism));
+        entries.extend(extension::others(mechanism));
         entries.extend(extension::reversed(mechanism, reversed));
         if entries.is_empty() {
             return;

@@ -22,8 +22,9 @@ impl Writer<'_> {
         let closings = &self.tree.closings;
         let gearings: Vec<_> = self.home.model.mechanism.gearings().iter().collect();
         let geared = gearings.iter().filter_map(|gearing| self.geared(gearing)).collect::<Vec<_>>();
+        let summed = self.summed_gearings();
         let is_closed = closings.iter().all(|(_, closing)| *closing == Closing::Nothing);
-        if is_closed && threads.is_empty() && geared.is_empty() {
+        if is_closed && threads.is_empty() && geared.is_empty() && summed.is_empty() {
             return;
         }
         self.xml.open("equality", &[]);
@@ -75,6 +76,12 @@ impl Writer<'_> {
             ];
             attributes.extend(stiffness());
             self.xml.empty("joint", &attributes);
+        }
+        for (name, _) in summed {
+            let mut attributes =
+                vec![("name", joint_names.take(&name)), ("tendon1", format!("{name}.sum"))];
+            attributes.extend(stiffness());
+            self.xml.empty("tendon", &attributes);
         }
         self.xml.close();
     }

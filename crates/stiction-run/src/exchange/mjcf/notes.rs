@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use super::{friction, inertia};
-use stiction_core::mechanism::{DriveTrain, GearedDof, Mechanism};
+use stiction_core::mechanism::{DriveTrain, GearedDof, Gearing, Mechanism};
 
 /// Omitted or changed properties, one per line.
 pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
@@ -41,16 +41,31 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
         notes.push("compliances of joints are omitted".to_owned());
     }
     if mechanism.joints().iter().any(|joint| !joint.ranges.is_empty()) {
-        notes.push("ranges of joints are omitted: in MJCF they are stops".to_owned());
+        notes.push(
+            "ranges of joints are in texts that only stiction reads: in MJCF they are stops"
+                .to_owned(),
+        );
     }
-    let on_joints = mechanism.joint_springs().iter().map(|spring| spring.name.as_str());
+    let mut joint_springs: Vec<(usize, usize)> = Vec::new();
+    let on_joints = mechanism.joint_springs().iter().filter(|spring| {
+        let in_tree = tree.parts.iter().any(|part| part.joint == spring.joint.0);
+        let key = (spring.joint.0, spring.dof);
+        let is_second = joint_springs.contains(&key);
+        joint_springs.push(key);
+        !in_tree || is_second || (spring.preload != 0.0 && spring.stiffness == 0.0)
+    });
+    let on_joints: Vec<&str> = on_joints.map(|spring| spring.name.as_str()).collect();
     let bushings = mechanism.bushings().iter().map(|bushing| bushing.name.as_str());
     let pushing = mechanism.springs().iter().filter(|s| s.preload != 0.0 && s.stiffness == 0.0);
-    let left: Vec<&str> =
-        on_joints.chain(bushings).chain(pushing.map(|spring| spring.name.as_str())).collect();
+    let left: Vec<&str> = on_joints
+        .into_iter()
+        .chain(bushings)
+        .chain(pushing.map(|spring| spring.name.as_str()))
+        .collect();
     if !left.is_empty() {
         notes.push(format!(
-            "springs on joints, bushings, and springs of constant force are left out: {}",
+            "springs on joints outside of the tree, bushings, and springs of constant force are in texts that only \
+             stiction reads: {}",
             left.join(", ")
         ));
     }
@@ -62,34 +77,39 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     };
     if trains.iter().filter(has_steps).any(|train| train.gear.efficiencies() != (1.0, 1.0)) {
         notes
-            .push("losses of gears are left out: MJCF has none that grow with the load".to_owned());
+            .push("losses of gears are in texts that only stiction reads: MJCF has none that grow with the load".to_owned());
     }
     if trains.iter().any(|train| train.rotor_axis.is_some()) {
         notes.push(
-            "axes of rotors are left out: the armature of MJCF has no gyroscopic torque".to_owned(),
+            "axes of rotors are in texts that only stiction reads: the armature of MJCF has no gyroscopic torque".to_owned(),
         );
     }
     let lost: Vec<_> =
         trains.iter().filter(|train| !has_steps(train)).map(|t| t.name.as_str()).collect();
     if !lost.is_empty() {
         notes.push(format!(
-            "motors of joints that close a loop are left out, with their rotors: {}",
+            "motors of joints that close a loop are in texts that only stiction reads: {}",
             lost.join(", ")
         ));
     }
-    if !of_several.is_empty() {
-        let names: Vec<_> = of_several.iter().map(|train| train.name.as_str()).collect();
-        notes.push(format!(
-            "motors that move several joints together are left out, with their rotors: {}",
-            names.join(", ")
-        ));
+    let is_lost = |train: &&&DriveTrain| !has_steps(train);
+    let names: Vec<_> =
+        of_several.iter().filter(is_lost).map(|train| train.name.as_str()).collect();
+    if !names.is_empty() {
+        notes.push(format!("motors that only stiction reads: {}", names.join(", ")));
     }
-    let large = mechanism.gearings().iter().filter(|gearing| gearing.dofs.len() > 2);
-    let large: Vec<&str> = large.map(|gearing| gearing.name.as_str()).collect();
-    if !large.is_empty() {
+    let is_lost = |gearing: &&Gearing| {
+        let in_tree = |dof: &GearedDof| tree.parts.iter().any(|p| p.joint == dof.joint.0);
+        !gearing.dofs.iter().all(in_tree)
+    };
+    let lost: Vec<&str> = (mechanism.gearings().iter())
+        .filter(is_lost)
+        .map(|gearing| gearing.name.as_str())
+        .collect();
+    if !lost.is_empty() {
         notes.push(format!(
-            "gearings of more than two joints are left out, so that the joints move independently: {}",
-            large.join(", ")
+            "gearings of joints that close a loop are in texts that only stiction reads: {}",
+            lost.join(", ")
         ));
     }
     notes

@@ -61,7 +61,7 @@ impl<'a> Writer<'a> {
         self.xml.empty("option", &[("gravity", gravity), ("timestep", numbers(&[TIMESTEP]))]);
         self.write_bodies();
         self.write_equalities();
-        self.write_springs();
+        self.write_tendons();
         self.write_drives();
         self.write_keyframe();
         self.write_extensions();
@@ -156,6 +156,18 @@ impl<'a> Writer<'a> {
             let of_motors = [("armature", armature), ("frictionloss", constant)];
             for (key, value) in of_motors.into_iter().filter(|(_, value)| *value > 0.0) {
                 attributes.push((key, numbers(&[value])));
+            }
+            let mut springs = self.home.model.mechanism.joint_springs().iter();
+            let spring = springs
+                .find(|spring| spring.joint.0 == part.joint && Some(spring.dof) == step.dof)
+                .filter(|_| step.kind != Kind::Ball);
+            if let Some(spring) = spring {
+                damping += spring.damping;
+                if spring.stiffness > 0.0 {
+                    let rest = spring.rest + spring.preload / spring.stiffness;
+                    attributes.push(("stiffness", numbers(&[spring.stiffness])));
+                    attributes.push(("springref", numbers(&[rest])));
+                }
             }
             if damping > 0.0 {
                 attributes.push(("damping", numbers(&[damping])));

@@ -4,7 +4,7 @@ use stiction_core::mechanism::{DriveTrain, GearLoss, GearedDof, Mechanism, Rotor
 use toml::{Table, Value};
 
 /// Name and table of a drive train.
-pub(super) fn table(mechanism: &Mechanism, train: &DriveTrain) -> (String, Table) {
+pub(in crate::exchange) fn table(mechanism: &Mechanism, train: &DriveTrain) -> (String, Table) {
     let name = |driven: &GearedDof| mechanism.joints()[driven.joint.0].dof_name(driven.dof);
     let mut table = Table::new();
     let mut put = |key: &str, value: Value| table.insert(key.to_owned(), value);

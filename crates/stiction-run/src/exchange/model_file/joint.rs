@@ -61,7 +61,7 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
 }
 
 /// Ranges: that of the only degree of freedom, or all by name.
-fn range(joint: &Joint) -> Option<Value> {
+pub(in crate::exchange) fn range(joint: &Joint) -> Option<Value> {
     let pair = |range: &JointRange| -> Value {
         let (least, greatest) = range.limits;
         vec![Value::from(least), Value::from(greatest)].into()

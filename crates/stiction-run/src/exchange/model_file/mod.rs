@@ -1,8 +1,8 @@
 //! Model file of a given mechanism: legs written out, expressions evaluated.
 
-mod actuator;
+pub(super) mod actuator;
 pub(super) mod friction;
-mod joint;
+pub(super) mod joint;
 pub(super) mod spring;
 
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
@@ -107,7 +107,7 @@ pub fn model_file(
 }
 
 /// Name and table of a gearing.
-fn gearing_table(mechanism: &Mechanism, gearing: &Gearing) -> (String, Table) {
+pub(super) fn gearing_table(mechanism: &Mechanism, gearing: &Gearing) -> (String, Table) {
     let each = gearing.dofs.iter().map(|geared| {
         let name = mechanism.joints()[geared.joint.0].dof_name(geared.dof);
         (name, Value::from(geared.coefficient))

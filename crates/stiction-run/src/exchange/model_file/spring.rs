@@ -60,7 +60,7 @@ pub(in crate::exchange) fn tables(mechanism: &Mechanism) -> Vec<(String, Table)>
 }
 
 /// Bushings by name.
-pub(super) fn bushing_tables(mechanism: &Mechanism) -> Vec<(String, Table)> {
+pub(in crate::exchange) fn bushing_tables(mechanism: &Mechanism) -> Vec<(String, Table)> {
     let matrix = |matrix: &SixBySix| {
         let row = |row: &[f64; 6]| Value::Array(row.map(Value::from).into());
         Value::Array(matrix.iter().map(row).collect())

@@ -1,0 +1,71 @@
+//! Loads as formulas over the measured state.
+
+use crate::program::{Folder, column};
+
+/// A block on a slide; `more` follows.
+fn block(more: &str) -> String {
+    format!(
+        "gravity = [0, 0, -9.81]\n[bodies.block]\nmass = 2\ncom = [0, 0, 0]\ninertia = [1, 1, 1]\n\
+         [joints.X]\ntype = \"P\"\nfrom = \"ground\"\nto = \"block\"\naxis = \"x\"\nactuated = true\n{more}"
+    )
+}
+
+/// A spring with a damper as a load is the spring of the model, and a wall in one direction stops the block where the
+/// energy says.
+#[test]
+fn loads_of_the_state_are_springs_and_walls() {
+    let folder = Folder::new("load-formulas");
+    folder.write(
+        "spring.toml",
+        &block("[springs.S]\njoint = \"X\"\nstiffness = 50\nrest = 0\ndamping = 3\n"),
+    );
+    folder.write("block.toml", &block("[loads.held.block]\nfx = \"-50 N/m*X - 3 N s/m*d(X)\"\n"));
+    let run = |model: &str, load: &str, out: &str| {
+        let from = ["--from", "X = 0.1 m; d(X) = 0.2 m/s", "--until", "1", "--drives", "none"];
+        let all = ["forward", model, "--load", load, "-o", out, "--report", "off"];
+        folder.stiction(&[&all[..], &from].concat()).succeeds();
+        column(&folder.read(&format!("{out}/forward.csv")), "X.position [m]")
+    };
+    let expected = run("spring.toml", "none", "spring");
+    // Of the tolerance of the integration, 1e-10 of 0.1 m.
+    for (load, out) in
+        [("held", "named"), ("block.fx = -50 N/m*block.x - 3 N s/m*d(block.x)", "given")]
+    {
+        let found = run("block.toml", load, out);
+        assert_eq!(found.len(), expected.len());
+        for (a, b) in found.iter().zip(&expected) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+    // A wall of 5 kN/m at 0.15 m: 2 kg at 0.2 m/s go 4 mm into it, and come back at the same speed.
+    let wall = run("block.toml", "block.fx = -5 kN/m*max(0 mm, X - 150 mm)", "wall");
+    let depth = wall.iter().fold(0.0_f64, |most, x| most.max(*x)) - 0.15;
+    assert!(depth > 0.003 && depth < 0.004 + 1e-9, "{depth}");
+    let (a, b) = (wall[wall.len() - 2], wall[wall.len() - 1]);
+    assert!(((b - a) / 0.01 + 0.2).abs() < 1e-8, "{a} {b}");
+}
+
+#[test]
+fn other_commands_refuse_such_loads() {
+    let folder = Folder::new("load-formulas-refused");
+    folder.write(
+        "block.toml",
+        &block("[motions.m]\nX = 0\nduration = 0\n[default]\nmotion = \"m\"\n"),
+    );
+    for command in ["inverse", "breakaway"] {
+        let said = folder.stiction(&[command, "block.toml", "--load", "block.fx = -50 N/m*X"]);
+        said.fails(2, &["the load on `block` is a formula over measured coordinates"]);
+    }
+    // Without friction, an equilibrium and its oscillation follow: sqrt(50 / 2) rad/s.
+    let said = folder.stiction(&["equilibrium", "block.toml", "--load", "block.fx = -50 N/m*X"]);
+    assert!(said.succeeds().contains("oscillates with 0.7958 Hz"), "{}", said.out);
+    let forward =
+        |load: &str| folder.stiction(&["forward", "block.toml", "--until", "1", "--load", load]);
+    forward("block.fx = -50 N*X").fails(2, &["block.fx"]);
+    forward("block.fx = -50 N/m*Y").fails(2, &["`Y`"]);
+    // Beyond 0.1 m the root has no value.
+    let from = ["--from", "X = 0; d(X) = 1 m/s", "--drives", "none", "--until", "1"];
+    let load = ["forward", "block.toml", "--load", "block.fx = -1 N*sqrt(0.1 - X/(1 m))"];
+    let said = folder.stiction(&[&load[..], &from].concat());
+    said.fails(2, &["the formula of the load on `block` has no value at t = "]);
+}

@@ -1,0 +1,91 @@
+//! Springs of legs: a table for each leg, with the names of its bodies and joints.
+
+use super::context::Context;
+use super::spring::{self, SpringDraft};
+use super::{joint::JointDraft, names};
+use crate::diagnostic::quoted;
+use crate::document::{Key, Node, Table, Text, Value};
+use crate::expression::Measure;
+use stiction_core::spatial::{Mat3, Vec3};
+
+/// Spring of a leg before the joints of all legs are known.
+pub(crate) struct LegSpring {
+    key: Key,
+    table: Table,
+    what: String,
+}
+
+/// A leg for its springs.
+pub(crate) struct Leg<'a> {
+    pub(crate) name: &'a str,
+    /// Keys of its bodies and joints, and their names.
+    pub(crate) bodies: &'a [(String, String)],
+    pub(crate) joints: &'a [(String, String)],
+    /// Bodies at which legs begin and end: points on them turn with the leg.
+    pub(crate) ends: [&'a str; 2],
+    pub(crate) turn: Mat3<f64>,
+}
+
+impl Leg<'_> {
+    /// The table of a spring of this leg, from that of the group.
+    pub(crate) fn spring(&self, context: &Context<'_>, key: &Key, table: &Table) -> LegSpring {
+        names::check(context, &key.name, &key.span, "spring");
+        let mut own = table.clone();
+        let is_end = |kind: &str| {
+            let body = table.get(kind).and_then(Value::as_text);
+            let is_of_leg = |body: &str| self.bodies.iter().any(|(known, _)| known == body);
+            body.is_some_and(|body| self.ends.contains(&body) && !is_of_leg(body))
+        };
+        let turned = [("at", is_end("from")), ("to_at", is_end("to"))];
+        own.entries.retain_mut(|(name, value)| {
+            match name.name.as_str() {
+                "from" | "to" => rename(value, |body| full(self.bodies, body)),
+                "joint" => rename(value, |joint| self.joint(joint)),
+                kind if turned.contains(&(kind, true)) => {
+                    // An invalid vector has been reported.
+                    let Some(point) = context.vector(value, Measure::Length) else { return false };
+                    *value = numbers(value, self.turn * point);
+                }
+                _ => {}
+            }
+            true
+        });
+        LegSpring {
+            key: Key { name: format!("{}.{}", self.name, key.name), span: key.span.clone() },
+            table: own,
+            what: format!("spring {} of the legs", quoted(&key.name)),
+        }
+    }
+
+    /// Full name of a joint of the chain, or of one of its degrees of freedom.
+    fn joint(&self, name: &str) -> Option<String> {
+        full(self.joints, name).or_else(|| {
+            let (joint, dof) = name.split_once('.')?;
+            Some(format!("{}.{dof}", full(self.joints, joint)?))
+        })
+    }
+}
+
+impl LegSpring {
+    pub(crate) fn read(&self, context: &Context<'_>, joints: &[JointDraft]) -> SpringDraft {
+        spring::read(context, &self.key, &self.table, joints, &self.what)
+    }
+}
+
+fn full(known: &[(String, String)], key: &str) -> Option<String> {
+    known.iter().find(|(own, _)| own == key).map(|(_, name)| name.clone())
+}
+
+/// Replaces a name by that of the leg's own part.
+fn rename(value: &mut Value, own: impl Fn(&str) -> Option<String>) {
+    if let Some(name) = value.as_text().and_then(own) {
+        value.node = Node::Text(Text { content: name, start: None });
+    }
+}
+
+/// A vector as plain numbers, m.
+fn numbers(given: &Value, vector: Vec3<f64>) -> Value {
+    let number = |x: f64| Value { span: given.span.clone(), node: Node::Number(x) };
+    let list = vector.to_array().map(number).to_vec();
+    Value { span: given.span.clone(), node: Node::List(list) }
+}
