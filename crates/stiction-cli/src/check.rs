@@ -25,7 +25,7 @@ fn execute(options: &Check) -> Result<(), Failure> {
     if let Some(motion) = &options.motion {
         request = request.motion(motion)?;
     }
-    if let Some(step) = options.step {
+    if let Some(step) = options.sampling.step {
         request = request.step(step);
     }
     let job = request.job()?;

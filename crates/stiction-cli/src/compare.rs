@@ -57,8 +57,8 @@ fn execute(options: &Compare) -> Result<(), Failure> {
     let interrupted = listen_for_interrupt();
     let choice = Choice {
         friction: options.friction,
-        step: options.step,
-        threads: options.threads,
+        step: options.sampling.step,
+        threads: options.threads.threads,
         friction_margin: false,
         filter: options.filter,
         formats: Formats { csv: true, npz: false },

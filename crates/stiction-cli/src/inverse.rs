@@ -37,8 +37,8 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     let interrupted = listen_for_interrupt();
     let choice = Choice {
         friction: options.friction,
-        step: options.step,
-        threads: options.threads,
+        step: options.sampling.step,
+        threads: options.threads.threads,
         friction_margin: options.friction_margin,
         filter: options.filter,
         formats: options.tables.formats(),

@@ -51,7 +51,7 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
     if let Some(friction) = options.friction {
         sweep = sweep.friction(friction.into());
     }
-    if let Some(step) = options.step {
+    if let Some(step) = options.sampling.step {
         sweep = sweep.step(step);
     }
     for objective in &options.objective {
@@ -71,7 +71,7 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
     let done = results.rows;
     let (of, mut progress) = (part_of(designs.count(), options.shard), Progress::new());
     let mut is_stopped = false;
-    let threads = options.threads.or_else(|| std::thread::available_parallelism().ok());
+    let threads = options.threads.threads.or_else(|| std::thread::available_parallelism().ok());
     let outcome = study.run(
         designs.iter(options.shard, done)?,
         threads.unwrap_or(NonZeroUsize::MIN),
@@ -150,7 +150,7 @@ fn description(options: &Sweep, robot: &Robot, designs: &Designs) -> Result<Valu
         "load": options.load,
         "friction": options.friction.map(|mode| format!("{mode:?}").to_lowercase()),
         "filter": options.filter.filter,
-        "step": options.step,
+        "step": options.sampling.step,
         "designs": designs.count(),
     });
     let version = env!("CARGO_PKG_VERSION");

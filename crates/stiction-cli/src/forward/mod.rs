@@ -66,7 +66,7 @@ fn request(
     if let Some(until) = options.until {
         request = request.until(until);
     }
-    if let Some(step) = options.step {
+    if let Some(step) = options.sampling.step {
         request = request.step(step);
     }
     let method = match options.method {

@@ -1,0 +1,114 @@
+//! Commands that write for other programs.
+
+use super::shared::{Model, Reading};
+use clap::{Args, ValueEnum};
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction convert robot.urdf -o robot.toml\n\
+    \x20 stiction convert gough --to mjcf -o gough.xml\n\
+    \x20 stiction convert robot.toml --to model")]
+pub(crate) struct Convert {
+    /// A model file, a URDF, MJCF or SDF, `-` for standard input, or the name of a built-in model
+    /// (`stiction models`)
+    pub(crate) model: OsString,
+    /// Change a value of the model, as in `stiction inverse --help`; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// The format [default: by the ending of the file of -o; a model file for a URDF, MJCF or SDF]
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) to: Option<Format>,
+    /// The motion at whose first instant the mechanism is assembled: its name in the model, a CSV
+    /// file, or assignments; see `stiction inverse --help` [default: as the model says]
+    #[arg(long, value_name = "MOTION")]
+    pub(crate) motion: Option<String>,
+    /// Write into this file [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+}
+
+/// Format of the converted mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// The mechanism as plain numbers, in a JSON format of this program
+    Json,
+    /// MuJoCo's XML
+    Mjcf,
+    /// URDF, with a YAML file beside it that closes loops and names motors
+    Urdf,
+    /// SDF, the format of Gazebo
+    Sdf,
+    /// A model file of this program: legs written out, formulas evaluated
+    Model,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction export 3rps --to c -o code && make -C code test\n\
+    \x20 stiction export robot.toml --to c --precision float --own-math -o code\n\
+    \x20 stiction export five-bar --to rust --payload tool -o code")]
+pub(crate) struct Export {
+    #[command(flatten)]
+    pub(crate) model: Model,
+    /// The programming language, or a functional mock-up unit
+    #[arg(long, value_name = "LANGUAGE")]
+    pub(crate) to: Language,
+    /// Write the code, its self-test with test vectors, build files and README.md into this folder; an
+    /// FMU into this file
+    #[arg(short, long, value_name = "PATH")]
+    pub(crate) output: PathBuf,
+    /// Version of the FMI standard
+    #[arg(long, value_name = "VERSION", default_value = "3", value_parser = clap::value_parser!(u8).range(2..=3))]
+    pub(crate) fmi: u8,
+    /// Name of the files and beginning of all names in the code [default: made of the model's name]
+    #[arg(long = "name", value_name = "NAME")]
+    pub(crate) prefix: Option<String>,
+    /// Floating-point type
+    #[arg(long, value_name = "TYPE", default_value = "double")]
+    pub(crate) precision: Precision,
+    /// Include sine and cosine in the code, instead of those of the mathematical library
+    #[arg(long)]
+    pub(crate) own_math: bool,
+    /// Numbers of the model that can be changed at run time
+    #[arg(long, value_name = "KIND", value_delimiter = ',', default_value = "friction")]
+    pub(crate) tunable: Vec<Tunable>,
+    /// A body that carries a point mass, whose size and place can be changed at run time
+    #[arg(long, value_name = "BODY")]
+    pub(crate) payload: Option<String>,
+    /// Number of test vectors
+    #[arg(long, value_name = "N", default_value = "200", value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub(crate) vectors: u32,
+}
+
+/// Programming language of exported code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Language {
+    /// C99
+    C,
+    /// Rust without its standard library
+    Rust,
+    /// Functional mock-up unit for co-simulation, with source code in C99
+    Fmu,
+}
+
+/// Floating-point type of exported code.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Precision {
+    Double,
+    Float,
+}
+
+/// Numbers that can be changed at run time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Tunable {
+    /// None
+    None,
+    /// Coefficients of all friction interfaces
+    Friction,
+    /// Masses of all bodies
+    Masses,
+}

@@ -1,0 +1,97 @@
+//! The command line: one file for each group of commands, and the options that several share.
+
+mod export;
+mod forward;
+mod inverse;
+mod position;
+mod shared;
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+pub(crate) use export::{Convert, Export, Format, Language, Precision, Tunable};
+pub(crate) use forward::{Compensate, Forward, Method};
+pub(crate) use inverse::{Compare, Inverse, Plan, Shard, Sweep};
+pub(crate) use position::{Breakaway, Check, Equilibrium, Linearize, View};
+pub(crate) use shared::{Filter, Formats, Friction, Messages, Model, Reading, Report, Switch};
+
+/// Inverse and forward dynamics of robots with closed kinematic chains and joint friction
+///
+/// Without a command, runs `inverse` on the built-in robot.
+#[derive(Parser, Debug)]
+#[command(name = "stiction", version, args_conflicts_with_subcommands = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) inverse: Inverse,
+    #[command(flatten)]
+    pub(crate) messages: Messages,
+}
+
+#[derive(Subcommand, Debug)]
+pub(crate) enum Command {
+    /// Actuator forces with and without friction, and every joint reaction, along a motion
+    Inverse(Inverse),
+    /// Two models, or a model and its variant, along the same motion: figures side by side
+    Compare(Compare),
+    /// The motion under forces, controllers and locks, with joints that stick and slip
+    Forward(Forward),
+    /// Mobility, redundant constraints, statically indeterminate reactions and singular positions
+    Check(Check),
+    /// Statistics of inverse dynamics for many designs: grids, samples or a table of values of the model
+    Sweep(Box<Sweep>),
+    /// The robot and its motion without forces: a page with the moving robot, and a moving picture
+    View(View),
+    /// Static friction at rest: the range of each actuator force, the forces at which motion begins, and
+    /// whether the mechanism holds without drives
+    Breakaway(Breakaway),
+    /// Positions of rest without friction, under gravity, springs, loads and efforts, and their stability
+    Equilibrium(Equilibrium),
+    /// Linear model about an operating point: A, B, C, D in independent coordinates, and its eigenvalues
+    Linearize(Linearize),
+    /// Inertia and friction from logged positions and efforts, with what the logs cannot tell
+    Identify(crate::identify::Identify),
+    /// A study that ships with the program: `zhang2018`, a paper equation by equation
+    Study(Study),
+    /// Write an assembled mechanism in a format of other programs
+    Convert(Convert),
+    /// Controllers with and without friction compensation on the simulated robot: tracking errors, work,
+    /// limit cycles
+    Compensate(Compensate),
+    /// Write inverse dynamics with friction for a controller: source code in C or Rust, or an FMU
+    Export(Export),
+    /// List the built-in models, or print one
+    Models(Models),
+    /// Print the JSON Schema of the model file, for editors that complete and check it
+    Schema,
+    /// Print completions for a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, in roff
+    Man,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Study {
+    /// The study; without a name, all studies are listed
+    pub(crate) name: Option<String>,
+    /// Write the report into this folder: report.html, report.md, report.json, pictures and tables
+    /// [default: study-NAME; with --json none]
+    #[arg(short, long, value_name = "DIR", requires = "name")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print findings and tables or the error as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Models {
+    /// The model to print
+    pub(crate) name: Option<String>,
+    /// Print the list as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}

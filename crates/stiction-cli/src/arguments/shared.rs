@@ -1,0 +1,142 @@
+//! Options that several commands share.
+
+use clap::{Args, ColorChoice, ValueEnum};
+use std::ffi::OsString;
+use std::path::PathBuf;
+use stiction::FrictionMode;
+use stiction_format::{hertz, seconds};
+
+/// Options on the messages of the program.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Messages {
+    /// Print results, warnings and errors only: no notes and no progress
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    /// When to print messages in colour
+    #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
+    pub(crate) color: ColorChoice,
+}
+
+/// The model of a command.
+#[derive(Args, Debug)]
+pub(crate) struct Model {
+    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
+    /// [default: zhang2018-regular]
+    #[arg(value_name = "MODEL")]
+    pub(crate) name: Option<OsString>,
+    /// Change a value of the model: the path of a key or the name of a parameter, and the value, like
+    /// bodies.platform.mass=2kg, legs.P.friction.mu=0.12 or mu=0.12; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+}
+
+/// How robot files of other programs are read.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct Reading {
+    /// Keep every joint of a URDF, MJCF or SDF as it is, instead of recognising hinges and balls
+    #[arg(long)]
+    pub(crate) literal: bool,
+    /// A folder in which packages and models are looked for (package://, model://); repeatable
+    #[arg(long, value_name = "DIR")]
+    pub(crate) package_path: Vec<PathBuf>,
+}
+
+impl Reading {
+    pub(crate) fn import(&self) -> stiction::Import {
+        stiction::Import { literal: self.literal, package_paths: self.package_path.clone() }
+    }
+}
+
+/// The filter of recorded motions.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Filter {
+    /// Low-pass filter a recorded motion, without phase shift: the cut-off frequency (-3 dB), in Hz or with a
+    /// unit ("20 Hz"); the caution on a noisy recording suggests one [default: as the motion says, else none]
+    #[arg(long, value_name = "FREQUENCY", value_parser = hertz, allow_negative_numbers = true)]
+    pub(crate) filter: Option<f64>,
+}
+
+/// The format of tables.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct Tables {
+    /// Format of the tables: csv, npz (a NumPy archive with an array for each column), or both: csv,npz
+    /// [default: csv]
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',', requires = "output")]
+    pub(crate) format: Vec<TableFormat>,
+}
+
+/// Format of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableFormat {
+    Csv,
+    Npz,
+}
+
+/// Formats in which tables are written.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Formats {
+    pub(crate) csv: bool,
+    pub(crate) npz: bool,
+}
+
+impl Tables {
+    pub(crate) fn formats(&self) -> Formats {
+        let has = |format| self.format.contains(&format);
+        Formats { csv: has(TableFormat::Csv) || self.format.is_empty(), npz: has(TableFormat::Npz) }
+    }
+}
+
+/// The report of a run.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Report {
+    /// Write report.html with the other results: a page with headline figures, the moving robot, plots,
+    /// peaks and verdicts, that needs no other file
+    #[arg(long, value_name = "MODE", default_value = "on")]
+    pub(crate) report: Switch,
+    /// Open the report in a browser; without -o, the results go into a temporary folder
+    #[arg(long)]
+    pub(crate) open: bool,
+}
+
+/// A switch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Switch {
+    On,
+    Off,
+}
+
+/// Coupling of friction and reactions.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Friction {
+    On,
+    OnePass,
+    Off,
+}
+
+impl From<Friction> for FrictionMode {
+    fn from(friction: Friction) -> Self {
+        match friction {
+            Friction::On => Self::Converged,
+            Friction::OnePass => Self::OnePass,
+            Friction::Off => Self::Off,
+        }
+    }
+}
+
+/// Samples of a motion.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Sampling {
+    /// Time between samples, in seconds or with a unit ("10 ms") [default: as the motion says, else 0.01]
+    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
+    pub(crate) step: Option<f64>,
+}
+
+/// Threads of a computation.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Threads {
+    /// Number of threads; results do not depend on it [default: one for each processor]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<std::num::NonZeroUsize>,
+}
