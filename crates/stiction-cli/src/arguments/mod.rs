@@ -2,6 +2,7 @@
 
 mod export;
 mod forward;
+mod identify;
 mod inverse;
 mod position;
 mod shared;
@@ -11,6 +12,7 @@ use std::path::PathBuf;
 
 pub(crate) use export::{Convert, Export, Format, Language, Precision, Tunable};
 pub(crate) use forward::{Compensate, Forward, Method};
+pub(crate) use identify::Identify;
 pub(crate) use inverse::{Compare, Inverse, Plan, Shard, Sweep};
 pub(crate) use position::{Breakaway, Check, Equilibrium, Linearize, View};
 pub(crate) use shared::{Filter, Formats, Friction, Messages, Model, Reading, Report, Switch};
@@ -51,7 +53,7 @@ pub(crate) enum Command {
     /// Linear model about an operating point: A, B, C, D in independent coordinates, and its eigenvalues
     Linearize(Linearize),
     /// Inertia and friction from logged positions and efforts, with what the logs cannot tell
-    Identify(crate::identify::Identify),
+    Identify(Identify),
     /// A study that ships with the program: `zhang2018`, a paper equation by equation
     Study(Study),
     /// Write an assembled mechanism in a format of other programs

@@ -1,0 +1,47 @@
+//! The command that identifies a robot.
+
+use super::shared::Reading;
+use clap::Args;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use stiction_format::hertz;
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n\
+    \x20 stiction identify robot.toml log.csv -o results\n\
+    \x20 stiction identify robot.toml light.csv heavy.csv check.csv --options log.toml -o results\n\
+    \x20 stiction identify --template > log.toml")]
+pub(crate) struct Identify {
+    /// A model file, or the name of a built-in model (`stiction models`); its values are the start
+    #[arg(value_name = "MODEL", required_unless_present = "template")]
+    pub(crate) model: Option<OsString>,
+    /// Logs: CSV files with `time [s]`, coordinates like `leg1.P [m]`, and efforts like `leg1.P.effort [N]`,
+    /// `A.motor_torque [N m]` or `A.current [A]`
+    #[arg(value_name = "LOG", required_unless_present = "template")]
+    pub(crate) logs: Vec<String>,
+    /// Options in a TOML file: payloads, units, which log is for prediction, held and tied parameters
+    /// [default: the file with the name of the first log that ends in .toml, if there is one]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) options: Option<PathBuf>,
+    /// Print a file of options with every key
+    #[arg(long)]
+    pub(crate) template: bool,
+    /// Cut-off frequency of the zero-phase low-pass filter, in Hz or with a unit ("10 Hz") [default: as
+    /// the options say, else what the positions suggest]
+    #[arg(long, value_name = "FREQUENCY", value_parser = hertz, allow_negative_numbers = true)]
+    pub(crate) filter: Option<f64>,
+    /// Change a value of the model; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    /// Write identified.toml from a failed fit, too
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Write identified.toml and identify.json into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print the results or the error as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
