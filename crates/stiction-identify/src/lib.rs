@@ -10,9 +10,7 @@
 mod apply;
 mod base;
 mod block;
-mod covariance;
 mod estimate;
-mod minimum;
 mod parameter;
 pub mod physical;
 mod regressor;

@@ -2,8 +2,8 @@
 //!
 //! Equation (I5) of the book's theory.
 
+use super::Map;
 use crate::block::Block;
-use crate::estimate::Map;
 use nalgebra::{DMatrix, DVector};
 
 /// Longest lag, in rows: several correlation times of the filter.

@@ -2,10 +2,13 @@
 //!
 //! Equations (I3) and (I4) of the book's theory.
 
+mod covariance;
+mod minimum;
+
 use crate::block::Block;
-use crate::covariance::covariance;
-use crate::minimum::inverse_positive;
 use crate::parameter::Parameter;
+use covariance::covariance;
+use minimum::inverse_positive;
 use nalgebra::{DMatrix, DVector};
 
 /// Settings of the estimation.

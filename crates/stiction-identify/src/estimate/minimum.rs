@@ -2,7 +2,7 @@
 //!
 //! Equation (I3) of the book's theory.
 
-use crate::estimate::{Map, Normal, Problem};
+use super::{Map, Normal, Problem};
 use crate::parameter::Kind;
 use crate::physical::{self, BodyPrior};
 use nalgebra::{DMatrix, DVector};
