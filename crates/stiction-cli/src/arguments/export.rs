@@ -50,7 +50,8 @@ pub(crate) enum Format {
 #[command(after_help = "Examples:\n\
     \x20 stiction export 3rps --to c -o code && make -C code test\n\
     \x20 stiction export robot.toml --to c --precision float --own-math -o code\n\
-    \x20 stiction export five-bar --to rust --payload tool -o code")]
+    \x20 stiction export five-bar --to rust --payload tool -o code\n\
+    \x20 stiction export five-bar --to fmu -o five-bar.fmu")]
 pub(crate) struct Export {
     #[command(flatten)]
     pub(crate) model: Model,
@@ -61,7 +62,7 @@ pub(crate) struct Export {
     /// FMU into this file
     #[arg(short, long, value_name = "PATH")]
     pub(crate) output: PathBuf,
-    /// Version of the FMI standard
+    /// Version of the FMI standard, 2 or 3, for `--to fmu`
     #[arg(long, value_name = "VERSION", default_value = "3", value_parser = clap::value_parser!(u8).range(2..=3))]
     pub(crate) fmi: u8,
     /// Name of the files and beginning of all names in the code [default: made of the model's name]

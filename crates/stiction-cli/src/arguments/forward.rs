@@ -102,7 +102,7 @@ pub(crate) enum Method {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n\
     \x20 stiction compensate\n\
-    \x20 stiction compensate five-bar --known-to 30% --resolution \"0.1 mrad\" --delay \"1 ms\"\n\
+    \x20 stiction compensate five-bar --period \"0.1 ms\" --known-to 30% --resolution \"0.1 mrad\" --delay \"1 ms\"\n\
     \x20 stiction compensate gough --controller computed-torque,computed-torque+friction -o results")]
 pub(crate) struct Compensate {
     #[command(flatten)]
@@ -124,7 +124,7 @@ pub(crate) struct Compensate {
     /// Time between samples of the controller, in seconds or with a unit
     #[arg(long, value_name = "TIME", default_value = "1 ms", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) period: f64,
-    /// Accuracy to which the friction model knows each coefficient; the differences are random
+    /// Largest relative error of each friction coefficient of the controller; errors are drawn at random
     #[arg(long, value_name = "PART", default_value = "10%", value_parser = part, allow_negative_numbers = true)]
     pub(crate) known_to: f64,
     /// Seed of the random differences and of the noise

@@ -280,13 +280,16 @@ impl fmt::Display for Compared {
                 if ratio < 1.0 { (1.0 / ratio, "larger") } else { (ratio, "smaller") };
             writeln!(
                 f,
-                "tracking error with the friction of the model: {} times {word} than",
+                "rms error with the friction of the model: {} times {word} than that of",
                 digits(times)
             )?;
             writeln!(f, "  {other}")
         };
-        say(Compensator::ComputedTorque, "without friction")?;
-        say(Compensator::ComputedTorqueCoulomb, "with the best constant friction of each actuator")
+        say(Compensator::ComputedTorque, "computed torque without compensation")?;
+        say(
+            Compensator::ComputedTorqueCoulomb,
+            "computed torque with the best constant friction of each actuator",
+        )
     }
 }
 
