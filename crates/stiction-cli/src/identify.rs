@@ -39,19 +39,28 @@ fn execute(options: &Identify) -> Result<(), Failure> {
     if options.filter.is_some() {
         settings.filter = options.filter;
     }
+    for known in &settings.logs {
+        let meant: Vec<_> = options.logs.iter().filter(|log| known.is_at(log)).collect();
+        match meant.as_slice() {
+            [] => {
+                note!("note: the options describe `{}`, which is not among the logs\n", known.file)
+            }
+            [_] => {}
+            [first, second, ..] => {
+                return Err(Failure::input(format!(
+                    "options: `{}` names {} logs, among them {first} and {second}",
+                    known.file,
+                    meant.len()
+                ))
+                .help("write more of the path in `file`"));
+            }
+        }
+    }
     let logs = options
         .logs
         .iter()
         .map(|log| robot.measured_log(log, &settings))
         .collect::<Result<Vec<_>, _>>()?;
-    for known in &settings.logs {
-        let is_given = |log: &String| {
-            *log == known.file || log.rsplit(['/', '\\']).next() == Some(known.file.as_str())
-        };
-        if !options.logs.iter().any(is_given) {
-            note!("note: the options describe `{}`, which is not among the logs\n", known.file);
-        }
-    }
     let outputs =
         options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;

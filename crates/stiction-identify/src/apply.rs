@@ -23,6 +23,23 @@ pub(crate) fn scale_law(law: &mut Law, mu: f64) {
     law.mu = mu;
 }
 
+/// Sets the coefficient of a joint's law; that of the law of the other direction changes in the same ratio.
+pub(crate) fn scale_laws(law: &mut Law, backward: Option<&mut Law>, mu: f64) {
+    if let Some(other) = backward {
+        let ratio = if law.mu > 0.0 { mu / law.mu } else { 1.0 };
+        scale_law(other, other.mu * ratio);
+    }
+    scale_law(law, mu);
+}
+
+/// Sets the viscous coefficient in both directions.
+pub(crate) fn set_viscous(law: &mut Law, backward: Option<&mut Law>, viscous: f64) {
+    law.viscous = viscous;
+    if let Some(other) = backward {
+        other.viscous = viscous;
+    }
+}
+
 /// The mechanism with identified values, one for each of `parameters`. Offsets and terms belong to the
 /// logs and are left out.
 pub fn applied(mechanism: &Mechanism, parameters: &[Parameter], values: &[f64]) -> Mechanism {
@@ -47,15 +64,14 @@ pub fn applied(mechanism: &Mechanism, parameters: &[Parameter], values: &[f64]) 
                 Kind::Mu(i) => {
                     let (joint, k) = interfaces[i];
                     let friction = &mut joints[joint].friction[k];
-                    scale_law(&mut friction.law, value);
-                    if let Some(law) = &mut friction.backward {
-                        scale_law(law, value);
-                    }
+                    scale_laws(&mut friction.law, friction.backward.as_mut(), value);
                 }
                 Kind::Viscous(i) => {
                     let (joint, k) = interfaces[i];
                     let arm = arm(&joints[joint].friction[k], joints[joint].pitch);
-                    joints[joint].friction[k].law.viscous = value / (arm * arm);
+                    let friction = &mut joints[joint].friction[k];
+                    let viscous = value / (arm * arm);
+                    set_viscous(&mut friction.law, friction.backward.as_mut(), viscous);
                 }
                 Kind::Coulomb(i) => coulomb[i] = value,
                 Kind::DriveCoulomb(index) | Kind::DriveViscous(index) => {

@@ -2,6 +2,7 @@
 //!
 //! Equation (I1) of the book's theory.
 
+use crate::apply::{scale_laws, set_viscous};
 use crate::parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use stiction_core::dynamics::{Data, FrictionMode, InverseDynamics, Model, Settings, Status};
@@ -362,12 +363,10 @@ impl Regressor {
             let interface = &mut engine.interfaces[i];
             let arm = interface.arms(engine.pitch[interface.joint])[0].abs();
             if let Kind::Mu(_) = parameter.kind {
-                crate::apply::scale_law(&mut interface.law, value);
-                if let Some(law) = &mut interface.backward {
-                    crate::apply::scale_law(law, value);
-                }
+                scale_laws(&mut interface.law, interface.backward.as_mut(), value);
             } else {
-                interface.law.viscous = value / (arm * arm);
+                let viscous = value / (arm * arm);
+                set_viscous(&mut interface.law, interface.backward.as_mut(), viscous);
             }
         }
         for (parameter, &value) in self.parameters.iter().zip(values) {

@@ -66,6 +66,20 @@ pub struct LogSettings {
     pub payloads: Vec<Payload>,
 }
 
+impl LogSettings {
+    /// True if these are the options of the log at a path: its last parts are the name.
+    pub fn is_at(&self, path: &str) -> bool {
+        let parts = |text: &str| -> Vec<String> {
+            text.split(['/', '\\'])
+                .filter(|part| !matches!(*part, "" | "."))
+                .map(str::to_owned)
+                .collect()
+        };
+        let (name, path) = (parts(&self.file), parts(path));
+        !name.is_empty() && path.ends_with(&name)
+    }
+}
+
 /// Options of identification.
 #[derive(Clone, Debug, Default)]
 pub struct IdentifySettings {
@@ -164,8 +178,7 @@ impl IdentifySettings {
 
     /// The options of a log, by its path or file name.
     pub fn of_log(&self, path: &str) -> LogSettings {
-        let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
-        let own = self.logs.iter().find(|log| log.file == path || log.file == name);
+        let own = self.logs.iter().find(|log| log.is_at(path));
         own.cloned().unwrap_or(LogSettings {
             file: path.to_owned(),
             from: f64::NEG_INFINITY,
@@ -300,4 +313,20 @@ fn payloads(key: &str, load: Result<LoadCase, Diagnostics>) -> Result<Vec<Payloa
         return Err(with_help(key, "has forces", "only payloads are known in every position"));
     }
     Ok(load.payloads)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The options of a log are found by any of its paths, not by a part of a name.
+    #[test]
+    fn logs_are_named_by_the_end_of_their_path() {
+        let named = |file: &str| LogSettings { file: file.to_owned(), ..LogSettings::default() };
+        assert!(named("heavy/inverse.csv").is_at("./data/heavy/inverse.csv"));
+        assert!(named("./inverse.csv").is_at("heavy/inverse.csv"));
+        assert!(!named("heavy/inverse.csv").is_at("light/inverse.csv"));
+        assert!(!named("verse.csv").is_at("inverse.csv"));
+        assert!(!named("").is_at("inverse.csv"));
+    }
 }

@@ -161,7 +161,7 @@ pub fn identify(
         all.iter().map(|log| errors(&log.block, &parameters, &priors)).collect();
     let structure = structure(&all, &parameters);
 
-    let (estimate, blocks) = fitted(&mut all, &parameters, options, &mut cautions);
+    let (estimate, blocks, is_settled) = fitted(&mut all, &parameters, options, &mut cautions);
     for log in &mut all {
         if log.predict
             && let Err(why) = log.update_loads(&estimate.values)
@@ -217,12 +217,15 @@ pub fn identify(
     let confounded = sanity::confounded(&named, &estimate, &parameters, held);
     let noise = effort_noise(&all);
     cautions.extend(sanity::wrong_efforts(&blocks, &parameters, &actuators));
-    let verdict = sanity::fit_verdict(
+    let mut verdict = sanity::fit_verdict(
         (&named, &combinations, &predictions),
         &estimate,
         (&noise, &actuators),
         &mut cautions,
     );
+    if !is_settled && verdict == FitVerdict::Identified {
+        verdict = FitVerdict::FitsOnly;
+    }
     let identified = stiction_identify::applied(mechanism, &parameters, &estimate.values);
     Ok(Identified {
         verdict,
@@ -247,7 +250,7 @@ fn fitted(
     parameters: &[Parameter],
     mut options: Options,
     cautions: &mut Vec<String>,
-) -> (Estimate, Vec<Block>) {
+) -> (Estimate, Vec<Block>, bool) {
     let own_strength = options.strength;
     let blocks_of = |all: &[Prepared]| -> Vec<Block> {
         all.iter().filter(|log| !log.predict).map(|log| log.block.clone()).collect()
@@ -267,7 +270,11 @@ fn fitted(
                     *value *= 0.5;
                 }
             }
-            cautions.push(format!("the identified friction locks the mechanism {why}"));
+            let locks = format!("the identified friction locks the mechanism {why}");
+            if !cautions.contains(&locks) {
+                cautions.push(locks);
+            }
+            last = f64::INFINITY;
             continue;
         }
         blocks = blocks_of(all);
@@ -286,12 +293,16 @@ fn fitted(
             break;
         }
     }
-    if has_loads && last > 1.0 && last.is_finite() {
-        cautions.push(format!(
-            "normal loads and coefficients of friction still change by {last:.1} standard deviations"
-        ));
+    let is_settled = !has_loads || last <= 1.0;
+    if !is_settled {
+        cautions.push(match last.is_finite() {
+            true => format!(
+                "normal loads and coefficients of friction still change by {last:.1} standard deviations"
+            ),
+            false => "the normal loads are those of another friction than the identified one".to_owned(),
+        });
     }
-    (estimate, blocks)
+    (estimate, blocks, is_settled)
 }
 
 fn read_terms(

@@ -162,10 +162,14 @@ pub(super) fn fit_verdict(
     if identified == 0 {
         verdict = FitVerdict::NotExcited;
     }
-    if !error.is_finite() || error > 70.0 || wrong {
-        if error > 70.0 {
+    // The actuator that the model reproduces worst.
+    let each = fits.iter().flat_map(|p| p.error_percent.iter());
+    let worst = each.max_by(|a, b| a.1.total_cmp(&b.1));
+    let is_bad = worst.is_some_and(|(_, error)| error.is_nan() || *error > 70.0);
+    if is_bad || wrong {
+        if let Some((name, error)) = worst.filter(|_| is_bad) {
             cautions.push(format!(
-                "the model does not reproduce the efforts: the mean error is {error:.0} %"
+                "the model does not reproduce the efforts of {name}: the error is {error:.0} % of their root mean square"
             ));
         }
         verdict = FitVerdict::Failed;

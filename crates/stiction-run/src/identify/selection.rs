@@ -86,6 +86,12 @@ pub(super) fn options(
             }
             members.extend(found);
         }
+        if members.is_empty() {
+            return Err(refuse(
+                "options: `tie` has an empty group".to_owned(),
+                "name at least two parameters in each group",
+            ));
+        }
         members.sort_unstable();
         members.dedup();
         let unit = parameters[members[0]].unit;
