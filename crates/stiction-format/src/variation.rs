@@ -122,7 +122,7 @@ impl Variation {
     /// sampled, or `KEY = [VALUE, …]`.
     ///
     /// # Errors
-    /// What is wrong, with its place.
+    /// A text that does not parse, with the place of the mistake.
     pub fn parse(text: &str) -> Result<Self, Diagnostics> {
         let source = Arc::new(Source::new("--vary", text));
         Reader { source: &source, text }.read().map_err(Diagnostics::from)

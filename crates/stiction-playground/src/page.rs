@@ -23,7 +23,7 @@ const SCRIPT: &str = concat!(
     "})();\n"
 );
 
-/// Where the page finds the compiled module.
+/// Place of the compiled WebAssembly module.
 #[derive(Clone, Copy, Debug)]
 pub enum Engine<'a> {
     /// In the file [`ENGINE`] beside the page, on the same server.

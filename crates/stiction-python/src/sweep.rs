@@ -32,7 +32,7 @@ impl Column {
     }
 }
 
-/// What a study measures, and how.
+/// Objectives of a study, and the options of its runs.
 pub(crate) struct Options<'a> {
     pub(crate) objectives: Vec<String>,
     pub(crate) motion: Option<&'a str>,

@@ -19,13 +19,13 @@ struct State {
     last: Instant,
     raised: Option<PyErr>,
     /// The last pair that the progress function got.
-    told: Option<(usize, usize)>,
+    reported: Option<(usize, usize)>,
 }
 
 impl Watch {
     /// Starts to watch.
     pub(crate) fn new(progress: Option<Py<PyAny>>) -> Self {
-        let state = State { last: Instant::now(), raised: None, told: None };
+        let state = State { last: Instant::now(), raised: None, reported: None };
         Self { progress, state: Mutex::new(state) }
     }
 
@@ -35,12 +35,12 @@ impl Watch {
         if state.raised.is_some() {
             return false;
         }
-        let ends = done == of && self.progress.is_some() && state.told != Some((done, of));
+        let ends = done == of && self.progress.is_some() && state.reported != Some((done, of));
         if state.last.elapsed() < EVERY && !ends {
             return true;
         }
         state.last = Instant::now();
-        state.told = Some((done, of));
+        state.reported = Some((done, of));
         // The function may itself use this package: nothing is locked while it runs.
         drop(state);
         let outcome = Python::attach(|py| {

@@ -125,7 +125,7 @@ impl MotorLoad {
         over.map(line).collect()
     }
 
-    /// What is reached of each limit, percent, with its name in words.
+    /// Use of each limit, percent, with the limit's name in words.
     pub(crate) fn percents(
         &self,
         train: &DriveTrain,

@@ -6,7 +6,7 @@ use stiction_core::dynamics::Forces;
 use stiction_core::mechanism::{DriveTrain, MotorMap};
 use stiction_draw::numbers::number;
 
-/// How the shaft of one motor is held at rest with power off.
+/// Means that hold the shaft of one motor at rest with power off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PowerOff {
     /// Friction holds it.

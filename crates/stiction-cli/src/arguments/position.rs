@@ -91,7 +91,7 @@ pub(crate) struct Equilibrium {
     /// The motion whose first position starts the search; see `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
-    /// Where the search starts, as in `stiction forward --help` [default: motion]
+    /// The start of the search, as in `stiction forward --help` [default: motion]
     #[arg(long, value_name = "STATE")]
     pub(crate) from: Option<String>,
     /// A load: its name in the model, or assignments like "platform.fz = -100 N"

@@ -32,7 +32,7 @@ pub(crate) struct Model {
     pub(crate) reading: Reading,
 }
 
-/// How robot files of other programs are read.
+/// Options on reading robot files of other programs.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct Reading {
     /// Keep every joint of a URDF, MJCF or SDF as it is, instead of recognising hinges and balls

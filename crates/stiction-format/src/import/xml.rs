@@ -33,7 +33,7 @@ impl Attribute {
 pub(super) struct Element {
     /// Name without a namespace.
     pub(super) tag: String,
-    /// Namespace; empty if there is none.
+    /// Namespace, or the empty text for a name without one.
     pub(super) namespace: String,
     pub(super) attributes: Vec<Attribute>,
     pub(super) children: Vec<Element>,

@@ -155,7 +155,7 @@ fn ends_of_lines_comments_and_marks_do_not_matter() {
     assert_same(&format!("{text}\n\n# the end"));
 }
 
-/// Where steps shrink by a fifth from one to the next over the whole margin of the first window,
+/// Steps that shrink by a fifth from one to the next over the whole margin of the first window make
 /// samples beyond the margin matter: the spline is computed globally, and the description says so.
 #[test]
 fn very_unequal_steps_are_solved_globally() {

@@ -121,7 +121,7 @@ fn tunable_parameters_act_as_in_the_model() {
     }
 }
 
-/// Positions out of reach, interfaces at rest and impossible parameters are told.
+/// Unreachable positions, interfaces at rest and impossible parameters give their own return codes.
 #[test]
 fn a_feedforward_program_tells_why_there_is_no_answer() {
     let robot = gallery_loop("3rps").unwrap();

@@ -311,16 +311,16 @@ impl<'a> Watch<'a> {
         if kind == Kind::Constraint && constraints.distance(self.mobility) < SINGULAR {
             return self.constraint_weakness(solver);
         }
-        let told: GainedTwist = match kind {
+        let gained: GainedTwist = match kind {
             Kind::Actuation => statics.weakest_motion(&idle),
             Kind::Constraint => constraints.weakest_motion(self.mobility, &idle),
             Kind::Leg => constraints.weakest_leg_motion(&idle),
         }?;
-        let (body, mut motion) = told.in_words(mechanism, origin);
-        if told.of > 1 {
-            let _ = write!(motion, " (one of {} such motions)", told.of);
+        let (body, mut motion) = gained.in_words(mechanism, origin);
+        if gained.of > 1 {
+            let _ = write!(motion, " (one of {} such motions)", gained.of);
         }
-        let load = told.load_in_words(mechanism.characteristic_length());
+        let load = gained.load_in_words(mechanism.characteristic_length());
         Some(Weakness { body, motion, load, left: None })
     }
 
@@ -330,14 +330,14 @@ impl<'a> Watch<'a> {
         let mechanism = solver.mechanism();
         let length = mechanism.characteristic_length();
         let bodies = Mobility::of(solver).bodies;
-        if let Some(told) = blocked_motions(solver).first() {
-            let name = &mechanism.bodies()[told.body].name;
+        if let Some(gained) = blocked_motions(solver).first() {
+            let name = &mechanism.bodies()[gained.body].name;
             let words = bodies.iter().find(|body| body.body == *name).map(|b| &b.first_order_only);
             let motion = match words {
                 Some(words) if !words.is_empty() => words.join("; "),
-                _ => told.in_words(mechanism, solver.parameters().origin).1,
+                _ => gained.in_words(mechanism, solver.parameters().origin).1,
             };
-            let load = told.load_in_words(length);
+            let load = gained.load_in_words(length);
             return Some(Weakness { body: name.clone(), motion, load, left: None });
         }
         let most = bodies.into_iter().rev().max_by_key(|body| body.motions.len())?;

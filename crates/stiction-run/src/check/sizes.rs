@@ -144,7 +144,7 @@ impl Measuring {
 }
 
 /// Formats with three decimals, or with four significant digits if three decimals show too few.
-fn told(x: f64) -> String {
+fn decimals(x: f64) -> String {
     if x.abs() > ROUNDING && x.abs() < 0.1 { number(x) } else { fixed(x, 3) }
 }
 
@@ -160,7 +160,7 @@ impl Range {
             _ => (1e3, "mm"),
         };
         let values = [self.least, self.greatest, self.greatest - self.least];
-        (values.map(|x| told(x * scale)), unit)
+        (values.map(|x| decimals(x * scale)), unit)
     }
 
     pub(super) fn json(&self) -> Value {

@@ -168,7 +168,7 @@ impl Job<'_> {
     }
 }
 
-/// What to do where friction at rest leaves no linear model.
+/// Help if friction at rest leaves no linear model.
 const BESIDE_REST: &str = "; choose an instant of the motion at which they slide (--at), give rates at the start \
                            (--from \"...; d(NAME) = ...\"), or leave friction out (--friction off)";
 

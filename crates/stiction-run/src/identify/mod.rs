@@ -21,8 +21,8 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct IdentifyError {
-    /// What is wrong, and where.
+    /// The mistake and its place.
     pub message: String,
-    /// The way out; empty if the message says it.
+    /// The way out, or the empty text if the message contains it.
     pub help: String,
 }

@@ -29,8 +29,8 @@ pub struct Named {
     pub verdict: Verdict,
     /// Value in the model.
     pub prior: f64,
-    /// What the structure of the mechanism lets be determined: the parameter alone, a combination with
-    /// others, or nothing.
+    /// Structural identifiability in words: of the parameter alone, in a combination with others, or not
+    /// at all.
     pub structure: &'static str,
 }
 

@@ -1,10 +1,10 @@
-//! What the fit says about itself: wrong signs and units, confounded pairs, the verdict.
+//! Plausibility of a fit: wrong signs and units of efforts, confounded pairs of parameters, the verdict.
 
 use super::run::{Combined, Named, Prediction};
 use nalgebra::DVector;
 use stiction_identify::{Block, Estimate, FitVerdict, Kind, Parameter, Verdict};
 
-/// Correlation of errors above which two parameters cannot be told apart.
+/// Correlation of errors above which two parameters cannot be distinguished.
 const CONFOUNDED: f64 = 0.95;
 /// Pairs that are named.
 const NAMED: usize = 20;

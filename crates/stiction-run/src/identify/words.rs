@@ -142,7 +142,7 @@ impl Identified {
             writeln!(out, "  {} ({what}): {}", p.log, each.join(", "))?;
         }
         if !self.confounded.is_empty() {
-            writeln!(out, "\nnot told apart by these data")?;
+            writeln!(out, "\nnot distinguished by these data")?;
             for (a, b, cure) in &self.confounded {
                 writeln!(out, "  {a} and {b}: {cure}")?;
             }

@@ -10,8 +10,8 @@ use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::number;
 
 /// Largest numbers of actuators and friction interfaces listed.
-const DRIVES_TOLD: usize = 3;
-const INTERFACES_TOLD: usize = 4;
+const DRIVES_LISTED: usize = 3;
+const INTERFACES_LISTED: usize = 4;
 /// Contributions below this fraction of the largest are rounding errors and not listed.
 const ROUNDING: f64 = 1e-9;
 /// Colour of the total friction contribution.
@@ -75,20 +75,20 @@ impl Ranking {
         let relative = |drive: &usize| changes[*drive].0 / changes[*drive].1;
         let mut drives: Vec<usize> =
             (0..changes.len()).filter(|&drive| changes[drive].0 > 0.0).collect();
-        if drives.len() > DRIVES_TOLD {
+        if drives.len() > DRIVES_LISTED {
             drives.sort_by(|a, b| relative(b).total_cmp(&relative(a)));
-            drives.truncate(DRIVES_TOLD);
+            drives.truncate(DRIVES_LISTED);
             drives.sort_unstable();
         }
         for drive in drives {
             let (name, unit) = &names.drives[drive];
             let ranked = self.ranked(drive);
-            let told = ranked.iter().map(|&interface| {
+            let parts = ranked.iter().map(|&interface| {
                 let rms = number(self.0[drive][interface].rms());
                 format!("{} {rms}", names.interfaces[interface].0)
             });
-            let (told, change) = (listed(told, INTERFACES_TOLD), number(changes[drive].0));
-            writeln!(out, "friction changes {name} by {change} {unit} rms: {told}")?;
+            let (parts, change) = (listed(parts, INTERFACES_LISTED), number(changes[drive].0));
+            writeln!(out, "friction changes {name} by {change} {unit} rms: {parts}")?;
         }
         Ok(())
     }
@@ -130,7 +130,7 @@ impl ShareCurves {
         for (drive, (all, traces)) in self.all.into_iter().zip(self.traces).enumerate() {
             let mut lines = vec![all.line("all friction", ALL, true)];
             let ranked = self.ranking.ranked(drive);
-            for (place, &interface) in ranked.iter().take(INTERFACES_TOLD).enumerate() {
+            for (place, &interface) in ranked.iter().take(INTERFACES_LISTED).enumerate() {
                 let trace = traces[interface].clone();
                 lines.push(trace.line(&names.interfaces[interface].0, place, false));
             }

@@ -23,7 +23,7 @@ pub(super) struct Uniqueness {
     pub(super) is_singular: bool,
     /// Details of the first singular pose.
     pub(super) singular: Option<Singular>,
-    told: bool,
+    reported: bool,
 }
 
 /// Singular poses with finite forces: the load happens to be carried, and the solution is not
@@ -59,7 +59,7 @@ impl Uniqueness {
             drives: vec![true; mechanism.actuators().count()],
             is_singular: false,
             singular: None,
-            told: false,
+            reported: false,
         }
     }
 
@@ -88,9 +88,9 @@ impl Uniqueness {
         self.drives = statics.determined_drives();
         self.distances = Distances::new(&statics, self.mobility, spins);
         self.is_singular = self.distances.actuation < SINGULAR;
-        if self.is_singular && !self.told {
+        if self.is_singular && !self.reported {
             self.singular = singular(solver, &statics, time);
-            self.told = self.singular.is_some();
+            self.reported = self.singular.is_some();
         }
     }
 }
@@ -103,10 +103,10 @@ pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
 
 /// Describes a singular pose.
 fn singular(solver: &InverseDynamics, statics: &Statics, time: f64) -> Option<Singular> {
-    let told = statics.weakest_motion(&solver.idle_axes())?;
+    let reported = statics.weakest_motion(&solver.idle_axes())?;
     let mechanism = solver.mechanism();
-    let (body, motion) = told.in_words(mechanism, solver.parameters().origin);
-    let load = told.load_in_words(mechanism.characteristic_length());
+    let (body, motion) = reported.in_words(mechanism, solver.parameters().origin);
+    let load = reported.load_in_words(mechanism.characteristic_length());
     let null_directions = statics.null_directions();
     Some(Singular { samples: 1, time, body, motion, load, null_directions })
 }

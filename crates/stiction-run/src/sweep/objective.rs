@@ -15,8 +15,8 @@ use stiction_format::{Diagnostic, Diagnostics, Place, Source, did_you_mean};
 /// `rms`, `mean`, `min`, `max`, `range`, `final` and `work` (the integral of a power over time). A column is one of
 /// the tables of [`Tables`](crate::inverse::Tables), without its unit: `leg1.P.drive`, `distance.actuation`;
 /// `leg1.P.effort` stands for `leg1.P.drive`, `leg1.S.reaction.force` and `leg1.S.reaction.moment` for magnitudes.
-/// Where two tables have a column of one name, the first of `inverse`, `joints`, `reactions`, `friction`, `bodies`,
-/// `motors`, `contributions` is meant; `friction:leg1.P.power` names the table.
+/// A column's name that occurs in several tables means the first of `inverse`, `joints`, `reactions`, `friction`,
+/// `bodies`, `motors`, `contributions`; `friction:leg1.P.power` names the table.
 pub struct Objectives {
     rows: Rows,
     items: Vec<Item>,

@@ -7,7 +7,7 @@ use std::fmt;
 pub struct Row {
     /// Values of the objectives, in their order; `None` where there is none: a design that failed has no values.
     pub values: Vec<Option<f64>>,
-    /// Whether the design has results, and doubts about them.
+    /// Success, success with cautions, or failure of the design.
     pub status: Status,
 }
 

@@ -154,7 +154,7 @@ pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]>
                 fv += f * v;
             }
             let determinant = ss * vv - sv * sv;
-            // With one speed only, the two parts cannot be told apart: all is Coulomb friction.
+            // With one speed only, the two parts cannot be distinguished: all is Coulomb friction.
             match determinant > 1e-9 * ss * vv {
                 true => [(fs * vv - fv * sv) / determinant, (ss * fv - sv * fs) / determinant],
                 false if ss > 0.0 => [fs / ss, 0.0],
@@ -242,7 +242,7 @@ mod tests {
             rates.iter().map(|v| (vec![target(*v)], vec![friction(*v)])).collect();
         let [found] = best_constants(&samples, 1)[..] else { panic!("one actuator") };
         assert!((found[0] - 3.0).abs() < 1e-12 && (found[1] - 0.5).abs() < 1e-12, "{found:?}");
-        // One speed: the two parts cannot be told apart.
+        // One speed: the two parts cannot be distinguished.
         let samples = [(vec![target(1.0)], vec![2.0]), (vec![target(-1.0)], vec![-2.0])];
         assert_eq!(best_constants(&samples, 1), [[2.0, 0.0]]);
         assert_eq!(best_constants(&[], 1), [[0.0, 0.0]]);

@@ -22,7 +22,7 @@ pub struct Study {
     files: Memory,
 }
 
-/// What a key belongs to, and its path there.
+/// Owner of a varied key, with the key's path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Target {
     Model(String),

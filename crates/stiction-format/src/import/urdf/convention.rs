@@ -12,7 +12,7 @@ use super::joint::retype;
 use crate::diagnostic::{did_you_mean, quoted};
 use stiction_core::joint::JointType;
 
-/// What the file says about motors.
+/// Motors listed by the convention's file.
 pub(super) struct Convention {
     /// True if it lists them.
     pub(super) names_motors: bool,

@@ -7,7 +7,7 @@
 //! `1/√2` (-3 dB) at the cut-off frequency, which is 0.896 times that of the single run. At the ends nothing is assumed about the signal beyond them: cubics pass unchanged,
 //! so the ends do not ring. Derivatives are those of the spline and need no differences.
 //!
-//! Where rest is consistent with the samples, the signal rests exactly: see [`rest`].
+//! An interval over which the samples fit a constant within their noise becomes exactly constant: see [`rest`].
 
 mod knots;
 mod low_pass;
@@ -67,8 +67,8 @@ pub(crate) struct Filtered {
     pub(crate) acceleration_noise: f64,
     /// Largest magnitude of the filtered acceleration.
     pub(crate) acceleration: Peak,
-    /// What the filter takes from the acceleration of the motion, beyond the noise: the largest
-    /// difference from a filter of one and a half times the cut-off. Zero if noise explains all of it.
+    /// Largest loss of acceleration by smoothing, beyond the noise: the difference from a filter with
+    /// one and a half times the cut-off frequency. Zero if noise explains all of the difference.
     pub(crate) smearing: Peak,
     /// Times at which the signal rests, s.
     pub(crate) rests: Vec<Rest>,

@@ -1,4 +1,4 @@
-//! What files mean.
+//! Mechanisms that imported files describe.
 
 use super::tree::{convert, mobility, model, with_files};
 use stiction_core::joint::JointType;

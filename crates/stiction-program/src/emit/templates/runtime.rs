@@ -132,7 +132,7 @@ pub struct Info {
     pub undetermined: bool,
 }
 
-/// What is carried from call to call.
+/// State kept from one call to the next: positions for the loop closure, efforts, directions of friction.
 #[derive(Clone, Debug)]
 pub struct State {
     tree: [Real; TREE],

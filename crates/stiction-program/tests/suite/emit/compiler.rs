@@ -71,7 +71,7 @@ impl Code {
     }
 
     /// Compiles and runs a main program, in which `NAME` stands for the name of the code; returns
-    /// what it prints.
+    /// its standard output.
     pub(crate) fn run_with(&self, file: &str, main: &str, flags: &[&str]) -> String {
         let main = main.replace("UPPER", &self.name.to_uppercase()).replace("NAME", &self.name);
         let file = format!("{file}.c");
