@@ -6,7 +6,7 @@ use crate::options;
 use crate::watch::Watch;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
-use stiction::{Batch, States, Status, Workers};
+use stiction::{Batch, Derivatives, Outputs, States, Status, Workers};
 
 /// All outcomes of a row; the code of an outcome is its place.
 pub(crate) const OUTCOMES: [Status; 10] = [
@@ -30,9 +30,18 @@ fn code(status: Status) -> i8 {
 
 type Codes<'py> = Bound<'py, PyArray1<i8>>;
 type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
-/// Codes, efforts, efforts without friction, reactions, frictions, residuals of the power balance.
-type InverseArrays<'py> =
-    (Codes<'py>, Floats<'py>, Floats<'py>, Option<Floats<'py>>, Option<Floats<'py>>, Floats<'py>);
+/// Derivatives by positions, rates and accelerations, and the rows that have them.
+type DerivativeArrays<'py> = (Floats<'py>, Floats<'py>, Floats<'py>, Bound<'py, PyArray1<bool>>);
+/// Codes, efforts, efforts without friction, reactions, frictions, residuals of the power balance, derivatives.
+type InverseArrays<'py> = (
+    Codes<'py>,
+    Floats<'py>,
+    Floats<'py>,
+    Option<Floats<'py>>,
+    Option<Floats<'py>>,
+    Floats<'py>,
+    Option<DerivativeArrays<'py>>,
+);
 /// Codes, positions, quaternions, twists, accelerations.
 type MotionArrays<'py> = (Codes<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>);
 
@@ -78,6 +87,21 @@ impl NativeStates {
             return Err(input(value.py(), &what, "give both the same shape"));
         }
         Ok(read.values)
+    }
+
+    fn derivatives<'py>(
+        &self,
+        py: Python<'py>,
+        all: Derivatives,
+        shape: (bool, usize),
+    ) -> PyResult<DerivativeArrays<'py>> {
+        let array = |values| shaped(py, values, shape, &[self.actuators, self.names.len()]);
+        Ok((
+            array(all.by_position)?,
+            array(all.by_rate)?,
+            array(all.by_acceleration)?,
+            all.is_defined.into_pyarray(py),
+        ))
     }
 
     /// Runs a computation on the rows of `q`.
@@ -134,7 +158,8 @@ impl NativeStates {
     }
 
     /// Inverse dynamics of all rows.
-    #[pyo3(signature = (q, v=None, a=None, threads=None, reactions=false, frictions=false))]
+    #[pyo3(signature = (q, v=None, a=None, threads=None, reactions=false, frictions=false,
+                        derivatives=false))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
     fn inverse_dynamics<'py>(
         &self,
@@ -145,12 +170,14 @@ impl NativeStates {
         threads: Option<usize>,
         reactions: bool,
         frictions: bool,
+        derivatives: bool,
     ) -> PyResult<InverseArrays<'py>> {
         let q = numbers("q", q, &self.names)?;
         let (v, a) = (self.like("v", v, &q)?, self.like("a", a, &q)?);
         let rows = self.with_workers(py, q.rows, threads, |workers| {
             let batch = Batch { q: &q.values, v: &v, a: &a };
-            self.states.inverse_dynamics(batch, (reactions, frictions), workers)
+            let outputs = Outputs { reactions, frictions, derivatives };
+            self.states.inverse_dynamics(batch, outputs, workers)
         })?;
         let shape = (q.is_single, q.rows);
         let asked = |wanted: bool, values: Vec<f64>, rest: [usize; 2]| {
@@ -163,6 +190,7 @@ impl NativeStates {
             asked(reactions, rows.reactions, [self.joints, 6])?,
             asked(frictions, rows.frictions, [self.interfaces, 4])?,
             shaped(py, rows.power_residual, shape, &[])?,
+            rows.derivatives.map(|all| self.derivatives(py, all, shape)).transpose()?,
         ))
     }
 

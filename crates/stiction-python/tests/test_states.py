@@ -52,6 +52,37 @@ def test_results_do_not_depend_on_threads(m):
         assert one.reactions.tobytes() == other.reactions.tobytes()
 
 
+@pytest.mark.parametrize("friction", [False, True])
+def test_derivatives_are_differences(m, friction):
+    q, v, a = neighbours(m, 5)
+    r = m.inverse_dynamics(q, v, a, friction=friction, derivatives=True).check()
+    d = r.derivatives
+    assert d.q.shape == d.v.shape == d.a.shape == (5, 3, 3) and d.defined.all()
+    for of, array, step in (("q", q, 1e-6), ("v", v, 1e-6), ("a", a, 1e-3)):
+        for k in range(3):
+            def moved(sign):
+                moving = {"q": q.copy(), "v": v.copy(), "a": a.copy()}
+                moving[of][:, k] += sign * step
+                return m.inverse_dynamics(**moving, friction=friction).check().efforts
+
+            wanted = (moved(1) - moved(-1)) / (2 * step)
+            # Rounding of the efforts, 1e-12 of some hundred newton, divided by the step.
+            np.testing.assert_allclose(getattr(d, of)[:, :, k], wanted, atol=1e-3, rtol=1e-5)
+    one = m.inverse_dynamics(q[0], v[0], a[0], friction=friction, derivatives=True).derivatives
+    np.testing.assert_allclose(one.a, d.a[0], rtol=1e-9)
+    if not friction:
+        np.testing.assert_allclose(one.a, m.mass_matrix(q[0]).check().array, rtol=1e-9)
+
+
+def test_derivatives_are_missing_where_efforts_jump(m):
+    at_rest = m.inverse_dynamics(m.home(), friction=True, derivatives=True)
+    assert at_rest.ok and not at_rest.derivatives.defined.any()
+    assert np.isnan(at_rest.derivatives.v).all() and "1 without" in repr(at_rest.derivatives)
+    assert m.inverse_dynamics(m.home()).derivatives is None
+    with pytest.raises(stiction.InputError, match="converged friction"):
+        m.inverse_dynamics(m.home(), friction="one-pass", derivatives=True)
+
+
 def test_jacobian_and_mass_matrix(m):
     q, v, _ = neighbours(m, 5)
     jacobian = m.jacobian(q).check()

@@ -2,7 +2,7 @@
 //! states`.
 
 use std::time::Instant;
-use stiction::{Batch, ControlLoop, Error, Robot, Workers};
+use stiction::{Batch, ControlLoop, Error, Outputs, Robot, Workers};
 
 fn main() -> Result<(), Error> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "3rps".to_owned());
@@ -30,7 +30,7 @@ fn main() -> Result<(), Error> {
         Ok(best)
     };
     let (time, converged) = best(&mut || {
-        let results = states.inverse_dynamics(batch, (false, false), &Workers::default())?;
+        let results = states.inverse_dynamics(batch, Outputs::default(), &Workers::default())?;
         Ok(results.status.iter().filter(|status| status.is_converged()).count())
     })?;
     println!("{name}: {converged} of {rows} states, {time:.3} µs each");

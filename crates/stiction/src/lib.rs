@@ -83,8 +83,8 @@ pub use paged::Paged;
 pub use request::{Loaded, Request, Sampled, Samples};
 pub use robot::{Import, ModelParts, ModelText, Robot, RobotBuilder};
 pub use states::{
-    Batch, Compile, Compiled, Coordinate, InverseRows, MotionRows, Rows, States, Workers,
-    status_name, status_reason,
+    Batch, Compile, Compiled, Coordinate, Derivatives, InverseRows, MotionRows, Outputs, Rows,
+    States, Workers, status_name, status_reason,
 };
 pub use sweep::{Study, Sweep, sweep};
 pub use tabulated::{Tabulated, TabulatedSimulation, energy_lost};

@@ -87,6 +87,9 @@ const DENSEST: f64 = 19_300.0;
 /// Smallest usual ratio of a radius of gyration to the extent of a body; a slender rod has 0.29. Units
 /// that are confused (kg mm^2 or g for kg) give a factor of at least 30.
 const THINNEST: f64 = 0.02;
+/// Greatest usual ratio of a radius of gyration to the extent of a body, or of the whole mechanism if that is
+/// larger: bodies seldom reach beyond three times the distances of their joints.
+const WIDEST: f64 = 3.0;
 /// Greatest usual friction coefficient: rubber on concrete has about 1.
 const ROUGHEST: f64 = 2.0;
 
@@ -122,7 +125,7 @@ impl Mechanism {
                 warnings.push(Warning::UnlikelyMass { body, mass, extent: size });
             } else if body.mass > 0.0 && largest > 0.0 {
                 let extent = if own > 0.0 { own } else { length };
-                if radius < extent * THINNEST || radius > own.max(length) / THINNEST {
+                if radius < extent * THINNEST || radius > own.max(length) * WIDEST {
                     let body = body.name.clone();
                     warnings.push(Warning::UnlikelyInertia { body, radius, extent });
                 }

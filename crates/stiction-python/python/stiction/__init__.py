@@ -35,7 +35,7 @@ from ._results import (
     Results,
     Table,
 )
-from ._states import BodyMotions, InverseDynamics, Jacobians, MassMatrices, Status
+from ._states import BodyMotions, Derivatives, InverseDynamics, Jacobians, MassMatrices, Status
 from ._sweep import sweep
 
 __version__: str = _native.__version__
@@ -46,6 +46,7 @@ __all__ = [
     "ByName",
     "ComputationError",
     "ControlState",
+    "Derivatives",
     "Error",
     "Event",
     "ForwardResults",

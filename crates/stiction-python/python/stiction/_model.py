@@ -565,6 +565,7 @@ class Model:
         at: float | None = None,
         reactions: bool = False,
         frictions: bool = False,
+        derivatives: bool = False,
         threads: int | None = 1,
     ) -> InverseDynamics:
         """Efforts for positions, rates and accelerations of the coordinates.
@@ -581,6 +582,8 @@ class Model:
                 and coordinates that the motion prescribes.
             motion: motion whose instant ``at``, s, is the home position.
             reactions, frictions: compute these, too.
+            derivatives: compute those of the efforts with respect to ``q``, ``v`` and ``a``, too: see
+                :class:`Derivatives`. Not for ``friction="one-pass"``, nor for mechanisms with gearings of joints.
             threads: number of threads; ``None`` for all cores.
 
         Raises:
@@ -592,11 +595,15 @@ class Model:
         >>> r = m.inverse_dynamics(q, v=np.full_like(q, 0.01)).check()
         >>> r.efforts.shape, r.effort["leg1.P"].shape
         ((100, 3), (100,))
+        >>> r = m.inverse_dynamics(m.home(), v=[0.01, 0.02, 0.03], derivatives=True)
+        >>> r.derivatives.q.shape, r.derivatives.v.shape
+        ((3, 3), (3, 3))
         """
         states = self._compiled(coordinates, motion, load, friction, at)
         if threads is not None and not (type(threads) is int and threads == 1):
             threads = _count("threads", threads)
-        raw = states.inverse_dynamics(q, v, a, threads, bool(reactions), bool(frictions))
+        outputs = bool(reactions), bool(frictions), bool(derivatives)
+        raw = states.inverse_dynamics(q, v, a, threads, *outputs)
         return InverseDynamics(self._names, raw)
 
     def kinematics(

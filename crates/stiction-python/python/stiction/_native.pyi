@@ -120,7 +120,16 @@ class States:
         threads: int | None = None,
         reactions: bool = False,
         frictions: bool = False,
-    ) -> tuple[_Codes, _Floats, _Floats, _Floats | None, _Floats | None, _Floats]: ...
+        derivatives: bool = False,
+    ) -> tuple[
+        _Codes,
+        _Floats,
+        _Floats,
+        _Floats | None,
+        _Floats | None,
+        _Floats,
+        tuple[_Floats, _Floats, _Floats, NDArray[np.bool_]] | None,
+    ]: ...
     def kinematics(
         self, q: Any, v: Any = None, a: Any = None, threads: int | None = None
     ) -> tuple[_Codes, _Floats, _Floats, _Floats, _Floats]: ...

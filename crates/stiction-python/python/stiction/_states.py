@@ -84,6 +84,31 @@ class _Rows:
         return f"<{type(self).__name__}: {len(self.status)} rows, {failed} without results>"
 
 
+class Derivatives:
+    """Derivatives of the efforts of :meth:`stiction.Model.inverse_dynamics`, exact to round-off.
+
+    Element ``[..., i, j]`` is the change of the effort of actuator i, N or N m, for a unit change of coordinate
+    j, its rate or its acceleration, all others constant. The loops remain closed, and friction changes with the
+    reactions.
+
+    Attributes:
+        q: with respect to coordinates, shape (n, actuators, k), or (actuators, k) for a single state.
+        v: with respect to rates, of the same shape.
+        a: with respect to accelerations, of the same shape; the mass matrix if friction is off.
+        defined: True for each row with derivatives, shape (n,) or (1,). The others are NaN: at rest with
+            friction, efforts jump with the sign of the rate and have no derivatives.
+    """
+
+    __slots__ = ("a", "defined", "q", "v")
+
+    def __init__(self, q: Floats, v: Floats, a: Floats, defined: Bools) -> None:
+        self.q, self.v, self.a, self.defined = q, v, a, defined
+
+    def __repr__(self) -> str:
+        missing = int(np.count_nonzero(~self.defined))
+        return f"<Derivatives: {len(self.defined)} rows, {missing} without derivatives>"
+
+
 class InverseDynamics(_Rows):
     """Efforts for given motions; see :meth:`stiction.Model.inverse_dynamics`.
 
@@ -97,10 +122,12 @@ class InverseDynamics(_Rows):
         frictions: sliding speed, m/s, normal load, N, friction force, N, dissipated power, W,
             shape (n, interfaces, 4) or (interfaces, 4); ``None`` unless asked.
         power_residual: residual of the power balance, W, shape (n,) or ().
+        derivatives: derivatives of ``efforts``; ``None`` unless asked.
     """
 
     __slots__ = (
         "_names",
+        "derivatives",
         "efforts",
         "efforts_frictionless",
         "frictions",
@@ -111,7 +138,15 @@ class InverseDynamics(_Rows):
     def __init__(
         self,
         names: _Names,
-        raw: tuple[Codes, Floats, Floats, Floats | None, Floats | None, Floats],
+        raw: tuple[
+            Codes,
+            Floats,
+            Floats,
+            Floats | None,
+            Floats | None,
+            Floats,
+            tuple[Floats, Floats, Floats, Bools] | None,
+        ],
     ) -> None:
         self._names = names
         (
@@ -121,7 +156,10 @@ class InverseDynamics(_Rows):
             self.reactions,
             self.frictions,
             self.power_residual,
+            derivatives,
         ) = raw
+        #: Derivatives of the efforts.
+        self.derivatives = None if derivatives is None else Derivatives(*derivatives)
 
     @property
     def effort(self) -> ByName[Floats]:

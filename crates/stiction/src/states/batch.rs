@@ -1,10 +1,11 @@
 //! Batches of states and their results.
 
 use super::States;
+use super::derivatives::Derivatives;
 use super::rows::{Row, Workers};
 use crate::error::Error;
 use stiction_core::dynamics::{Data, FrictionMode, Status};
-use stiction_core::kinematics::Bodies;
+use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::spatial::Quaternion;
 
 /// Rows of coordinates, rates and accelerations, each row after the other.
@@ -27,6 +28,17 @@ pub struct Rows {
     pub values: Vec<f64>,
 }
 
+/// Optional results of [`States::inverse_dynamics`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outputs {
+    /// Reactions of all joints.
+    pub reactions: bool,
+    /// State of all friction interfaces.
+    pub frictions: bool,
+    /// Derivatives of the efforts.
+    pub derivatives: bool,
+}
+
 /// Results of inverse dynamics, each row after the other. Rows that did not converge are NaN.
 #[derive(Clone, Debug, Default)]
 pub struct InverseRows {
@@ -43,6 +55,8 @@ pub struct InverseRows {
     pub frictions: Vec<f64>,
     /// Residual of the power balance, W, of each row.
     pub power_residual: Vec<f64>,
+    /// Derivatives of the efforts; `None` unless asked.
+    pub derivatives: Option<Derivatives>,
 }
 
 /// Motion of all bodies, each row after the other. Rows that did not converge are NaN.
@@ -89,38 +103,45 @@ impl States {
         Ok(batch.q.len() / count)
     }
 
-    /// Inverse dynamics of all rows, with reactions and frictions if asked.
+    /// Inverse dynamics of all rows.
     ///
     /// ```
-    /// use stiction::{Batch, Robot, Workers};
+    /// use stiction::{Batch, Outputs, Robot, Workers};
     ///
     /// let states = Robot::builtin("five-bar")?.states().compile()?;
     /// let batch = Batch { q: states.home(), v: &[0.1, 0.1], a: &[] };
-    /// let rows = states.inverse_dynamics(batch, (false, false), &Workers::default())?;
+    /// let wanted = Outputs { derivatives: true, ..Outputs::default() };
+    /// let rows = states.inverse_dynamics(batch, wanted, &Workers::default())?;
     /// assert!(rows.status[0].is_converged());
-    /// println!("{:?} N m", rows.efforts);
+    /// println!("{:?} N m, by rates {:?}", rows.efforts, rows.derivatives.unwrap().by_rate);
     /// # Ok::<(), stiction::Error>(())
     /// ```
     ///
     /// # Errors
-    /// The arrays do not fit together, or the computation was stopped. Rows without an answer are no error:
+    /// The arrays do not fit together, the robot has no derivatives, or the computation was stopped. Rows without an answer are no error:
     /// see [`InverseRows::status`].
     pub fn inverse_dynamics(
         &self,
         batch: Batch<'_>,
-        (reactions, frictions): (bool, bool),
+        outputs: Outputs,
         workers: &Workers<'_>,
     ) -> Result<InverseRows, Error> {
         self.rows_of(batch)?;
+        let Outputs { reactions, frictions, derivatives } = outputs;
+        let recorded = derivatives.then(|| self.recorded_derivatives()).transpose()?;
         let mechanism = self.model.mechanism();
         let (actuators, joints) = (mechanism.actuators().count(), mechanism.joints().len());
         let interfaces = self.model.parameters().interfaces.len();
+        let slopes = if derivatives { actuators * self.home.len() } else { 0 };
         let widths = [
             actuators,
             actuators,
             if reactions { 6 * joints } else { 0 },
             if frictions { 4 * interfaces } else { 0 },
             1,
+            slopes,
+            slopes,
+            slopes,
         ];
         let rest = vec![0.0; self.home.len()];
         let compute = |data: &mut Data<f64>, row: &mut Row<'_, '_>| {
@@ -145,19 +166,30 @@ impl States {
                 }
             }
             row.of(4)[0] = data.power().residual();
+            if let Some(recorded) = recorded {
+                let values = q.iter().zip(v).zip(a);
+                let targets: Vec<Target<f64>> = values
+                    .map(|((&value, &rate), &acceleration)| Target { value, rate, acceleration })
+                    .collect();
+                recorded.write(data, &targets, &self.loads, row.several(5));
+            }
             status
         };
         let (status, arrays) = self.each_row(batch.q, &widths, workers, compute)?;
         let mut arrays = arrays.into_iter();
         let mut next = || arrays.next().unwrap_or_default();
-        Ok(InverseRows {
+        let results = InverseRows {
             status,
             efforts: next(),
             efforts_frictionless: next(),
             reactions: next(),
             frictions: next(),
             power_residual: next(),
-        })
+            derivatives: None,
+        };
+        let derivatives =
+            derivatives.then(|| Derivatives::new([next(), next(), next()], results.status.len()));
+        Ok(InverseRows { derivatives, ..results })
     }
 
     /// Coordinates, rates and accelerations of a row.

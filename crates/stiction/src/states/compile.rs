@@ -4,7 +4,7 @@ use super::{Coordinate, States};
 use crate::error::Error;
 use crate::request::{Loaded, Request};
 use crate::robot::Robot;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate as Which, Target};
 use stiction_core::mechanism::BodyId;
@@ -131,9 +131,11 @@ impl Compile {
             spare: Mutex::default(),
             coordinates: coordinates.collect(),
             home: values,
+            home_poses: guesses,
             by_actuators,
             loads,
             load_name: job.load_name.clone(),
+            derivatives: OnceLock::new(),
             model,
         })
     }

@@ -3,18 +3,22 @@
 
 mod batch;
 mod compile;
+mod derivatives;
 mod rows;
 
-pub use batch::{Batch, InverseRows, MotionRows, Rows};
+pub use batch::{Batch, InverseRows, MotionRows, Outputs, Rows};
 pub use compile::{Compile, Compiled};
+pub use derivatives::Derivatives;
 pub use rows::Workers;
 
 use crate::control_loop::ControlLoop;
 use crate::error::Error;
 use crate::robot::Robot;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 use stiction_core::dynamics::{Data, FrictionMode, Model, Status};
 use stiction_core::kinematics::State;
+use stiction_core::mechanism::BodyId;
+use stiction_core::spatial::Pose;
 use stiction_core::statics::AppliedLoad;
 
 /// Largest number of spare data.
@@ -36,10 +40,14 @@ pub struct States {
     spare: Mutex<Vec<Data<f64>>>,
     coordinates: Vec<Coordinate>,
     home: Vec<f64>,
+    /// Poses of the bodies at home, in the ground's frame.
+    home_poses: Vec<(BodyId, Pose<f64>)>,
     /// True if the coordinates are those of the actuators, in their order.
     by_actuators: bool,
     loads: Vec<AppliedLoad<f64>>,
     load_name: String,
+    /// Recorded at the first use.
+    derivatives: OnceLock<derivatives::Recorded>,
 }
 
 /// A coordinate of a state.
@@ -82,6 +90,16 @@ impl States {
     /// Gives the compiled model, its data and the home position, for a control loop.
     pub(crate) fn into_control_loop(self) -> ControlLoop {
         ControlLoop { model: self.model, data: self.prototype, position: self.home }
+    }
+
+    /// Recorded derivatives of the efforts.
+    fn recorded_derivatives(&self) -> Result<&derivatives::Recorded, Error> {
+        if let Some(recorded) = self.derivatives.get() {
+            return Ok(recorded);
+        }
+        // Recorded outside of the lock: a process forked meanwhile would wait for ever.
+        let recorded = derivatives::Recorded::of(self)?;
+        Ok(self.derivatives.get_or_init(|| recorded))
     }
 
     /// Takes data from the spare ones, at the home position.

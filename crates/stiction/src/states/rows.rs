@@ -55,6 +55,17 @@ impl Row<'_, '_> {
         let width = self.arrays[array].len() / self.rows;
         &mut self.arrays[array][self.place * width..][..width]
     }
+
+    /// Results of this row in consecutive arrays from `first` on.
+    pub(super) fn several<const N: usize>(&mut self, first: usize) -> [&mut [f64]; N] {
+        let (place, rows) = (self.place, self.rows);
+        let mut arrays = self.arrays[first..][..N].iter_mut();
+        std::array::from_fn(|_| {
+            let array = arrays.next().map_or(&mut [][..], |array| &mut **array);
+            let width = array.len() / rows;
+            &mut array[place * width..][..width]
+        })
+    }
 }
 
 impl States {

@@ -1,11 +1,15 @@
 //! Batches of states: inverse dynamics, poses, Jacobians, mass matrices.
 
 use std::num::NonZeroUsize;
-use stiction::{Batch, FrictionMode, Inverse, Robot, States, Status, Workers};
+use stiction::{Batch, FrictionMode, Inverse, Outputs, Robot, States, Status, Workers};
 
 /// Built-in robots with closed chains, with an actuator for each degree of freedom.
 const ROBOTS: [&str; 6] =
     ["3rps", "five-bar", "gough", "delta", "slider-crank", "zhang2018-regular"];
+
+/// Reactions and frictions.
+const BOTH: Outputs = Outputs { reactions: true, frictions: true, derivatives: false };
+const DERIVATIVES: Outputs = Outputs { reactions: false, frictions: false, derivatives: true };
 
 fn threads<'a>(count: usize) -> Workers<'a> {
     Workers { threads: NonZeroUsize::new(count).unwrap(), ..Workers::default() }
@@ -44,7 +48,7 @@ fn efforts_of_a_batch_are_those_along_the_motion() {
         let ([q, v, a], efforts) = along(&robot, 0.01);
         let states = robot.states().load("none").unwrap().compile().unwrap();
         let batch = Batch { q: &q, v: &v, a: &a };
-        let rows = states.inverse_dynamics(batch, (true, true), &threads(1)).unwrap();
+        let rows = states.inverse_dynamics(batch, BOTH, &threads(1)).unwrap();
         let mut compared = 0;
         for (row, status) in rows.status.iter().enumerate() {
             assert!(status.is_converged(), "{name} row {row}: {status:?}");
@@ -75,7 +79,7 @@ fn results_do_not_depend_on_threads() {
     let ([q, v, a], _) = along(&robot, 0.0005);
     let states = robot.states().compile().unwrap();
     let batch = Batch { q: &q, v: &v, a: &a };
-    let rows = |count| states.inverse_dynamics(batch, (true, true), &threads(count)).unwrap();
+    let rows = |count| states.inverse_dynamics(batch, BOTH, &threads(count)).unwrap();
     let one = rows(1);
     assert!(one.status.len() > 1000 && one.status.iter().all(|status| status.is_converged()));
     for count in [2, 3, 7] {
@@ -232,11 +236,15 @@ fn other_coordinates_are_those_of_the_motion() {
     };
     let states = request.friction(FrictionMode::Off).compile().unwrap();
     let rows = states
-        .inverse_dynamics(Batch { q: states.home(), v: &[], a: &[] }, (false, false), &threads(1))
+        .inverse_dynamics(
+            Batch { q: states.home(), v: &[], a: &[] },
+            Outputs::default(),
+            &threads(1),
+        )
         .unwrap();
     let by_legs = robot.states().friction(FrictionMode::Off).compile().unwrap();
     let batch = Batch { q: by_legs.home(), v: &[], a: &[] };
-    let legs = by_legs.inverse_dynamics(batch, (false, false), &threads(1)).unwrap();
+    let legs = by_legs.inverse_dynamics(batch, Outputs::default(), &threads(1)).unwrap();
     for (a, b) in rows.efforts.iter().zip(&legs.efforts) {
         assert!((a - b).abs() < 1e-10 * largest(&legs.efforts), "{a} {b}");
     }
@@ -248,10 +256,102 @@ fn other_coordinates_are_those_of_the_motion() {
 fn wrong_shapes_are_refused_with_names() {
     let states = Robot::builtin("five-bar").unwrap().states().compile().unwrap();
     let call = |q: &[f64], v: &[f64]| {
-        let error = states.inverse_dynamics(Batch { q, v, a: &[] }, (false, false), &threads(1));
+        let error =
+            states.inverse_dynamics(Batch { q, v, a: &[] }, Outputs::default(), &threads(1));
         error.map(|rows| rows.status.len()).map_err(|error| error.to_string())
     };
     assert!(call(&[0.0; 3], &[]).unwrap_err().contains("`q` has 3 numbers"));
     assert!(call(&[0.0; 4], &[0.0; 2]).unwrap_err().contains("`v` has 2 numbers"));
     assert_eq!(call(&[], &[]).unwrap(), 0);
+}
+
+/// Derivatives are central differences, of fourth order, of the efforts of the general kernel, with friction and without.
+#[test]
+fn derivatives_are_differences_of_the_efforts() {
+    for name in ROBOTS {
+        let robot = Robot::builtin(name).unwrap();
+        for friction in [FrictionMode::Off, FrictionMode::Converged] {
+            let states = robot.states().friction(friction).compile().unwrap();
+            let ([q, v, a], _) = along(&robot, 0.13);
+            let count = states.home().len();
+            let rows = q.len() / count;
+            let batch = Batch { q: &q, v: &v, a: &a };
+            let found = states.inverse_dynamics(batch, DERIVATIVES, &threads(1)).unwrap();
+            let again = states.inverse_dynamics(batch, DERIVATIVES, &threads(2)).unwrap();
+            let derivatives = found.derivatives.unwrap();
+            let same = again.derivatives.unwrap();
+            assert_eq!(derivatives.is_defined, same.is_defined);
+            let actuators = found.efforts.len() / rows;
+            let efforts = |batch: Batch<'_>| {
+                let results =
+                    states.inverse_dynamics(batch, Outputs::default(), &threads(1)).unwrap();
+                results.efforts
+            };
+            let mut compared = 0;
+            for (kind, slopes) in
+                [&derivatives.by_position, &derivatives.by_rate, &derivatives.by_acceleration]
+                    .into_iter()
+                    .enumerate()
+            {
+                for column in 0..count {
+                    let step = [1e-5, 1e-6, 1e-3][kind];
+                    let moved = |sign: f64| {
+                        let mut arrays = [q.clone(), v.clone(), a.clone()];
+                        for row in arrays[kind].chunks_exact_mut(count) {
+                            row[column] += sign * step;
+                        }
+                        let [q, v, a] = arrays;
+                        efforts(Batch { q: &q, v: &v, a: &a })
+                    };
+                    let [ahead, behind] = [moved(1.0), moved(-1.0)];
+                    let [far_ahead, far_behind] = [moved(2.0), moved(-2.0)];
+                    for row in (0..rows).filter(|row| derivatives.is_defined[*row]) {
+                        // A rate that vanishes is a reversal, where friction jumps.
+                        let slow = v[row * count..][..count].iter().any(|rate| rate.abs() < 1e-4);
+                        if slow && friction == FrictionMode::Converged {
+                            continue;
+                        }
+                        let scale = largest(&found.efforts).max(1.0) / [1e-2, 1e-2, 1.0][kind];
+                        for actuator in 0..actuators {
+                            let at = row * actuators + actuator;
+                            let wanted = (8.0 * (ahead[at] - behind[at])
+                                - (far_ahead[at] - far_behind[at]))
+                                / (12.0 * step);
+                            let slope = slopes[at * count + column];
+                            let most = 1e-5 * scale.max(wanted.abs());
+                            assert!(
+                                (slope - wanted).abs() < most,
+                                "{name} {friction:?} {kind} row {row}: {slope} {wanted}"
+                            );
+                            compared += 1;
+                        }
+                    }
+                }
+            }
+            assert!(compared > 5 * count * actuators, "{name} {friction:?}: {compared}");
+        }
+    }
+}
+
+/// The derivatives by accelerations are the mass matrix; at rest with friction there are none.
+#[test]
+fn derivatives_at_rest() {
+    let robot = Robot::builtin("five-bar").unwrap();
+    let states = robot.states().friction(FrictionMode::Off).load("none").unwrap();
+    let states = states.compile().unwrap();
+    let batch = Batch { q: states.home(), v: &[], a: &[] };
+    let found = states.inverse_dynamics(batch, DERIVATIVES, &threads(1)).unwrap();
+    let mass = states.mass_matrix(states.home(), &threads(1)).unwrap();
+    for (found, mass_entry) in found.derivatives.unwrap().by_acceleration.iter().zip(&mass.values) {
+        let error = (found - mass_entry).abs();
+        assert!(error < 1e-12 * largest(&mass.values), "{found} {mass_entry}");
+    }
+    let states = robot.states().friction(FrictionMode::Converged).compile().unwrap();
+    let found = states.inverse_dynamics(batch, DERIVATIVES, &threads(1)).unwrap();
+    let derivatives = found.derivatives.unwrap();
+    assert_eq!(derivatives.is_defined, [false]);
+    assert!(derivatives.by_rate.iter().all(|slope| slope.is_nan()));
+    let one_pass = robot.states().friction(FrictionMode::OnePass).compile().unwrap();
+    let error = one_pass.inverse_dynamics(batch, DERIVATIVES, &threads(1)).unwrap_err();
+    assert!(error.to_string().contains("converged friction"), "{error}");
 }

@@ -1,0 +1,173 @@
+//! Derivatives of efforts with respect to coordinates, rates and accelerations.
+
+use super::States;
+use crate::error::Error;
+use std::sync::Mutex;
+use stiction_core::dynamics::{Data, FrictionMode, InverseDynamics};
+use stiction_core::kinematics::Target;
+use stiction_core::statics::AppliedLoad;
+use stiction_program::{DerivativeMemory, DerivativeProgram, Quantity};
+
+/// Derivatives of the efforts with respect to the state: exact to round-off, with the loops closed and the
+/// normal loads of friction coupled.
+///
+/// Each array has rows x actuators x coordinates, in N or N m per unit of the coordinate, rate or
+/// acceleration. The other coordinates, rates and accelerations of the row are constant. Rows without
+/// derivatives are NaN.
+#[derive(Clone, Debug, Default)]
+pub struct Derivatives {
+    /// With respect to coordinates.
+    pub by_position: Vec<f64>,
+    /// With respect to rates.
+    pub by_rate: Vec<f64>,
+    /// With respect to accelerations; the mass matrix if friction is off.
+    pub by_acceleration: Vec<f64>,
+    /// True for each row with derivatives. Efforts have none where a friction interface is at rest, because
+    /// its friction jumps there.
+    pub is_defined: Vec<bool>,
+}
+
+impl Derivatives {
+    /// Takes the three arrays of derivatives of this number of rows.
+    pub(super) fn new(arrays: [Vec<f64>; 3], rows: usize) -> Self {
+        let [by_position, by_rate, by_acceleration] = arrays;
+        let width = by_position.len() / rows.max(1);
+        let is_defined = (0..rows)
+            .map(|row| by_position[row * width..][..width].iter().all(|slope| slope.is_finite()))
+            .collect();
+        Self { by_position, by_rate, by_acceleration, is_defined }
+    }
+}
+
+/// Recorded derivatives of a robot.
+#[derive(Debug)]
+pub(super) struct Recorded {
+    program: DerivativeProgram,
+    /// Memories that no thread uses at present, each with room for all derivatives of a state.
+    spare: Mutex<Vec<(DerivativeMemory, Vec<f64>)>>,
+}
+
+/// Largest difference of an effort from that of the program, relative to the largest effort: rounding
+/// magnified by the condition of poses near singular ones.
+const SAME: f64 = 1e-6;
+
+impl Recorded {
+    /// Records the derivatives of the solver's robot near home.
+    ///
+    /// # Errors
+    /// The friction mode or the mechanism has no program.
+    pub(super) fn of(states: &States) -> Result<Self, Error> {
+        let refuse = |reason: String| {
+            Error::input(format!("no derivatives for `{}`: {reason}", states.robot.name()))
+                .with_option("derivatives")
+        };
+        if states.home.is_empty() {
+            return Err(refuse("it has no actuators".to_owned()));
+        }
+        let settings = states.prototype.settings;
+        if settings.friction == FrictionMode::OnePass {
+            return Err(refuse("they are those of converged friction".to_owned())
+                .with_help("choose friction \"on\" or \"off\""));
+        }
+        let mechanism = match settings.friction {
+            FrictionMode::Off => states.model.mechanism().without_friction(),
+            _ => states.model.mechanism().clone(),
+        };
+        let at = |values: &[f64]| -> Vec<Target<f64>> {
+            let at_rest = |&value: &f64| Target { value, rate: 0.0, acceleration: 0.0 };
+            values.iter().map(at_rest).collect()
+        };
+        let home = at(&states.home);
+        let solver = InverseDynamics::new(
+            mechanism,
+            &states.home_poses,
+            states.model.constraints().coordinates(),
+            &home,
+            settings,
+        )
+        .map_err(|error| refuse(error.to_string()))?;
+        let signal = positions(&solver, &states.home, states.coordinates.iter().map(|c| c.step));
+        let quantities = quantities(states.home.len());
+        DerivativeProgram::record(&solver, &signal, &states.loads, &quantities)
+            .map(|program| Self { program, spare: Mutex::default() })
+            .map_err(|error| refuse(error.to_string()))
+    }
+
+    /// Writes the derivatives at the state of `data`, whose efforts are known, into the three rows; the rows
+    /// remain NaN if the efforts have no derivatives there.
+    pub(super) fn write(
+        &self,
+        data: &Data<f64>,
+        targets: &[Target<f64>],
+        loads: &[AppliedLoad<f64>],
+        rows: [&mut [f64]; 3],
+    ) {
+        // Never waits: a process forked while another thread held the lock would wait for ever.
+        let spare = self.spare.try_lock().ok().and_then(|mut spare| spare.pop());
+        let count = targets.len();
+        let size = 3 * count * data.efforts().len();
+        let (mut memory, mut slopes) =
+            spare.unwrap_or_else(|| (self.program.memory(), vec![0.0; size]));
+        if self.program.run(&mut memory, &data.state, targets, loads)
+            && self.agrees(&memory, data.efforts())
+        {
+            self.program.jacobian(&mut memory, &mut slopes);
+            if slopes.iter().all(|slope| slope.is_finite()) {
+                for (kind, row) in rows.into_iter().enumerate() {
+                    let all = slopes.chunks_exact(3 * count);
+                    for (row, all) in row.chunks_exact_mut(count).zip(all) {
+                        row.copy_from_slice(&all[kind * count..][..count]);
+                    }
+                }
+            }
+        }
+        if let Ok(mut spare) = self.spare.try_lock() {
+            spare.push((memory, slopes));
+        }
+    }
+
+    /// True if the program's efforts are those of the general solver.
+    fn agrees(&self, memory: &DerivativeMemory, efforts: &[f64]) -> bool {
+        let (inverse, forces) = (self.program.inverse(), self.program.forces(memory));
+        let largest = efforts.iter().fold(f64::MIN_POSITIVE, |largest, x| largest.max(x.abs()));
+        let mut each = efforts.iter().enumerate();
+        each.all(|(k, effort)| (inverse.drive(forces, 0, k) - effort).abs() <= SAME * largest)
+    }
+}
+
+/// All coordinates, then all rates, then all accelerations.
+fn quantities(count: usize) -> Vec<Quantity> {
+    let each = [Quantity::Value, Quantity::Rate, Quantity::Acceleration];
+    each.into_iter().flat_map(|of| (0..count).map(of)).collect()
+}
+
+/// Home and positions one step beside it along each coordinate, as far as the loops close there.
+fn positions(
+    solver: &InverseDynamics,
+    home: &[f64],
+    steps: impl Iterator<Item = f64>,
+) -> Vec<Vec<Target<f64>>> {
+    let mut solver = solver.clone();
+    let mut values = vec![home.to_vec()];
+    for (k, step) in steps.enumerate() {
+        for step in [step, -step] {
+            let mut beside = home.to_vec();
+            beside[k] += step;
+            values.push(beside);
+        }
+    }
+    let at_rest = |value: f64| Target { value, rate: 0.0, acceleration: 0.0 };
+    let all = values.into_iter().map(|values| values.into_iter().map(at_rest).collect::<Vec<_>>());
+    let all: Vec<_> = all.collect();
+    let (first, others) = all.split_first().map_or((Vec::new(), &[][..]), |(f, o)| (f.clone(), o));
+    let mut reachable = vec![first.clone()];
+    for targets in others {
+        if solver.move_to(targets).is_ok() {
+            reachable.push(targets.clone());
+        }
+        if solver.move_to(&first).is_err() {
+            break;
+        }
+    }
+    reachable
+}
