@@ -7,6 +7,7 @@ use crate::inverse::listen_for_interrupt;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
+use crate::report;
 use crate::sources::{self, warn};
 use std::sync::atomic::Ordering;
 use stiction::Error;
@@ -32,37 +33,41 @@ fn execute(options: &Check) -> Result<(), Failure> {
     sources::refuse_filter(&options.filter, Some((&job.motion_name, job.motion)))?;
     let interrupted = listen_for_interrupt();
     // Reject an unwritable folder before the computation.
+    let folder = options.report.folder(options.output.as_deref())?;
     let mut outputs =
-        options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+        folder.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     let files = match &mut outputs {
         None => None,
-        Some(outputs) => Some([
-            outputs.begin("check.html")?,
+        Some(outputs) => Some((
+            options.report.is_on().then(|| outputs.begin(report::FILE)).transpose()?,
             outputs.begin("check.json")?,
             outputs.begin("mechanism.svg")?,
-        ]),
+        )),
     };
     let mut progress = Progress::new();
-    let report = request.run_with(|phase, done, of| {
+    let findings = request.run_with(|phase, done, of| {
         progress.update(phase, done, of);
         !interrupted.load(Ordering::Relaxed)
     });
     progress.clear();
-    let report = report?;
-    let json = format!("{:#}\n", report.to_json());
+    let findings = findings?;
+    let json = format!("{:#}\n", findings.to_json());
     match options.json {
         true => print(&json)?,
-        false => print(&folded(report.as_text()))?,
+        false => print(&folded(findings.as_text()))?,
     }
-    let (Some(outputs), Some([html, data, picture])) = (outputs, files) else { return Ok(()) };
-    let page = draw_page(&job, report.findings()).map_err(Error::from)?;
-    outputs.end("check.html", html, page.html.as_bytes())?;
+    let (Some(outputs), Some((html, data, picture))) = (outputs, files) else { return Ok(()) };
+    let page = draw_page(&job, findings.findings()).map_err(Error::from)?;
+    if let Some(html) = html {
+        outputs.end(report::FILE, html, page.html.as_bytes())?;
+    }
     outputs.end("check.json", data, json.as_bytes())?;
     outputs.end("mechanism.svg", picture, page.picture.as_bytes())?;
-    let names = outputs.complete(&[])?;
+    let names = outputs.complete(&[report::FILE])?;
     if !options.json {
         let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
         note!("{}", folded(&format!("\nwrote {}", names.join(", "))));
     }
+    options.report.show(folder.as_deref());
     Ok(())
 }

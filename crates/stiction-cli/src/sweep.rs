@@ -11,6 +11,7 @@ use crate::inverse::listen_for_interrupt;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
+use crate::report;
 use crate::sources::{self, warn};
 use crate::written::note_files;
 use designs::Designs;
@@ -20,7 +21,7 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 use stiction::{Robot, Study};
 use stiction_run::forward::checksum;
-use stiction_run::sweep::{Findings, Pictures};
+use stiction_run::sweep::{Findings, Pictures, draw_report};
 
 /// Files of a study besides its table, which the next one in the folder replaces.
 const PICTURES: usize = 32;
@@ -62,7 +63,8 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
     let about = description(options, &robot, &designs)?;
 
     let inputs = robot.files_read().into_iter().chain(designs.file()).collect();
-    let outputs = options.output.as_deref().map(|dir| Outputs::new(dir, inputs)).transpose()?;
+    let folder = options.report.folder(options.output.as_deref())?;
+    let outputs = folder.as_deref().map(|dir| Outputs::new(dir, inputs)).transpose()?;
     let mut results = Results::new(&study, designs.shape().filter(|_| options.shard.parts == 1));
     let mut journal = match &outputs {
         Some(outputs) => Some(Journal::open(outputs, &about, &study, options, &mut results)?),
@@ -109,7 +111,9 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
         ))
         .help("start again, and leave the table unchanged until the run ends"));
     }
-    results.finish(options, &robot_heading(&robot), &about, outputs, journal)
+    results.finish(options, &robot_heading(&robot), &about, outputs, journal)?;
+    options.report.show(folder.as_deref());
+    Ok(())
 }
 
 fn robot_heading(robot: &Robot) -> String {
@@ -223,11 +227,17 @@ impl Results {
         let mut files = Vec::new();
         if let Some(mut outputs) = outputs {
             outputs.write("sweep.json", format!("{json:#}\n").as_bytes())?;
+            if options.report.is_on() {
+                let results = (&self.findings, self.pictures.as_ref());
+                let command = report::command_line();
+                let page = draw_report(heading, results, Some(&command), about);
+                outputs.write(report::FILE, page.as_bytes())?;
+            }
             for (name, picture) in self.pictures.iter().flat_map(Pictures::draw) {
                 outputs.write(&name, picture.as_bytes())?;
             }
             let others: Vec<String> = (1..=PICTURES).map(|k| format!("sweep-{k}.svg")).collect();
-            let possible = others.iter().map(String::as_str).chain(["sweep.svg"]);
+            let possible = others.iter().map(String::as_str).chain(["sweep.svg", report::FILE]);
             let table = outputs.path(TABLE);
             if let Some(journal) = journal {
                 journal.complete(&table)?;

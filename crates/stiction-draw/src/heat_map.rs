@@ -44,23 +44,35 @@ const SCALE: [[f64; 3]; 5] = [
 ];
 
 impl HeatMap {
-    /// The map as SVG.
+    /// The map as a file in SVG, on white.
     pub fn svg(&self) -> String {
+        self.render("none", "#000000", Some("#ffffff"))
+    }
+
+    /// The map for a page, in the colours of its text; `index` is different for each map of the page.
+    pub fn inline(&self, index: usize) -> String {
+        self.render(&format!("none-{index}"), "currentColor", None)
+    }
+
+    /// Draws with this name of the pattern of cells without a value, this colour of text and this background.
+    fn render(&self, pattern: &str, ink: &str, paper: Option<&str>) -> String {
         let (width, height) = (LEFT + WIDTH + RIGHT, TOP + HEIGHT + BOTTOM);
         let mut out = String::new();
         // Writing to a string cannot fail.
         let _ = write!(
             out,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
-             height=\"{height}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\">\
-             <defs><pattern id=\"none\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\">\
+             height=\"{height}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"{ink}\">\
+             <defs><pattern id=\"{pattern}\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\">\
              <rect width=\"6\" height=\"6\" fill=\"#eeeeee\"/>\
-             <path d=\"M0 6L6 0\" stroke=\"#999999\"/></pattern></defs>\
-             <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>"
+             <path d=\"M0 6L6 0\" stroke=\"#999999\"/></pattern></defs>"
         );
+        if let Some(paper) = paper {
+            let _ = write!(out, "<rect width=\"{width}\" height=\"{height}\" fill=\"{paper}\"/>");
+        }
         let middle = LEFT + 0.5 * WIDTH;
         text(&mut out, (middle, 26.0), "middle", "font-size=\"15\"", &self.title);
-        self.cells(&mut out);
+        self.cells(&mut out, pattern);
         self.axes(&mut out);
         self.legend(&mut out);
         out.push_str("</svg>\n");
@@ -76,7 +88,7 @@ impl HeatMap {
         })
     }
 
-    fn cells(&self, out: &mut String) {
+    fn cells(&self, out: &mut String, pattern: &str) {
         let range = self.range();
         let (columns, rows) = (self.x.len().max(1), self.y.len().max(1));
         let (w, h) = (WIDTH / columns as f64, HEIGHT / rows as f64);
@@ -86,7 +98,7 @@ impl HeatMap {
                 let (x, y) = (LEFT + column as f64 * w, TOP + HEIGHT - (row + 1) as f64 * h);
                 let finite = value.filter(|value| value.is_finite());
                 let part = finite.zip(range).map(|(value, range)| fraction(value, range));
-                let fill = part.map_or("url(#none)".to_owned(), colour);
+                let fill = part.map_or(format!("url(#{pattern})"), colour);
                 let words = match value {
                     Some(value) => number(*value),
                     None => "no value".to_owned(),
@@ -110,7 +122,7 @@ impl HeatMap {
         }
         let _ = write!(
             out,
-            "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"none\" stroke=\"#333333\"/>"
+            "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"none\" stroke=\"currentColor\"/>"
         );
     }
 

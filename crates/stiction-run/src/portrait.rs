@@ -1,5 +1,6 @@
 //! Pictures of a mechanism for pages: the most legible instant of its motion, in the best view.
 
+use crate::report::animation::Animation;
 use crate::{Error, Job};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
@@ -19,6 +20,8 @@ pub struct Portrait {
     /// Pictured instant, s.
     pub time: f64,
     trail: Trail,
+    /// The whole motion; `None` for a single position.
+    motion: Option<Animation>,
 }
 
 impl Portrait {
@@ -32,6 +35,11 @@ impl Portrait {
         let mut follower = job.assemble(first)?;
         let start = follower.solver.clone();
         let mechanism = &job.model.mechanism;
+        let count = instants.count();
+        let mut motion = (count > 1).then(|| Animation::of_motion(mechanism, count));
+        if let Some(motion) = &mut motion {
+            motion.push_motion(first, &start);
+        }
         let mut trail = Trail::new(mechanism, &start.bodies().pose);
         let mut best = Drawing::new(mechanism, &start.bodies().pose).thickness();
         let (mut shown, mut time) = (start.clone(), first);
@@ -40,6 +48,9 @@ impl Portrait {
             follower.go_to(now)?;
             let solver = &follower.solver;
             trail.add(mechanism, &solver.bodies().pose);
+            if let Some(motion) = &mut motion {
+                motion.push_motion(now, solver);
+            }
             if best < THIN && k.is_multiple_of(every) {
                 let thickness = Drawing::new(mechanism, &solver.bodies().pose).thickness();
                 if thickness > 2.0 * best + 1e-3 {
@@ -48,7 +59,7 @@ impl Portrait {
                 }
             }
         }
-        Ok(Self { start, shown, time, trail })
+        Ok(Self { start, shown, time, trail, motion })
     }
 
     fn drawing(&self) -> Drawing<'_> {
@@ -64,6 +75,11 @@ impl Portrait {
     /// Picture in the best view, for a page.
     pub fn inline_svg(&self) -> String {
         self.svg(Surface::Inline)
+    }
+
+    /// Moving robot for a page with the script of the viewer; `None` for a single position.
+    pub(crate) fn moving(&self, caption: &str) -> Option<String> {
+        Some(self.motion.as_ref()?.figure(caption, None))
     }
 
     /// Further views with their names; none for a planar mechanism, which is drawn face-on.

@@ -1,7 +1,6 @@
 //! View of a mechanism along a motion, without forces: a page with the moving robot, and a moving picture.
 
-use crate::names::Names;
-use crate::report::animation::Animation;
+use crate::report::animation::{Animation, poses_in_world};
 use crate::report::html::{self, section};
 use crate::report::{footer, header, version};
 use crate::{Error, Job};
@@ -12,8 +11,6 @@ use stiction_draw::numbers::number;
 /// Number of frames of the moving picture, and its least and greatest duration, s.
 const FRAMES: usize = 32;
 const SECONDS: (f64, f64) = (2.0, 8.0);
-/// Number of components of the external load of a body.
-const LOAD: usize = 6;
 
 /// Page and picture of a motion.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,23 +29,18 @@ pub fn draw_view(job: &Job<'_>) -> Result<View, Error> {
     let instants = job.instants()?;
     let count = instants.count();
     let mechanism = &job.model.mechanism;
-    let nobody = Names::default();
-    let mut animation = Animation::new(mechanism, &nobody, &[], &[], count);
+    let mut animation = Animation::of_motion(mechanism, count);
     let mut follower = job.assemble(instants.at(0))?;
     let mut frames: Vec<Vec<Pose<f64>>> = Vec::new();
     for (k, time) in instants.iter().enumerate() {
         if k > 0 {
             follower.go_to(time)?;
         }
-        let solver = &follower.solver;
-        let origin = solver.parameters().origin;
-        let in_world = |pose: &Pose<f64>| Pose { position: pose.position + origin, ..*pose };
-        let poses: Vec<_> = solver.bodies().pose.iter().map(in_world).collect();
         // The last frame shows what the first one does, if the motion is periodic.
         if k * FRAMES >= frames.len() * count && frames.len() < FRAMES {
-            frames.push(poses.clone());
+            frames.push(poses_in_world(&follower.solver));
         }
-        animation.push(time, poses, vec![0.0; LOAD * (mechanism.bodies().len() - 1)]);
+        animation.push_motion(time, &follower.solver);
     }
     let about =
         format!("Motion {}, {} s; no forces.", job.motion_name, number(job.motion.duration));

@@ -154,7 +154,9 @@ pub(crate) struct Sweep {
     pub(crate) shard: Shard,
     #[command(flatten)]
     pub(crate) threads: Threads,
-    /// Write sweep.csv, sweep.json and plots over one or two keys into this folder
+    #[command(flatten)]
+    pub(crate) report: Report,
+    /// Write sweep.csv, sweep.json, plots over one or two keys and a report into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Continue an interrupted study in the folder of -o

@@ -20,8 +20,9 @@ pub(crate) struct Check {
     pub(crate) filter: Filter,
     #[command(flatten)]
     pub(crate) sampling: Sampling,
-    /// Write check.html, a report with a picture of the mechanism, check.json and mechanism.svg into
-    /// this folder
+    #[command(flatten)]
+    pub(crate) report: Report,
+    /// Write a report with the moving mechanism, check.json and mechanism.svg into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Print the findings or the error as JSON

@@ -9,10 +9,10 @@ fn the_report_is_written() {
     let said = folder.stiction(&["check", "zhang2018", "-o", "new/deep"]);
     let out = said.succeeds();
     assert!(out.contains("degrees of freedom: 3"), "{out}");
-    assert!(said.err.contains("wrote") && said.err.contains("check.html"), "{}", said.err);
+    assert!(said.err.contains("wrote") && said.err.contains("report.html"), "{}", said.err);
     let inner = Folder(folder.0.join("new/deep"));
-    assert_eq!(inner.files(), ["check.html", "check.json", "mechanism.svg"]);
-    let page = inner.read("check.html");
+    assert_eq!(inner.files(), ["check.json", "mechanism.svg", "report.html"]);
+    let page = inner.read("report.html");
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
     assert!(page.contains("<svg") && page.contains("singular in actuation in every position"));
     assert!(inner.read("mechanism.svg").starts_with("<svg xmlns="));
@@ -46,23 +46,23 @@ fn impossible_folders_are_reported() {
 #[test]
 fn a_failed_run_keeps_existing_files() {
     let folder = Folder::new("check-kept");
-    folder.write("check.html", "mine");
+    folder.write("report.html", "mine");
     let motion = "A = 60 deg + 100*t; duration = 1 s; step = 0 s";
     let said = folder.stiction(&["check", "four-bar", "--motion", motion, "-o", "."]);
     assert_eq!(said.code, 2, "{}", said.err);
     let said = folder.stiction(&["check", "slider-crank", "--motion", "guide = 1 m", "-o", "."]);
     assert_eq!(said.code, 1, "{}", said.err);
     assert_eq!(
-        (folder.files(), folder.read("check.html").as_str()),
-        (vec!["check.html".into()], "mine")
+        (folder.files(), folder.read("report.html").as_str()),
+        (vec!["report.html".into()], "mine")
     );
 }
 
 #[test]
 fn a_folder_in_place_of_a_file_is_reported() {
     let folder = Folder::new("check-in-the-way");
-    std::fs::create_dir(folder.0.join("check.html")).unwrap();
+    std::fs::create_dir(folder.0.join("report.html")).unwrap();
     let said = folder.stiction(&["check", "four-bar", "-o", "."]);
-    said.fails(2, &["cannot write", "check.html", "a folder has that name"]);
+    said.fails(2, &["cannot write", "report.html", "a folder has that name"]);
     assert_eq!((said.out.as_str(), folder.files().len()), ("", 1));
 }

@@ -8,6 +8,7 @@ use crate::names::Names;
 use crate::table::{REACTION, columns};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Quaternion, Vec3};
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
@@ -111,6 +112,17 @@ impl Animation {
             quantities: quantities.len(),
             whole: whole.len(),
         }
+    }
+
+    /// Empty animation of `count` samples without forces.
+    pub(crate) fn of_motion(mechanism: &Mechanism, count: usize) -> Self {
+        Self::new(mechanism, &Names::default(), &[], &[], count)
+    }
+
+    /// Adds a sample without forces, at the poses of a solver.
+    pub(crate) fn push_motion(&mut self, time: f64, solver: &InverseDynamics) {
+        let loads = vec![0.0; LOAD.len() * (self.mechanism.bodies().len() - 1)];
+        self.push(time, poses_in_world(solver), loads);
     }
 
     /// Adds a sample: poses of all bodies in the world, the ground first, and values of all columns in
@@ -228,6 +240,13 @@ impl Animation {
             ghost: None,
         }
     }
+}
+
+/// Poses of all bodies in the world, the ground first.
+pub(crate) fn poses_in_world(solver: &InverseDynamics) -> Vec<Pose<f64>> {
+    let origin = solver.parameters().origin;
+    let in_world = |pose: &Pose<f64>| Pose { position: pose.position + origin, ..*pose };
+    solver.bodies().pose.iter().map(in_world).collect()
 }
 
 fn actuator(mechanism: &Mechanism, name: &str, unit: &'static str, dof: &Dof) -> Actuator {

@@ -18,6 +18,12 @@ pub struct Pictures {
     values: Vec<Vec<Option<f64>>>,
 }
 
+/// A picture of a study.
+pub(super) enum Picture {
+    Curves(Figure),
+    Map(HeatMap),
+}
+
 impl Pictures {
     /// Pictures of a grid of one or two keys; `None` for other studies.
     pub fn new(keys: &[Key], objectives: &[String], shape: Option<&[u64]>) -> Option<Self> {
@@ -42,21 +48,31 @@ impl Pictures {
         self.values.push(values.to_vec());
     }
 
-    /// All pictures as SVG, with their names; none if a key has values that are no numbers, or rows are missing.
+    /// All pictures as SVG, with the names of their files; none if a key has values that are no numbers, or rows
+    /// are missing.
     pub fn draw(&self) -> Vec<(String, String)> {
+        let svg = |picture: &Picture| match picture {
+            Picture::Curves(figure) => figure.svg(),
+            Picture::Map(map) => map.svg(),
+        };
+        self.all().into_iter().map(|(name, picture)| (name, svg(&picture))).collect()
+    }
+
+    /// All pictures with the names of their files.
+    pub(super) fn all(&self) -> Vec<(String, Picture)> {
         let is_numeric = self.settings.iter().flatten().all(|number| number.is_finite());
         if !is_numeric || self.values.len() != self.shape.iter().product::<usize>() {
             return Vec::new();
         }
         match self.shape.as_slice() {
-            [_] => vec![("sweep.svg".to_owned(), self.curves().svg())],
+            [_] => vec![("sweep.svg".to_owned(), Picture::Curves(self.curves()))],
             [rows, columns] => (0..self.objectives.len())
                 .map(|k| {
                     let name = match self.objectives.len() {
                         1 => "sweep.svg".to_owned(),
                         _ => format!("sweep-{}.svg", k + 1),
                     };
-                    (name, self.map(k, *rows, *columns).svg())
+                    (name, Picture::Map(self.map(k, *rows, *columns)))
                 })
                 .collect(),
             _ => Vec::new(),

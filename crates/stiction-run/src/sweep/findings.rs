@@ -10,30 +10,30 @@ use stiction_format::{Key, Setting};
 /// Largest number of failures and cautions that are kept.
 const KEPT: usize = 10;
 /// Largest number of rows that are listed.
-const LISTED: usize = 20;
+pub(super) const LISTED: usize = 20;
 
 /// Collects the summary of a study, row by row.
 #[derive(Clone, Debug)]
 pub struct Findings {
-    keys: Vec<Key>,
-    objectives: Vec<String>,
-    rows: u64,
-    failed: u64,
-    doubtful: u64,
+    pub(super) keys: Vec<Key>,
+    pub(super) objectives: Vec<String>,
+    pub(super) rows: u64,
+    pub(super) failed: u64,
+    pub(super) doubtful: u64,
     /// True while all failures are values that cannot be used.
     are_all_bad_inputs: bool,
-    extremes: Vec<Option<[Extreme; 2]>>,
+    pub(super) extremes: Vec<Option<[Extreme; 2]>>,
     /// First rows with doubts or without results.
-    remarks: Vec<(u64, String)>,
-    first: Vec<(u64, Vec<Setting>, Row)>,
+    pub(super) remarks: Vec<(u64, String)>,
+    pub(super) first: Vec<(u64, Vec<Setting>, Row)>,
 }
 
 /// Least or greatest value of an objective.
 #[derive(Clone, Debug)]
-struct Extreme {
-    value: f64,
-    row: u64,
-    settings: Vec<Setting>,
+pub(super) struct Extreme {
+    pub(super) value: f64,
+    pub(super) row: u64,
+    pub(super) settings: Vec<Setting>,
 }
 
 impl Findings {
@@ -153,23 +153,19 @@ impl Findings {
         Ok(())
     }
 
+    /// Names of the columns of the rows.
+    pub(super) fn columns(&self) -> Vec<String> {
+        std::iter::once("row".to_owned())
+            .chain(self.keys.iter().map(Key::to_string))
+            .chain(self.objectives.iter().cloned())
+            .collect()
+    }
+
     fn write_rows(&self, out: &mut impl Write) -> fmt::Result {
-        let cell = |setting: &Setting| match setting {
-            Setting::Number(value) => number(*value),
-            Setting::Text(text) => text.clone(),
-        };
-        let mut lines: Vec<Vec<String>> = vec![
-            std::iter::once("row".to_owned())
-                .chain(self.keys.iter().map(Key::to_string))
-                .chain(self.objectives.iter().cloned())
-                .collect(),
-        ];
-        for (row, settings, results) in &self.first {
-            let values = results.values.iter().map(|value| value.map_or("-".to_owned(), number));
-            let line =
-                std::iter::once(row.to_string()).chain(settings.iter().map(cell)).chain(values);
-            lines.push(line.collect());
-        }
+        let mut lines = vec![self.columns()];
+        lines.extend(
+            self.first.iter().map(|(row, settings, results)| cells(*row, settings, results)),
+        );
         let columns = lines.first().map_or(0, Vec::len);
         let widths: Vec<usize> = (0..columns)
             .map(|k| width(lines.iter().filter_map(|line| line.get(k)).map(String::as_str), 3))
@@ -181,6 +177,16 @@ impl Findings {
         Ok(())
     }
 
+    /// Settings of an extreme with their keys and units.
+    pub(super) fn settings_in_words(&self, extreme: &Extreme) -> String {
+        let named = self.keys.iter().zip(&extreme.settings);
+        let each = named.map(|(key, setting)| match key.unit.as_str() {
+            "" => format!("{} = {setting}", key.path),
+            unit => format!("{} = {setting} {unit}", key.path),
+        });
+        each.collect::<Vec<_>>().join(", ")
+    }
+
     fn write_extremes(&self, out: &mut impl Write) -> fmt::Result {
         for (objective, extremes) in self.objectives.iter().zip(&self.extremes) {
             writeln!(out, "{objective}")?;
@@ -189,24 +195,20 @@ impl Findings {
                 continue;
             };
             for (what, extreme) in [("least", least), ("greatest", greatest)] {
-                let settings: Vec<String> = self
-                    .keys
-                    .iter()
-                    .zip(&extreme.settings)
-                    .map(|(key, setting)| match key.unit.as_str() {
-                        "" => format!("{} = {setting}", key.path),
-                        unit => format!("{} = {setting} {unit}", key.path),
-                    })
-                    .collect();
-                let value = number(extreme.value);
-                writeln!(
-                    out,
-                    "  {what:<9}{value:>10}  row {}: {}",
-                    extreme.row,
-                    settings.join(", ")
-                )?;
+                let (value, settings) = (number(extreme.value), self.settings_in_words(extreme));
+                writeln!(out, "  {what:<9}{value:>10}  row {}: {settings}", extreme.row)?;
             }
         }
         Ok(())
     }
+}
+
+/// Number, settings and objectives of a row in words.
+pub(super) fn cells(row: u64, settings: &[Setting], results: &Row) -> Vec<String> {
+    let setting = |setting: &Setting| match setting {
+        Setting::Number(value) => number(*value),
+        Setting::Text(text) => text.clone(),
+    };
+    let values = results.values.iter().map(|value| value.map_or("-".to_owned(), number));
+    std::iter::once(row.to_string()).chain(settings.iter().map(setting)).chain(values).collect()
 }

@@ -1,9 +1,10 @@
-//! Pages of checks in a browser: nothing is loaded or run, and everything is visible, wide or
+//! Pages of checks in a browser: nothing is loaded, nothing but the viewer runs, and everything is visible, wide or
 //! narrow, light or dark. Screenshots are written to `target/browser`.
 
-use crate::chromium::look_at;
+use crate::chromium::look_at_with_script;
 use crate::common::{default_job, model};
 use stiction_core::dynamics::FrictionMode;
+use stiction_draw::viewer::SCRIPT;
 use stiction_run::check::{draw_page, examine};
 
 fn check_page(name: &str) -> String {
@@ -16,6 +17,6 @@ fn check_page(name: &str) -> String {
 #[test]
 fn pages_of_checks() {
     for name in ["zhang2018", "3rps"] {
-        look_at(&format!("check-{name}"), &check_page(name));
+        look_at_with_script(&format!("check-{name}"), &check_page(name), SCRIPT);
     }
 }

@@ -1,4 +1,4 @@
-//! Results of a check as a self-contained page with a picture of the mechanism.
+//! Results of a check as a self-contained page with the moving mechanism.
 //!
 //! Each section is a function. `html` escapes names and titles, which come from the user's files.
 
@@ -18,7 +18,7 @@ use stiction_draw::xml::escape;
 /// Result of [`draw_page`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page {
-    /// Complete HTML page that is also well-formed XML.
+    /// Complete HTML page; without the script of the viewer it is well-formed XML.
     pub html: String,
     /// Picture of the mechanism in SVG on white.
     pub picture: String,
@@ -38,7 +38,7 @@ pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
         header(job, findings),
         cards(findings),
         html::warnings(findings.warnings.iter().chain(&findings.cautions)),
-        picture(&portrait),
+        picture(job, &portrait),
         mobility::mobility(job, findings),
         redundancy::redundancy(job, findings),
         singular::singularities(job, findings),
@@ -47,7 +47,8 @@ pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
         footer(job),
     ];
     let title = format!("{}: check", job.model.name);
-    Ok(Page { html: html::page(&title, &inner.concat()), picture: portrait.svg(Surface::Paper) })
+    let html = html::page_with_robot(&title, &inner.concat());
+    Ok(Page { html, picture: portrait.svg(Surface::Paper) })
 }
 
 fn header(job: &Job<'_>, findings: &Findings) -> String {
@@ -109,14 +110,15 @@ fn cards(findings: &Findings) -> String {
     html::cards(&inner)
 }
 
-fn picture(portrait: &Portrait) -> String {
+fn picture(job: &Job<'_>, portrait: &Portrait) -> String {
     let caption = |text: &str| format!("<figcaption>{}</figcaption>", escape(text));
-    let time = number(portrait.time);
-    let mut inner = format!(
-        "<figure class=\"picture\">{}{}</figure>\n",
-        portrait.svg(Surface::Inline),
-        caption(&format!("At t = {time} s. Lengths across the line of sight are to scale."))
-    );
+    let mut inner = portrait.moving(&job.motion.title).unwrap_or_else(|| {
+        format!(
+            "<figure class=\"picture\">{}{}</figure>\n",
+            portrait.svg(Surface::Inline),
+            caption("Lengths across the line of sight are to scale.")
+        )
+    });
     let views: String = portrait
         .more_views()
         .iter()

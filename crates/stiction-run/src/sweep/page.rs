@@ -1,0 +1,116 @@
+//! Report of a study.
+
+use super::figures::{Picture, Pictures};
+use super::findings::{Findings, LISTED, cells};
+use crate::report::html::{self, Column, card, note, section, table, warnings};
+use crate::report::repeat;
+use serde_json::Value;
+use stiction_draw::xml::escape;
+
+/// Writes the report of a study: counts, extremes of the objectives, pictures, the first designs, and the
+/// options to repeat it.
+pub fn draw_report(
+    title: &str,
+    (findings, pictures): (&Findings, Option<&Pictures>),
+    command: Option<&str>,
+    options: &Value,
+) -> String {
+    let about =
+        "A study: inverse dynamics of each design along its motion, measured by the objectives.";
+    let inner = [
+        format!("<h1>{}</h1>\n", escape(title)),
+        note(about),
+        cards(findings),
+        warnings(&remarks(findings)),
+        section("Extremes", &extremes(findings)),
+        pictures.map_or(String::new(), drawn),
+        designs(findings),
+        repeat(command, options),
+    ];
+    html::page(&format!("{title}: study"), &inner.concat())
+}
+
+fn cards(findings: &Findings) -> String {
+    let Findings { rows, failed, doubtful, .. } = findings;
+    let plural = if *rows == 1 { "design" } else { "designs" };
+    let mut all = vec![
+        card(&rows.to_string(), plural, false),
+        card(&(rows - failed - doubtful).to_string(), "without cautions", false),
+    ];
+    for (count, what) in [(doubtful, "with cautions"), (failed, "without results")] {
+        if *count > 0 {
+            all.push(card(&count.to_string(), what, true));
+        }
+    }
+    html::cards(&all)
+}
+
+/// The first cautions and failures, and the number of the others.
+fn remarks(findings: &Findings) -> Vec<String> {
+    let listed = findings.remarks.iter();
+    let mut all: Vec<String> = listed.map(|(row, remark)| format!("row {row}: {remark}")).collect();
+    let more = findings.doubtful + findings.failed - findings.remarks.len() as u64;
+    if more > 0 {
+        all.push(format!("and {more} more; the column `status` of sweep.csv has all"));
+    }
+    all
+}
+
+fn extremes(findings: &Findings) -> String {
+    let mut rows = Vec::new();
+    for (objective, extremes) in findings.objectives.iter().zip(&findings.extremes) {
+        let Some(both) = extremes else {
+            let none = ["no value", "", "", ""].map(str::to_owned);
+            rows.push(std::iter::once(objective.clone()).chain(none).collect());
+            continue;
+        };
+        for (what, extreme) in ["least", "greatest"].into_iter().zip(both) {
+            rows.push(vec![
+                objective.clone(),
+                what.to_owned(),
+                stiction_draw::numbers::number(extreme.value),
+                extreme.row.to_string(),
+                findings.settings_in_words(extreme),
+            ]);
+        }
+    }
+    let head = [
+        ("objective", Column::Text),
+        ("", Column::Text),
+        ("value", Column::Number),
+        ("row", Column::Number),
+        ("design", Column::Text),
+    ];
+    table(&head, &rows)
+}
+
+fn drawn(pictures: &Pictures) -> String {
+    let all = pictures.all();
+    if all.is_empty() {
+        return String::new();
+    }
+    let inner = all.iter().enumerate().map(|(k, (_, picture))| match picture {
+        Picture::Curves(figure) => html::curves(figure),
+        Picture::Map(map) => format!(
+            "<figure class=\"plot\">\n<div class=\"wide\" tabindex=\"0\" role=\"group\" \
+             aria-label=\"{}\">{}</div>\n</figure>\n",
+            escape(&map.title),
+            map.inline(k)
+        ),
+    });
+    section("Over the varied keys", &inner.collect::<String>())
+}
+
+fn designs(findings: &Findings) -> String {
+    let columns = findings.columns();
+    let head: Vec<(&str, Column)> =
+        columns.iter().map(|name| (name.as_str(), Column::Number)).collect();
+    let first = findings.first.iter().take(LISTED);
+    let rows: Vec<Vec<String>> =
+        first.map(|(row, settings, results)| cells(*row, settings, results)).collect();
+    let about = match findings.first.len() > LISTED {
+        true => format!("The first {LISTED} designs; sweep.csv has all, with all digits."),
+        false => "All designs; sweep.csv has them with all digits.".to_owned(),
+    };
+    section("Designs", &(note(&about) + &table(&head, &rows)))
+}
