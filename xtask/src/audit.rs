@@ -24,7 +24,7 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 16] = [
+const STEPS: [Step; 17] = [
     ("features", "builds with and without optional features", features),
     ("platforms", "the program on other systems: cargo check for Windows and macOS", platforms),
     ("packages", "packages as they would be published: cargo package", packaging),
@@ -39,6 +39,7 @@ const STEPS: [Step; 16] = [
     ("export", "exported C code of all robots of the gallery, by gcc and clang", export),
     ("playground", "the engine in a browser: WebAssembly and its page", playground),
     ("fmu", "functional mock-up units in FMPy", fmu),
+    ("mcap", "logs in MCAP from the writer of ROS 2 in Python", mcap),
     ("dask", "studies in Python on a local cluster of Dask", dask),
     ("fuzz", "one minute of every fuzz target (cargo-fuzz)", fuzz),
 ];
@@ -340,19 +341,33 @@ fn export() -> Ended {
 
 /// Checks and simulates functional mock-up units with FMPy.
 fn fmu() -> Ended {
+    by_python("fmu", &["build", "--release", "-p", "stiction-cli"])
+}
+
+/// Reads logs in MCAP that another program wrote.
+fn mcap() -> Ended {
+    if !succeeds(&mut cargo(&["test", "--locked", "-p", "stiction-format", "--features", "mcap", "mcap"])) {
+        return Ended::Failed;
+    }
+    by_python("mcap", &["build", "--release", "-p", "stiction-cli", "--features", "mcap"])
+}
+
+/// Runs a script of `validation/` with the program that this command builds.
+fn by_python(name: &str, build: &[&str]) -> Ended {
     let validation = Path::new(env!("CARGO_MANIFEST_DIR")).join("../validation");
-    let requirements = validation.join("fmu-requirements.txt");
-    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/audit/fmu");
+    let requirements = validation.join(format!("{name}-requirements.txt"));
+    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/audit").join(name);
     let environment = Environment { place, requirements: &requirements, least: (3, 11) };
     let python = match environment.interpreter() {
         Ok(python) => python,
         Err(missing) => return Ended::Skipped(missing.text().to_owned()),
     };
-    if !succeeds(&mut cargo(&["build", "--release", "-p", "stiction-cli"])) {
+    if !succeeds(&mut cargo(build)) {
         return Ended::Failed;
     }
     let program = format!("target/release/stiction{}", env::consts::EXE_SUFFIX);
-    ended(succeeds(Command::new(python).arg(validation.join("fmu.py")).arg(program)))
+    let script = validation.join(format!("{name}.py"));
+    ended(succeeds(Command::new(python).arg(script).arg(program)))
 }
 
 fn dask() -> Ended {

@@ -39,9 +39,9 @@ fn execute(options: &Check) -> Result<(), Failure> {
     let files = match &mut outputs {
         None => None,
         Some(outputs) => Some((
-            options.report.is_on().then(|| outputs.begin(report::FILE)).transpose()?,
             outputs.begin("check.json")?,
             outputs.begin("mechanism.svg")?,
+            options.report.is_on().then(|| outputs.begin(report::FILE)).transpose()?,
         )),
     };
     let mut progress = Progress::new();
@@ -56,13 +56,13 @@ fn execute(options: &Check) -> Result<(), Failure> {
         true => print(&json)?,
         false => print(&folded(findings.as_text()))?,
     }
-    let (Some(outputs), Some((html, data, picture))) = (outputs, files) else { return Ok(()) };
+    let (Some(outputs), Some((data, picture, html))) = (outputs, files) else { return Ok(()) };
     let page = draw_page(&job, findings.findings()).map_err(Error::from)?;
+    outputs.end("check.json", data, json.as_bytes())?;
+    outputs.end("mechanism.svg", picture, page.picture.as_bytes())?;
     if let Some(html) = html {
         outputs.end(report::FILE, html, page.html.as_bytes())?;
     }
-    outputs.end("check.json", data, json.as_bytes())?;
-    outputs.end("mechanism.svg", picture, page.picture.as_bytes())?;
     let names = outputs.complete(&[report::FILE])?;
     if !options.json {
         let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();

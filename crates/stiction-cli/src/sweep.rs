@@ -227,14 +227,14 @@ impl Results {
         let mut files = Vec::new();
         if let Some(mut outputs) = outputs {
             outputs.write("sweep.json", format!("{json:#}\n").as_bytes())?;
+            for (name, picture) in self.pictures.iter().flat_map(Pictures::draw) {
+                outputs.write(&name, picture.as_bytes())?;
+            }
             if options.report.is_on() {
                 let results = (&self.findings, self.pictures.as_ref());
                 let command = report::command_line();
                 let page = draw_report(heading, results, Some(&command), about);
                 outputs.write(report::FILE, page.as_bytes())?;
-            }
-            for (name, picture) in self.pictures.iter().flat_map(Pictures::draw) {
-                outputs.write(&name, picture.as_bytes())?;
             }
             let others: Vec<String> = (1..=PICTURES).map(|k| format!("sweep-{k}.svg")).collect();
             let possible = others.iter().map(String::as_str).chain(["sweep.svg", report::FILE]);

@@ -126,6 +126,8 @@ mod fields;
 pub mod gallery;
 mod import;
 mod law;
+#[cfg(feature = "mcap")]
+mod mcap;
 mod model_file;
 // A browser has no files, and its archives would need functions of the page.
 #[cfg(not(target_arch = "wasm32"))]
@@ -142,6 +144,8 @@ pub use diagnostic::{Diagnostic, Diagnostics, Severity, did_you_mean};
 pub use fields::json_schema;
 pub use import::{FileLoader, ImportOptions, Imported, NAMESPACE, Note, import, is_robot_file};
 pub use law::{Condition, Law};
+#[cfg(feature = "mcap")]
+pub use mcap::csv_of_mcap;
 pub use model_file::{
     AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, LoadLaw,
     ModelFile, Motion, Payload, PayloadChange, Side,

@@ -64,9 +64,7 @@ impl Files {
             return stiction_format::csv_of_npz(&self.bytes(path)?).map(Contents::Whole);
         }
         if has_ending("mcap") {
-            return Err("MCAP logs are not read; write the positions of its JointState messages as CSV or, by \
-                        numpy.savez, as NPZ, with an array `time` and one for each joint"
-                .to_owned());
+            return self.joint_states(path, false);
         }
         let metadata = fs::metadata(path).map_err(|error| describe(&error))?;
         let is_table = has_ending("toml");
@@ -78,6 +76,30 @@ impl Files {
             return Ok(Contents::Stored(Arc::new(stored)));
         }
         self.text(path).map(Contents::Whole)
+    }
+
+    /// Content of a measured log, with efforts.
+    ///
+    /// # Errors
+    /// The reason, as the end of the sentence "cannot read FILE: ".
+    pub(crate) fn log(&self, path: &Path) -> Result<Contents, String> {
+        match path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
+            true => self.joint_states(path, true),
+            false => self.contents(path),
+        }
+    }
+
+    /// Joint states of an MCAP log as a table.
+    #[cfg(feature = "mcap")]
+    fn joint_states(&self, path: &Path, efforts: bool) -> Result<Contents, String> {
+        stiction_format::csv_of_mcap(&self.bytes(path)?, efforts).map(Contents::Whole)
+    }
+
+    #[cfg(not(feature = "mcap"))]
+    fn joint_states(&self, _: &Path, _: bool) -> Result<Contents, String> {
+        Err("this program was built without MCAP; build it with `--features mcap`, or write the positions of \
+             its JointState messages as CSV or, by numpy.savez, as NPZ, with an array `time` and one for each joint"
+            .to_owned())
     }
 
     /// Bytes of a file that is no text: a mesh, an archive.

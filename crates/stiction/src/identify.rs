@@ -29,7 +29,7 @@ impl Robot {
         path: &str,
         settings: &IdentifySettings,
     ) -> Result<MeasuredLog, Error> {
-        let contents = self.contents_of(path)?;
+        let contents = self.log_contents(path)?;
         let log: Log = self.model().read_log(path, contents, &settings.columns)?;
         Ok(MeasuredLog { name: path.to_owned(), log, settings: settings.of_log(path) })
     }

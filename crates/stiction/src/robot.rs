@@ -199,9 +199,9 @@ impl Robot {
         &self.names
     }
 
-    /// Contents of a recording.
-    pub(crate) fn contents_of(&self, file: &str) -> Result<Contents, Error> {
-        let read = self.contents(file);
+    /// Contents of a measured log.
+    pub(crate) fn log_contents(&self, file: &str) -> Result<Contents, Error> {
+        let read = self.files.log(Path::new(file));
         read.map_err(|reason| Error::input(format!("cannot read {file}: {reason}")))
     }
 

@@ -95,11 +95,6 @@ pub(crate) fn repeat(command: Option<&str>, options: &Value) -> String {
     if let Some(command) = command {
         inner += &format!("<pre class=\"wide\" tabindex=\"0\">{}</pre>\n", escape(command));
     }
-    let shown = |value: &Value| match value {
-        Value::String(text) => text.clone(),
-        Value::Number(value) => value.as_f64().map_or(value.to_string(), number),
-        other => other.to_string(),
-    };
     let given = |value: &&Value| !value.is_null() && value.as_array().is_none_or(|a| !a.is_empty());
     let entries = options.as_object().into_iter().flatten();
     let entries = entries.filter(|(_, value)| given(value));
@@ -107,6 +102,16 @@ pub(crate) fn repeat(command: Option<&str>, options: &Value) -> String {
         entries.map(|(key, value)| vec![key.replace('_', " "), shown(value)]).collect();
     inner += &table(&[("option", Column::Text), ("value", Column::Text)], &rows);
     section("To repeat this run", &(inner + &version()))
+}
+
+/// Value of an option as text.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Number(value) => value.as_f64().map_or(value.to_string(), number),
+        Value::Array(all) => all.iter().map(shown).collect::<Vec<_>>().join("; "),
+        other => other.to_string(),
+    }
 }
 
 /// Version of the program.

@@ -1,0 +1,213 @@
+//! Joint states in the encodings of ROS 2, of ROS 1 and in JSON.
+
+use serde_json::Value;
+
+/// State of some joints.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct JointState {
+    /// Time in the message, ns; 0 if it has none.
+    pub(super) time: u64,
+    pub(super) names: Vec<String>,
+    pub(super) positions: Vec<f64>,
+    /// Efforts; empty or as many as positions.
+    pub(super) efforts: Vec<f64>,
+}
+
+/// Encoding of messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    /// Common Data Representation, of ROS 2.
+    Cdr,
+    /// The serialization of ROS 1.
+    Ros1,
+    Json,
+}
+
+impl Encoding {
+    pub(super) fn of(name: &str) -> Result<Self, String> {
+        match name {
+            "cdr" => Ok(Self::Cdr),
+            "ros1" => Ok(Self::Ros1),
+            "json" => Ok(Self::Json),
+            _ => Err(format!("the encoding `{name}` is not read; cdr, ros1 and json are")),
+        }
+    }
+}
+
+/// Decodes a joint state; `None` if the bytes are none.
+pub(super) fn decode(encoding: Encoding, data: &[u8]) -> Option<JointState> {
+    match encoding {
+        Encoding::Json => of_json(&serde_json::from_slice(data).ok()?),
+        Encoding::Cdr => {
+            // The second byte of the encapsulation is the byte order: 1 for little-endian.
+            let (head, body) = data.split_first_chunk::<4>()?;
+            let is_big = head[1] == 0;
+            Reader { data: body, at: 0, is_big, is_cdr: true }.state()
+        }
+        Encoding::Ros1 => Reader { data, at: 0, is_big: false, is_cdr: false }.state(),
+    }
+}
+
+/// Reads a joint state with its header, of ROS: time, frame, names, positions, velocities, efforts.
+struct Reader<'a> {
+    data: &'a [u8],
+    at: usize,
+    is_big: bool,
+    is_cdr: bool,
+}
+
+impl Reader<'_> {
+    fn state(mut self) -> Option<JointState> {
+        if !self.is_cdr {
+            // The number of the message.
+            self.whole()?;
+        }
+        let (seconds, nanoseconds) = (self.whole()?, self.whole()?);
+        self.text()?;
+        let count = self.whole()?;
+        // Each name has a length of four bytes.
+        let mut names = Vec::with_capacity((count as usize).min(self.data.len() / 4));
+        for _ in 0..count {
+            names.push(self.text()?);
+        }
+        let positions = self.numbers()?;
+        self.numbers()?;
+        let efforts = self.numbers()?;
+        let time = u64::from(seconds) * 1_000_000_000 + u64::from(nanoseconds);
+        Some(JointState { time, names, positions, efforts })
+    }
+
+    /// The next `N` bytes, aligned to `N` in CDR.
+    fn bytes<const N: usize>(&mut self) -> Option<[u8; N]> {
+        if self.is_cdr {
+            self.at = self.at.next_multiple_of(N);
+        }
+        let bytes: &[u8; N] = self.data.get(self.at..)?.first_chunk()?;
+        self.at += N;
+        let mut bytes = *bytes;
+        if self.is_big {
+            bytes.reverse();
+        }
+        Some(bytes)
+    }
+
+    fn whole(&mut self) -> Option<u32> {
+        self.bytes().map(u32::from_le_bytes)
+    }
+
+    fn text(&mut self) -> Option<String> {
+        let length = self.whole()? as usize;
+        let bytes = self.data.get(self.at..)?.get(..length)?;
+        self.at += length;
+        // In CDR the length includes a zero at the end.
+        let bytes = if self.is_cdr { bytes.strip_suffix(b"\0").unwrap_or(bytes) } else { bytes };
+        String::from_utf8(bytes.to_vec()).ok()
+    }
+
+    fn numbers(&mut self) -> Option<Vec<f64>> {
+        let count = self.whole()? as usize;
+        let mut numbers = Vec::with_capacity(count.min(self.data.len() / 8));
+        for _ in 0..count {
+            numbers.push(f64::from_le_bytes(self.bytes()?));
+        }
+        Some(numbers)
+    }
+}
+
+/// A joint state as ROS or Foxglove writes it in JSON.
+fn of_json(value: &Value) -> Option<JointState> {
+    let time = |stamp: &Value| {
+        let seconds = stamp["sec"].as_u64().or_else(|| stamp["secs"].as_u64())?;
+        let parts = ["nanosec", "nsec", "nsecs"].iter().find_map(|key| stamp[*key].as_u64());
+        seconds.checked_mul(1_000_000_000)?.checked_add(parts?)
+    };
+    let numbers =
+        |list: &Value| -> Option<Vec<f64>> { list.as_array()?.iter().map(Value::as_f64).collect() };
+    if let Some(joints) = value["joints"].as_array() {
+        let text = |joint: &Value| joint["name"].as_str().map(str::to_owned);
+        let has = |key: &str| joints.iter().any(|joint| joint[key].is_number());
+        let each = |key: &str| -> Option<Vec<f64>> {
+            joints.iter().map(|joint| joint[key].as_f64()).collect()
+        };
+        return Some(JointState {
+            time: time(&value["timestamp"]).unwrap_or(0),
+            names: joints.iter().map(text).collect::<Option<_>>()?,
+            positions: each("position")?,
+            efforts: if has("effort") { each("effort")? } else { Vec::new() },
+        });
+    }
+    let names = value["name"].as_array()?.iter().map(|name| name.as_str().map(str::to_owned));
+    Some(JointState {
+        time: time(&value["header"]["stamp"]).unwrap_or(0),
+        names: names.collect::<Option<_>>()?,
+        positions: numbers(&value["position"])?,
+        efforts: match &value["effort"] {
+            Value::Null => Vec::new(),
+            list => numbers(list)?,
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the rules of CDR: 4 bytes of encapsulation, then little-endian with natural alignment.
+    const CDR: [&[u8]; 12] = [
+        &[0, 1, 0, 0],
+        &[3, 0, 0, 0],                                              // seconds
+        &[5, 0, 0, 0],                                              // nanoseconds
+        &[2, 0, 0, 0, b'w', 0],                                     // frame `w`
+        &[0, 0, 2, 0, 0, 0],                                        // padding, two names
+        &[2, 0, 0, 0, b'A', 0],                                     // name `A`
+        &[0, 0, 6, 0, 0, 0, b'B', b'1', b'2', b'3', b'4', 0],       // padding, name `B1234`
+        &[0, 0, 2, 0, 0, 0],                                        // padding, two positions
+        &[0; 4],                                                    // padding
+        &[0, 0, 0, 0, 0, 0, 0xf8, 0x3f, 0, 0, 0, 0, 0, 0, 0, 0xc0], // 1.5, -2
+        &[0, 0, 0, 0],                                              // no velocities
+        &[0, 0, 0, 0],                                              // no efforts
+    ];
+
+    #[test]
+    fn common_data_representation() {
+        let data = CDR.concat();
+        let state = decode(Encoding::Cdr, &data).unwrap();
+        let names = vec!["A".to_owned(), "B1234".to_owned()];
+        let expected = JointState {
+            time: 3_000_000_005,
+            names,
+            positions: vec![1.5, -2.0],
+            efforts: Vec::new(),
+        };
+        assert_eq!(state, expected);
+        for end in 0..data.len() {
+            assert_eq!(decode(Encoding::Cdr, &data[..end]), None, "{end}");
+        }
+        // Lengths beyond the data ask for no memory.
+        let huge = [&data[..16], &[0xff; 16]].concat();
+        assert_eq!(decode(Encoding::Cdr, &huge), None);
+    }
+
+    #[test]
+    fn serialization_of_ros_1() {
+        let mut data = vec![7, 0, 0, 0, 3, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0];
+        data.extend([1, 0, 0, 0, 1, 0, 0, 0, b'A', 1, 0, 0, 0]);
+        data.extend(0.25_f64.to_le_bytes());
+        data.extend([0, 0, 0, 0, 1, 0, 0, 0]);
+        data.extend((-8.0_f64).to_le_bytes());
+        let state = decode(Encoding::Ros1, &data).unwrap();
+        assert_eq!((state.time, state.names), (3_000_000_005, vec!["A".to_owned()]));
+        assert_eq!((state.positions, state.efforts), (vec![0.25], vec![-8.0]));
+    }
+
+    #[test]
+    fn json_of_foxglove() {
+        let text = br#"{"timestamp": {"sec": 1, "nsec": 2}, "joints":
+            [{"name": "A", "position": 1, "effort": 3}, {"name": "B", "position": 2, "effort": 4}]}"#;
+        let state = decode(Encoding::Json, text).unwrap();
+        assert_eq!((state.time, state.positions), (1_000_000_002, vec![1.0, 2.0]));
+        assert_eq!(state.efforts, [3.0, 4.0]);
+        assert_eq!(decode(Encoding::Json, b"[]"), None);
+        assert_eq!(decode(Encoding::Json, br#"{"name": ["A"]}"#), None);
+    }
+}

@@ -1,0 +1,262 @@
+//! Joint states in MCAP logs, also in bags of ROS 2, read as tables.
+
+mod decode;
+
+use ::mcap::MessageStream;
+use decode::{Encoding, JointState, decode};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// Largest size of all joint states of a log, bytes.
+const LARGEST: usize = 1 << 30;
+/// Names of the schemas of joint states: of ROS 2, of ROS 1 and of Foxglove.
+const SCHEMAS: [&str; 3] =
+    ["sensor_msgs/msg/JointState", "sensor_msgs/JointState", "foxglove.JointStates"];
+/// Topic that is read if there are several.
+const USUAL_TOPIC: &str = "/joint_states";
+/// Largest number of topics or names in an error.
+const LISTED: usize = 8;
+
+/// Joint states of a topic in the order of their times.
+struct Recorded {
+    names: Vec<String>,
+    /// Times, ns.
+    times: Vec<u64>,
+    /// Positions of all joints, row by row.
+    positions: Vec<f64>,
+    /// Efforts as the positions; empty without efforts.
+    efforts: Vec<f64>,
+}
+
+/// The joint states of an MCAP log as a table in CSV: time from the first state, s, the position of each joint, m
+/// or rad, under its name, and with `efforts` the effort of each joint, N or N m, under its name with `.effort`.
+///
+/// Times are those in the messages, or those of the log where messages have none. Of several topics
+/// `/joint_states` is read.
+///
+/// # Errors
+/// The reason, as the end of the sentence "cannot read FILE: ".
+pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
+    let damaged = |error: ::mcap::McapError| {
+        format!("it is no complete MCAP log ({error}); `mcap recover` repairs an interrupted one")
+    };
+    let mut topics: BTreeMap<String, Recorded> = BTreeMap::new();
+    let mut others: Vec<String> = Vec::new();
+    let mut size = 0;
+    for message in MessageStream::new(bytes).map_err(damaged)? {
+        let message = message.map_err(damaged)?;
+        let channel = &message.channel;
+        let schema = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
+        if !SCHEMAS.contains(&schema) {
+            let seen = format!("{} ({schema})", channel.topic);
+            if others.len() < LISTED && !others.contains(&seen) {
+                others.push(seen);
+            }
+            continue;
+        }
+        size += message.data.len();
+        if size > LARGEST {
+            return Err("its joint states have more than 1 GB".to_owned());
+        }
+        let at =
+            |why: String| format!("topic {}, message {}: {why}", channel.topic, message.sequence);
+        let encoding = Encoding::of(&channel.message_encoding).map_err(at)?;
+        let state = decode(encoding, &message.data).ok_or_else(|| {
+            at(format!("it is no {schema} in the encoding {}", channel.message_encoding))
+        })?;
+        let time = if state.time == 0 { message.log_time } else { state.time };
+        match topics.get_mut(&channel.topic) {
+            Some(recorded) => recorded.add(time, &state).map_err(at)?,
+            None => {
+                let recorded = Recorded::of(time, &state).map_err(at)?;
+                topics.insert(channel.topic.clone(), recorded);
+            }
+        }
+    }
+    choose(topics, &others)?.csv(efforts)
+}
+
+/// The one topic of joint states, or the usual one of several.
+fn choose(mut topics: BTreeMap<String, Recorded>, others: &[String]) -> Result<Recorded, String> {
+    if let Some(usual) = topics.remove(USUAL_TOPIC) {
+        return Ok(usual);
+    }
+    let names: Vec<String> = topics.keys().take(LISTED).cloned().collect();
+    match (topics.len(), topics.pop_first()) {
+        (1, Some((_, recorded))) => Ok(recorded),
+        (0, _) if others.is_empty() => Err("it has no messages".to_owned()),
+        (0, _) => Err(format!("it has no joint states; its topics are {}", others.join(", "))),
+        _ => Err(format!(
+            "it has joint states in several topics: {}; keep one of them, or name it {USUAL_TOPIC}",
+            names.join(", ")
+        )),
+    }
+}
+
+impl Recorded {
+    /// Begins with the first state.
+    fn of(time: u64, state: &JointState) -> Result<Self, String> {
+        if let Some(name) = state.names.iter().find(|name| !is_header(name)) {
+            return Err(format!("the name of the joint {name:?} cannot be that of a column"));
+        }
+        for (k, name) in state.names.iter().enumerate() {
+            if state.names[..k].contains(name) {
+                return Err(format!("it has two joints `{name}`"));
+            }
+        }
+        let names = state.names.clone();
+        let mut recorded =
+            Self { names, times: Vec::new(), positions: Vec::new(), efforts: Vec::new() };
+        recorded.add(time, state)?;
+        Ok(recorded)
+    }
+
+    /// Adds a state, whose joints may be in another order.
+    fn add(&mut self, time: u64, state: &JointState) -> Result<(), String> {
+        let count = self.names.len();
+        let place = |name: &String| state.names.iter().position(|other| other == name);
+        let places: Option<Vec<usize>> = match state.names == self.names {
+            true => Some((0..count).collect()),
+            false => self.names.iter().map(place).collect(),
+        };
+        let places = places.filter(|_| state.names.len() == count).ok_or_else(|| {
+            format!(
+                "its joints are {}, those of the first message {}: record one publisher",
+                state.names.join(", "),
+                self.names.join(", ")
+            )
+        })?;
+        if state.positions.len() != count {
+            return Err(format!("it has {count} joints, but {} positions", state.positions.len()));
+        }
+        // Joint states without efforts leave them out; a log has them throughout or not at all.
+        let has_efforts = state.efforts.len() == count;
+        if !self.times.is_empty() && has_efforts == self.efforts.is_empty() && count > 0 {
+            return Err("some messages have efforts, others have none".to_owned());
+        }
+        self.times.push(time);
+        self.positions.extend(places.iter().map(|&k| state.positions[k]));
+        if has_efforts {
+            self.efforts.extend(places.iter().map(|&k| state.efforts[k]));
+        }
+        Ok(())
+    }
+
+    fn csv(&self, efforts: bool) -> Result<String, String> {
+        if efforts && self.efforts.is_empty() {
+            return Err("its joint states have no efforts".to_owned());
+        }
+        let first = self.times.first().copied().unwrap_or(0);
+        let mut out = "time [s]".to_owned();
+        for name in &self.names {
+            out += &format!(",{name}");
+        }
+        if efforts {
+            for name in &self.names {
+                out += &format!(",{name}.effort");
+            }
+        }
+        out.push('\n');
+        let count = self.names.len().max(1);
+        let mut more = self.efforts.chunks(count);
+        for (time, positions) in self.times.iter().zip(self.positions.chunks(count)) {
+            // Whole nanoseconds: a time since 1970 has fewer digits than a double.
+            let since = *time as i128 - i128::from(first);
+            let _ = write!(out, "{}", since as f64 * 1e-9);
+            let efforts = more.next().filter(|_| efforts).unwrap_or_default();
+            for number in positions.iter().chain(efforts) {
+                // Writing to a string cannot fail. The shortest digits that read back as the same number.
+                let _ = write!(out, ",{number:e}");
+            }
+            out.push('\n');
+        }
+        Ok(out)
+    }
+}
+
+/// True for the name of a column.
+fn is_header(name: &str) -> bool {
+    !name.is_empty() && !name.contains(['"', '\n', '\r', ',', ';', '\t'])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ::mcap::{Writer, records::MessageHeader};
+    use std::io::Cursor;
+
+    /// A log with one message per payload; time 0.1 s apart from 5 s on.
+    fn log(schema: &str, encoding: &str, topics: &[&str], payloads: &[Vec<u8>]) -> Vec<u8> {
+        let mut file = Vec::new();
+        {
+            let mut writer = Writer::new(Cursor::new(&mut file)).unwrap();
+            let schema = writer.add_schema(schema, "ros2msg", b"").unwrap();
+            for topic in topics {
+                let channel =
+                    writer.add_channel(schema, topic, encoding, &BTreeMap::new()).unwrap();
+                for (k, payload) in payloads.iter().enumerate() {
+                    let log_time = 5_000_000_000 + 100_000_000 * k as u64;
+                    let header = MessageHeader {
+                        channel_id: channel,
+                        sequence: k as u32,
+                        log_time,
+                        publish_time: log_time,
+                    };
+                    writer.write_to_known_channel(&header, payload).unwrap();
+                }
+            }
+            writer.finish().unwrap();
+        }
+        file
+    }
+
+    /// A state of two joints as text of JSON.
+    fn json(first: &str, positions: [f64; 2], efforts: &str) -> Vec<u8> {
+        let second = if first == "A" { "B" } else { "A" };
+        format!(
+            "{{\"name\": [\"{first}\", \"{second}\"], \"position\": [{}, {}], \"effort\": [{efforts}]}}",
+            positions[0], positions[1]
+        )
+        .into_bytes()
+    }
+
+    #[test]
+    fn states_become_rows() {
+        let states = [json("A", [0.1, 0.2], "1, 2"), json("B", [0.4, 0.3], "4, 3")];
+        let file = log(SCHEMAS[0], "json", &["/joint_states"], &states);
+        let text = csv_of_mcap(&file, true).unwrap();
+        assert_eq!(
+            text,
+            "time [s],A,B,A.effort,B.effort\n0,1e-1,2e-1,1e0,2e0\n0.1,3e-1,4e-1,3e0,4e0\n"
+        );
+        let motion = csv_of_mcap(&file, false).unwrap();
+        assert_eq!(motion, "time [s],A,B\n0,1e-1,2e-1\n0.1,3e-1,4e-1\n");
+    }
+
+    #[test]
+    fn unclear_logs_are_refused() {
+        let why = |file: &[u8]| csv_of_mcap(file, true).unwrap_err();
+        let states = [json("A", [0.1, 0.2], "1, 2")];
+        let of =
+            |schema: &str, encoding: &str, topics: &[&str]| log(schema, encoding, topics, &states);
+        assert!(why(b"time,x\n").contains("no complete MCAP log"));
+        assert!(
+            why(&of("std_msgs/msg/String", "json", &["/say"]))
+                .contains("/say (std_msgs/msg/String)")
+        );
+        assert!(why(&of(SCHEMAS[0], "json", &["/a", "/b"])).contains("several topics: /a, /b"));
+        assert!(csv_of_mcap(&of(SCHEMAS[0], "json", &["/a", "/joint_states"]), true).is_ok());
+        assert!(why(&of(SCHEMAS[0], "protobuf", &["/a"])).contains("protobuf"));
+        assert!(why(&of(SCHEMAS[0], "cdr", &["/a"])).contains("topic /a, message 0"));
+        let no_efforts = log(SCHEMAS[0], "json", &["/a"], &[json("A", [0.1, 0.2], "")]);
+        assert!(why(&no_efforts).contains("no efforts"));
+        let other = br#"{"name": ["C"], "position": [1]}"#.to_vec();
+        let changed = log(SCHEMAS[0], "json", &["/a"], &[states[0].clone(), other]);
+        assert!(why(&changed).contains("its joints are C"));
+        let file = of(SCHEMAS[0], "json", &["/a"]);
+        for end in (0..file.len()).step_by(7) {
+            // Nothing panics on a file that is cut.
+            let _ = csv_of_mcap(&file[..end], true);
+        }
+    }
+}
