@@ -346,7 +346,15 @@ fn fmu() -> Ended {
 
 /// Reads logs in MCAP that another program wrote.
 fn mcap() -> Ended {
-    if !succeeds(&mut cargo(&["test", "--locked", "-p", "stiction-format", "--features", "mcap", "mcap"])) {
+    if !succeeds(&mut cargo(&[
+        "test",
+        "--locked",
+        "-p",
+        "stiction-format",
+        "--features",
+        "mcap",
+        "mcap",
+    ])) {
         return Ended::Failed;
     }
     by_python("mcap", &["build", "--release", "-p", "stiction-cli", "--features", "mcap"])

@@ -5,10 +5,8 @@ use crate::forward::Plan;
 use crate::inverse::Inverse;
 use crate::tabulated::ended;
 use serde_json::Value;
-use std::cell::Cell;
-use stiction_run::Sink;
-use stiction_run::forward::{self as simulated, Recorder};
-use stiction_run::inverse::{Animation, Curves, Phase, Summary, draw_report, write_summary};
+use stiction_run::forward as simulated;
+use stiction_run::inverse::{Animation, Curves, Phase, draw_report};
 
 /// Report of a whole run, in memory.
 #[derive(Debug)]
@@ -42,13 +40,10 @@ impl Inverse {
     ) -> Result<Paged, Error> {
         let job = self.job()?;
         let count = job.instants()?.count();
-        let (mut summary, mut curves) = (Summary::new(&job), Curves::new(&job, count));
-        let mut animation = Animation::new(&job, count);
-        let verdict = self.record((&mut summary, &mut curves, &mut animation), progress)?;
+        let mut sinks = (Curves::new(&job, count), Animation::new(&job, count));
+        let (summary, verdict, text) = self.summarise(&job, &mut sinks, progress)?;
+        let (curves, animation) = sinks;
         let page = draw_report(&job, (&summary, &verdict), &curves.figures(), &animation, None);
-        let mut text = String::new();
-        // Writing to a string does not fail.
-        let _ = write_summary(&mut text, &job, &summary, &verdict);
         Ok(Paged { page, text, summary: summary.json(&job, &verdict), ended: Ok(()) })
     }
 }
@@ -62,27 +57,11 @@ impl Plan {
     pub fn report(&self, progress: impl Fn(usize, usize) -> bool) -> Result<Paged, Error> {
         let job = self.job();
         let count = job.instants()?.count();
-        let sinks = (
-            simulated::Summary::new(&job),
-            simulated::Curves::new(&job, count),
-            simulated::Animation::new(&job, count),
-        );
-        let mut recorder = Recorder::new(&job, sinks);
-        let done = Cell::new(0);
-        let outcome = self.record(
-            |sample, _checkpoint| {
-                done.set(done.get() + 1);
-                recorder.add(sample)
-            },
-            &|| !progress(done.get(), count),
-            None,
-        )?;
-        let (summary, curves, animation) = recorder.sink;
+        let sinks = (simulated::Curves::new(&job, count), simulated::Animation::new(&job, count));
+        let (sinks, summary, outcome, text) = self.summarise(&job, sinks, progress)?;
+        let (curves, animation) = sinks;
         let figures = curves.figures(&summary, &outcome.events);
         let page = simulated::draw_report(&job, (&summary, &outcome), &figures, &animation, None);
-        let mut text = String::new();
-        // Writing to a string does not fail.
-        let _ = simulated::write_summary(&mut text, &job, &summary, &outcome);
         let json = summary.json(&job, &outcome);
         Ok(Paged { page, text, summary: json, ended: ended(&job, &summary, outcome) })
     }

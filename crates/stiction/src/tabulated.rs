@@ -6,8 +6,8 @@ use crate::inverse::Inverse;
 use serde_json::Value;
 use std::cell::Cell;
 use stiction_run::forward::{self as simulated, Ending, EventRow, Outcome, Recorder, event_rows};
-use stiction_run::inverse::{Columns, Phase, Summary, write_summary};
-use stiction_run::{Sink, Table};
+use stiction_run::inverse::{Columns, Phase, Sample, Summary, Verdict, write_summary};
+use stiction_run::{Job, Sink, Table};
 
 /// Results of a whole run: the numbers of the tables and of `summary.json` that the command line writes.
 #[derive(Clone, Debug)]
@@ -49,12 +49,24 @@ impl Inverse {
         progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Tabulated, Error> {
         let job = self.job()?;
-        let (mut columns, mut summary) = (Columns::new(&job), Summary::new(&job));
-        let verdict = self.record((&mut columns, &mut summary), progress)?;
+        let mut columns = Columns::new(&job);
+        let (summary, verdict, text) = self.summarise(&job, &mut columns, progress)?;
+        Ok(Tabulated { tables: columns.finish(), summary: summary.json(&job, &verdict), text })
+    }
+
+    /// Passes all samples to a sink; returns the summary, the verdict, and both as text.
+    pub(crate) fn summarise(
+        &self,
+        job: &Job<'_>,
+        sink: &mut impl Sink<Sample>,
+        progress: impl FnMut(Phase, usize, usize) -> bool,
+    ) -> Result<(Summary, Verdict, String), Error> {
+        let mut summary = Summary::new(job);
+        let verdict = self.record((sink, &mut summary), progress)?;
         let mut text = String::new();
         // Writing to a string does not fail.
-        let _ = write_summary(&mut text, &job, &summary, &verdict);
-        Ok(Tabulated { tables: columns.finish(), summary: summary.json(&job, &verdict), text })
+        let _ = write_summary(&mut text, job, &summary, &verdict);
+        Ok((summary, verdict, text))
     }
 }
 
@@ -82,9 +94,25 @@ impl Plan {
         progress: impl Fn(usize, usize) -> bool,
     ) -> Result<TabulatedSimulation, Error> {
         let job = self.job();
+        let (columns, summary, outcome, text) =
+            self.summarise(&job, simulated::Columns::new(&job), progress)?;
+        let events = event_rows(&summary, &outcome.events);
+        let tables = columns.finish();
+        let json = summary.json(&job, &outcome);
+        let ended = ended(&job, &summary, outcome);
+        let results = Tabulated { tables, summary: json, text };
+        Ok(TabulatedSimulation { results, events, ended })
+    }
+
+    /// Passes all rows to a sink; returns it with the summary, the outcome, and both as text.
+    pub(crate) fn summarise<S: Sink<simulated::Rows>>(
+        &self,
+        job: &simulated::Job<'_>,
+        sink: S,
+        progress: impl Fn(usize, usize) -> bool,
+    ) -> Result<(S, simulated::Summary, Outcome, String), Error> {
         let of = job.instants()?.count();
-        let sink = (simulated::Columns::new(&job), simulated::Summary::new(&job));
-        let mut recorder = Recorder::new(&job, sink);
+        let mut recorder = Recorder::new(job, (sink, simulated::Summary::new(job)));
         let done = Cell::new(0);
         let outcome = self.record(
             |sample, _checkpoint| {
@@ -94,16 +122,11 @@ impl Plan {
             &|| !progress(done.get(), of),
             None,
         )?;
-        let (columns, summary) = recorder.sink;
+        let (sink, summary) = recorder.sink;
         let mut text = String::new();
         // Writing to a string does not fail.
-        let _ = simulated::write_summary(&mut text, &job, &summary, &outcome);
-        let events = event_rows(&summary, &outcome.events);
-        let tables = columns.finish();
-        let json = summary.json(&job, &outcome);
-        let ended = ended(&job, &summary, outcome);
-        let results = Tabulated { tables, summary: json, text };
-        Ok(TabulatedSimulation { results, events, ended })
+        let _ = simulated::write_summary(&mut text, job, &summary, &outcome);
+        Ok((sink, summary, outcome, text))
     }
 }
 
