@@ -357,7 +357,7 @@ fn mcap() -> Ended {
     ])) {
         return Ended::Failed;
     }
-    by_python("mcap", &["build", "--release", "-p", "stiction-cli", "--features", "mcap"])
+    by_python("mcap_logs", &["build", "--release", "-p", "stiction-cli", "--features", "mcap"])
 }
 
 /// Runs a script of `validation/` with the program that this command builds.

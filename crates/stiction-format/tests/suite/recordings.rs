@@ -197,6 +197,23 @@ fn sampling(random: &mut Random) -> (f64, usize) {
     (rates[random.below(rates.len())], 300 + random.below(1500))
 }
 
+/// A program that writes the fewest digits that read back as the same number writes `1` for a position at rest;
+/// its other numbers tell that it has the precision of all digits.
+#[test]
+fn digits_that_a_program_leaves_out_are_known() {
+    let mut text = "time [s],A [m]\n".to_owned();
+    for k in 0..400 {
+        // At rest for half of the time, then a smooth start.
+        let s = (f64::from(k) - 200.0).max(0.0) / 200.0;
+        let _ =
+            writeln!(text, "{},{}", 0.01 * f64::from(k), 1.0 + 0.3 * s.powi(5) * (3.0 - 2.0 * s));
+    }
+    let found = motion(&text).unwrap();
+    assert!(found.notes[0].contains("peak acceleration"), "{}", found.notes[0]);
+    assert!(!found.notes[0].contains("uncertain"), "{}", found.notes[0]);
+    assert!(found.warnings.is_empty(), "{}", found.warnings);
+}
+
 #[test]
 fn clean_recordings_cause_no_alarm() {
     let mut alarms = Vec::new();

@@ -7,6 +7,9 @@ use crate::diagnostic::{number, quoted};
 use crate::signal::recorded::lines::{Cells, Line, parse_number};
 use crate::source::Span;
 
+/// Largest number of lines whose digits are counted before they are read.
+const SURVEYED: usize = 100_000;
+
 /// Reads rows one after another and reports their errors.
 pub(super) struct Rows {
     header: Header,
@@ -54,6 +57,22 @@ impl Rows {
     /// Standard deviations of the rounding of the last row, in SI units.
     pub(super) fn rounding(&self) -> &[f64] {
         &self.rounding
+    }
+
+    /// Counts the digits of the columns in these lines before they are read: a program that leaves out zeros at
+    /// the end writes `1.0` with the precision of its neighbours.
+    pub(super) fn count_digits(&mut self, text: &str, lines: impl Iterator<Item = Line>) {
+        let is_used = |role: Role| !matches!(role, Role::Unknown);
+        for line in lines.take(SURVEYED) {
+            let columns = &mut self.header.columns;
+            if columns.iter().filter(|c| is_used(c.role)).all(|c| c.digits.is_full()) {
+                return;
+            }
+            let cells = self.cells.split(text, line, columns.len());
+            for (column, cell) in columns.iter_mut().zip(cells).filter(|(c, _)| is_used(c.role)) {
+                column.digits.add(text.get(cell.clone()).unwrap_or_default());
+            }
+        }
     }
 
     /// Reads a row; returns false unless it has as many numbers as the header.

@@ -61,8 +61,9 @@ pub(super) fn scan(
                 );
                 return Ok(Scan { header: None, messages });
             }
-            open =
-                Some((Rows::new(head(text, first, delimiter, &mut messages)), Arc::clone(&page)));
+            let mut rows = Rows::new(head(text, first, delimiter, &mut messages));
+            rows.count_digits(text, lines.clone());
+            open = Some((rows, Arc::clone(&page)));
         }
         let Some((rows, _)) = &mut open else { continue };
         for line in lines {

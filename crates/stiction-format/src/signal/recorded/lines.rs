@@ -23,7 +23,7 @@ pub(crate) fn unify_line_ends(text: String) -> String {
 }
 
 /// All lines that are neither empty nor comments, without line ends.
-pub(crate) fn lines(source: &Source) -> impl Iterator<Item = Line> + '_ {
+pub(crate) fn lines(source: &Source) -> impl Iterator<Item = Line> + Clone + '_ {
     let text = source.text.as_str();
     let is_begin = source.begin().bytes == 0;
     let is_marked = is_begin && text.starts_with('\u{feff}');
@@ -180,9 +180,14 @@ impl Digits {
         self.decimals = self.decimals.max(decimals.saturating_sub(exponent.unwrap_or(0)));
     }
 
+    /// True for full double precision.
+    pub(crate) fn is_full(self) -> bool {
+        self.significant >= FULL_PRECISION
+    }
+
     /// Standard deviation of the rounding of a number with these digits.
     pub(crate) fn rounding(self, value: f64) -> f64 {
-        if self.significant >= FULL_PRECISION {
+        if self.is_full() {
             return value.abs() * f64::EPSILON / 4.0;
         }
         let magnitude = value.abs().max(f64::MIN_POSITIVE).log10().floor() as i32;

@@ -1,5 +1,5 @@
 """Reads MCAP logs that ROS 2's writer in Python wrote, in each compression, and compares the results with those of
-the same numbers as CSV: `python mcap.py PROGRAM`."""
+the same numbers as CSV: `python mcap_logs.py PROGRAM`."""
 
 import json
 import math
