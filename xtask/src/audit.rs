@@ -348,11 +348,13 @@ fn fmu() -> Ended {
         Ok(python) => python,
         Err(missing) => return Ended::Skipped(missing.text().to_owned()),
     };
-    if !succeeds(&mut cargo(&["build", "--release", "-p", "stiction-cli"])) {
+    if !succeeds(&mut cargo(&["build", "--release", "-p", "stiction-cli"])) || !crate::fmu::build()
+    {
         return Ended::Failed;
     }
     let program = format!("target/release/stiction{}", env::consts::EXE_SUFFIX);
-    ended(succeeds(Command::new(python).arg(validation.join("fmu.py")).arg(program)))
+    let scripts = ["fmu.py", "fmu_plant.py"].map(|name| validation.join(name));
+    ended(scripts.iter().all(|script| succeeds(Command::new(&python).arg(script).arg(&program))))
 }
 
 fn dask() -> Ended {
