@@ -341,7 +341,9 @@ fn export() -> Ended {
 
 /// Checks and simulates functional mock-up units with FMPy.
 fn fmu() -> Ended {
-    by_python("fmu", &["build", "--release", "-p", "stiction-cli"])
+    by_python("fmu", &["fmu.py", "fmu_plant.py"], || {
+        succeeds(&mut cargo(&["build", "--release", "-p", "stiction-cli"])) && crate::fmu::build()
+    })
 }
 
 /// Reads logs in MCAP that another program wrote.
@@ -357,11 +359,13 @@ fn mcap() -> Ended {
     ])) {
         return Ended::Failed;
     }
-    by_python("mcap_logs", &["build", "--release", "-p", "stiction-cli", "--features", "mcap"])
+    by_python("mcap_logs", &["mcap_logs.py"], || {
+        succeeds(&mut cargo(&["build", "--release", "-p", "stiction-cli", "--features", "mcap"]))
+    })
 }
 
-/// Runs a script of `validation/` with the program that this command builds.
-fn by_python(name: &str, build: &[&str]) -> Ended {
+/// Builds the program and runs scripts of `validation/` with it, in an environment with the packages of `name`.
+fn by_python(name: &str, scripts: &[&str], build: impl FnOnce() -> bool) -> Ended {
     let validation = Path::new(env!("CARGO_MANIFEST_DIR")).join("../validation");
     let requirements = validation.join(format!("{name}-requirements.txt"));
     let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/audit").join(name);
@@ -370,12 +374,12 @@ fn by_python(name: &str, build: &[&str]) -> Ended {
         Ok(python) => python,
         Err(missing) => return Ended::Skipped(missing.text().to_owned()),
     };
-    if !succeeds(&mut cargo(build)) {
+    if !build() {
         return Ended::Failed;
     }
     let program = format!("target/release/stiction{}", env::consts::EXE_SUFFIX);
-    let script = validation.join(format!("{name}.py"));
-    ended(succeeds(Command::new(python).arg(script).arg(program)))
+    let mut scripts = scripts.iter().map(|name| validation.join(name));
+    ended(scripts.all(|script| succeeds(Command::new(&python).arg(script).arg(&program))))
 }
 
 fn dask() -> Ended {

@@ -1,10 +1,11 @@
 //! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask book`,
 //! `cargo xtask peers`, `cargo xtask counts`, `cargo xtask audit`, `cargo xtask dist`,
-//! `cargo xtask python`, `cargo xtask wheel`, `cargo xtask playground`.
+//! `cargo xtask python`, `cargo xtask wheel`, `cargo xtask playground`, `cargo xtask fmu`.
 
 mod audit;
 mod counts;
 mod dist;
+mod fmu;
 mod package;
 mod peers;
 mod playground;
@@ -37,6 +38,7 @@ usage: cargo xtask COMMAND
              STEP...         run only these steps
   dist       pack the program with manual page, completions, licences and checksums into target/dist
              TARGET...       for these targets, by default a static one on Linux
+  fmu        build the library of plant FMUs for this platform, beside the program in target/release
   playground build the engine for browsers and its page into target/playground
 ";
 
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
         },
         Some("wheel") => package::wheel(env::args().skip(2)),
         Some("peers") => peers::peers(env::args().skip(2)),
+        Some("fmu") => fmu::fmu(),
         Some("playground") => playground::playground(),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");

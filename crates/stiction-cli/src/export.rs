@@ -1,6 +1,7 @@
 //! `stiction export`: source code for controllers.
 
 mod fmu;
+mod plant;
 
 use crate::arguments::{Export, Language, Precision, Tunable};
 use crate::failure::Failure;
@@ -30,6 +31,9 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     }
     if let Some(body) = &options.payload {
         export = export.payload(body);
+    }
+    if options.plant.plant {
+        return plant::write(&export, options, robot.files_read());
     }
     if options.to == Language::Fmu {
         return fmu::write(&export, options, robot.files_read());

@@ -1,8 +1,10 @@
 //! Source code of inverse dynamics for controllers.
 
 mod fmu;
+mod plant;
 
 pub use fmu::Fmu;
+pub use plant::PlantExport;
 
 use crate::error::Error;
 use crate::robot::Robot;
@@ -97,6 +99,16 @@ impl Export {
     pub fn vectors(mut self, count: usize) -> Self {
         self.vectors = count;
         self
+    }
+
+    /// Exports the plant instead: forward dynamics with stick and slip, as a functional mock-up unit. Only the
+    /// name is taken over.
+    pub fn plant(&self) -> PlantExport {
+        let name = self.checked_options().map(|options| match self.named {
+            Some(_) => options.name,
+            None => format!("{}_plant", options.name),
+        });
+        PlantExport::new(self.robot.clone(), name)
     }
 
     /// Records the program, computes test vectors with the general solver, and writes the files.

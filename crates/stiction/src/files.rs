@@ -21,6 +21,10 @@ const LARGEST_STREAM: u64 = 256 << 20;
 #[derive(Clone, Default)]
 pub(crate) struct Files {
     read: Arc<Mutex<Vec<PathBuf>>>,
+    /// Paths of the files that models and options named, as named.
+    named: Arc<Mutex<Vec<PathBuf>>>,
+    /// Places of the only files there are, by the paths by which they are named; `None` for all files on disk.
+    packed: Option<Arc<Vec<(PathBuf, PathBuf)>>>,
     progress: Option<Arc<ReadProgress>>,
 }
 
@@ -33,6 +37,16 @@ impl std::fmt::Debug for Files {
 impl Files {
     pub(crate) fn with_progress(progress: Option<Arc<ReadProgress>>) -> Self {
         Self { progress, ..Self::default() }
+    }
+
+    /// Files packed elsewhere: the path by which each is named, and its place.
+    pub(crate) fn packed(places: Vec<(PathBuf, PathBuf)>) -> Self {
+        Self { packed: Some(Arc::new(places)), ..Self::default() }
+    }
+
+    /// Paths of the files that models and options have named so far, as named.
+    pub(crate) fn named(&self) -> Vec<PathBuf> {
+        self.named.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Full paths of all files read so far.
@@ -56,6 +70,22 @@ impl Files {
     /// # Errors
     /// The reason, as the end of the sentence "cannot read FILE: ".
     pub(crate) fn contents(&self, path: &Path) -> Result<Contents, String> {
+        let place = match &self.packed {
+            None => path,
+            Some(places) => {
+                let place = places.iter().find(|(name, _)| name == path);
+                &place.ok_or("it was not packed with the model")?.1
+            }
+        };
+        let contents = self.contents_at(place)?;
+        let mut named = self.named.lock().unwrap_or_else(PoisonError::into_inner);
+        if !named.iter().any(|known| known == path) {
+            named.push(path.to_owned());
+        }
+        Ok(contents)
+    }
+
+    fn contents_at(&self, path: &Path) -> Result<Contents, String> {
         let has_ending = |ending: &str| {
             path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
         };

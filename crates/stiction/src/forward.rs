@@ -3,7 +3,8 @@
 mod inputs;
 mod run;
 
-pub use run::{Event, Interface, JointMotion, Run, Sample};
+pub(crate) use run::named;
+pub use run::{BodyVelocity, Event, Interface, JointMotion, Run, Sample};
 
 use crate::error::Error;
 use crate::names::Names;
@@ -374,6 +375,22 @@ impl Forward {
     }
 }
 
+impl Forward {
+    /// Names an option that cannot act in a plant.
+    pub(crate) fn unfit_for_plant(&self) -> Option<&'static str> {
+        let task = &self.task;
+        match () {
+            () if task.drives.is_some() => Some("given efforts"),
+            () if matches!(task.controller, Some(Some(_))) => Some("a controller"),
+            () if task.law.is_some() => Some("a control law"),
+            () if !task.locked.is_empty() => Some("a locked joint"),
+            () if !task.prescribed.is_empty() => Some("a prescribed motion"),
+            () if !task.stops.is_empty() => Some("a stop condition"),
+            () => None,
+        }
+    }
+}
+
 impl Sampled for Simulation {
     type Sample = Sample;
     type Outcome = Vec<Event>;
@@ -402,6 +419,11 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Names of the model.
+    pub(crate) fn names(&self) -> &Arc<Names> {
+        &self.request.task.names
+    }
+
     /// Converts the request to that of `stiction_run`, as its tables, plots and summaries require.
     pub fn job(&self) -> Job<'_> {
         let (request, task) = (&self.request, &self.request.task);

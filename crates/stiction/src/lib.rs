@@ -19,6 +19,7 @@
 //! | --- | --- |
 //! | efforts, reactions and friction along a motion | [`Robot::inverse`] |
 //! | motion under efforts, controllers, loads and locks | [`Robot::forward`] |
+//! | the same step by step, with efforts from outside | [`Forward::plant`] |
 //! | mobility, redundant constraints, singularities | [`Robot::check`] |
 //! | efforts at which a robot at rest begins to move | [`Robot::breakaway`] |
 //! | positions of rest, and their stability | [`Robot::equilibrium`] |
@@ -60,6 +61,7 @@ mod inverse;
 mod names;
 mod operating_point;
 mod paged;
+mod plant;
 mod request;
 mod robot;
 mod states;
@@ -74,12 +76,13 @@ pub use compensation::{Compared, Compensation, Compensator, LawResult};
 pub use control_loop::ControlLoop;
 pub use convert::{Conversion, Converted};
 pub use error::{Error, ErrorKind};
-pub use export::{Export, Fmu};
+pub use export::{Export, Fmu, PlantExport};
 pub use files::ReadProgress;
 pub use forward::{Forward, Plan, Run, Simulation};
 pub use inverse::{BodyPose, Inverse, InverseDynamics, JointFriction, Reaction, Sample};
 pub use operating_point::{Equilibrium, Linearize, Rests};
 pub use paged::Paged;
+pub use plant::{Plant, Unit, UnitState};
 pub use request::{Loaded, Request, Sampled, Samples};
 pub use robot::{Import, ModelParts, ModelText, Robot, RobotBuilder};
 pub use states::{

@@ -1,6 +1,6 @@
 //! Commands that write for other programs.
 
-use super::shared::{Model, Reading};
+use super::shared::{Model, Reading, Switch};
 use clap::{Args, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -51,7 +51,8 @@ pub(crate) enum Format {
     \x20 stiction export 3rps --to c -o code && make -C code test\n\
     \x20 stiction export robot.toml --to c --precision float --own-math -o code\n\
     \x20 stiction export five-bar --to rust --payload tool -o code\n\
-    \x20 stiction export five-bar --to fmu -o five-bar.fmu")]
+    \x20 stiction export five-bar --to fmu -o five-bar.fmu\n\
+    \x20 stiction export five-bar --to fmu --plant --force-on tool -o plant.fmu")]
 pub(crate) struct Export {
     #[command(flatten)]
     pub(crate) model: Model,
@@ -65,6 +66,8 @@ pub(crate) struct Export {
     /// Version of the FMI standard, 2 or 3, for `--to fmu`
     #[arg(long, value_name = "VERSION", default_value = "3", value_parser = clap::value_parser!(u8).range(2..=3))]
     pub(crate) fmi: u8,
+    #[command(flatten)]
+    pub(crate) plant: PlantOptions,
     /// Name of the files and beginning of all names in the code [default: made of the model's name]
     #[arg(long = "name", value_name = "NAME")]
     pub(crate) prefix: Option<String>,
@@ -83,6 +86,43 @@ pub(crate) struct Export {
     /// Number of test vectors
     #[arg(long, value_name = "N", default_value = "200", value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub(crate) vectors: u32,
+}
+
+/// Options of plants.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Plants, with --plant")]
+pub(crate) struct PlantOptions {
+    /// The robot as a plant instead of its feed-forward, for `--to fmu`: forward dynamics with stick and
+    /// slip, whose inputs are the efforts of the actuators
+    #[arg(
+        long,
+        conflicts_with_all = ["precision", "own_math", "tunable", "payload", "vectors"]
+    )]
+    pub(crate) plant: bool,
+    /// The motion at whose first instant the plant starts: its name in the model, a CSV file, or assignments;
+    /// see `stiction inverse --help` [default: as the model says]
+    #[arg(long, value_name = "MOTION", requires = "plant")]
+    pub(crate) motion: Option<String>,
+    /// The start: `motion` (position and rates of the motion), `rest` (its position, at rest), or assignments;
+    /// see `stiction forward --help` [default: motion]
+    #[arg(long, value_name = "STATE", requires = "plant")]
+    pub(crate) from: Option<String>,
+    /// The load that acts inside the plant: its name in the model, or assignments [default: as the model
+    /// says]
+    #[arg(long, value_name = "LOAD", requires = "plant")]
+    pub(crate) load: Option<String>,
+    /// A body with a force and a moment as inputs; repeatable
+    #[arg(long, value_name = "BODY", requires = "plant")]
+    pub(crate) force_on: Vec<String>,
+    /// Joint friction [default: as the model says, else on]
+    #[arg(long, value_name = "FRICTION", requires = "plant")]
+    pub(crate) friction: Option<Switch>,
+    /// Relative error of an integration step [default: 1e-10]
+    #[arg(long, value_name = "NUMBER", requires = "plant", allow_negative_numbers = true)]
+    pub(crate) tolerance: Option<f64>,
+    /// The library with the engine [default: the one beside this program]
+    #[arg(long, value_name = "FILE", requires = "plant")]
+    pub(crate) library: Option<PathBuf>,
 }
 
 /// Programming language of exported code.

@@ -39,7 +39,7 @@ pub(super) fn write(
 }
 
 /// Archive of files, equal for equal files.
-fn archive(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Failure> {
+pub(super) fn archive(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Failure> {
     let trouble = |error: &dyn std::fmt::Display| {
         Failure::input(format!("the FMU cannot be archived: {error}"))
     };

@@ -77,6 +77,57 @@ fn an_fmu_is_a_reproducible_archive() {
         .fails(2, &["--fmi"]);
 }
 
+/// A plant is an archive with the model and the library; libraries that do not fit are refused.
+#[test]
+fn a_plant_contains_its_model_and_the_library() {
+    let folder = Folder::new("export-plant");
+    let library = |name: &str, version: &str| {
+        let content = format!("\u{1}stiction-fmu version {version};\u{2}");
+        std::fs::write(folder.0.join(name), content).unwrap();
+    };
+    library("own.so", env!("CARGO_PKG_VERSION"));
+    library("old.so", "0.0.1");
+    std::fs::write(folder.0.join("other.so"), "no library").unwrap();
+    let common = ["export", "five-bar", "--to", "fmu", "--plant", "-o", "a.fmu"];
+    let export = |more: &[&str]| folder.stiction(&[&common, more].concat());
+    for fmi in ["2", "3"] {
+        let options = ["--library", "own.so", "--fmi", fmi, "--from", "rest", "--force-on", "tool"];
+        export(&options).succeeds();
+        let bytes = std::fs::read(folder.0.join("a.fmu")).unwrap();
+        export(&options).succeeds();
+        assert_eq!(bytes, std::fs::read(folder.0.join("a.fmu")).unwrap());
+        let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).unwrap();
+        let names: Vec<String> = (0..archive.len())
+            .map(|k| archive.by_index(k).unwrap().name().unwrap().into_owned())
+            .collect();
+        let count = |place: &str| names.iter().filter(|name| name.starts_with(place)).count();
+        assert_eq!((count("binaries/"), count("resources/model.toml")), (1, 1), "{names:?}");
+        assert!(names.iter().any(|name| name.contains("/five_bar_plant.")), "{names:?}");
+        let xml = archive.by_name("modelDescription.xml").unwrap();
+        let xml = std::io::read_to_string(xml).unwrap();
+        for name in ["left_motor.effort", "tool.fz", "tip.sticks", "left_elbow.mu", "tool.qw"] {
+            assert!(xml.contains(&format!("name=\"{name}\"")), "{name}");
+        }
+    }
+    std::fs::remove_file(folder.0.join("a.fmu")).unwrap();
+    let wrong = [
+        (&["--library", "none.so"][..], &["none.so", "cargo xtask fmu"][..]),
+        (&["--library", "old.so"], &["is not of version"]),
+        (&["--library", "other.so"], &["is not the library"]),
+        (&["--library", "own.so", "--force-on", "tol"], &["no body `tol`", "`tool`"]),
+        (&["--library", "own.so", "--from", "A"], &["error"]),
+        (&["--tunable", "masses"], &["--tunable"]),
+    ];
+    for (more, texts) in wrong {
+        export(more).fails(2, texts);
+    }
+    folder.stiction(&["export", "3rps", "--to", "c", "--plant", "-o", "b"]).fails(2, &["--to fmu"]);
+    folder
+        .stiction(&["export", "3rps", "--to", "fmu", "--from", "rest", "-o", "b"])
+        .fails(2, &["--plant"]);
+    assert_eq!(folder.files(), ["old.so", "other.so", "own.so"]);
+}
+
 /// Robots and options that are not possible are refused with a reason, and nothing is written.
 #[test]
 fn impossible_exports_are_refused() {

@@ -4,6 +4,7 @@ use super::control_law::Measured;
 use super::controller::{Controller, ControllerInput};
 use super::guide::Guide;
 use super::job::{Feed, Job};
+use super::load_laws::ActingLoads;
 use super::motors::Motors;
 use super::reference::{References, own_course};
 use crate::Instants;
@@ -12,7 +13,7 @@ use crate::names::Names;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Forward, Inputs, Simulation, View};
 use stiction_core::kinematics::{Bodies, State, Target};
-use stiction_format::{Condition, Law, LoadLaw, Signal};
+use stiction_format::{Condition, Law, Signal};
 
 /// Update interval of the inverse-dynamics efforts without a controller, s.
 const UPDATE: f64 = 1e-3;
@@ -257,10 +258,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// The load of a formula, for messages.
-    fn load_name(&self, law: &LoadLaw) -> String {
-        let body = &self.job.model.mechanism.bodies()[law.body.0].name;
-        format!("the load on `{body}`")
+    fn acting_loads(&self) -> ActingLoads<'a> {
+        ActingLoads { load: self.job.load, mechanism: &self.job.model.mechanism }
     }
 
     /// Sides of the switching functions of these formulas, and then of those of loads.
@@ -452,11 +451,7 @@ impl Inputs for Acting<'_> {
             law.switches_at(view.time, |c| view.measure(c), own, values);
             sides = rest;
         }
-        for law in &self.job.load.laws {
-            let (own, rest) = sides.split_at(law.law.switches().min(sides.len()));
-            law.law.switches_at(view.time, |c| view.measure(c), own, values);
-            sides = rest;
-        }
+        self.acting_loads().switches(view, sides, values);
     }
 
     fn ends_at(&self, switch: usize) -> bool {
@@ -479,13 +474,7 @@ impl Inputs for Acting<'_> {
             }
             rest -= law.switches();
         }
-        for law in &self.job.load.laws {
-            if rest < law.law.switches() {
-                return format!("the formula of {}", self.load_name(law));
-            }
-            rest -= law.law.switches();
-        }
-        "a formula".to_owned()
+        self.acting_loads().switch_name(rest).unwrap_or_else(|| "a formula".to_owned())
     }
 
     fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
@@ -508,18 +497,10 @@ impl Inputs for Acting<'_> {
     }
 
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
-        loads.extend(self.job.load.at(view.time));
         let before: usize = self.laws().iter().map(|(_, law)| law.switches()).sum();
-        let mut sides = self.law_sides(view).get(before..).unwrap_or_default();
-        for law in &self.job.load.laws {
-            let (own, rest) = sides.split_at(law.law.switches().min(sides.len()));
-            let value = law.law.at(view.time, |c| view.measure(c), own);
-            if !value.is_finite() {
-                let load = self.load_name(law);
-                self.failed.get_or_insert(Error::NoLoad { load, time: view.time });
-            }
-            loads.push(law.load(if value.is_finite() { value } else { 0.0 }));
-            sides = rest;
+        let sides = self.law_sides(view).get(before..).unwrap_or_default();
+        if let Err(error) = self.acting_loads().append(view, sides, loads) {
+            self.failed.get_or_insert(error);
         }
     }
 
@@ -539,8 +520,7 @@ impl Inputs for Acting<'_> {
 
     fn steady_until(&self, time: f64) -> f64 {
         let constant = |signal: &Signal| signal.is_constant();
-        let has_time = self.job.load.laws.iter().any(|law| law.law.has_time());
-        let loads = !has_time && self.job.load.signals().all(constant);
+        let loads = self.acting_loads().are_steady();
         let efforts = match (self.job.drives, self.period) {
             // Efforts are held between samples, and each interval ends at a sample.
             (_, Some(_)) => true,
@@ -574,12 +554,10 @@ impl Inputs for Acting<'_> {
         let motion = self.job.motion.filter(|_| follows);
         let laws = self.laws().iter().map(|(_, law)| law.resolved_until(time));
         let stops = self.job.stops.iter().map(|stop| stop.resolved_until(time));
-        let load_laws = self.job.load.laws.iter().map(|law| law.law.resolved_until(time));
-        let formulas = laws.chain(stops).chain(load_laws).fold(f64::INFINITY, f64::min);
+        let formulas = laws.chain(stops).fold(self.acting_loads().seen_until(time), f64::min);
         let whole = motion.iter().flat_map(|motion| motion.signals());
-        let loads = self.job.load.signals();
-        loads
-            .chain(efforts.iter().map(|(_, signal)| signal))
+        let efforts = efforts.iter().map(|(_, signal)| signal);
+        efforts
             .chain(whole)
             .chain(own)
             .map(|signal| signal.resolved_until(time))

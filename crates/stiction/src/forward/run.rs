@@ -35,6 +35,15 @@ pub struct Interface {
     pub sticks: bool,
 }
 
+/// Velocity of a body in the world, along world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyVelocity {
+    /// Velocity of the body's origin, m/s.
+    pub linear: [f64; 3],
+    /// Angular velocity, rad/s.
+    pub angular: [f64; 3],
+}
+
 /// State and forces at one instant, by name. SI units, world axes.
 #[derive(Clone, Debug)]
 pub struct Sample {
@@ -47,6 +56,7 @@ pub struct Sample {
     gearings: Vec<f64>,
     interfaces: Vec<Interface>,
     poses: Vec<BodyPose>,
+    velocities: Vec<BodyVelocity>,
     /// Kinetic energy, J.
     pub kinetic_energy: f64,
     /// Potential energy of gravity and springs, J; gravity's is zero at the origin of the computation.
@@ -64,7 +74,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    pub(super) fn new(names: Arc<Names>, sample: &stiction_run::forward::Sample<'_>) -> Self {
+    pub(crate) fn new(names: Arc<Names>, sample: &stiction_run::forward::Sample<'_>) -> Self {
         let now = sample.instant;
         let determined = now.redundant == 0;
         let joints = sample.joints.iter().map(|motion| JointMotion {
@@ -88,6 +98,11 @@ impl Sample {
         });
         let origin = sample.forward.parameters().origin;
         let poses = now.bodies.pose.iter().map(|pose| BodyPose::new(*pose, origin));
+        let twists = now.bodies.pose.iter().zip(&now.bodies.twist);
+        let velocities = twists.map(|(pose, twist)| BodyVelocity {
+            linear: twist.velocity_at(pose.position).to_array(),
+            angular: twist.angular.to_array(),
+        });
         Self {
             time: now.time,
             joints: joints.collect(),
@@ -96,6 +111,7 @@ impl Sample {
             gearings: now.gearings.clone(),
             interfaces: interfaces.collect(),
             poses: poses.collect(),
+            velocities: velocities.collect(),
             kinetic_energy: now.account.kinetic,
             potential_energy: now.account.potential,
             works: sample.energies.drives.clone(),
@@ -190,6 +206,34 @@ impl Sample {
         Ok(self.poses[self.names.body(body)?])
     }
 
+    /// Velocity of a body in the world.
+    ///
+    /// # Errors
+    /// There is no body of that name.
+    pub fn velocity(&self, body: &str) -> Result<BodyVelocity, Error> {
+        Ok(self.velocities[self.names.body(body)?])
+    }
+
+    /// Energy dissipated by all friction interfaces since the start, J.
+    pub fn friction_dissipation(&self) -> f64 {
+        self.dissipated.iter().sum()
+    }
+
+    /// Motions of all joint coordinates, in the order of the model.
+    pub(crate) fn all_joints(&self) -> &[JointMotion] {
+        &self.joints
+    }
+
+    /// Frictions of all interfaces, those of motors last.
+    pub(crate) fn all_interfaces(&self) -> &[Interface] {
+        &self.interfaces
+    }
+
+    /// Poses and velocities of all bodies; the first is the ground.
+    pub(crate) fn all_bodies(&self) -> (&[BodyPose], &[BodyVelocity]) {
+        (&self.poses, &self.velocities)
+    }
+
     /// Kinetic and potential energy, J.
     pub fn mechanical_energy(&self) -> f64 {
         self.kinetic_energy + self.potential_energy
@@ -208,7 +252,7 @@ pub struct Event {
 }
 
 /// Adds the names of interfaces and joints to events.
-pub(super) fn named(names: &Names, events: &[stiction_core::forward::Event]) -> Vec<Event> {
+pub(crate) fn named(names: &Names, events: &[stiction_core::forward::Event]) -> Vec<Event> {
     let name = |event: &stiction_core::forward::Event| match &event.kind {
         EventKind::Sticks { interface, .. } | EventKind::Slides { interface, .. } => {
             names.with_shafts.get(*interface).cloned()

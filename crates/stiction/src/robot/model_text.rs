@@ -223,6 +223,11 @@ impl ModelText {
         Self { changes, filter, ..Self::new(source, folder, Files::default()) }
     }
 
+    /// As [`Self::from_parts`]; files that the model names are packed elsewhere.
+    pub(crate) fn packed(parts: ModelParts, files: Files) -> Self {
+        Self { files, ..Self::from_parts(parts) }
+    }
+
     fn new(source: Source, folder: Option<PathBuf>, files: Files) -> Self {
         Self {
             source,

@@ -27,7 +27,7 @@ pub struct Checkpoint {
 }
 
 /// First number: version of the format.
-const FORMAT: f64 = 8.0;
+pub(super) const FORMAT: f64 = 8.0;
 
 /// Largest valid count; rejects numbers that cannot be counts.
 const COUNTABLE: f64 = 1e15;

@@ -88,6 +88,13 @@ pub enum EventKind {
     },
 }
 
+impl EventKind {
+    /// Returns whether stick or slip begins, or velocities jump; other events tell about the solution.
+    pub fn changes_motion(&self) -> bool {
+        matches!(self, Self::Sticks { .. } | Self::Slides { .. } | Self::Jump { .. })
+    }
+}
+
 /// Jump of the rate of one degree of freedom of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateJump {

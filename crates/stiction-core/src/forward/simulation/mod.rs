@@ -4,6 +4,7 @@ mod abrupt;
 mod between;
 mod checkpoint;
 mod decide;
+mod driven;
 mod energies;
 mod event;
 mod input_change;
@@ -169,24 +170,29 @@ impl<'a> Simulation<'a> {
             return Ok(());
         }
         while self.now.time < until && self.ended_by.is_none() {
-            self.last_step.shows = false;
-            self.take_change(inputs)?;
-            inputs.begin_step(self.now.time);
-            self.begin_step();
-            let end = self.step_end(until, inputs);
-            self.go_on(end, inputs)?;
-            if self.goes_back_to_switch(inputs)? {
-                continue;
-            }
-            self.count_turns();
-            self.check_speeds()?;
-            self.switch(inputs)?;
+            self.step_once(until, inputs)?;
         }
         if self.now.time > until {
             return self.show(until, inputs);
         }
         self.last_step.shows = false;
         self.take_change(inputs)
+    }
+
+    /// Takes one step of integration, or repeats the last one up to a switching function.
+    fn step_once(&mut self, until: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        self.last_step.shows = false;
+        self.take_change(inputs)?;
+        inputs.begin_step(self.now.time);
+        self.begin_step();
+        let end = self.step_end(until, inputs);
+        self.go_on(end, inputs)?;
+        if self.goes_back_to_switch(inputs)? {
+            return Ok(());
+        }
+        self.count_turns();
+        self.check_speeds()?;
+        self.switch(inputs)
     }
 
     /// Time that the next step must not pass, s: the next change of the inputs or switch. While nothing

@@ -89,7 +89,10 @@ impl<'a> Simulation<'a> {
     }
 
     /// Replaces the forces of the present instant by those of a first time step from it.
-    fn forces_of_next_step(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+    pub(super) fn forces_of_next_step(
+        &mut self,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
         let state = self.now.state.clone();
         let start = StepStart {
             state: &state,

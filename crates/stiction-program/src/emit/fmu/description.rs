@@ -95,6 +95,10 @@ pub struct Description {
     pub token: String,
     /// Source files to compile, none for a unit with a binary only.
     pub sources: Vec<String>,
+    /// Categories of messages, with their descriptions.
+    pub categories: Vec<(&'static str, &'static str)>,
+    /// True if steps can end early at events, which FMI 3.0 announces.
+    pub has_events: bool,
     /// Usual communication step, s.
     pub step: f64,
     /// End of the default experiment, s.
@@ -226,11 +230,7 @@ impl Description {
         self.interface(&mut text);
         self.units(&mut text);
         text += "  <LogCategories>\n";
-        for (name, about) in [
-            ("logStatusWarning", "Efforts without friction"),
-            ("logStatusDiscard", "States without an answer"),
-            ("logStatusError", "Calls that are not possible"),
-        ] {
+        for (name, about) in &self.categories {
             let _ = writeln!(text, "    <Category name=\"{name}\" description=\"{about}\"/>");
         }
         text += "  </LogCategories>\n";
@@ -266,6 +266,9 @@ impl Description {
             Fmi::Two => {
                 "canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\" \
                  canSerializeFMUstate=\"true\""
+            }
+            Fmi::Three if self.has_events => {
+                "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\" hasEventMode=\"true\""
             }
             Fmi::Three => "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\"",
         };
@@ -355,7 +358,7 @@ fn base_unit(unit: &str) -> Option<&'static str> {
 }
 
 /// Makes names unique by numbers; names of models usually are.
-pub(super) fn make_unique(variables: &mut [Variable]) {
+pub fn make_unique(variables: &mut [Variable]) {
     let mut seen = std::collections::HashSet::new();
     for variable in variables {
         let plain = variable.name.clone();

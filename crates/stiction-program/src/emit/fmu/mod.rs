@@ -5,7 +5,9 @@
 
 mod description;
 
-pub use description::{Causality, Description, Fmi, Kind, Start, Variability, Variable};
+pub use description::{
+    Causality, Description, Fmi, Kind, Start, Variability, Variable, make_unique,
+};
 
 use super::c::C;
 use super::tables::kinds;
@@ -74,6 +76,12 @@ impl Feedforward {
             version: labels.version.clone(),
             token: String::new(),
             sources: vec![adapter.clone(), format!("{name}.c")],
+            categories: vec![
+                ("logStatusWarning", "Efforts without friction"),
+                ("logStatusDiscard", "States without an answer"),
+                ("logStatusError", "Calls that are not possible"),
+            ],
+            has_events: false,
             step: 0.001,
             stop: None,
             variables: self.variables(labels),

@@ -1,0 +1,32 @@
+//! The library inside plant FMUs: forward dynamics with stick and slip behind the C interface of the Functional
+//! Mock-up Interface, versions 2.0 and 3.0, for co-simulation.
+//!
+//! The model is read from the folder `resources` of the unit, so one library serves all models. Facts of the
+//! interface follow the specifications FMI 2.0.5 and 3.0.2 of the Modelica Association.
+//!
+//! Everything belongs to an instance ([`instance`](mod@instance)): there are no global variables, and instances on
+//! different threads are independent. [`boundary`](mod@boundary) turns pointers into references, and errors and
+//! panics into the statuses of the standard: a call that is not possible returns *Error* with a message for the
+//! importer's logger, and after a panic an instance returns *Fatal* for good.
+
+mod boundary;
+pub mod fmi2;
+pub mod fmi3;
+mod instance;
+mod logger;
+
+pub use logger::{Logger2, Logger3};
+
+/// Mark of the version in the binary, by which `stiction export` recognises its own library.
+#[used]
+static VERSION: [u8; MARK.len()] = {
+    let mut bytes = [0; MARK.len()];
+    let mut k = 0;
+    while k < bytes.len() {
+        bytes[k] = MARK.as_bytes()[k];
+        k += 1;
+    }
+    bytes
+};
+
+const MARK: &str = concat!("stiction-fmu version ", env!("CARGO_PKG_VERSION"), ";");

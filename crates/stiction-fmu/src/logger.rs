@@ -1,0 +1,70 @@
+//! Messages to the importer.
+
+#![allow(unsafe_code)]
+
+use std::ffi::{CString, c_char, c_int, c_void};
+use std::ptr;
+
+/// `fmi2CallbackLogger`: environment, name of the instance, status, category, format, arguments.
+pub type Logger2 =
+    unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
+
+/// `fmi3LogMessageCallback`: environment, status, category, message.
+pub type Logger3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+
+/// Status of a call, numbered as by FMI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Status {
+    Ok = 0,
+    Error = 3,
+    Fatal = 4,
+}
+
+/// Function of the importer that receives messages; none if the importer gave none.
+#[derive(Debug)]
+pub(crate) enum Logger {
+    Two { function: Option<Logger2>, environment: *mut c_void, name: CString },
+    Three { function: Option<Logger3>, environment: *mut c_void },
+}
+
+impl Logger {
+    /// Passes a message on.
+    pub(crate) fn say(&self, status: Status, category: &str, message: &str) {
+        let (category, message) = (c_string(category), c_string(message));
+        match self {
+            Self::Two { function: Some(function), environment, name } => {
+                let format = c"%s".as_ptr();
+                // SAFETY: the importer gave the function with this type and the environment for it. All strings
+                // end in zero and outlive the call. The message is an argument, not a format.
+                unsafe {
+                    function(
+                        *environment,
+                        name.as_ptr(),
+                        status as c_int,
+                        category.as_ptr(),
+                        format,
+                        message.as_ptr(),
+                    );
+                }
+            }
+            Self::Three { function: Some(function), environment } => {
+                // SAFETY: as above.
+                unsafe {
+                    function(*environment, status as c_int, category.as_ptr(), message.as_ptr());
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// No logger.
+    pub(crate) fn none() -> Self {
+        Self::Three { function: None, environment: ptr::null_mut() }
+    }
+}
+
+/// Text for C, without zeros.
+pub(crate) fn c_string(text: &str) -> CString {
+    let bytes: Vec<u8> = text.bytes().filter(|byte| *byte != 0).collect();
+    CString::new(bytes).unwrap_or_default()
+}

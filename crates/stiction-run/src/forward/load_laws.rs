@@ -1,0 +1,79 @@
+//! Loads of a load case as inputs of a simulation: functions of time, and formulas over the measured state.
+
+use crate::error::Error;
+use stiction_core::dynamics::AppliedLoad;
+use stiction_core::forward::View;
+use stiction_core::mechanism::Mechanism;
+use stiction_format::{LoadCase, LoadLaw};
+
+/// Loads of a load case on the bodies of a mechanism.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ActingLoads<'a> {
+    pub(super) load: &'a LoadCase,
+    pub(super) mechanism: &'a Mechanism,
+}
+
+impl ActingLoads<'_> {
+    /// The load of a formula, for messages.
+    fn name(&self, law: &LoadLaw) -> String {
+        format!("the load on `{}`", self.mechanism.bodies()[law.body.0].name)
+    }
+
+    /// Appends the loads; `sides` are those of the formulas' switching functions. A formula without a value
+    /// appends a load of zero.
+    ///
+    /// # Errors
+    /// [`Error::NoLoad`] for the first formula without a value.
+    pub(super) fn append(
+        &self,
+        view: &View<'_>,
+        mut sides: &[bool],
+        loads: &mut Vec<AppliedLoad<f64>>,
+    ) -> Result<(), Error> {
+        loads.extend(self.load.at(view.time));
+        let mut found = Ok(());
+        for law in &self.load.laws {
+            let (own, rest) = sides.split_at(law.law.switches().min(sides.len()));
+            let value = law.law.at(view.time, |c| view.measure(c), own);
+            if !value.is_finite() && found.is_ok() {
+                found = Err(Error::NoLoad { load: self.name(law), time: view.time });
+            }
+            loads.push(law.load(if value.is_finite() { value } else { 0.0 }));
+            sides = rest;
+        }
+        found
+    }
+
+    /// Appends the values of the formulas' switching functions.
+    pub(super) fn switches(&self, view: &View<'_>, mut sides: &[bool], values: &mut Vec<f64>) {
+        for law in &self.load.laws {
+            let (own, rest) = sides.split_at(law.law.switches().min(sides.len()));
+            law.law.switches_at(view.time, |c| view.measure(c), own, values);
+            sides = rest;
+        }
+    }
+
+    /// Description of a switching function in messages, by its place among those of the loads.
+    pub(super) fn switch_name(&self, mut place: usize) -> Option<String> {
+        for law in &self.load.laws {
+            if place < law.law.switches() {
+                return Some(format!("the formula of {}", self.name(law)));
+            }
+            place -= law.law.switches();
+        }
+        None
+    }
+
+    /// True if the loads do not depend on time.
+    pub(super) fn are_steady(&self) -> bool {
+        let has_time = self.load.laws.iter().any(|law| law.law.has_time());
+        !has_time && self.load.signals().all(|signal| signal.is_constant())
+    }
+
+    /// Time, s, up to which a few samples from `time` on resolve the loads.
+    pub(super) fn seen_until(&self, time: f64) -> f64 {
+        let laws = self.load.laws.iter().map(|law| law.law.resolved_until(time));
+        let signals = self.load.signals().map(|signal| signal.resolved_until(time));
+        laws.chain(signals).fold(f64::INFINITY, f64::min)
+    }
+}

@@ -1,0 +1,295 @@
+//! A simulation that a caller drives step by step: a plant whose inputs are held between the caller's steps.
+
+use super::job::Job;
+use super::load_laws::ActingLoads;
+use super::sample::Sample;
+use super::start;
+use crate::dofs::{Dof, dofs_of};
+use crate::error::{Error, check_finite};
+use stiction_core::dynamics::AppliedLoad;
+use stiction_core::forward::{
+    Checkpoint, Event, Forward, Inputs, PayloadChange, Settings, Simulation, View,
+};
+use stiction_core::kinematics::{Bodies, Target};
+use stiction_core::mechanism::{Body, BodyId};
+use stiction_format::LoadCase;
+
+/// Model of a plant: a mechanism with its loads, without actuator efforts. Immutable.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    /// Model for each set of payloads that is carried.
+    stages: Vec<Forward>,
+    changes: Vec<Change>,
+    /// Loads without payloads.
+    load: LoadCase,
+    settings: Settings,
+    dofs: Vec<Dof>,
+}
+
+/// A part that is picked up or placed at a time, s.
+#[derive(Clone, Debug)]
+struct Change {
+    time: f64,
+    body: BodyId,
+    part: Body,
+    picked_up: bool,
+}
+
+/// Complete state of a plant as plain numbers. A copy continues bit for bit like the original.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlantState {
+    /// State of the simulation, see [`Checkpoint::numbers`].
+    pub simulation: Vec<f64>,
+    /// Number of payloads picked up or placed so far.
+    pub changes: usize,
+}
+
+/// Inputs of a plant, held until the caller changes them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Held {
+    /// Efforts of the actuators, N or N m, in their order.
+    pub efforts: Vec<f64>,
+    /// Forces and moments on bodies, besides those of the load case.
+    pub loads: Vec<AppliedLoad<f64>>,
+}
+
+impl Plant {
+    /// Makes the plant of a job. Its controller, feed-forward efforts, conditions and end do not act.
+    pub fn new(job: &Job<'_>) -> Self {
+        let all = job.load.payload_changes((job.from, f64::INFINITY));
+        let models = job.models_between(&all);
+        let changes = all.iter().map(|change| Change {
+            time: change.time,
+            body: change.payload.body,
+            part: change.payload.part.clone(),
+            picked_up: change.picked_up,
+        });
+        Self {
+            changes: changes.collect(),
+            stages: models.into_iter().map(|m| Forward::new(m.mechanism, &[])).collect(),
+            load: LoadCase { payloads: Vec::new(), ..job.load.clone() },
+            settings: job.settings,
+            dofs: dofs_of(&job.model.mechanism),
+        }
+    }
+
+    /// Positions and rates of the actuators at the initial state of the job.
+    ///
+    /// # Errors
+    /// The mechanism cannot be assembled there.
+    pub fn initial_motion(&self, job: &Job<'_>) -> Result<Vec<Target<f64>>, Error> {
+        let forward = &self.stages[0];
+        let (state, _) = start::state(job, forward)?;
+        let mut bodies = Bodies::new(forward.topology());
+        bodies.place(forward.topology(), forward.parameters(), &state.coordinates);
+        bodies.move_with(forward.topology(), &state.rates);
+        let actuators = forward.mechanism().actuators();
+        Ok(actuators.map(|(j, dof)| forward.joint_motion(&state, &bodies, j, dof)).collect())
+    }
+
+    /// Starts at the initial state of the job from which the plant was made, at its time, with these inputs.
+    ///
+    /// # Errors
+    /// The mechanism cannot be assembled, or has no accelerations there.
+    pub fn start(
+        &self,
+        job: &Job<'_>,
+        held: &Held,
+        receive: &mut dyn FnMut(&Sample<'_>),
+    ) -> Result<PlantState, Error> {
+        let forward = &self.stages[0];
+        let (state, _) = start::state(job, forward)?;
+        check_finite(self.load.signals(), job.from)?;
+        let mut inputs = self.inputs(held, 0, f64::INFINITY);
+        let started = forward.start(job.from, state, self.settings, &mut inputs);
+        let simulation = inputs.outcome(started)?;
+        self.show(&simulation, (0, held), receive);
+        Ok(PlantState { simulation: simulation.suspend().numbers, changes: 0 })
+    }
+
+    /// Advances to `until`, s, or, if `to_event`, to the end of the first step with an event that
+    /// [changes the motion](stiction_core::forward::EventKind::changes_motion). Returns the events. `before` are
+    /// the inputs up to now, `held` those from now on.
+    ///
+    /// # Errors
+    /// The simulation cannot continue; the state is then unchanged.
+    pub fn advance(
+        &self,
+        state: &mut PlantState,
+        (before, held): (&Held, &Held),
+        until: f64,
+        to_event: bool,
+        receive: &mut dyn FnMut(&Sample<'_>),
+    ) -> Result<Vec<Event>, Error> {
+        check_finite(self.load.signals(), until)?;
+        let mut stage = state.changes;
+        let mut simulation = self.resume(state, stage)?;
+        let mut events = Vec::new();
+        if held != before {
+            let mut inputs = self.inputs(held, stage, until);
+            let changed = simulation.change_inputs(&mut inputs);
+            inputs.outcome(changed)?;
+        }
+        loop {
+            let change = self.changes.get(stage);
+            let end = change.map_or(until, |change| change.time.min(until));
+            let mut inputs = self.inputs(held, stage, end);
+            while simulation.instant().time < end {
+                let advanced = simulation.advance_step(end, &mut inputs);
+                inputs.outcome(advanced)?;
+                events.extend(simulation.take_events());
+                if to_event && events.iter().any(|event| event.kind.changes_motion()) {
+                    break;
+                }
+            }
+            let time = simulation.instant().time;
+            let Some(change) = change.filter(|change| change.time <= time) else { break };
+            stage += 1;
+            let Change { body, part, picked_up, .. } = change;
+            let change = PayloadChange { body: *body, part, picked_up: *picked_up };
+            let mut inputs = self.inputs(held, stage, until);
+            let changed = simulation.change_payload(&self.stages[stage], change, &mut inputs);
+            inputs.outcome(changed)?;
+            events.extend(simulation.take_events());
+            if time >= until || to_event {
+                break;
+            }
+        }
+        self.show(&simulation, (stage, held), receive);
+        *state = PlantState { simulation: simulation.suspend().numbers, changes: stage };
+        Ok(events)
+    }
+
+    /// Continues from the state of another plant of the same mechanism with other friction coefficients or
+    /// masses.
+    ///
+    /// # Errors
+    /// The mechanism has no accelerations with these numbers; the state is then unchanged.
+    pub fn change_parameters(
+        &self,
+        state: &mut PlantState,
+        held: &Held,
+        receive: &mut dyn FnMut(&Sample<'_>),
+    ) -> Result<Vec<Event>, Error> {
+        let stage = state.changes;
+        let mut simulation = self.resume(state, stage)?;
+        let mut inputs = self.inputs(held, stage, f64::INFINITY);
+        let changed = simulation.change_parameters(&mut inputs);
+        inputs.outcome(changed)?;
+        let events = simulation.take_events();
+        self.show(&simulation, (stage, held), receive);
+        state.simulation = simulation.suspend().numbers;
+        Ok(events)
+    }
+
+    /// Shows a state, for example one that was saved.
+    ///
+    /// # Errors
+    /// The numbers are no state of this plant.
+    pub fn restore(
+        &self,
+        state: &PlantState,
+        held: &Held,
+        receive: &mut dyn FnMut(&Sample<'_>),
+    ) -> Result<(), Error> {
+        let simulation = self.resume(state, state.changes)?;
+        self.show(&simulation, (state.changes, held), receive);
+        Ok(())
+    }
+
+    fn resume(&self, state: &PlantState, stage: usize) -> Result<Simulation<'_>, Error> {
+        let forward = self.stages.get(stage).ok_or(Error::Checkpoint)?;
+        let point = Checkpoint { numbers: state.simulation.clone(), events: Vec::new() };
+        forward.resume(&point, self.settings).map_err(|_| Error::Checkpoint)
+    }
+
+    fn loads(&self, stage: usize) -> ActingLoads<'_> {
+        ActingLoads { load: &self.load, mechanism: self.stages[stage].mechanism() }
+    }
+
+    fn inputs<'a>(&'a self, held: &'a Held, stage: usize, until: f64) -> HeldInputs<'a> {
+        HeldInputs { loads: self.loads(stage), held, until, failed: None }
+    }
+
+    fn show(
+        &self,
+        simulation: &Simulation<'_>,
+        (stage, held): (usize, &Held),
+        receive: &mut dyn FnMut(&Sample<'_>),
+    ) {
+        let forward = &self.stages[stage];
+        let now = simulation.instant();
+        let motion = |dof: &Dof| simulation.joint_motion(dof.joint, dof.index);
+        let joints: Vec<_> = self.dofs.iter().map(motion).collect();
+        let view = simulation.view();
+        let mut loads = Vec::new();
+        // A formula without a value has already ended the step.
+        let _ = self.loads(stage).append(&view, view.sides(), &mut loads);
+        loads.extend_from_slice(&held.loads);
+        receive(&Sample {
+            forward,
+            instant: now,
+            energies: simulation.energies(),
+            energy_error: simulation.energy_error(),
+            joints: &joints,
+            reference: &[],
+            loads: &loads,
+            closure: forward.closure_error(&now.bodies, &now.state),
+        });
+    }
+}
+
+/// Inputs of a simulation that are held up to a time, s, and the loads of the load case.
+struct HeldInputs<'a> {
+    loads: ActingLoads<'a>,
+    held: &'a Held,
+    until: f64,
+    /// First error in the evaluation of the inputs.
+    failed: Option<Error>,
+}
+
+impl HeldInputs<'_> {
+    /// Result of a computation with these inputs: an error of the inputs is the cause of others.
+    fn outcome<T>(
+        &mut self,
+        result: Result<T, stiction_core::forward::ForwardError>,
+    ) -> Result<T, Error> {
+        match self.failed.take() {
+            Some(error) => Err(error),
+            None => result.map_err(Error::Forward),
+        }
+    }
+}
+
+impl Inputs for HeldInputs<'_> {
+    fn efforts(&mut self, _view: &View<'_>, efforts: &mut [f64]) {
+        efforts.iter_mut().zip(&self.held.efforts).for_each(|(effort, held)| *effort = *held);
+    }
+
+    fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
+        if let Err(error) = self.loads.append(view, view.sides(), loads) {
+            self.failed.get_or_insert(error);
+        }
+        loads.extend_from_slice(&self.held.loads);
+    }
+
+    fn switches(&mut self, view: &View<'_>, values: &mut Vec<f64>) {
+        self.loads.switches(view, view.sides(), values);
+    }
+
+    fn switch_name(&self, switch: usize) -> String {
+        self.loads.switch_name(switch).unwrap_or_else(|| "a formula".to_owned())
+    }
+
+    fn next_change(&self, time: f64) -> Option<f64> {
+        Some(self.until).filter(|until| *until > time && until.is_finite())
+    }
+
+    fn steady_until(&self, time: f64) -> f64 {
+        if self.loads.are_steady() { f64::INFINITY } else { time }
+    }
+
+    fn seen_until(&self, time: f64) -> f64 {
+        self.loads.seen_until(time)
+    }
+}

@@ -1,0 +1,221 @@
+//! Variables of a plant as a functional mock-up unit.
+
+use super::Plant;
+use super::tunable::{Coefficient, Tunable};
+use crate::error::Error;
+use stiction_core::friction::interfaces_of;
+use stiction_core::mechanism::Mechanism;
+use stiction_program::emit::fmu::{Causality, Start, Variability, Variable, make_unique};
+
+/// Component of the motion of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// Position of the origin, m.
+    Position(usize),
+    /// Quaternion, real part first.
+    Orientation(usize),
+    /// Velocity of the origin, m/s.
+    Velocity(usize),
+    /// Angular velocity, rad/s.
+    AngularVelocity(usize),
+}
+
+/// Quantity behind a variable. Indices are those of the model's actuators, joint coordinates, bodies and
+/// friction interfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    Time,
+    Effort(usize),
+    /// Component of a force (0 to 2) or moment (3 to 5) on a body.
+    Force(usize, usize),
+    StartPosition(usize),
+    StartRate(usize),
+    Parameter(usize),
+    Position(usize),
+    Rate(usize),
+    Acceleration(usize),
+    Body(usize, Part),
+    /// 1 while the interface sticks.
+    Sticks(usize),
+    /// Friction force, signed if the interface slides along one direction.
+    Friction(usize),
+    SlidingSpeed(usize),
+    NormalLoad(usize),
+    /// Number of events since the start.
+    Events,
+    /// Time of the last event, s.
+    EventTime,
+    Kinetic,
+    Potential,
+    Dissipated,
+    EnergyError,
+}
+
+/// Variables and the quantities behind them, in the order of their value references.
+#[derive(Debug, Default)]
+pub(super) struct Table {
+    pub(super) variables: Vec<Variable>,
+    pub(super) quantities: Vec<Quantity>,
+    /// True for each friction interface that slides along one direction.
+    pub(super) signed: Vec<bool>,
+}
+
+impl Table {
+    /// Variables of a plant with force inputs on these bodies.
+    pub(super) fn new(plant: &Plant, forced: &[usize]) -> Self {
+        let job = plant.setup.plan.job();
+        let (names, mechanism) = (plant.setup.plan.names(), &job.model.mechanism);
+        let mut table = Self { signed: signed(mechanism), ..Self::default() };
+        table.add(Quantity::Time, Variable::time());
+        let units = mechanism
+            .actuators()
+            .map(|(id, dof)| mechanism.joints()[id.0].joint_type.dofs()[dof].units());
+        let units: Vec<[&str; 2]> = units
+            .map(|(length, effort)| [length, if effort == "N" { "N" } else { "N.m" }])
+            .collect();
+        for (k, (name, _)) in names.actuators.iter().enumerate() {
+            let about = "Effort of the actuator, held between communication points";
+            let variable =
+                Variable::real(&format!("{name}.effort"), Causality::Input, units[k][1], about);
+            table.add(Quantity::Effort(k), started(variable, 0.0));
+        }
+        for &body in forced {
+            for (k, axis) in ["fx", "fy", "fz", "mx", "my", "mz"].into_iter().enumerate() {
+                let (what, unit) = if k < 3 { ("Force", "N") } else { ("Moment", "N.m") };
+                let about = format!("{what} on the body at its origin, along a world axis");
+                let name = format!("{}.{axis}", names.bodies[body]);
+                let variable = Variable::real(&name, Causality::Input, unit, &about);
+                table.add(Quantity::Force(body, k), started(variable, 0.0));
+            }
+        }
+        for (k, (name, _)) in names.actuators.iter().enumerate() {
+            let start = plant.setup.initial[k];
+            let mut parameter = |ending: &str, quantity, unit: &str, about: &str, value| {
+                let name = format!("start.{name}.{ending}");
+                let mut own = Variable::real(&name, Causality::Parameter, unit, about);
+                own.variability = Variability::Fixed;
+                table.add(quantity, started(own, value));
+            };
+            let unit = units[k][0];
+            let about = "Position of the actuator at the start";
+            parameter("position", Quantity::StartPosition(k), unit, about, start.value);
+            let about = "Rate of the actuator at the start";
+            parameter("speed", Quantity::StartRate(k), &format!("{unit}/s"), about, start.rate);
+        }
+        for (k, (tunable, name, value)) in plant.setup.tunables.iter().enumerate() {
+            let (unit, about) = match tunable {
+                Tunable::Friction(_, _, Coefficient::Mu) => {
+                    ("1", "Coefficient of sliding friction")
+                }
+                Tunable::Friction(_, _, Coefficient::MuStatic) => {
+                    ("1", "Coefficient of static friction")
+                }
+                Tunable::Friction(_, _, Coefficient::Viscous) => {
+                    ("N.s/m", "Viscous coefficient at the sliding surface")
+                }
+                Tunable::Mass(_) => ("kg", "Mass of the body; its inertia remains"),
+            };
+            let mut own = started(Variable::real(name, Causality::Parameter, unit, about), *value);
+            own.range.0 = Some(0.0);
+            table.add(Quantity::Parameter(k), own);
+        }
+        for (k, (name, joint, dof)) in names.coordinates.iter().enumerate() {
+            let translates = mechanism.joints()[joint.0].joint_type.dofs()[*dof].translates();
+            let unit = if translates { "m" } else { "rad" };
+            let mut add = |ending: &str, quantity, causality, per: &str, about: &str| {
+                let (name, unit) = (format!("{name}.{ending}"), format!("{unit}{per}"));
+                table.add(quantity, Variable::real(&name, causality, &unit, about));
+            };
+            let about = "Position of the joint; angles count full turns";
+            add("position", Quantity::Position(k), Causality::Output, "", about);
+            add("speed", Quantity::Rate(k), Causality::Output, "/s", "Rate of the joint");
+            let about = "Acceleration of the joint with the efforts up to this instant";
+            add("acceleration", Quantity::Acceleration(k), Causality::Local, "/s2", about);
+        }
+        for (body, name) in names.bodies.iter().enumerate().skip(1) {
+            table.add_body(body, name);
+        }
+        for (k, name) in names.with_shafts.iter().enumerate() {
+            let about = "1 while the friction interface sticks, 0 while it slips";
+            let sticks = Variable::integer(&format!("{name}.sticks"), Causality::Output, about);
+            table.add(Quantity::Sticks(k), sticks);
+            let mut add = |ending: &str, quantity, causality, unit: &str, about: &str| {
+                let name = format!("{name}.{ending}");
+                table.add(quantity, Variable::real(&name, causality, unit, about));
+            };
+            let about = "Friction force at the sliding surface";
+            add("friction", Quantity::Friction(k), Causality::Output, "N", about);
+            let about = "Sliding speed at the surface";
+            add("sliding_speed", Quantity::SlidingSpeed(k), Causality::Local, "m/s", about);
+            let about = "Normal load of the friction interface";
+            add("normal_load", Quantity::NormalLoad(k), Causality::Local, "N", about);
+        }
+        let about = "Number of stick onsets, slip onsets and jumps of velocities since the start";
+        table.add(Quantity::Events, Variable::integer("events.count", Causality::Output, about));
+        let about = "Time of the last of these; that of the start before the first one";
+        let mut last = Variable::real("events.time", Causality::Output, "s", about);
+        last.variability = Variability::Discrete;
+        table.add(Quantity::EventTime, last);
+        for (name, quantity, about) in [
+            ("kinetic", Quantity::Kinetic, "Kinetic energy"),
+            ("potential", Quantity::Potential, "Potential energy of gravity and springs"),
+            ("dissipated", Quantity::Dissipated, "Energy dissipated by friction since the start"),
+            ("error", Quantity::EnergyError, "Residual of the energy balance since the start"),
+        ] {
+            let name = format!("energy.{name}");
+            table.add(quantity, Variable::real(&name, Causality::Local, "J", about));
+        }
+        make_unique(&mut table.variables);
+        table
+    }
+
+    fn add(&mut self, quantity: Quantity, variable: Variable) {
+        self.variables.push(variable);
+        self.quantities.push(quantity);
+    }
+
+    fn add_body(&mut self, body: usize, name: &str) {
+        let mut add = |endings: &[&str], part: fn(usize) -> Part, unit: &str, about: &str| {
+            for (k, ending) in endings.iter().enumerate() {
+                let name = format!("{name}.{ending}");
+                let variable = Variable::real(&name, Causality::Output, unit, about);
+                self.add(Quantity::Body(body, part(k)), variable);
+            }
+        };
+        let about = "Position of the body's origin in the world";
+        add(&["x", "y", "z"], Part::Position, "m", about);
+        let about = "Orientation of the body in the world: quaternion, real part not negative";
+        add(&["qw", "qx", "qy", "qz"], Part::Orientation, "1", about);
+        let about = "Velocity of the body's origin, along a world axis";
+        add(&["vx", "vy", "vz"], Part::Velocity, "m/s", about);
+        let about = "Angular velocity of the body, along a world axis";
+        add(&["wx", "wy", "wz"], Part::AngularVelocity, "rad/s", about);
+    }
+
+    /// The quantity of a value reference.
+    ///
+    /// # Errors
+    /// There is no such variable.
+    pub(super) fn quantity(&self, reference: u32) -> Result<Quantity, Error> {
+        let found = usize::try_from(reference).ok().and_then(|k| self.quantities.get(k));
+        found.copied().ok_or_else(|| {
+            let last = self.quantities.len().saturating_sub(1);
+            Error::input(format!("there is no variable with the value reference {reference}"))
+                .with_help(format!("value references are 0 to {last}, see modelDescription.xml"))
+        })
+    }
+}
+
+fn started(mut variable: Variable, value: f64) -> Variable {
+    variable.start = Some(Start::Real(value));
+    variable
+}
+
+/// True for each friction interface that slides along one direction: so do those of motors.
+fn signed(mechanism: &Mechanism) -> Vec<bool> {
+    let of_joints = mechanism.joints().iter().flat_map(|joint| {
+        let interfaces = interfaces_of(joint.joint_type);
+        joint.friction.iter().map(|friction| interfaces[friction.place].1.has_one_dof())
+    });
+    of_joints.chain(mechanism.shafts_with_friction().iter().map(|_| true)).collect()
+}

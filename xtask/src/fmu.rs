@@ -1,0 +1,21 @@
+//! `cargo xtask fmu`: the library of plant FMUs for this platform, where the program finds it.
+
+use crate::{cargo, succeeds};
+use std::env;
+use std::process::ExitCode;
+
+pub(crate) fn fmu() -> ExitCode {
+    if !build() {
+        return ExitCode::FAILURE;
+    }
+    let (prefix, suffix) = (env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
+    let name = format!("{prefix}stiction_fmu{suffix}");
+    eprintln!("== target/release/{name}");
+    eprintln!("   a program elsewhere finds it in its own folder or in ../lib");
+    ExitCode::SUCCESS
+}
+
+/// Builds the library; the program is built apart.
+pub(crate) fn build() -> bool {
+    succeeds(&mut cargo(&["build", "--release", "--lib", "-p", "stiction-fmu"]))
+}
