@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use stiction_core::Vec3;
 use stiction_core::dynamics::Status;
 use stiction_core::random::Random;
-use stiction_identify::{Choice, Kind, Regressor};
+use stiction_identify::{Choice, Kind, Regressor, Rest};
 
 /// Efforts of the engine with changed inertia and friction equal the linear form, for every model
 /// of the gallery whose motion its actuators determine.
@@ -75,9 +75,13 @@ fn friction_at_rest_is_marked() {
     let (solver, home) = gallery_solver(&model);
     let mut regressor = Regressor::new(solver, Choice::ALL).unwrap();
     let still = regressor.at(&home, &[0.0; 2], &[0.0; 2]).unwrap();
-    assert_eq!(still.resting, [true, true]);
+    assert_eq!(still.rest, [Rest::Resting; 2]);
     let moving = regressor.at(&home, &[0.1, 0.05], &[0.0; 2]).unwrap();
-    assert_eq!(moving.resting, [false, false]);
+    assert_eq!(moving.rest, [Rest::Sliding; 2]);
+    // The sign of a rate below its noise is unknown.
+    regressor.set_rate_noise(&[0.1, 0.1]);
+    let noisy = regressor.at(&home, &[0.1, 0.05], &[0.0; 2]).unwrap();
+    assert_eq!(noisy.rest, [Rest::Uncertain; 2]);
 }
 
 #[test]

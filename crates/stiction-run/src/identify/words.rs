@@ -57,6 +57,10 @@ impl Identified {
             "parameters": self.parameters.iter().map(named).collect::<Vec<_>>(),
             "combinations": combined.collect::<Vec<_>>(),
             "predictions": predictions.collect::<Vec<_>>(),
+            "asymmetries": self.asymmetries.iter().map(|a| json!({
+                "actuator": a.actuator, "value": a.value, "sigma": a.sigma, "unit": a.unit,
+                "frictionless": a.frictionless,
+            })).collect::<Vec<_>>(),
             "confounded": self.confounded.iter().map(|(a, b, _)| json!([a, b])).collect::<Vec<_>>(),
             "cures": self.confounded.iter().map(|(a, b, cure)| json!({ "pair": [a, b], "cure": cure })).collect::<Vec<_>>(),
             "cautions": self.cautions,
@@ -141,6 +145,23 @@ impl Identified {
             let what = if p.used_for_fit { "fitted" } else { "predicted" };
             writeln!(out, "  {} ({what}): {}", p.log, each.join(", "))?;
         }
+        if !self.asymmetries.is_empty() {
+            writeln!(
+                out,
+                "\neffort forward plus effort backward at the same speed (in brackets without friction)"
+            )?;
+            for a in &self.asymmetries {
+                writeln!(
+                    out,
+                    "  {}: {} +- {} ({}) {}",
+                    a.actuator,
+                    short(a.value),
+                    short(a.sigma),
+                    short(a.frictionless),
+                    a.unit
+                )?;
+            }
+        }
         if !self.confounded.is_empty() {
             writeln!(out, "\nnot distinguished by these data")?;
             for (a, b, cure) in &self.confounded {
@@ -176,6 +197,10 @@ impl Identified {
                 p.unit,
                 p.verdict
             );
+        }
+        let is_left_out = |p: &Named| p.is_of_log && p.verdict != Verdict::Held;
+        if self.parameters.iter().any(is_left_out) {
+            out += "# Offsets and factors of formulas belong to the logs: this model does not contain them.\n";
         }
         out.push('\n');
         Ok(out + &text)

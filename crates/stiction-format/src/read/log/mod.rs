@@ -2,14 +2,15 @@
 //!
 //! Unlike a prescribed motion, a log may have bad rows: they are named and left out.
 
+mod columns;
+mod preamble;
+
 use super::actuators::Actuators;
 use super::names::Names;
-use super::path::{Orders, coordinate, resolve};
 use crate::contents::Contents;
-use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
-use crate::expression::{Dimension, Measure, unit_of};
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::model_file::ModelFile;
-use crate::signal::recorded::lines::{Cells, Delimiter, lines, parse_number, unify_line_ends};
+use crate::signal::recorded::lines::{Cells, lines, parse_number, unify_line_ends};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
@@ -21,13 +22,15 @@ pub enum LogRole {
     Time,
     /// Position of a coordinate.
     Coordinate(Coordinate),
+    /// Rate of a coordinate, for logs without its position.
+    Rate(Coordinate),
     /// Effort of an actuated degree of freedom at its joint, by index of the actuator.
     Effort(usize),
     /// Torque of the motor of a drive train, by index.
     MotorTorque(usize),
     /// Current of the motor of a drive train, by index.
     Current(usize),
-    /// Not used: a rate, a commanded value, or a column that is declared as unused.
+    /// Not used: an acceleration, a commanded value, or a column that is declared as unused.
     Unused,
 }
 
@@ -54,7 +57,7 @@ pub struct Rows {
 /// A measured log.
 #[derive(Clone, Debug)]
 pub struct Log {
-    /// Times, s, increasing.
+    /// Times, s, increasing; of a table of steady motions numbers of rows.
     pub times: Vec<f64>,
     /// Line of the file of each time.
     pub lines: Vec<usize>,
@@ -62,6 +65,17 @@ pub struct Log {
     pub columns: Vec<LogColumn>,
     /// Rows left out.
     pub bad_rows: Rows,
+    /// True for a table of steady motions: each row is a motion of constant rate, not an instant.
+    pub is_steady: bool,
+}
+
+/// Description of a log beyond its text.
+#[derive(Clone, Debug, Default)]
+pub struct LogFormat<'a> {
+    /// Columns whose headers do not say their meaning.
+    pub renamed: &'a [Renamed],
+    /// True for a table of steady motions, which needs no time.
+    pub is_steady: bool,
 }
 
 /// Meaning of a column of a log whose header does not say it.
@@ -80,6 +94,8 @@ pub struct Renamed {
 
 /// Bad rows that are named.
 const NAMED: usize = 20;
+/// Minimum number of good rows: of a recording, and of a table of steady motions.
+const LEAST: [usize; 2] = [20, 4];
 
 impl ModelFile {
     /// Reads a log. Cells that are no numbers and times that do not increase make a row bad: it is named
@@ -91,7 +107,7 @@ impl ModelFile {
         &self,
         name: &str,
         contents: Contents,
-        renamed: &[Renamed],
+        format: LogFormat<'_>,
     ) -> Result<Log, Diagnostics> {
         let text = match contents {
             Contents::Whole(text) => text,
@@ -107,20 +123,11 @@ impl ModelFile {
             names: Names::of(&self.mechanism),
             actuators: Actuators::of(&self.mechanism),
             trains: self.mechanism.drive_trains().iter().map(|train| train.name.clone()).collect(),
-            renamed,
+            format,
             source: &source,
         };
         reader.read()
     }
-}
-
-/// True for columns of the tables of `stiction inverse` that no log measures.
-fn is_result(label: &str) -> bool {
-    let ends =
-        [".speed", ".power", ".drive_frictionless", ".drive_low", ".drive_high", ".motor_speed"];
-    ends.iter().any(|end| label.ends_with(end))
-        || ["closure", "power.residual"].contains(&label)
-        || label.starts_with("distance.")
 }
 
 fn stored_text(store: &dyn crate::contents::Store) -> Result<String, String> {
@@ -139,7 +146,7 @@ struct Reader<'a> {
     names: Names,
     actuators: Actuators,
     trains: Vec<String>,
-    renamed: &'a [Renamed],
+    format: LogFormat<'a>,
     source: &'a Arc<Source>,
 }
 
@@ -159,23 +166,27 @@ impl Reader<'_> {
 
     fn read(&self) -> Result<Log, Diagnostics> {
         let text = self.source.text.as_str();
-        let mut all = lines(self.source);
-        let Some(mut header) = all.next() else {
+        let searched: Vec<Span> = lines(self.source).take(preamble::SEARCHED).collect();
+        let is_known = |name: &str| {
+            let bare = name.split_once('[').map_or(name, |(label, _)| label.trim_end());
+            let is_renamed = |r: &Renamed| r.column == name || r.column == bare;
+            ["time", "t"].contains(&bare) || self.format.renamed.iter().any(is_renamed)
+        };
+        let Some(head) = preamble::find(text, &searched, is_known) else {
             return Err(Diagnostic::error("samples", format!("{} is empty", self.source.name))
                 .help("a log begins with a header such as `time [s],leg1.P [m],leg1.P.effort [N]`")
                 .into());
         };
-        let mut delimiter = Delimiter::declared(&text[header.clone()]);
-        if delimiter.is_some() {
-            header = all.next().unwrap_or(header);
-        }
-        let delimiter = *delimiter.get_or_insert_with(|| Delimiter::of(&text[header.clone()]));
         let mut out = Diagnostics::new();
-        let mut cells = Cells::new(delimiter);
-        let spans: Vec<Span> = cells.split(text, header.clone(), usize::MAX).to_vec();
+        let mut cells = Cells::new(head.delimiter);
+        let units: Vec<Span> = head.units.clone().map_or(Vec::new(), |units| {
+            cells.split(text, units, usize::MAX).to_vec()
+        });
+        let spans: Vec<Span> = cells.split(text, head.names.clone(), usize::MAX).to_vec();
         let mut meanings: Vec<Meaning> = Vec::new();
-        for span in &spans {
-            let meaning = self.meaning(span.clone(), &mut out);
+        for (index, span) in spans.iter().enumerate() {
+            let below = units.get(index).map(|unit| &text[unit.clone()]);
+            let meaning = self.meaning(span.clone(), below, &mut out);
             let again = meanings
                 .iter()
                 .find(|known| known.role == meaning.role && meaning.role != LogRole::Unused);
@@ -194,15 +205,21 @@ impl Reader<'_> {
             meanings.push(meaning);
         }
         let time = meanings.iter().position(|m| m.role == LogRole::Time);
-        if time.is_none() {
+        if time.is_none() && !self.format.is_steady {
             out.push(
                 Diagnostic::error("missing-key", "the column `time` is missing")
-                    .at(self.place(header), "the columns")
-                    .help("name the time column `time [s]`"),
+                    .at(self.place(head.names.clone()), "the columns")
+                    .help(
+                        "name the time column `time [s]`; for a table of steady motions write `steady = true` \
+                         below [[logs]] of the options",
+                    ),
             );
         }
-        let (Some(time), false) = (time, out.has_errors()) else { return Err(out) };
-        self.rows(all, &mut cells, &meanings, time)
+        if out.has_errors() {
+            return Err(out);
+        }
+        let rows = lines(self.source).skip(head.lines).map(|line| head.content(text, &line));
+        self.rows(rows, &mut cells, &meanings, time)
     }
 
     fn rows(
@@ -210,7 +227,7 @@ impl Reader<'_> {
         all: impl Iterator<Item = Span>,
         cells: &mut Cells,
         meanings: &[Meaning],
-        time: usize,
+        time: Option<usize>,
     ) -> Result<Log, Diagnostics> {
         let text = self.source.text.as_str();
         let mut log = Log {
@@ -218,6 +235,7 @@ impl Reader<'_> {
             lines: Vec::new(),
             columns: Vec::new(),
             bad_rows: Rows::default(),
+            is_steady: self.format.is_steady,
         };
         let mut columns: Vec<LogColumn> = meanings
             .iter()
@@ -255,11 +273,12 @@ impl Reader<'_> {
                 }
             }
             let last = log.times.last().copied();
+            let now = time.map_or(log.times.len() as f64, |time| row[time]);
             if fault.is_none()
                 && let Some(last) = last
-                && row[time] <= last
+                && now <= last
             {
-                fault = Some(format!("the time {} s does not follow {last} s", row[time]));
+                fault = Some(format!("the time {now} s does not follow {last} s"));
             }
             match fault {
                 Some(reason) => {
@@ -269,7 +288,7 @@ impl Reader<'_> {
                     }
                 }
                 None => {
-                    log.times.push(row[time]);
+                    log.times.push(now);
                     log.lines.push(line);
                     for (column, value) in columns.iter_mut().zip(&row) {
                         if column.role != LogRole::Unused && column.role != LogRole::Time {
@@ -281,130 +300,21 @@ impl Reader<'_> {
         }
         let good = log.times.len();
         let bad = log.bad_rows.count;
-        if good < 20 || bad * 5 > good {
+        let least = LEAST[usize::from(self.format.is_steady)];
+        if good < least || bad * 5 > good {
             let first = log.bad_rows.named.first();
             let first = first.map_or(String::new(), |(line, why)| format!("; line {line}: {why}"));
             let message =
                 format!("{} has {good} good rows and {bad} bad ones{first}", self.source.name);
             return Err(Diagnostic::error("samples", message)
-                .help(
-                    "a log needs at least 20 good rows, and at most one bad row in five good ones",
-                )
+                .help(format!(
+                    "it needs at least {least} good rows, and at most one bad row in five good ones"
+                ))
                 .into());
         }
         columns.retain(|column| column.role != LogRole::Time);
         log.columns = columns;
         Ok(log)
-    }
-
-    fn meaning(&self, span: Span, out: &mut Diagnostics) -> Meaning {
-        let written = self.source.text.get(span.clone()).unwrap_or_default();
-        let bare = written.split_once('[').map_or(written, |(label, _)| label.trim_end());
-        let renamed = self.renamed.iter().find(|r| r.column == written || r.column == bare);
-        let header = renamed.map_or(written, |renamed| renamed.meaning.as_str());
-        let (label, unit) = match header.split_once('[') {
-            Some((label, unit)) => (label.trim_end(), Some(unit.trim_end().trim_end_matches(']'))),
-            None => (header, None),
-        };
-        let mut meaning =
-            Meaning { name: bare.to_owned(), role: LogRole::Unused, factor: 1.0, offset: 0.0 };
-        let is_rate = label.starts_with("d(") || label.starts_with("dd(");
-        if label.is_empty() || is_rate || is_result(label) {
-            return meaning;
-        }
-        let label = label.strip_suffix(".position").unwrap_or(label);
-        let Some((role, measure)) = self.role(label, &span, out) else { return meaning };
-        meaning.role = role;
-        let expected = match measure {
-            Some(measure) => measure.dimension(),
-            None => Dimension::NONE.with_current(1),
-        };
-        if let Some(unit) = unit {
-            match unit_of(unit) {
-                Ok((scale, found)) if expected.same(found) => meaning.factor = scale.apply(1.0),
-                Ok((_, found)) => {
-                    let message =
-                        format!("the unit of {} is that of {}", quoted(label), found.describe());
-                    let label = format!("expected {}", expected.describe());
-                    out.push(Diagnostic::error("dimension", message).at(self.place(span), label));
-                }
-                Err(fault) => {
-                    let message = format!(
-                        "the unit of {} is not understood: {}",
-                        quoted(label),
-                        fault.message
-                    );
-                    out.push(
-                        Diagnostic::error(fault.code, message).at(self.place(span), fault.label),
-                    );
-                }
-            }
-        }
-        if let Some(renamed) = renamed {
-            let safe = if renamed.factor == 0.0 { 1.0 } else { renamed.factor };
-            meaning.factor *= safe;
-            meaning.offset = renamed.offset / safe;
-        }
-        meaning
-    }
-
-    fn role(
-        &self,
-        label: &str,
-        span: &Span,
-        out: &mut Diagnostics,
-    ) -> Option<(LogRole, Option<Measure>)> {
-        if label == "time" || label == "t" {
-            return Some((LogRole::Time, Some(Measure::Time)));
-        }
-        for suffix in [".effort", ".drive"] {
-            let Some(name) = label.strip_suffix(suffix) else { continue };
-            if let Some(index) = self.actuators.find(name) {
-                let measure = self.actuators.measure(index, Measure::Force, Measure::Moment);
-                return Some((LogRole::Effort(index), Some(measure)));
-            }
-            let (message, help) = self.actuators.unknown(name);
-            let unknown = Diagnostic::error("unknown-name", message).maybe_help(help);
-            out.push(unknown.at(self.place(span.clone()), "unknown actuator"));
-            return None;
-        }
-        for suffix in [".motor_torque", ".current"] {
-            let Some(name) = label.strip_suffix(suffix) else { continue };
-            if let Some(index) = self.trains.iter().position(|train| train == name) {
-                return Some(match suffix {
-                    ".current" => (LogRole::Current(index), None),
-                    _ => (LogRole::MotorTorque(index), Some(Measure::Moment)),
-                });
-            }
-            let message = format!("there is no drive train {}", quoted(name));
-            let help = did_you_mean(name, "drive trains", self.trains.iter().map(String::as_str))
-                .unwrap_or_else(|| {
-                    "the model has no drive trains: add [actuators.NAME], or give efforts as `JOINT.effort`"
-                        .to_owned()
-                });
-            out.push(
-                Diagnostic::error("unknown-name", message)
-                    .at(self.place(span.clone()), "unknown motor")
-                    .help(help),
-            );
-            return None;
-        }
-        match resolve(&self.names, label).and_then(|meaning| coordinate(meaning, &Orders::new())) {
-            Ok((coordinate, measure)) => Some((LogRole::Coordinate(coordinate), Some(measure))),
-            Err(unresolved) => {
-                if let Some((message, help, _)) = unresolved.explain(&self.names, &[], label) {
-                    let more = "for a column that is not used write `NAME = \"\"` below [columns] of the options";
-                    let help =
-                        help.map_or_else(|| more.to_owned(), |help| format!("{help}; {more}"));
-                    out.push(
-                        Diagnostic::error("unknown-name", message)
-                            .at(self.place(span.clone()), "unknown column")
-                            .help(help),
-                    );
-                }
-                None
-            }
-        }
     }
 }
 
@@ -427,7 +337,8 @@ mod tests {
             text += row;
             text.push('\n');
         }
-        model().read_log("log.csv", Contents::Whole(text), renamed)
+        let format = LogFormat { renamed, ..LogFormat::default() };
+        model().read_log("log.csv", Contents::Whole(text), format)
     }
 
     #[test]
@@ -448,6 +359,54 @@ mod tests {
         // 90 - 2 * 5 degrees.
         assert!((found.columns[1].values[5] - 80f64.to_radians()).abs() < 1e-15);
         assert_eq!(found.columns[2].role, LogRole::Unused);
+    }
+
+    /// A recorder's lines above the header, units below it, a time without a name, and rows that a
+    /// spreadsheet has padded and somebody has edited.
+    #[test]
+    fn files_of_recorders() {
+        let mut text = "Date:;2020-07-06 17:01:36,,\nMax. samples:;500,,\n;Velocity;Torque,,\n\
+                        ms;rpm;%,,\n0.000;0;-1200,,was -8.9\n"
+            .to_owned();
+        for k in 1..30 {
+            text += &format!("{}.000;{k};-9.4,,\n", 256 * k);
+        }
+        let renamed = |column: &str, meaning: &str| Renamed {
+            column: column.into(),
+            meaning: meaning.into(),
+            factor: 1.0,
+            offset: 0.0,
+        };
+        let renamed =
+            [renamed("Velocity", "d(left_motor)"), renamed("Torque", "left_motor.effort [mN m]")];
+        let format = LogFormat { renamed: &renamed, ..LogFormat::default() };
+        let found = model().read_log("log.csv", Contents::Whole(text), format).unwrap();
+        assert_eq!(found.times[..2], [0.256, 0.512]);
+        assert!(matches!(found.columns[0].role, LogRole::Rate(_)));
+        assert!((found.columns[0].values[1] - 2.0 * std::f64::consts::PI / 30.0).abs() < 1e-15);
+        assert_eq!(found.columns[1].values[0], -9.4e-3);
+        assert_eq!(found.bad_rows.count, 1);
+        let (line, why) = &found.bad_rows.named[0];
+        assert_eq!(*line, 5);
+        assert!(why.contains("-1200,,was -8.9"), "{why}");
+    }
+
+    /// A table of steady motions has no time.
+    #[test]
+    fn steady_motions() {
+        let text = "name,d(left_motor) [rpm],left_motor.effort\na,1,2\nb,-1,-2\nc,2,3\nd,-2,-3\n";
+        let renamed = [Renamed {
+            column: "name".into(),
+            meaning: String::new(),
+            factor: 1.0,
+            offset: 0.0,
+        }];
+        let read = |is_steady| {
+            let format = LogFormat { renamed: &renamed, is_steady };
+            model().read_log("log.csv", Contents::Whole(text.to_owned()), format)
+        };
+        assert_eq!(read(true).unwrap().times, [0.0, 1.0, 2.0, 3.0]);
+        assert!(format!("{:?}", read(false).unwrap_err()).contains("steady = true"));
     }
 
     #[test]
