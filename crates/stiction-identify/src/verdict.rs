@@ -91,6 +91,8 @@ impl Verdict {
             true if resolution < 0.5 || sigma > size => Self::NotExcited,
             true => Self::FitsOnly,
             false if resolution < 0.02 => Self::NotExcited,
+            // The partner takes up any value.
+            false if correlation > CONFOUNDED && sigma > size => Self::NotExcited,
             false => Self::FitsOnly,
         }
     }
@@ -120,6 +122,8 @@ mod tests {
         // Confounded with another parameter: the same precision does not suffice.
         let confounded = Evidence { correlation: 0.98, ..CLEAR };
         assert_eq!(Verdict::of(&confounded), Verdict::FitsOnly);
+        let open = Evidence { is_alone: false, sigma: 3.0, ..confounded };
+        assert_eq!(Verdict::of(&open), Verdict::NotExcited);
         let precise = Evidence { sigma: 0.1, ..confounded };
         assert_eq!(Verdict::of(&precise), Verdict::Identified);
     }

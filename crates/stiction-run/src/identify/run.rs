@@ -6,7 +6,7 @@ use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::sanity;
 use super::asymmetry::{self, Asymmetry};
-use super::selection::{enough, free_groups, held_of, options, scale_by_data};
+use super::selection::{enough, free_groups, options, scale_by_data};
 use super::structure::{combinations, structure};
 use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
@@ -35,6 +35,8 @@ pub struct Named {
     pub structure: &'static str,
     /// True for an offset of an effort or the factor of a formula, which the identified model does not contain.
     pub is_of_log: bool,
+    /// True for a mass, a first moment or an inertia of a body.
+    pub is_inertia: bool,
 }
 
 /// Combination of parameters that the efforts depend on.
@@ -164,7 +166,8 @@ pub fn identify(
     }
     let prior_errors: Vec<Vec<f64>> =
         all.iter().map(|log| errors(&log.block, &parameters, &priors)).collect();
-    let structure = structure(&all, &parameters);
+    let held = &options.held.clone();
+    let structure = structure(&all, &parameters, held);
 
     let (estimate, is_settled) = fitted(&mut all, &parameters, (&options, &groups), &mut cautions);
     for log in &mut all {
@@ -177,7 +180,6 @@ pub fn identify(
             ));
         }
     }
-    let held = &held_of(&parameters, settings);
     let named: Vec<Named> = parameters
         .iter()
         .enumerate()
@@ -193,15 +195,16 @@ pub fn identify(
                     value: estimate.values[k],
                     sigma: estimate.sigmas[k],
                     scale: p.scale,
-                    is_alone: structure.is_alone(k),
+                    is_alone: structure.free.is_alone(k),
                     correlation: sanity::largest_correlation(&estimate, &options, k),
                 }),
             },
             prior: p.prior,
+            is_inertia: p.body().is_some(),
             is_of_log: matches!(p.kind, Kind::Offset(_) | Kind::Term(_)),
             structure: match () {
-                () if structure.without_effect.contains(&k) => "none",
-                () if structure.is_alone(k) => "alone",
+                () if structure.all.without_effect.contains(&k) => "none",
+                () if structure.all.is_alone(k) => "alone",
                 () => "combination",
             },
         })
@@ -220,8 +223,9 @@ pub fn identify(
             prior_percent,
         })
         .collect();
-    let combinations = combinations(&structure, &parameters, &estimate, held);
+    let combinations = combinations(&structure.free, &parameters, &estimate);
     let confounded = sanity::confounded(&named, &estimate, &parameters, held);
+    cautions.extend(sanity::uncertain(&named, &confounded));
     let noise = effort_noise(&all);
     let signs = wrong_efforts(&all, &parameters, &actuators);
     let is_wrong = signs.iter().any(|(is_fitted, text)| *is_fitted && text.contains("wrong sign"));
@@ -246,7 +250,7 @@ pub fn identify(
         cautions,
         parameters: named,
         combinations,
-        rank: (structure.rank(), structure.gap),
+        rank: (structure.all.rank(), structure.all.gap),
         confounded,
         asymmetries,
         predictions,

@@ -137,6 +137,29 @@ pub(super) fn confounded(
     each.collect()
 }
 
+/// Cautions on coefficients of friction that are confounded with another parameter.
+pub(super) fn uncertain(
+    named: &[Named],
+    confounded: &[(String, String, String)],
+) -> Vec<String> {
+    let mut found = Vec::new();
+    for p in named.iter().filter(|p| p.name.ends_with(".mu")) {
+        let pair = confounded.iter().find(|(a, b, _)| *a == p.name || *b == p.name);
+        let Some((a, b, cure)) = pair else { continue };
+        let other = if *a == p.name { b } else { a };
+        let extent = match p.verdict {
+            Verdict::NotExcited => "not identifiable",
+            Verdict::FitsOnly => "only weakly identifiable",
+            _ => continue,
+        };
+        found.push(format!(
+            "{} is {extent} from these logs: {:.3} +- {:.3}, confounded with {other}; {cure}",
+            p.name, p.value, p.sigma
+        ));
+    }
+    found
+}
+
 fn cure(a: &Parameter, b: &Parameter) -> String {
     let mu = |p: &Parameter| matches!(p.kind, Kind::Mu(_));
     let constant = |p: &Parameter| matches!(p.kind, Kind::Coulomb(_) | Kind::DriveCoulomb(_));

@@ -28,7 +28,7 @@ pub(super) fn scale_by_data(parameters: &mut [Parameter], all: &[Prepared]) {
     }
 }
 
-pub(super) fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
+fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
     let is_held = |p: &Parameter| {
         let is_inertia = p.body().is_some() || matches!(p.kind, Kind::Rotor(_));
         let is_friction = !is_inertia && !matches!(p.kind, Kind::Offset(_) | Kind::Term(_));

@@ -9,8 +9,16 @@ use stiction_identify::{BaseParameters, Estimate, Evidence, Kind, Parameter, Ver
 /// Instants of random rates for the structure.
 const STRUCTURE_SAMPLES: usize = 240;
 
-/// Combinations that the mechanism lets be determined about the positions of the logs, with random rates.
-pub(super) fn structure(all: &[Prepared], parameters: &[Parameter]) -> BaseParameters {
+/// Structure of a mechanism about the positions of the logs, with random rates.
+pub(super) struct Structure {
+    /// Combinations of all parameters.
+    pub(super) all: BaseParameters,
+    /// Combinations of those that are not held.
+    pub(super) free: BaseParameters,
+}
+
+/// Combinations that the mechanism lets be determined.
+pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool]) -> Structure {
     let mut random = Random::new(1);
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
     let per_log = STRUCTURE_SAMPLES.div_ceil(all.len());
@@ -41,10 +49,20 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter]) -> BaseParam
             }
         }
     }
-    if rows.is_empty() {
-        return BaseParameters::of(&DMatrix::zeros(0, parameters.len()), parameters);
+    let whole = match rows.is_empty() {
+        true => DMatrix::zeros(0, parameters.len()),
+        false => DMatrix::from_rows(&rows),
+    };
+    let mut free = whole.clone();
+    for (k, held) in held.iter().enumerate() {
+        if *held {
+            free.column_mut(k).fill(0.0);
+        }
     }
-    BaseParameters::of(&DMatrix::from_rows(&rows), parameters)
+    Structure {
+        all: BaseParameters::of(&whole, parameters),
+        free: BaseParameters::of(&free, parameters),
+    }
 }
 
 /// The combinations of several parameters, estimated.
@@ -52,10 +70,9 @@ pub(super) fn combinations(
     structure: &BaseParameters,
     parameters: &[Parameter],
     estimate: &Estimate,
-    held: &[bool],
 ) -> Vec<Combined> {
     let several = structure.combinations.iter().filter(|c| !c.others.is_empty());
-    let each = several.filter(|c| !held[c.leader]).map(|c| {
+    let each = several.map(|c| {
         let members: Vec<(usize, f64)> =
             std::iter::once((c.leader, 1.0)).chain(c.others.iter().copied()).collect();
         let (variance, resolution) = estimate.combined(&members);

@@ -5,7 +5,7 @@ use crate::exchange::{Instant, model_file};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use stiction_format::ModelFile;
-use stiction_identify::Verdict;
+use stiction_identify::{FitVerdict, Verdict};
 
 /// A number with four digits.
 fn short(x: f64) -> String {
@@ -23,6 +23,11 @@ fn short(x: f64) -> String {
 }
 
 impl Identified {
+    /// True if the model does not reproduce the data.
+    pub fn has_failed(&self) -> bool {
+        self.verdict == FitVerdict::Failed
+    }
+
     /// Object of `identify.json`.
     pub fn to_json(&self) -> Value {
         let named = |p: &Named| {
@@ -111,7 +116,12 @@ impl Identified {
         let shown = self
             .parameters
             .iter()
-            .filter(|p| !matches!(p.verdict, Verdict::Held | Verdict::NotExcited));
+            .filter(|p| match p.verdict {
+                Verdict::Held => false,
+                // Inertias that stay with the model are many.
+                Verdict::NotExcited => !p.is_inertia,
+                _ => true,
+            });
         for p in shown {
             let (value, sigma, prior) = (short(p.value), short(p.sigma), short(p.prior));
             writeln!(

@@ -94,6 +94,26 @@ pub struct Renamed {
 
 /// Bad rows that are named.
 const NAMED: usize = 20;
+/// Steps of the time by which a single row stands out.
+const JUMP: f64 = 3.0;
+
+impl Rows {
+    fn add(&mut self, line: usize, reason: String) {
+        self.count += 1;
+        if self.named.len() < NAMED {
+            self.named.push((line, reason));
+        }
+    }
+}
+
+impl Log {
+    /// True if the last row, not the one at `now`, breaks the order of time: without it, `now` follows after
+    /// a usual step.
+    fn has_jumped_before(&self, now: f64) -> bool {
+        let [.., first, before, last] = self.times[..] else { return false };
+        last > now && now > before && now - before <= JUMP * (before - first)
+    }
+}
 /// Minimum number of good rows: of a recording, and of a table of steady motions.
 const LEAST: [usize; 2] = [20, 4];
 
@@ -274,19 +294,21 @@ impl Reader<'_> {
             }
             let last = log.times.last().copied();
             let now = time.map_or(log.times.len() as f64, |time| row[time]);
-            if fault.is_none()
+            if fault.is_none() && log.has_jumped_before(now) {
+                let jump = format!("the time {} s does not precede {now} s", log.times[log.times.len() - 1]);
+                log.times.pop();
+                log.bad_rows.add(log.lines.pop().unwrap_or(line), jump);
+                for column in &mut columns {
+                    column.values.pop();
+                }
+            } else if fault.is_none()
                 && let Some(last) = last
                 && now <= last
             {
                 fault = Some(format!("the time {now} s does not follow {last} s"));
             }
             match fault {
-                Some(reason) => {
-                    log.bad_rows.count += 1;
-                    if log.bad_rows.named.len() < NAMED {
-                        log.bad_rows.named.push((line, reason));
-                    }
-                }
+                Some(reason) => log.bad_rows.add(line, reason),
                 None => {
                     log.times.push(now);
                     log.lines.push(line);
@@ -407,6 +429,19 @@ mod tests {
         };
         assert_eq!(read(true).unwrap().times, [0.0, 1.0, 2.0, 3.0]);
         assert!(format!("{:?}", read(false).unwrap_err()).contains("steady = true"));
+    }
+
+    /// One wrong time is one bad row, whatever its direction.
+    #[test]
+    fn a_jump_of_the_time_blames_one_row() {
+        let header = "time [s],left_motor.effort,left_motor,right_motor";
+        for jump in ["99.0,1,1,1", "0.002,1,1,1"] {
+            let rows = ["0.3,1,1,1", jump, "0.31,1,1,1", "0.32,1,1,1", "0.33,1,1,1"];
+            let found = log(header, &rows, &[]).unwrap();
+            assert_eq!((found.times.len(), found.bad_rows.count), (34, 1), "{jump}");
+            assert_eq!(found.bad_rows.named[0].0, 33);
+            assert!(found.columns.iter().all(|c| c.values.len() == 34));
+        }
     }
 
     #[test]

@@ -21,9 +21,9 @@ pub(super) struct Head {
     pub(super) lines: usize,
 }
 
-/// Finds the header: the first line with a known name, or the first line of names whose next line, or the
-/// one below its units, has as many cells, at least two of them numbers. Without such a line the first line
-/// is the header.
+/// Finds the header: the first line with a known name, or the first line of names with two rows below it, or
+/// below its units: lines with as many cells, at least two of them numbers. Without such a line the first
+/// line is the header.
 pub(super) fn find(text: &str, lines: &[Span], is_known: impl Fn(&str) -> bool) -> Option<Head> {
     let first = lines.first()?;
     let declared = Delimiter::declared(&text[first.clone()]);
@@ -35,27 +35,34 @@ pub(super) fn find(text: &str, lines: &[Span], is_known: impl Fn(&str) -> bool) 
         let names = if has_commas { names } else { lines[at].clone() };
         Some(Head { names, units: None, delimiter, has_commas, lines: at + 1 })
     };
-    let found = (from..lines.len()).find_map(|at| {
+    let found = |at: usize, needs_name: bool| {
         let head = head(at)?;
         let cells = |line: usize| -> Vec<&str> { head.cells(text, lines.get(line)) };
         let names = cells(at);
-        let is_row = |line: usize| {
-            let row = cells(line);
-            row.len() == names.len() && numbers(&row) >= 2
+        let are_rows = |line: usize| {
+            let is_row = |line: usize| {
+                let row = cells(line);
+                row.len() == names.len() && numbers(&row) >= 2
+            };
+            is_row(line) && (line + 1 == lines.len() || is_row(line + 1))
         };
         if names.len() < 2 || 2 * numbers(&names) > names.len() {
             return None;
         }
         let below = cells(at + 1);
         let has_units = below.len() == names.len() && are_units(&below);
-        let is_header = names.iter().any(|name| is_known(name));
-        if has_units && (is_header || is_row(at + 2)) {
+        let is_header = match needs_name {
+            true => names.iter().any(|name| is_known(name)),
+            false => are_rows(at + 1 + usize::from(has_units)),
+        };
+        if has_units && is_header {
             let units = Some(head.content(text, &lines[at + 1]));
             return Some(Head { units, lines: at + 2, ..head });
         }
-        (is_header || is_row(at + 1)).then_some(head)
-    });
-    found.or_else(|| head(from))
+        is_header.then_some(head)
+    };
+    let mut all = [true, false].into_iter().flat_map(|needs| (from..lines.len()).map(move |at| (at, needs)));
+    all.find_map(|(at, needs_name)| found(at, needs_name)).or_else(|| head(from))
 }
 
 impl Head {
@@ -117,9 +124,10 @@ mod tests {
     #[test]
     fn lines_of_a_recorder_are_above_the_header() {
         let text = "Date:;2020-07-06,,\nMax. samples:;500,,\nRecorded samples:;500,,\n\
-                    Scale:;0;True;2.000;5.000,,\n;Velocity;Torque,,\nms;rpm;%,,\n0.0;0;-1200,,was -8.9\n\
-                    256.0;0;-9.4,,\n";
+                    Scale:;0;True;2.000;5.000,,\n\
+                    Trigger:;1;0.0;name\nTriggerAttributes:;1;4;0x30\n;Velocity;Torque,,\nms;rpm;%,,\n0.0;0;-1200,,was -8.9\n\
+                    256.0;0;-9.4,,\n512.0;0;-9.4,,\n";
         let (names, units, lines) = found(text);
-        assert_eq!((names.as_str(), units.as_deref(), lines), (";Velocity;Torque", Some("ms;rpm;%"), 6));
+        assert_eq!((names.as_str(), units.as_deref(), lines), (";Velocity;Torque", Some("ms;rpm;%"), 8));
     }
 }

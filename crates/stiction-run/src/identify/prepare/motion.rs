@@ -106,16 +106,17 @@ pub(super) fn filtered(
 ) -> Result<Motion, Error> {
     let ((start, end), rate) = (used.ends(), used.rate());
     let measured: Vec<Vec<f64>> = chosen.iter().map(|c| used.pick(c.column())).collect();
+    let (low, high) = (4.0 / (end - start), 0.4 * rate);
     let cutoff = match filter {
         Some(cutoff) => cutoff,
         None => {
             let count = used.times.len().min(EXAMINED);
             let some: Vec<Vec<f64>> = measured.iter().map(|p| p[..count].to_vec()).collect();
             // Exact positions of a model suggest the highest frequency that the samples carry.
-            LowPass::suggested(&used.times[..count], &some).unwrap_or(0.1 * rate).min(0.1 * rate)
+            let suggested = LowPass::suggested(&used.times[..count], &some);
+            suggested.unwrap_or(0.1 * rate).max(low).min(0.1 * rate)
         }
     };
-    let (low, high) = (4.0 / (end - start), 0.4 * rate);
     if !(low..=high).contains(&cutoff) {
         return Err(refuse(
             format!(

@@ -57,7 +57,9 @@ pub(super) fn computed(
     let actuators = coordinates.len();
     let mu: Vec<usize> =
         (0..width).filter(|&k| matches!(parameters[k].kind, Kind::Mu(_))).collect();
-    let (mut instants, mut unit_friction, mut rests) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut instants, mut unit_friction) = (Vec::new(), Vec::new());
+    // For each actuator, rest of all friction in its effort, and of its own joint.
+    let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
     let mut signals = Vec::new();
     let mut failure: Option<(f64, String)> = None;
     for (&time, targets) in motion.times.iter().zip(&motion.targets) {
@@ -91,13 +93,14 @@ pub(super) fn computed(
         unit_friction.push(friction.collect());
         let mut row = Vec::with_capacity(actuators * (width + EXTRA));
         for channel in 0..actuators {
-            let rate = regressor.actuator_rate(channel).map_or(0.0, |(rate, _)| rate);
+            let (rate, own) = regressor.actuator_rate(channel).unwrap_or((0.0, Rest::Sliding));
+            rests[channel][0].push(columns.rest[channel]);
+            rests[channel][1].push(own);
             let direction = if rate == 0.0 { 0.0 } else { rate.signum() };
             row.extend(columns.matrix.row(channel).iter());
             row.extend([columns.known[channel], 0.0, 0.0, direction, rate]);
         }
         signals.push(row);
-        rests.push(columns.rest);
         instants.push((time, [q, v, a]));
     }
     let count = motion.times.len();
@@ -119,12 +122,12 @@ pub(super) fn computed(
     }
     let times: Vec<f64> = instants.iter().map(|(time, _)| *time).collect();
     let shortest = motion.cutoff.map_or(0.0, f64::recip);
-    for channel in 0..actuators {
-        let own: Vec<Rest> = rests.iter().map(|rest| rest[channel]).collect();
+    for (channel, rests) in rests.iter().enumerate() {
         let base = channel * (width + EXTRA) + width;
-        for (row, dwells) in signals.iter_mut().zip(dwells(&times, &own, shortest)) {
-            row[base + 1] = f64::from(u8::from(dwells[0]));
-            row[base + 2] = f64::from(u8::from(dwells[1]));
+        let [all, own] = rests.each_ref().map(|rest| dwells(&times, rest, shortest));
+        for ((row, all), own) in signals.iter_mut().zip(all).zip(own) {
+            row[base + 1] = f64::from(u8::from(all[0] || own[1]));
+            row[base + 2] = f64::from(u8::from(all[1]));
         }
     }
     Ok(Computed { instants, unit_friction, mu, signals, actuators, width, caution })
