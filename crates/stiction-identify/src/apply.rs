@@ -120,7 +120,8 @@ pub fn applied(
                 continue;
             }
             let force = value / arm(friction, pitch);
-            friction.load.preload = carried_preload(&mut friction.law, friction.backward.as_mut(), force);
+            friction.load.preload =
+                carried_preload(&mut friction.law, friction.backward.as_mut(), force);
         }
     })
 }

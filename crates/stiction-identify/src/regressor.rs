@@ -281,7 +281,8 @@ impl Regressor {
             }
             let Some((rate, own)) = self.actuator_rate(row) else { continue };
             let (n, friction) = (train.transmission(), train.motor_friction);
-            known[row] += friction.constant * n.abs() * sign(rate) + friction.viscous * n * n * rate;
+            known[row] +=
+                friction.constant * n.abs() * sign(rate) + friction.viscous * n * n * rate;
             if friction.constant > 0.0 {
                 rest[row] = rest[row].max(own);
             }
@@ -326,13 +327,7 @@ impl Regressor {
     }
 
     /// Marks the efforts that friction of an interface can change.
-    fn mark_rest(
-        &self,
-        index: usize,
-        own: Rest,
-        actuation: &LU<f64, Dyn, Dyn>,
-        rest: &mut [Rest],
-    ) {
+    fn mark_rest(&self, index: usize, own: Rest, actuation: &LU<f64, Dyn, Dyn>, rest: &mut [Rest]) {
         for dof in 0..3 {
             let power = self.surface_rates.iter().map(|rates| rates[index][dof]);
             let right = DVector::from_iterator(rest.len(), power);

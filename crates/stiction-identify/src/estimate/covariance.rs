@@ -71,8 +71,9 @@ fn autocovariance(blocks: &[Block], channel: usize, values: &DVector<f64>) -> Ve
     let mut all: Vec<f64> = sums.iter().zip(&pairs).map(|(s, n)| s / f64::max(*n, 1.0)).collect();
     let first = all[0];
     // Correlations of independent residuals scatter by the root of the number of pairs.
-    let is_independent =
-        |lag: &usize| all[*lag] < first * f64::max(INDEPENDENT, 2.0 / f64::max(pairs[*lag], 1.0).sqrt());
+    let is_independent = |lag: &usize| {
+        all[*lag] < first * f64::max(INDEPENDENT, 2.0 / f64::max(pairs[*lag], 1.0).sqrt())
+    };
     let colour = (1..most).find(is_independent).unwrap_or(most);
     all.truncate((2 * colour).clamp(LAGS, most));
     all
@@ -88,5 +89,35 @@ fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, us
             }
             take(i, k, lag);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block::Rows;
+    use stiction_core::random::Random;
+
+    /// White residuals need few lags, residuals that last for a hundred rows need more than these.
+    #[test]
+    fn lags_follow_the_colour_of_the_residuals() {
+        let lags = |residual: &mut dyn FnMut(usize) -> f64| {
+            let right = DVector::from_fn(4000, |k, _| residual(k));
+            let (matrix, steps) = (DMatrix::zeros(4000, 1), (0..4000).collect());
+            let rows = Rows { matrix, measured: right.clone(), right, steps };
+            let blocks = [Block { channels: vec![rows], independence: 1.0 }];
+            autocovariance(&blocks, 0, &DVector::zeros(1)).len()
+        };
+        let mut random = Random::new(3);
+        assert_eq!(lags(&mut |_| random.number()), LAGS);
+        let mut last = 0.0;
+        let slow = lags(&mut |k| {
+            if k % 100 == 0 {
+                last = random.number();
+            }
+            last
+        });
+        // Their autocorrelation falls linearly to zero at a hundred rows.
+        assert!((150..300).contains(&slow), "{slow}");
     }
 }

@@ -116,9 +116,9 @@ impl Estimate {
     /// from 0 to 1.
     pub fn combined(&self, members: &[(usize, f64)]) -> (f64, f64) {
         let product = |matrix: &DMatrix<f64>| -> f64 {
-            let each = members.iter().flat_map(|(i, a)| {
-                members.iter().map(move |(k, b)| a * b * matrix[(*i, *k)])
-            });
+            let each = members
+                .iter()
+                .flat_map(|(i, a)| members.iter().map(move |(k, b)| a * b * matrix[(*i, *k)]));
             each.sum::<f64>().max(0.0)
         };
         let [all, data] = self.inverse.each_ref().map(product);

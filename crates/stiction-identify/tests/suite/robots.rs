@@ -2,9 +2,7 @@
 
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
-use stiction_core::mechanism::{
-    BodySpec, DriveTrainSpec, JointSpec, Mechanism, MechanismBuilder,
-};
+use stiction_core::mechanism::{BodySpec, DriveTrainSpec, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::random::Random;
 use stiction_core::{JointType, Mat3, Pose, Vec3};
 use stiction_format::{ModelFile, Source, gallery, read};

@@ -97,12 +97,15 @@ fn constant_part(
     }
     let rows = || blocks.iter().map(|block| &block.channels[0]);
     let count = rows().map(Rows::len).sum::<usize>() as f64;
-    let signs = || rows().flat_map(|rows| rows.matrix.column(0).iter().copied().collect::<Vec<_>>());
-    let part = |is_in: fn(f64) -> bool| signs().filter(|s| is_in(*s)).count() as f64 / count.max(1.0);
+    let signs =
+        || rows().flat_map(|rows| rows.matrix.column(0).iter().copied().collect::<Vec<_>>());
+    let part =
+        |is_in: fn(f64) -> bool| signs().filter(|s| is_in(*s)).count() as f64 / count.max(1.0);
     if part(|s| s > 0.5) < BOTH || part(|s| s < -0.5) < BOTH {
         return None;
     }
-    let norm = |column: usize| rows().map(|r| r.matrix.column(column).norm_squared()).sum::<f64>().sqrt();
+    let norm =
+        |column: usize| rows().map(|r| r.matrix.column(column).norm_squared()).sum::<f64>().sqrt();
     let size = rows().map(|r| r.right.norm_squared()).sum::<f64>().sqrt();
     let parameters: Vec<Parameter> = (0..3)
         .map(|column| Parameter {

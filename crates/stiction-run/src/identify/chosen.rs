@@ -50,8 +50,7 @@ pub(super) fn chosen_coordinates(
             measured.push(Chosen { coordinate, position: None, rate: None, home: 0.0 });
             measured.len() - 1
         });
-        let slot =
-            if is_rate { &mut measured[place].rate } else { &mut measured[place].position };
+        let slot = if is_rate { &mut measured[place].rate } else { &mut measured[place].position };
         *slot = Some(index);
     }
     measured.retain(|chosen| !is_steady || chosen.rate.is_some());
@@ -99,8 +98,7 @@ fn homes(model: &ModelFile, log: &MeasuredLog, chosen: &[Chosen]) -> Result<Vec<
             "log positions, or give the model a position by `home` or `start`",
         )
     };
-    let open =
-        locks(mechanism, &model.initial_poses, &[], &[]).map_err(|error| fail(&error))?;
+    let open = locks(mechanism, &model.initial_poses, &[], &[]).map_err(|error| fail(&error))?;
     let (coordinates, targets): (Vec<Coordinate>, Vec<Target<f64>>) = open
         .into_iter()
         .map(|(coordinate, value)| (coordinate, Target { value, rate: 0.0, acceleration: 0.0 }))

@@ -1,11 +1,11 @@
 //! The computation: structure, fit, verdicts, predictions.
 
 use super::IdentifyError;
+use super::asymmetry::{self, Asymmetry};
 use super::chosen::{chosen_efforts, refuse};
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::sanity;
-use super::asymmetry::{self, Asymmetry};
 use super::selection::{enough, free_groups, options, scale_by_data};
 use super::structure::{combinations, structure};
 use nalgebra::DVector;
@@ -232,19 +232,28 @@ pub fn identify(
     cautions.extend(signs.into_iter().map(|(_, text)| text));
     let asymmetries = asymmetry::of_efforts(&all, &actuators, mechanism);
     if !settings.offsets {
-        cautions.extend(asymmetry::left(&all, &actuators, &differences(&parameters, &estimate.values)));
+        cautions.extend(asymmetry::left(
+            &all,
+            &actuators,
+            &differences(&parameters, &estimate.values),
+        ));
     }
     let mut verdict = sanity::fit_verdict(
         (&named, &combinations, &predictions),
         &estimate,
-        &sanity::Residuals { noise: noise.as_deref(), reference: &references(&all), actuators: &actuators },
+        &sanity::Residuals {
+            noise: noise.as_deref(),
+            reference: &references(&all),
+            actuators: &actuators,
+        },
         is_wrong,
         &mut cautions,
     );
     if !is_settled && verdict == FitVerdict::Identified {
         verdict = FitVerdict::FitsOnly;
     }
-    let identified = stiction_identify::applied(mechanism, &parameters, &estimate.values, at_motors);
+    let identified =
+        stiction_identify::applied(mechanism, &parameters, &estimate.values, at_motors);
     Ok(Identified {
         verdict,
         cautions,
@@ -281,8 +290,10 @@ fn fitted(
     let mut last = f64::INFINITY;
     let mut at: Vec<f64> = estimate.values.clone();
     for _ in 0..if has_loads { SWEEPS } else { 0 } {
-        let failed =
-            all.iter_mut().filter(|log| !log.predict).find_map(|log| log.update_loads(&at, groups).err());
+        let failed = all
+            .iter_mut()
+            .filter(|log| !log.predict)
+            .find_map(|log| log.update_loads(&at, groups).err());
         if let Some(why) = failed {
             // Half the coefficients: friction beyond a lock has no forces.
             for (value, p) in at.iter_mut().zip(parameters) {

@@ -138,10 +138,7 @@ pub(super) fn confounded(
 }
 
 /// Cautions on coefficients of friction that are confounded with another parameter.
-pub(super) fn uncertain(
-    named: &[Named],
-    confounded: &[(String, String, String)],
-) -> Vec<String> {
+pub(super) fn uncertain(named: &[Named], confounded: &[(String, String, String)]) -> Vec<String> {
     let mut found = Vec::new();
     for p in named.iter().filter(|p| p.name.ends_with(".mu")) {
         let pair = confounded.iter().find(|(a, b, _)| *a == p.name || *b == p.name);

@@ -113,15 +113,12 @@ impl Identified {
             "{:width$} {:>12} {:>12} {:>12}  {:12} verdict",
             "parameter", "value", "sigma", "model", "unit"
         )?;
-        let shown = self
-            .parameters
-            .iter()
-            .filter(|p| match p.verdict {
-                Verdict::Held => false,
-                // Inertias that stay with the model are many.
-                Verdict::NotExcited => !p.is_inertia,
-                _ => true,
-            });
+        let shown = self.parameters.iter().filter(|p| match p.verdict {
+            Verdict::Held => false,
+            // Inertias that stay with the model are many.
+            Verdict::NotExcited => !p.is_inertia,
+            _ => true,
+        });
         for p in shown {
             let (value, sigma, prior) = (short(p.value), short(p.sigma), short(p.prior));
             writeln!(

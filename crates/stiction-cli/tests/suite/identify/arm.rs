@@ -86,8 +86,7 @@ fn wrong_signs_without_friction_in_the_model() {
     assert!(wrong["cautions"].to_string().contains(text), "{:#}", wrong["cautions"]);
     assert_eq!(wrong["verdict"], "failed");
     folder.write("options.toml", "[[logs]]\nfile = \"bad.csv\"\nuse = \"predict\"\n");
-    let predicted =
-        identified(&folder, &["good.csv", "bad.csv"], &["--options", "options.toml"]);
+    let predicted = identified(&folder, &["good.csv", "bad.csv"], &["--options", "options.toml"]);
     let cautions = predicted["cautions"].to_string();
     assert!(cautions.contains(&format!("bad.csv: {text}")), "{cautions}");
     assert_ne!(predicted["verdict"], "failed", "{cautions}");

@@ -50,7 +50,8 @@ fn textbook(mass: f64, mu: f64, support: (f64, f64), seed: u64) -> String {
     let flank = (30f64.to_radians().tan() * slope.cos()).atan();
     let angle = (mu / flank.cos()).atan();
     let mut normal = super::normal(seed);
-    let mut text = "file,n,omega_rad_s,torque_Nm,torque_std_Nm,source_first_sample_hand_edited\n".to_owned();
+    let mut text =
+        "file,n,omega_rad_s,torque_Nm,torque_std_Nm,source_first_sample_hand_edited\n".to_owned();
     for k in 1..=20 {
         for direction in [1.0, -1.0] {
             let rate = direction * f64::from(k);

@@ -61,7 +61,8 @@ pub(super) fn find(text: &str, lines: &[Span], is_known: impl Fn(&str) -> bool) 
         }
         is_header.then_some(head)
     };
-    let mut all = [true, false].into_iter().flat_map(|needs| (from..lines.len()).map(move |at| (at, needs)));
+    let mut all =
+        [true, false].into_iter().flat_map(|needs| (from..lines.len()).map(move |at| (at, needs)));
     all.find_map(|(at, needs_name)| found(at, needs_name)).or_else(|| head(from))
 }
 
@@ -128,6 +129,9 @@ mod tests {
                     Trigger:;1;0.0;name\nTriggerAttributes:;1;4;0x30\n;Velocity;Torque,,\nms;rpm;%,,\n0.0;0;-1200,,was -8.9\n\
                     256.0;0;-9.4,,\n512.0;0;-9.4,,\n";
         let (names, units, lines) = found(text);
-        assert_eq!((names.as_str(), units.as_deref(), lines), (";Velocity;Torque", Some("ms;rpm;%"), 8));
+        assert_eq!(
+            (names.as_str(), units.as_deref(), lines),
+            (";Velocity;Torque", Some("ms;rpm;%"), 8)
+        );
     }
 }

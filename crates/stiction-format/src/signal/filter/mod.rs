@@ -418,7 +418,8 @@ mod tests {
         for (order, stated) in [AREAS[0], AREAS[1], ACCELERATION_AREA].into_iter().enumerate() {
             let value = |u: f64| (u.powi(order as i32) * amplitude(u)).powi(2);
             // The first half step belongs to the value at zero alone.
-            let area: f64 = (0..20_000).map(|k| 1e-3 * value(u(k))).sum::<f64>() - 5e-4 * value(0.0);
+            let area: f64 =
+                (0..20_000).map(|k| 1e-3 * value(u(k))).sum::<f64>() - 5e-4 * value(0.0);
             assert!((stated - closed[order]).abs() < 1e-4, "{order}: {}", closed[order]);
             assert!((area - closed[order]).abs() < 1e-6, "{order}: {area}");
         }

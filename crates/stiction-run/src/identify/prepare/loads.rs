@@ -104,7 +104,8 @@ impl Prepared {
             for (k, after) in after.iter().enumerate() {
                 let Some(after) = after else { continue };
                 for (index, &(column, interface)) in mu.columns.iter().enumerate() {
-                    let preload = |engine: &Parameters<f64>| engine.interfaces[interface].load.preload;
+                    let preload =
+                        |engine: &Parameters<f64>| engine.interfaces[interface].load.preload;
                     let change = (after[interface] - preload(&engine_after))
                         - (loads[k][interface] - preload(&engine));
                     let factor = values[column] * change / step;

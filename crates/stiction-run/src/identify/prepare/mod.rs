@@ -102,7 +102,8 @@ impl Prepared {
         let computed = rows::computed(&mut regressor, &motion, (&only, terms), &log.name)?;
         cautions.extend(computed.caution.clone());
         let measured = rows::measured(&used, &efforts, &motion, &mut cautions)?;
-        let assembled = rows::assembled(&computed, &measured, &motion, &mut cautions, (&log.name, model));
+        let assembled =
+            rows::assembled(&computed, &measured, &motion, &mut cautions, (&log.name, model));
         let Motion { filter, cutoff, .. } = motion;
         let mu = MuColumns::new(&regressor, &computed, &assembled, filter);
         if log.log.bad_rows.count > 0 {

@@ -136,8 +136,7 @@ pub(super) fn computed(
 /// For each instant, whether an effort is certainly at rest there, and whether it may be. A short time within
 /// the noise is a reversal, in which friction changes its sign once.
 fn dwells(times: &[f64], rest: &[Rest], shortest: f64) -> Vec<[bool; 2]> {
-    let mut all: Vec<[bool; 2]> =
-        rest.iter().map(|rest| [*rest == Rest::Resting; 2]).collect();
+    let mut all: Vec<[bool; 2]> = rest.iter().map(|rest| [*rest == Rest::Resting; 2]).collect();
     let mut from = 0;
     while from < rest.len() {
         let length = rest[from..].iter().take_while(|rest| **rest != Rest::Sliding).count();
@@ -294,9 +293,8 @@ mod tests {
         let rest = [S, U, U, S, S, U, R, U, U, U, S, R, S];
         let times: Vec<f64> = (0..rest.len()).map(|k| 0.1 * k as f64).collect();
         let found = dwells(&times, &rest, 0.35);
-        let marked = |which: usize| -> Vec<usize> {
-            (0..rest.len()).filter(|&k| found[k][which]).collect()
-        };
+        let marked =
+            |which: usize| -> Vec<usize> { (0..rest.len()).filter(|&k| found[k][which]).collect() };
         assert_eq!(marked(0), [6, 11]);
         assert_eq!(marked(1), [5, 6, 7, 8, 9, 11]);
     }
