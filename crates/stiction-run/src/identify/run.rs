@@ -231,13 +231,13 @@ pub fn identify(
     let is_wrong = signs.iter().any(|(is_fitted, text)| *is_fitted && text.contains("wrong sign"));
     cautions.extend(signs.into_iter().map(|(_, text)| text));
     let asymmetries = asymmetry::of_efforts(&all, &actuators, mechanism);
-    if !settings.offsets {
-        cautions.extend(asymmetry::left(
-            &all,
-            &actuators,
-            &differences(&parameters, &estimate.values),
-        ));
-    }
+    let left = match settings.offsets {
+        true => Vec::new(),
+        false => asymmetry::left(&all, &actuators, &differences(&parameters, &estimate.values)),
+    };
+    // Residuals that depend on the direction are errors of the model.
+    let is_settled = is_settled && left.is_empty();
+    cautions.extend(left);
     let mut verdict = sanity::fit_verdict(
         (&named, &combinations, &predictions),
         &estimate,

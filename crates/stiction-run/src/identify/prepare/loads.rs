@@ -1,4 +1,6 @@
 //! Columns of coefficients of friction, linearised about normal loads that depend on them.
+//!
+//! Equation (I6) of the book's theory.
 
 use super::Prepared;
 use super::filter::RowFilter;
