@@ -98,7 +98,7 @@ mod tests {
     use crate::block::Rows;
     use stiction_core::random::Random;
 
-    /// White residuals need few lags, residuals that last for a hundred rows need more than these.
+    /// White residuals need few lags, residuals that change every hundred rows more than these.
     #[test]
     fn lags_follow_the_colour_of_the_residuals() {
         let lags = |residual: &mut dyn FnMut(usize) -> f64| {
@@ -110,14 +110,8 @@ mod tests {
         };
         let mut random = Random::new(3);
         assert_eq!(lags(&mut |_| random.number()), LAGS);
-        let mut last = 0.0;
-        let slow = lags(&mut |k| {
-            if k % 100 == 0 {
-                last = random.number();
-            }
-            last
-        });
-        // Their autocorrelation falls linearly to zero at a hundred rows.
-        assert!((150..300).contains(&slow), "{slow}");
+        let slow = lags(&mut |k| if (k / 100) % 2 == 0 { 1.0 } else { -1.0 });
+        // Its autocorrelation falls linearly to zero at fifty rows; twice that is taken.
+        assert!((90..=100).contains(&slow), "{slow}");
     }
 }
