@@ -153,7 +153,7 @@ pub use model_file::{
 #[cfg(not(target_arch = "wasm32"))]
 pub use npz::csv_of_npz;
 pub use quantity::{Amount, hertz, length_or_angle, seconds};
-pub use read::{Draft, Log, LogColumn, LogRole, Renamed, Rows, read};
+pub use read::{Draft, Log, LogColumn, LogFormat, LogRole, Renamed, Rows, read};
 pub use signal::Signal;
 pub use signal::filter::{LowPass, Smooth};
 pub use signal::samples::SampleTimes;

@@ -32,6 +32,17 @@ pub(crate) fn scale_laws(law: &mut Law, backward: Option<&mut Law>, mu: f64) {
     scale_law(law, mu);
 }
 
+/// Preload that gives friction of a constant force, N. Laws whose coefficient is zero get [`CARRIER`].
+pub(crate) fn carried_preload(law: &mut Law, backward: Option<&mut Law>, force: f64) -> f64 {
+    if law.mu <= 0.0 && force > 0.0 {
+        scale_law(law, CARRIER);
+        if let Some(other) = backward {
+            scale_law(other, CARRIER);
+        }
+    }
+    if law.mu > 0.0 { force / law.mu } else { 0.0 }
+}
+
 /// Sets the viscous coefficient in both directions.
 pub(crate) fn set_viscous(law: &mut Law, backward: Option<&mut Law>, viscous: f64) {
     law.viscous = viscous;
@@ -41,8 +52,14 @@ pub(crate) fn set_viscous(law: &mut Law, backward: Option<&mut Law>, viscous: f6
 }
 
 /// The mechanism with identified values, one for each of `parameters`. Offsets and terms belong to the
-/// logs and are left out.
-pub fn applied(mechanism: &Mechanism, parameters: &[Parameter], values: &[f64]) -> Mechanism {
+/// logs and are left out. Friction of actuators is that of the motor if efforts were measured `at_motors`, else
+/// of the joint.
+pub fn applied(
+    mechanism: &Mechanism,
+    parameters: &[Parameter],
+    values: &[f64],
+    at_motors: bool,
+) -> Mechanism {
     let actuators: Vec<_> = mechanism.actuators().collect();
     mechanism.with_changes(|Changeable { bodies, joints, drive_trains }| {
         for (body, inertial) in physical::bodies(parameters, values) {
@@ -77,7 +94,8 @@ pub fn applied(mechanism: &Mechanism, parameters: &[Parameter], values: &[f64]) 
                 Kind::DriveCoulomb(index) | Kind::DriveViscous(index) => {
                     let (joint, dof) = actuators[index];
                     let train = drive_trains.iter_mut().find(|train| {
-                        train.dofs.len() == 1
+                        at_motors
+                            && train.dofs.len() == 1
                             && (train.dofs[0].joint, train.dofs[0].dof) == (joint, dof)
                     });
                     let is_coulomb = matches!(parameter.kind, Kind::DriveCoulomb(_));
@@ -102,11 +120,8 @@ pub fn applied(mechanism: &Mechanism, parameters: &[Parameter], values: &[f64]) 
                 continue;
             }
             let force = value / arm(friction, pitch);
-            if friction.law.mu <= 0.0 && force > 0.0 {
-                scale_law(&mut friction.law, CARRIER);
-            }
             friction.load.preload =
-                if friction.law.mu > 0.0 { force / friction.law.mu } else { 0.0 };
+                carried_preload(&mut friction.law, friction.backward.as_mut(), force);
         }
     })
 }

@@ -14,6 +14,7 @@ mod estimate;
 mod parameter;
 pub mod physical;
 mod regressor;
+mod slip;
 mod verdict;
 
 pub use apply::applied;
@@ -22,4 +23,5 @@ pub use block::{Block, Rows};
 pub use estimate::{Estimate, Options, Problem};
 pub use parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 pub use regressor::{Columns, Regressor, Unsuitable};
-pub use verdict::{FitVerdict, Verdict};
+pub use slip::Rest;
+pub use verdict::{Evidence, FitVerdict, Verdict};

@@ -119,9 +119,11 @@ pub fn catalogue(mechanism: &Mechanism, choice: Choice) -> Vec<Parameter> {
         let name = joint.actuator_name(dof);
         let linear = joint.joint_type.dofs()[dof].translates();
         if choice.friction && joint.friction.is_empty() {
-            let train = mechanism.drive_trains().iter().find(|train| {
-                train.dofs.len() == 1 && train.dofs[0].joint == id && train.dofs[0].dof == dof
-            });
+            // Efforts at the joint do not contain the friction of the motor.
+            let train = mechanism
+                .drive_trains()
+                .iter()
+                .find(|train| choice.at_motors && train.only_dof() == Some((id, dof)));
             let motor = train.map(|train| (train.motor_friction, train.transmission()));
             let coulomb = motor.map_or(0.0, |(friction, n)| friction.constant * n.abs());
             let viscous = motor.map_or(0.0, |(friction, n)| friction.viscous * n * n);

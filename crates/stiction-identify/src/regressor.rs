@@ -2,8 +2,9 @@
 //!
 //! Equation (I1) of the book's theory.
 
-use crate::apply::{scale_laws, set_viscous};
+use crate::apply::{carried_preload, scale_laws, set_viscous};
 use crate::parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
+use crate::slip::{Rest, Slip, sign};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use stiction_core::dynamics::{Data, FrictionMode, InverseDynamics, Model, Settings, Status};
 use stiction_core::kinematics::{Bodies, Target};
@@ -36,8 +37,8 @@ pub struct Columns {
     pub matrix: DMatrix<f64>,
     /// Efforts of the model without friction, N or N m.
     pub known: DVector<f64>,
-    /// Flags of efforts that contain friction of interfaces at rest, which only has limits.
-    pub resting: Vec<bool>,
+    /// Rest of the friction in each effort: friction at rest only has limits.
+    pub rest: Vec<Rest>,
     /// Sliding speed of each friction interface, m/s.
     pub speeds: Vec<f64>,
 }
@@ -53,10 +54,12 @@ pub struct Regressor {
     nominal: Parameters<f64>,
     virtual_twists: Vec<Vec<Twist<f64>>>,
     surface_rates: Vec<Vec<[f64; 3]>>,
+    /// Rates of the actuated degrees of freedom for unit rates of each coordinate.
+    actuator_rates: Vec<Vec<f64>>,
+    /// Standard deviation of the rate of each coordinate.
+    rate_noise: Vec<f64>,
+    at_motors: bool,
 }
-
-/// Speed, m/s, below which a friction interface is at rest.
-const REST_SPEED: f64 = 1e-9;
 
 impl Regressor {
     /// Prepares the computation from a solver at its first position.
@@ -89,7 +92,17 @@ impl Regressor {
             nominal,
             virtual_twists: vec![vec![Twist::zero(); bodies]; coordinates],
             surface_rates: vec![vec![[0.0; 3]; interfaces]; coordinates],
+            actuator_rates: vec![vec![0.0; actuators]; coordinates],
+            rate_noise: vec![0.0; coordinates],
+            at_motors: choice.at_motors,
         })
+    }
+
+    /// Sets the standard deviations of the rates of the coordinates: below three of them, the direction of
+    /// friction is unknown.
+    pub fn set_rate_noise(&mut self, noise: &[f64]) {
+        self.rate_noise.clear();
+        self.rate_noise.extend_from_slice(noise);
     }
 
     /// The parameters, in the order of the columns.
@@ -152,6 +165,8 @@ impl Regressor {
                 let surface = bodies.surface_velocity(topology, interface, pitch);
                 self.surface_rates[k][index] = surface;
             }
+            self.actuator_rates[k].clear();
+            self.actuator_rates[k].extend(actuation.row(k).iter());
         }
         let lu = actuation.lu();
         if !lu.is_invertible() {
@@ -185,11 +200,12 @@ impl Regressor {
         let bodies = &self.data.kinematics.bodies;
         let topology = self.model.topology();
         let mut matrix = DMatrix::zeros(count, self.parameters.len());
-        let mut resting = vec![false; count];
+        let mut known = known;
+        let mut rest = vec![Rest::Sliding; count];
         let slips: Vec<Slip> = (0..self.nominal.interfaces.len()).map(|i| self.slip(i)).collect();
         for (slip, index) in slips.iter().zip(0..) {
-            if slip.is_resting {
-                self.mark_resting(index, actuation, &mut resting);
+            if slip.rest != Rest::Sliding {
+                self.mark_rest(index, slip.rest, actuation, &mut rest);
             }
         }
         for (column, parameter) in self.parameters.iter().enumerate() {
@@ -234,22 +250,53 @@ impl Regressor {
                     }
                 }
                 Kind::DriveCoulomb(row) | Kind::DriveViscous(row) => {
-                    let Some((joint, dof)) = self.mechanism().actuators().nth(row) else {
-                        continue;
-                    };
-                    let rate = bodies.joint_rates(topology, joint.0)[dof];
+                    let Some((rate, own)) = self.actuator_rate(row) else { continue };
                     let is_coulomb = matches!(parameter.kind, Kind::DriveCoulomb(_));
-                    if is_coulomb && rate.abs() <= REST_SPEED {
-                        resting[row] = true;
+                    if is_coulomb {
+                        rest[row] = rest[row].max(own);
                     }
-                    matrix[(row, column)] = if is_coulomb { rate.signum() } else { rate };
+                    matrix[(row, column)] = if is_coulomb { sign(rate) } else { rate };
                 }
                 Kind::Offset(row) => matrix[(row, column)] = 1.0,
                 _ => {}
             }
         }
+        self.add_motor_friction(&mut known, &mut rest);
         let speeds = slips.iter().map(|slip| slip.speed).collect();
-        Columns { matrix, known, resting, speeds }
+        Columns { matrix, known, rest, speeds }
+    }
+
+    /// Adds the model's friction of motors whose joints have friction of their own: efforts of motors contain
+    /// both, and cannot distinguish them.
+    fn add_motor_friction(&self, known: &mut DVector<f64>, rest: &mut [Rest]) {
+        if !self.at_motors {
+            return;
+        }
+        for train in self.mechanism().drive_trains() {
+            let Some((joint, dof)) = train.only_dof() else { continue };
+            let Some(row) = self.actuator_of((joint.0, dof)) else { continue };
+            if self.mechanism().joints()[joint.0].friction.is_empty() || !train.has_motor_friction()
+            {
+                continue;
+            }
+            let Some((rate, own)) = self.actuator_rate(row) else { continue };
+            let (n, friction) = (train.transmission(), train.motor_friction);
+            known[row] +=
+                friction.constant * n.abs() * sign(rate) + friction.viscous * n * n * rate;
+            if friction.constant > 0.0 {
+                rest[row] = rest[row].max(own);
+            }
+        }
+    }
+
+    /// Rate of an actuated degree of freedom, and whether it rests.
+    pub fn actuator_rate(&self, row: usize) -> Option<(f64, Rest)> {
+        let (joint, dof) = self.mechanism().actuators().nth(row)?;
+        let topology = self.model.topology();
+        let rate = self.data.kinematics.bodies.joint_rates(topology, joint.0)[dof];
+        let variance = self.actuator_rates.iter().zip(&self.rate_noise);
+        let variance: f64 = variance.map(|(rates, noise)| (rates[row] * noise).powi(2)).sum();
+        Some((rate, Rest::of(rate.abs(), variance)))
     }
 
     fn actuator_of(&self, (joint, dof): (usize, usize)) -> Option<usize> {
@@ -262,7 +309,12 @@ impl Regressor {
         let bodies = &self.data.kinematics.bodies;
         let surface = bodies.surface_velocity(self.model.topology(), interface, pitch);
         let speed = surface.iter().map(|s| s * s).sum::<f64>().sqrt();
-        let is_resting = speed <= REST_SPEED;
+        let rates = self.surface_rates.iter().zip(&self.rate_noise);
+        let variance: f64 = rates
+            .map(|(rates, noise)| rates[index].iter().map(|s| (s * noise).powi(2)).sum::<f64>())
+            .sum();
+        let rest = Rest::of(speed, variance);
+        let is_resting = rest == Rest::Resting;
         let direction = if is_resting { [0.0; 3] } else { surface.map(|s| s / speed) };
         let law = match &interface.backward {
             Some(backward) if surface[0] < 0.0 => backward,
@@ -271,17 +323,19 @@ impl Regressor {
         let shape =
             if interface.law.mu > 0.0 { law.coefficient(speed) / interface.law.mu } else { 1.0 };
         let arm = interface.arms(pitch)[0].abs();
-        Slip { direction, speed, shape, arm, is_resting }
+        Slip { direction, speed, shape, arm, rest }
     }
 
     /// Marks the efforts that friction of an interface can change.
-    fn mark_resting(&self, index: usize, actuation: &LU<f64, Dyn, Dyn>, resting: &mut [bool]) {
+    fn mark_rest(&self, index: usize, own: Rest, actuation: &LU<f64, Dyn, Dyn>, rest: &mut [Rest]) {
         for dof in 0..3 {
             let power = self.surface_rates.iter().map(|rates| rates[index][dof]);
-            let right = DVector::from_iterator(resting.len(), power);
+            let right = DVector::from_iterator(rest.len(), power);
             let Some(efforts) = actuation.solve(&right) else { continue };
-            for (flag, effort) in resting.iter_mut().zip(efforts.iter()) {
-                *flag |= effort.abs() > 1e-9;
+            for (mark, effort) in rest.iter_mut().zip(efforts.iter()) {
+                if effort.abs() > 1e-9 {
+                    *mark = (*mark).max(own);
+                }
             }
         }
     }
@@ -373,8 +427,8 @@ impl Regressor {
             let Kind::Coulomb(i) = parameter.kind else { continue };
             let interface = &mut engine.interfaces[i];
             let arm = interface.arms(engine.pitch[interface.joint])[0].abs();
-            let mu = interface.law.mu;
-            interface.load.preload = if mu > 0.0 { value / (arm * mu) } else { 0.0 };
+            let (law, backward) = (&mut interface.law, interface.backward.as_mut());
+            interface.load.preload = carried_preload(law, backward, value / arm);
         }
         engine
     }
@@ -403,15 +457,4 @@ impl Regressor {
                 other.inertia[body] + if extra == zero { zero } else { extra };
         }
     }
-}
-
-/// Slip of an interface.
-struct Slip {
-    direction: [f64; 3],
-    speed: f64,
-    /// Coefficient of friction at this speed over the one at high speed.
-    shape: f64,
-    /// Sliding distance per unit of the joint's rate.
-    arm: f64,
-    is_resting: bool,
 }

@@ -51,19 +51,80 @@ impl fmt::Display for FitVerdict {
     }
 }
 
+/// Knowledge about one value that a verdict is based on.
+#[derive(Clone, Copy, Debug)]
+pub struct Evidence {
+    /// Part of the value that the data determine, from 0 to 1.
+    pub resolution: f64,
+    /// The value.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Magnitude of the parameter.
+    pub scale: f64,
+    /// True if the structure of the mechanism lets it be determined alone.
+    pub is_alone: bool,
+    /// Largest correlation of its error with that of another parameter, from 0 to 1.
+    pub correlation: f64,
+}
+
+/// Part of a value that the data determine, above which it is identified.
+const RESOLVED: f64 = 0.9;
+/// Standard deviation over the value, below which it is identified.
+const PRECISE: f64 = 0.5;
+/// The same for a value whose error is that of another parameter ([`CONFOUNDED`]): only a small difference
+/// between their effects determines it, and any error of the model enters there.
+const PRECISE_CONFOUNDED: f64 = 0.1;
+/// Correlation of errors above which two parameters are confounded.
+pub(crate) const CONFOUNDED: f64 = 0.95;
+
 impl Verdict {
-    /// Verdict from the part that the data determine, the standard deviation, the scale of the value,
-    /// and whether the structure of the mechanism lets it be determined alone.
-    pub fn of(resolution: f64, sigma: f64, value: f64, scale: f64, is_alone: bool) -> Self {
+    /// Verdict on a value.
+    pub fn of(evidence: &Evidence) -> Self {
+        let Evidence { resolution, value, sigma, scale, is_alone, correlation } = *evidence;
         let size = value.abs().max(0.05 * scale);
-        if resolution > 0.9 && sigma < 0.5 * size {
+        let limit = if correlation > CONFOUNDED { PRECISE_CONFOUNDED } else { PRECISE };
+        if resolution > RESOLVED && sigma < limit * size {
             return Self::Identified;
         }
         match is_alone {
             true if resolution < 0.5 || sigma > size => Self::NotExcited,
             true => Self::FitsOnly,
             false if resolution < 0.02 => Self::NotExcited,
+            // The partner takes up any value.
+            false if correlation > CONFOUNDED && sigma > size => Self::NotExcited,
             false => Self::FitsOnly,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLEAR: Evidence = Evidence {
+        resolution: 0.99,
+        value: 2.0,
+        sigma: 0.4,
+        scale: 2.0,
+        is_alone: true,
+        correlation: 0.5,
+    };
+
+    #[test]
+    fn verdicts_need_data_and_precision() {
+        assert_eq!(Verdict::of(&CLEAR), Verdict::Identified);
+        // A prior that is precise by itself.
+        let prior = Evidence { resolution: 0.3, sigma: 0.01, ..CLEAR };
+        assert_eq!(Verdict::of(&prior), Verdict::NotExcited);
+        let shared = Evidence { is_alone: false, ..prior };
+        assert_eq!(Verdict::of(&shared), Verdict::FitsOnly);
+        // Confounded with another parameter: the same precision does not suffice.
+        let confounded = Evidence { correlation: 0.98, ..CLEAR };
+        assert_eq!(Verdict::of(&confounded), Verdict::FitsOnly);
+        let open = Evidence { is_alone: false, sigma: 3.0, ..confounded };
+        assert_eq!(Verdict::of(&open), Verdict::NotExcited);
+        let precise = Evidence { sigma: 0.1, ..confounded };
+        assert_eq!(Verdict::of(&precise), Verdict::Identified);
     }
 }

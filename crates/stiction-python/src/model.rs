@@ -12,6 +12,7 @@ use std::sync::Arc;
 use stiction::core::kinematics::Target;
 use stiction::format::Note;
 use stiction::forward::Forward;
+use stiction::run::identify::IdentifySettings;
 use stiction::run::inverse::Phase;
 use stiction::{
     Conversion, Diagnostics, Error, Import, Measured, Method, ModelParts, ModelText, Robot,
@@ -313,6 +314,29 @@ impl NativeModel {
             Ok((report.to_json().to_string(), report.as_text().to_owned()))
         });
         watch.finish(outcome)
+    }
+
+    /// Inertia and friction from logs: JSON, text, and the identified model unless the fit failed.
+    #[pyo3(signature = (logs, options=None, filter=None))]
+    fn identify(
+        &self,
+        py: Python<'_>,
+        logs: Vec<String>,
+        options: Option<PathBuf>,
+        filter: Option<f64>,
+    ) -> PyResult<(String, String, Option<String>)> {
+        computed(py, || {
+            let mut settings = match &options {
+                Some(path) => self.robot.identify_settings(path)?,
+                None => IdentifySettings::default(),
+            };
+            settings.filter = filter.or(settings.filter);
+            let logs = logs.iter().map(|log| self.robot.measured_log(log, &settings));
+            let found = self.robot.identify(&logs.collect::<Result<Vec<_>, _>>()?, &settings)?;
+            let model = (!found.has_failed()).then(|| found.model_text(self.robot.model()));
+            let model = model.transpose().map_err(Error::no_answer)?;
+            Ok((found.to_json().to_string(), found.to_text(), model))
+        })
     }
 
     /// Static friction at rest: JSON and text.

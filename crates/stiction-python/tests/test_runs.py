@@ -210,6 +210,39 @@ def test_check_and_breakaway(m):
         report["mobilty"]
 
 
+def test_identify(tmp_path):
+    arm = """
+    gravity = [0, 0, 0]
+    [bodies.arm]
+    mass = "1 kg"
+    com = [0, 0, 0]
+    inertia = [0.02, 0.02, 0.02]
+    [joints.axis]
+    type = "R"
+    from = "ground"
+    to = "arm"
+    axis = "z"
+    actuated = true
+    """
+    (tmp_path / "arm.toml").write_text(arm)
+    rate = np.concatenate([np.linspace(-5.0, -0.5, 10), np.linspace(0.5, 5.0, 10)])
+    noise = np.random.default_rng(1).normal(0.0, 0.01, rate.size)
+    effort = 2.0 * np.sign(rate) + 0.5 * rate + noise
+    rows = [f"{v},{tau}" for v, tau in zip(rate, effort, strict=True)]
+    (tmp_path / "log.csv").write_text("d(axis) [rad/s],axis.effort [N m]\n" + "\n".join(rows))
+    options = 'estimate = "friction"\n[[logs]]\nfile = "log.csv"\nsteady = true\n'
+    (tmp_path / "options.toml").write_text(options)
+    m = stiction.load(tmp_path / "arm.toml")
+    found = m.identify(tmp_path / "log.csv", options=tmp_path / "options.toml")
+    values = {p["name"]: p for p in found["parameters"]}
+    for name, truth in (("axis.coulomb", 2.0), ("axis.viscous", 0.5)):
+        # Noise of 0.01 N m in 20 rows.
+        assert abs(values[name]["value"] - truth) < 0.02, values[name]
+    assert "axis.coulomb" in str(found) and "axis.coulomb = " in found["model"]
+    with pytest.raises(stiction.InputError):
+        m.identify(tmp_path / "missing.csv")
+
+
 def test_progress(m):
     seen = []
     m.inverse(progress=lambda done, of: seen.append((done, of)))

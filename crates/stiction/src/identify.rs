@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::robot::Robot;
 use std::path::Path;
-use stiction_format::Log;
+use stiction_format::{Log, LogFormat};
 use stiction_run::identify::{Identified, IdentifyError, IdentifySettings, MeasuredLog, identify};
 
 impl Robot {
@@ -30,8 +30,10 @@ impl Robot {
         settings: &IdentifySettings,
     ) -> Result<MeasuredLog, Error> {
         let contents = self.log_contents(path)?;
-        let log: Log = self.model().read_log(path, contents, &settings.columns)?;
-        Ok(MeasuredLog { name: path.to_owned(), log, settings: settings.of_log(path) })
+        let own = settings.of_log(path);
+        let format = LogFormat { renamed: &settings.columns, is_steady: own.steady };
+        let log: Log = self.model().read_log(path, contents, format)?;
+        Ok(MeasuredLog { name: path.to_owned(), log, settings: own })
     }
 
     /// Identifies inertia and friction from logs.

@@ -1,5 +1,8 @@
 //! The command `stiction identify`.
 
+mod arm;
+mod screws;
+
 use crate::program::{Folder, json};
 use serde_json::Value;
 use std::fmt::Write as _;

@@ -31,7 +31,7 @@ mod spring;
 mod waypoints;
 
 pub use draft::Draft;
-pub use log::{Log, LogColumn, LogRole, Renamed, Rows};
+pub use log::{Log, LogColumn, LogFormat, LogRole, Renamed, Rows};
 
 use crate::parameters::Parameters;
 

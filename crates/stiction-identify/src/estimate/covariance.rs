@@ -6,11 +6,15 @@ use super::Map;
 use crate::block::Block;
 use nalgebra::{DMatrix, DVector};
 
-/// Longest lag, in rows: several correlation times of the filter.
+/// Least number of lags, in rows: several correlation times of the filter.
 const LAGS: usize = 24;
+/// Greatest number of lags; slower errors of the model count as constant.
+const MOST_LAGS: usize = 1000;
+/// Autocorrelation below which residuals count as independent.
+const INDEPENDENT: f64 = 0.05;
 
 /// `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, with the autocovariance `r` of their
-/// residuals, tapered to zero at the longest lag; in free coordinates, for weights `1/noise^2` and the
+/// residuals, tapered to zero at twice the lag at which they become independent; in free coordinates, for weights `1/noise^2` and the
 /// independence of each block.
 pub(crate) fn covariance(
     blocks: &[Block],
@@ -25,16 +29,8 @@ pub(crate) fn covariance(
     let used = (size as f64).min(0.5 * samples);
     let inflation = samples / (samples - used).max(1.0);
     for (channel, noise) in noise.iter().enumerate() {
-        let mut autocovariance = [0.0; LAGS];
-        let mut pairs = [0.0; LAGS];
-        for block in blocks {
-            let rows = &block.channels[channel];
-            let residuals = rows.residuals(values);
-            each_pair(&rows.steps, |i, k, lag| {
-                autocovariance[lag] += residuals[i] * residuals[k];
-                pairs[lag] += 1.0;
-            });
-        }
+        let autocovariance = autocovariance(blocks, channel, values);
+        let lags = autocovariance.len();
         for block in blocks {
             let rows = &block.channels[channel];
             if rows.is_empty() {
@@ -43,9 +39,9 @@ pub(crate) fn covariance(
             let scaled = &rows.matrix * &map.matrix;
             // For each lag the rows that it smooths with: one product of tall matrices in all.
             let mut smoothed: DMatrix<f64> = DMatrix::zeros(rows.len(), size);
-            each_pair(&rows.steps, |i, k, lag| {
-                let taper = 1.0 - lag as f64 / LAGS as f64;
-                let r = inflation * taper * autocovariance[lag] / f64::max(pairs[lag], 1.0);
+            each_pair(&rows.steps, lags, |i, k, lag| {
+                let taper = 1.0 - lag as f64 / lags as f64;
+                let r = inflation * taper * autocovariance[lag];
                 smoothed.row_mut(i).zip_apply(&scaled.row(k), |s, m| *s += r * m);
                 if lag > 0 {
                     smoothed.row_mut(k).zip_apply(&scaled.row(i), |s, m| *s += r * m);
@@ -59,15 +55,63 @@ pub(crate) fn covariance(
     (&sum + sum.transpose()) * 0.5
 }
 
-/// Pairs of rows with their lag in steps, below [`LAGS`].
-fn each_pair(steps: &[usize], mut take: impl FnMut(usize, usize, usize)) {
+/// Autocovariance of the residuals of one effort, by lag: as many lags as their colour needs.
+fn autocovariance(blocks: &[Block], channel: usize, values: &DVector<f64>) -> Vec<f64> {
+    let residuals: Vec<DVector<f64>> =
+        blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
+    let longest = residuals.iter().map(|r| r.len()).max().unwrap_or(0);
+    let most = (longest / 4).clamp(LAGS, MOST_LAGS);
+    let (mut sums, mut pairs) = (vec![0.0; most], vec![0.0; most]);
+    for (block, residuals) in blocks.iter().zip(&residuals) {
+        each_pair(&block.channels[channel].steps, most, |i, k, lag| {
+            sums[lag] += residuals[i] * residuals[k];
+            pairs[lag] += 1.0;
+        });
+    }
+    let mut all: Vec<f64> = sums.iter().zip(&pairs).map(|(s, n)| s / f64::max(*n, 1.0)).collect();
+    let first = all[0];
+    // Correlations of independent residuals scatter by the root of the number of pairs.
+    let is_independent = |lag: &usize| {
+        all[*lag] < first * f64::max(INDEPENDENT, 2.0 / f64::max(pairs[*lag], 1.0).sqrt())
+    };
+    let colour = (1..most).find(is_independent).unwrap_or(most);
+    all.truncate((2 * colour).clamp(LAGS, most));
+    all
+}
+
+/// Pairs of rows with their lag in steps, below `lags`.
+fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, usize)) {
     for i in 0..steps.len() {
         for k in i..steps.len() {
             let lag = steps[k] - steps[i];
-            if lag >= LAGS {
+            if lag >= lags {
                 break;
             }
             take(i, k, lag);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block::Rows;
+    use stiction_core::random::Random;
+
+    /// White residuals need few lags, residuals that change every hundred rows more than these.
+    #[test]
+    fn lags_follow_the_colour_of_the_residuals() {
+        let lags = |residual: &mut dyn FnMut(usize) -> f64| {
+            let right = DVector::from_fn(4000, |k, _| residual(k));
+            let (matrix, steps) = (DMatrix::zeros(4000, 1), (0..4000).collect());
+            let rows = Rows { matrix, measured: right.clone(), right, steps };
+            let blocks = [Block { channels: vec![rows], independence: 1.0 }];
+            autocovariance(&blocks, 0, &DVector::zeros(1)).len()
+        };
+        let mut random = Random::new(3);
+        assert_eq!(lags(&mut |_| random.number()), LAGS);
+        let slow = lags(&mut |k| if (k / 100) % 2 == 0 { 1.0 } else { -1.0 });
+        // Its autocorrelation falls linearly to zero at fifty rows; twice that is taken.
+        assert!((90..=100).contains(&slow), "{slow}");
     }
 }

@@ -49,6 +49,8 @@ pub struct Estimate {
     pub correlation: DMatrix<f64>,
     /// Covariance of the errors, SI units.
     pub covariance: DMatrix<f64>,
+    /// Inverse of the Hessian of data and prior, and the part of it that the data determine.
+    inverse: [DMatrix<f64>; 2],
     /// Strength of the prior, in equivalent independent samples.
     pub strength: f64,
     /// Standard deviation of the residuals of each actuator, N or N m.
@@ -107,6 +109,22 @@ impl Normal {
 pub(crate) struct Map {
     pub(crate) base: DVector<f64>,
     pub(crate) matrix: DMatrix<f64>,
+}
+
+impl Estimate {
+    /// Variance of a combination of parameters, and the part of it that the data, not the prior, determine:
+    /// from 0 to 1.
+    pub fn combined(&self, members: &[(usize, f64)]) -> (f64, f64) {
+        let product = |matrix: &DMatrix<f64>| -> f64 {
+            let each = members
+                .iter()
+                .flat_map(|(i, a)| members.iter().map(move |(k, b)| a * b * matrix[(*i, *k)]));
+            each.sum::<f64>().max(0.0)
+        };
+        let [all, data] = self.inverse.each_ref().map(product);
+        let resolution = if all > 0.0 { (data / all).clamp(0.0, 1.0) } else { 0.0 };
+        (product(&self.covariance), resolution)
+    }
 }
 
 impl Problem<'_> {
@@ -375,6 +393,8 @@ impl Problem<'_> {
             sigmas,
             correlation,
             covariance: full,
+            inverse: [inverse.clone(), &inverse * &total.matrix * &inverse]
+                .map(|free| &map.matrix * free * map.matrix.transpose()),
             strength,
             noise,
             left_out_ratio,

@@ -9,10 +9,14 @@ use stiction_identify::{BaseParameters, Choice};
 const INERTIA: Choice = Choice { friction: false, ..Choice::ALL };
 
 fn rank(mechanism: &Mechanism) -> BaseParameters {
+    rank_of(mechanism, INERTIA)
+}
+
+fn rank_of(mechanism: &Mechanism, choice: Choice) -> BaseParameters {
     let coordinates = actuator_coordinates(mechanism);
     let home = vec![0.3; coordinates.len()];
     let (regressor, all) =
-        random_columns(solver(mechanism, &coordinates, &home), INERTIA, &home, (3.0, 60));
+        random_columns(solver(mechanism, &coordinates, &home), choice, &home, (3.0, 60));
     let base = BaseParameters::of(&stacked(&all), regressor.parameters());
     assert!(base.gap > 1e4, "gap {}", base.gap);
     base
@@ -27,10 +31,12 @@ fn planar_2r_has_six_or_four() {
     assert_eq!(rank(&serial(&rows, Vec3::new(0.0, 0.0, -9.81))).rank(), 4);
 }
 
-/// PUMA 560: 36 inertial base parameters (Gautier, Khalil 1990).
+/// PUMA 560: 36 inertial base parameters, and 40 with the inertias of its motors, of which those of the
+/// first two axes join the inertias of links (Gautier, Khalil 1990).
 #[test]
-fn puma_560_has_36() {
+fn puma_560_has_36_and_40() {
     use std::f64::consts::FRAC_PI_2 as Q;
+    let gravity = Vec3::new(0.0, 0.0, -9.81);
     let rows = [
         (0.0, 0.0, Q),
         (0.0, 0.4318, 0.0),
@@ -39,7 +45,9 @@ fn puma_560_has_36() {
         (0.0, 0.0, -Q),
         (0.0, 0.0, 0.0),
     ];
-    assert_eq!(rank(&serial(&rows, Vec3::new(0.0, 0.0, -9.81))).rank(), 36);
+    assert_eq!(rank(&serial(&rows, gravity)).rank(), 36);
+    let at_motors = Choice { at_motors: true, ..INERTIA };
+    assert_eq!(rank_of(&serial_with_motors(&rows, gravity), at_motors).rank(), 40);
 }
 
 /// The span of the combinations equals the row space of the columns, by an independent singular value

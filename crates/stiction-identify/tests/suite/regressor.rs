@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use stiction_core::Vec3;
 use stiction_core::dynamics::Status;
 use stiction_core::random::Random;
-use stiction_identify::{Choice, Kind, Regressor};
+use stiction_identify::{Choice, Kind, Parameter, Regressor, Rest, applied, catalogue};
 
 /// Efforts of the engine with changed inertia and friction equal the linear form, for every model
 /// of the gallery whose motion its actuators determine.
@@ -33,6 +33,8 @@ fn columns_agree_with_inverse_dynamics_of_changed_parameters() {
                 Kind::Moment(..) => p.prior + 0.01 * p.scale * random.number(),
                 Kind::Inertia(_, entry) if entry >= 3 => p.prior,
                 Kind::Coulomb(_) => p.prior + 0.02,
+                // Friction that does not depend on the load remains.
+                Kind::Mu(0) => 0.0,
                 _ => p.prior * (1.05 + 0.04 * random.number()),
             })
             .collect();
@@ -75,9 +77,34 @@ fn friction_at_rest_is_marked() {
     let (solver, home) = gallery_solver(&model);
     let mut regressor = Regressor::new(solver, Choice::ALL).unwrap();
     let still = regressor.at(&home, &[0.0; 2], &[0.0; 2]).unwrap();
-    assert_eq!(still.resting, [true, true]);
+    assert_eq!(still.rest, [Rest::Resting; 2]);
     let moving = regressor.at(&home, &[0.1, 0.05], &[0.0; 2]).unwrap();
-    assert_eq!(moving.resting, [false, false]);
+    assert_eq!(moving.rest, [Rest::Sliding; 2]);
+    // The sign of a rate below its noise is unknown.
+    regressor.set_rate_noise(&[0.1, 0.1]);
+    let noisy = regressor.at(&home, &[0.1, 0.05], &[0.0; 2]).unwrap();
+    assert_eq!(noisy.rest, [Rest::Uncertain; 2]);
+}
+
+/// Friction of an actuator belongs to the motor only if its efforts were measured there.
+#[test]
+fn friction_measured_at_joints_is_not_that_of_motors() {
+    let mechanism = serial_with_motors(&[(0.0, 0.4, 0.0)], Vec3::zero());
+    for at_motors in [false, true] {
+        let parameters = catalogue(&mechanism, Choice { at_motors, ..Choice::ALL });
+        let value = |p: &Parameter| match p.kind {
+            Kind::DriveCoulomb(_) => 3.0,
+            _ => p.prior,
+        };
+        let values: Vec<f64> = parameters.iter().map(value).collect();
+        let found = applied(&mechanism, &parameters, &values, at_motors);
+        let motor = found.drive_trains()[0].motor_friction.constant;
+        let joint: f64 = found.joints()[0].friction.iter().map(|f| f.law.mu * f.load.preload).sum();
+        // The ratio of the gear is 50.
+        let expected = if at_motors { (3.0 / 50.0, 0.0) } else { (0.0, 3.0) };
+        assert!((motor - expected.0).abs() < 1e-12, "{motor}");
+        assert!((joint - expected.1).abs() < 1e-12, "{joint}");
+    }
 }
 
 #[test]

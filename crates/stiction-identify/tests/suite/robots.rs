@@ -2,7 +2,7 @@
 
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
-use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
+use stiction_core::mechanism::{BodySpec, DriveTrainSpec, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::random::Random;
 use stiction_core::{JointType, Mat3, Pose, Vec3};
 use stiction_format::{ModelFile, Source, gallery, read};
@@ -16,6 +16,20 @@ pub(crate) fn gallery_model(name: &str) -> ModelFile {
 /// A serial chain of revolute joints by standard DH parameters (d, a, alpha), all joints actuated, with
 /// general bodies.
 pub(crate) fn serial(rows: &[(f64, f64, f64)], gravity: Vec3<f64>) -> Mechanism {
+    serial_builder(rows, gravity).build().unwrap()
+}
+
+/// The same with a motor at each joint.
+pub(crate) fn serial_with_motors(rows: &[(f64, f64, f64)], gravity: Vec3<f64>) -> Mechanism {
+    let mut builder = serial_builder(rows, gravity);
+    for k in 1..=rows.len() {
+        let motor = DriveTrainSpec::new(format!("M{k}"), format!("J{k}"));
+        builder = builder.drive_train(motor.ratio(50.0).rotor_inertia(2e-4));
+    }
+    builder.build().unwrap()
+}
+
+fn serial_builder(rows: &[(f64, f64, f64)], gravity: Vec3<f64>) -> MechanismBuilder {
     let mut builder = MechanismBuilder::new("serial").gravity(gravity);
     let mut random = Random::new(7);
     let mut frame = Pose::identity();
@@ -42,7 +56,7 @@ pub(crate) fn serial(rows: &[(f64, f64, f64)], gravity: Vec3<f64>) -> Mechanism 
         let turn = Mat3::rotation(Vec3::unit(0), alpha);
         frame = Pose { position: Vec3::new(a, 0.0, d), rotation: turn };
     }
-    builder.build().unwrap()
+    builder
 }
 
 pub(crate) fn actuator_coordinates(mechanism: &Mechanism) -> Vec<Coordinate> {

@@ -487,6 +487,30 @@ class Model:
         )
         return Report(json.loads(data), text)
 
+    def identify(
+        self,
+        *logs: str | os.PathLike[str],
+        options: str | os.PathLike[str] | None = None,
+        filter: float | None = None,
+    ) -> Report:
+        """Inertia and friction from logs of positions and efforts, as ``stiction identify``.
+
+        ``options`` is a TOML file that describes the logs, ``filter`` the cut-off frequency in Hz. The report has the
+        keys of ``identify.json``, and under ``model`` the text of the identified model, ``None`` if the fit failed.
+
+        >>> import stiction
+        >>> stiction.load("five-bar").identify("no-such-log.csv")  # doctest: +ELLIPSIS
+        Traceback (most recent call last):
+        ...
+        stiction._errors.InputError: cannot read no-such-log.csv: ...
+        """
+        data, text, model = self._native.identify(
+            [os.fspath(log) for log in logs],
+            None if options is None else os.fspath(options),
+            None if filter is None else _number("filter", filter),
+        )
+        return Report({**json.loads(data), "model": model}, text)
+
     def breakaway(
         self, motion: str | None = None, *, load: str | None = None, at: float | None = None
     ) -> Report:

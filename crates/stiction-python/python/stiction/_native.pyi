@@ -91,6 +91,9 @@ class Model:
     def check(
         self, motion: str | None = None, step: float | None = None, progress: Any = None
     ) -> tuple[str, str]: ...
+    def identify(
+        self, logs: list[str], options: Any = None, filter: float | None = None
+    ) -> tuple[str, str, str | None]: ...
     def breakaway(
         self, motion: str | None = None, load: str | None = None, at: float | None = None
     ) -> tuple[str, str]: ...

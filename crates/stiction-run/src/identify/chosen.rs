@@ -3,7 +3,7 @@
 use super::IdentifyError as Error;
 use super::prepare::MeasuredLog;
 use stiction_core::dynamics::{InverseDynamics, Settings};
-use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::kinematics::{Coordinate, Target, locks};
 use stiction_core::mechanism::Mechanism;
 use stiction_format::{LogRole, ModelFile};
 
@@ -11,43 +11,115 @@ pub(super) fn refuse(message: impl Into<String>, help: impl Into<String>) -> Err
     Error { message: message.into(), help: help.into() }
 }
 
-/// Coordinates that move the mechanism, and their columns in the log.
+/// Coordinate that moves the mechanism, with its columns in a log: one at least.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chosen {
+    pub(super) coordinate: Coordinate,
+    /// Column of its position.
+    pub(super) position: Option<usize>,
+    /// Column of its rate; used where it has no position, and in tables of steady motions.
+    pub(super) rate: Option<usize>,
+    /// Its position in the model, rad or m, where the log has none.
+    pub(super) home: f64,
+}
+
+impl Chosen {
+    /// Column of the position, else of the rate.
+    pub(super) fn column(&self) -> usize {
+        self.position.or(self.rate).unwrap_or(0)
+    }
+}
+
+/// Coordinates that move the mechanism, and their columns in the log: those of the actuators, else as many
+/// others.
 pub(super) fn chosen_coordinates(
     model: &ModelFile,
     log: &MeasuredLog,
-) -> Result<Vec<(Coordinate, usize)>, Error> {
+) -> Result<Vec<Chosen>, Error> {
     let mechanism = &model.mechanism;
-    let measured: Vec<(Coordinate, usize)> = log
-        .log
-        .columns
-        .iter()
-        .enumerate()
-        .filter_map(|(index, column)| match column.role {
-            LogRole::Coordinate(coordinate) => Some((coordinate, index)),
-            _ => None,
-        })
-        .collect();
-    let find = |wanted: &Coordinate| measured.iter().find(|(c, _)| c == wanted).copied();
+    let is_steady = log.log.is_steady;
+    let mut measured: Vec<Chosen> = Vec::new();
+    for (index, column) in log.log.columns.iter().enumerate() {
+        let (coordinate, is_rate) = match column.role {
+            LogRole::Coordinate(coordinate) => (coordinate, false),
+            LogRole::Rate(coordinate) => (coordinate, true),
+            _ => continue,
+        };
+        let place = measured.iter().position(|known| known.coordinate == coordinate);
+        let place = place.unwrap_or_else(|| {
+            measured.push(Chosen { coordinate, position: None, rate: None, home: 0.0 });
+            measured.len() - 1
+        });
+        let slot = if is_rate { &mut measured[place].rate } else { &mut measured[place].position };
+        *slot = Some(index);
+    }
+    measured.retain(|chosen| !is_steady || chosen.rate.is_some());
+    let find =
+        |wanted: &Coordinate| measured.iter().find(|chosen| chosen.coordinate == *wanted).copied();
     let actuated: Vec<_> =
         mechanism.actuators().map(|(joint, dof)| Coordinate::Joint { joint, dof }).collect();
-    let by_actuators: Option<Vec<_>> = actuated.iter().map(find).collect();
-    if let Some(all) = by_actuators.filter(|all| !all.is_empty()) {
-        return Ok(all);
-    }
+    let by_actuators: Option<Vec<Chosen>> = actuated.iter().map(find).collect();
     let count = actuated.len();
-    if measured.len() < count || count == 0 {
-        let names: Vec<String> =
-            mechanism.actuators().map(|(j, dof)| mechanism.joints()[j.0].dof_name(dof)).collect();
-        return Err(refuse(
-            format!(
-                "{} measures {} coordinates, but the mechanism has {count} actuators",
-                log.name,
-                measured.len()
-            ),
-            format!("log the positions of the actuators ({}), or as many others", names.join(", ")),
-        ));
+    let mut chosen = match by_actuators.filter(|all| !all.is_empty()) {
+        Some(all) => all,
+        None if measured.len() < count || count == 0 => {
+            let names: Vec<String> = mechanism
+                .actuators()
+                .map(|(j, dof)| mechanism.joints()[j.0].dof_name(dof))
+                .collect();
+            let (what, example) = match is_steady {
+                true => ("rates", "the rates of the actuators, as `d(NAME)`"),
+                false => ("coordinates", "the positions of the actuators"),
+            };
+            return Err(refuse(
+                format!(
+                    "{} measures {} {what}, but the mechanism has {count} actuators",
+                    log.name,
+                    measured.len()
+                ),
+                format!("log {example} ({}), or as many others", names.join(", ")),
+            ));
+        }
+        None => measured[..count].to_vec(),
+    };
+    if chosen.iter().any(|chosen| chosen.position.is_none()) {
+        let homes = homes(model, log, &chosen)?;
+        chosen.iter_mut().zip(homes).for_each(|(chosen, home)| chosen.home = home);
     }
-    Ok(measured[..count].to_vec())
+    Ok(chosen)
+}
+
+/// Coordinates of joints at the position of the model; zero for those whose position is logged.
+fn homes(model: &ModelFile, log: &MeasuredLog, chosen: &[Chosen]) -> Result<Vec<f64>, Error> {
+    let mechanism = &model.mechanism;
+    let fail = |error: &dyn std::fmt::Display| {
+        refuse(
+            format!("{}: the model has no position to integrate rates from: {error}", log.name),
+            "log positions, or give the model a position by `home` or `start`",
+        )
+    };
+    let open = locks(mechanism, &model.initial_poses, &[], &[]).map_err(|error| fail(&error))?;
+    let (coordinates, targets): (Vec<Coordinate>, Vec<Target<f64>>) = open
+        .into_iter()
+        .map(|(coordinate, value)| (coordinate, Target { value, rate: 0.0, acceleration: 0.0 }))
+        .unzip();
+    let solver = InverseDynamics::new(
+        mechanism.clone(),
+        &model.initial_poses,
+        &coordinates,
+        &targets,
+        Settings::default(),
+    );
+    let solver = solver.map_err(|error| fail(&error))?;
+    let each = chosen.iter().map(|chosen| match (chosen.position, chosen.coordinate) {
+        (Some(_), _) => Ok(0.0),
+        (None, Coordinate::Joint { joint, dof }) => Ok(solver.joint_motion(joint, dof).value),
+        (None, _) => Err(refuse(
+            format!("{} has rates of a body without its position", log.name),
+            "log positions, or rates of joints",
+        )),
+    });
+    each.collect()
 }
 
 /// Columns of efforts in the order of the actuators, each with its factor to the effort at the joint, and

@@ -3,14 +3,17 @@
 //! [`IdentifySettings`] hold what the options say, [`identify`] computes an [`Identified`], which writes the
 //! summary, the JSON object and the model file.
 
+mod asymmetry;
 mod chosen;
 mod options;
 mod prepare;
 mod run;
 mod sanity;
 mod selection;
+mod structure;
 mod words;
 
+pub use asymmetry::Asymmetry;
 pub use options::{IdentifySettings, LogSettings, TEMPLATE};
 pub use prepare::MeasuredLog;
 pub use run::{Combined, Identified, Named, Prediction, identify};

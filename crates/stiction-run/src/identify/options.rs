@@ -47,6 +47,7 @@ tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 # use = "predict"              # or "fit"; logs named "predict" check the fit
 # from = "0.5 s"
 # until = "9.5 s"
+# steady = true                # each row is a motion of constant rate, such as `d(axis1) [rad/s]`, without time
 # load = "payload"             # a load of the model with payloads, or
 # payload = { body = "platform", mass = "2 kg", com = [0, 0, "30 mm"], inertia = [0.01, 0.01, 0.01] }
 "#;
@@ -62,6 +63,8 @@ pub struct LogSettings {
     pub from: f64,
     /// Last time used, s; infinite without an option.
     pub until: f64,
+    /// True for a table of steady motions.
+    pub steady: bool,
     /// Payloads carried in this log.
     pub payloads: Vec<Payload>,
 }
@@ -107,7 +110,7 @@ pub struct IdentifySettings {
 
 const KEYS: [&str; 9] =
     ["filter", "estimate", "prior", "offsets", "hold", "tie", "columns", "terms", "logs"];
-const LOG_KEYS: [&str; 6] = ["file", "use", "from", "until", "load", "payload"];
+const LOG_KEYS: [&str; 7] = ["file", "use", "from", "until", "steady", "load", "payload"];
 
 fn bad(key: &str, what: impl std::fmt::Display) -> Error {
     Error { message: format!("options: `{key}` {what}"), help: String::new() }
@@ -279,6 +282,9 @@ fn log_settings(value: &Value, model: &ModelFile) -> Result<LogSettings, Error> 
             },
             "from" => log.from = quantity(key, value, seconds)?,
             "until" => log.until = quantity(key, value, seconds)?,
+            "steady" => {
+                log.steady = value.as_bool().ok_or_else(|| bad(key, "should be true or false"))?;
+            }
             "load" => {
                 let name =
                     value.as_str().ok_or_else(|| bad(key, "should be the name of a load"))?;

@@ -1,17 +1,18 @@
 //! The computation: structure, fit, verdicts, predictions.
 
 use super::IdentifyError;
+use super::asymmetry::{self, Asymmetry};
 use super::chosen::{chosen_efforts, refuse};
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::sanity;
-use super::selection::{enough, held_of, options, scale_by_data};
-use nalgebra::{DMatrix, DVector};
+use super::selection::{enough, free_groups, options, scale_by_data};
+use super::structure::{combinations, structure};
+use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
-use stiction_core::random::Random;
 use stiction_format::{Drives, ModelFile, Source};
 use stiction_identify::{
-    BaseParameters, Block, Choice, Estimate, FitVerdict, Kind, Options, Parameter, Problem, Verdict,
+    Block, Choice, Estimate, Evidence, FitVerdict, Kind, Options, Parameter, Problem, Verdict,
 };
 
 /// Identified parameter.
@@ -32,6 +33,10 @@ pub struct Named {
     /// Structural identifiability in words: of the parameter alone, in a combination with others, or not
     /// at all.
     pub structure: &'static str,
+    /// True for an offset of an effort or the factor of a formula, which the identified model does not contain.
+    pub is_of_log: bool,
+    /// True for a mass, a first moment or an inertia of a body.
+    pub is_inertia: bool,
 }
 
 /// Combination of parameters that the efforts depend on.
@@ -77,6 +82,8 @@ pub struct Identified {
     pub rank: (usize, f64),
     /// Pairs that the data cannot tell apart, with what would.
     pub confounded: Vec<(String, String, String)>,
+    /// Differences of the efforts between the directions of motion.
+    pub asymmetries: Vec<Asymmetry>,
     /// Errors on all logs.
     pub predictions: Vec<Prediction>,
     /// The mechanism with the identified values.
@@ -87,8 +94,8 @@ pub struct Identified {
     pub left_out: f64,
     /// The same for least squares without prior.
     pub left_out_plain: f64,
-    /// Cut-off frequency of the filter of each log, Hz.
-    pub cutoffs: Vec<f64>,
+    /// Cut-off frequency of the filter of each log, Hz; none for tables of steady motions.
+    pub cutoffs: Vec<Option<f64>>,
     /// Standard deviation of the residuals of each actuator, N or N m.
     pub residuals: Vec<f64>,
 }
@@ -97,8 +104,6 @@ pub struct Identified {
 const SWEEPS: usize = 12;
 /// Change of values, in standard deviations, at which they agree.
 const SETTLED: f64 = 0.01;
-/// Instants of random rates for the structure.
-const STRUCTURE_SAMPLES: usize = 240;
 
 /// Identifies inertia and friction of a model from logs.
 ///
@@ -141,8 +146,10 @@ pub fn identify(
         mechanism.actuators().map(|(j, dof)| mechanism.joints()[j.0].actuator_name(dof)).collect();
     let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     let mut cautions: Vec<String> = all.iter().flat_map(|log| log.cautions.clone()).collect();
+    cautions.extend(gear_losses(mechanism, at_motors));
+    let groups = free_groups(&parameters, &options);
     for log in &mut all {
-        log.update_loads(&priors).map_err(|why| {
+        log.update_loads(&priors, &groups).map_err(|why| {
             refuse(
                 format!("{}: the model with its own friction has no forces {why}", log.name),
                 "give smaller coefficients of friction in the model; they are only the start",
@@ -159,12 +166,13 @@ pub fn identify(
     }
     let prior_errors: Vec<Vec<f64>> =
         all.iter().map(|log| errors(&log.block, &parameters, &priors)).collect();
-    let structure = structure(&all, &parameters);
+    let held = &options.held.clone();
+    let structure = structure(&all, &parameters, held);
 
-    let (estimate, blocks, is_settled) = fitted(&mut all, &parameters, options, &mut cautions);
+    let (estimate, is_settled) = fitted(&mut all, &parameters, (&options, &groups), &mut cautions);
     for log in &mut all {
         if log.predict
-            && let Err(why) = log.update_loads(&estimate.values)
+            && let Err(why) = log.update_loads(&estimate.values, &groups)
         {
             cautions.push(format!(
                 "{}: with the identified friction there are no forces {why}",
@@ -172,7 +180,6 @@ pub fn identify(
             ));
         }
     }
-    let held = &held_of(&parameters, settings);
     let named: Vec<Named> = parameters
         .iter()
         .enumerate()
@@ -183,18 +190,21 @@ pub fn identify(
             unit: p.unit,
             verdict: match held[k] {
                 true => Verdict::Held,
-                false => Verdict::of(
-                    estimate.resolution[k],
-                    estimate.sigmas[k],
-                    estimate.values[k],
-                    p.scale,
-                    structure.is_alone(k),
-                ),
+                false => Verdict::of(&Evidence {
+                    resolution: estimate.resolution[k],
+                    value: estimate.values[k],
+                    sigma: estimate.sigmas[k],
+                    scale: p.scale,
+                    is_alone: structure.free.is_alone(k),
+                    correlation: sanity::largest_correlation(&estimate, &options, k),
+                }),
             },
             prior: p.prior,
+            is_inertia: p.body().is_some(),
+            is_of_log: matches!(p.kind, Kind::Offset(_) | Kind::Term(_)),
             structure: match () {
-                () if structure.without_effect.contains(&k) => "none",
-                () if structure.is_alone(k) => "alone",
+                () if structure.all.without_effect.contains(&k) => "none",
+                () if structure.all.is_alone(k) => "alone",
                 () => "combination",
             },
         })
@@ -213,27 +223,45 @@ pub fn identify(
             prior_percent,
         })
         .collect();
-    let combinations = combinations(&structure, &parameters, &estimate, held);
+    let combinations = combinations(&structure.free, &parameters, &estimate);
     let confounded = sanity::confounded(&named, &estimate, &parameters, held);
+    cautions.extend(sanity::uncertain(&named, &confounded));
     let noise = effort_noise(&all);
-    cautions.extend(sanity::wrong_efforts(&blocks, &parameters, &actuators));
+    let signs = wrong_efforts(&all, &parameters, &actuators);
+    let is_wrong = signs.iter().any(|(is_fitted, text)| *is_fitted && text.contains("wrong sign"));
+    cautions.extend(signs.into_iter().map(|(_, text)| text));
+    let asymmetries = asymmetry::of_efforts(&all, &actuators, mechanism);
+    let left = match settings.offsets {
+        true => Vec::new(),
+        false => asymmetry::left(&all, &actuators, &differences(&parameters, &estimate.values)),
+    };
+    // Residuals that depend on the direction are errors of the model.
+    let is_settled = is_settled && left.is_empty();
+    cautions.extend(left);
     let mut verdict = sanity::fit_verdict(
         (&named, &combinations, &predictions),
         &estimate,
-        (&noise, &actuators),
+        &sanity::Residuals {
+            noise: noise.as_deref(),
+            reference: &references(&all),
+            actuators: &actuators,
+        },
+        is_wrong,
         &mut cautions,
     );
     if !is_settled && verdict == FitVerdict::Identified {
         verdict = FitVerdict::FitsOnly;
     }
-    let identified = stiction_identify::applied(mechanism, &parameters, &estimate.values);
+    let identified =
+        stiction_identify::applied(mechanism, &parameters, &estimate.values, at_motors);
     Ok(Identified {
         verdict,
         cautions,
         parameters: named,
         combinations,
-        rank: (structure.rank(), structure.gap),
+        rank: (structure.all.rank(), structure.all.gap),
         confounded,
+        asymmetries,
         predictions,
         mechanism: identified,
         strength: estimate.strength,
@@ -248,9 +276,10 @@ pub fn identify(
 fn fitted(
     all: &mut [Prepared],
     parameters: &[Parameter],
-    mut options: Options,
+    (options, groups): (&Options, &[Vec<usize>]),
     cautions: &mut Vec<String>,
-) -> (Estimate, Vec<Block>, bool) {
+) -> (Estimate, bool) {
+    let mut options = options.clone();
     let own_strength = options.strength;
     let blocks_of = |all: &[Prepared]| -> Vec<Block> {
         all.iter().filter(|log| !log.predict).map(|log| log.block.clone()).collect()
@@ -261,8 +290,10 @@ fn fitted(
     let mut last = f64::INFINITY;
     let mut at: Vec<f64> = estimate.values.clone();
     for _ in 0..if has_loads { SWEEPS } else { 0 } {
-        let failed =
-            all.iter_mut().filter(|log| !log.predict).find_map(|log| log.update_loads(&at).err());
+        let failed = all
+            .iter_mut()
+            .filter(|log| !log.predict)
+            .find_map(|log| log.update_loads(&at, groups).err());
         if let Some(why) = failed {
             // Half the coefficients: friction beyond a lock has no forces.
             for (value, p) in at.iter_mut().zip(parameters) {
@@ -302,7 +333,60 @@ fn fitted(
             false => "the normal loads are those of another friction than the identified one".to_owned(),
         });
     }
-    (estimate, blocks, is_settled)
+    (estimate, is_settled)
+}
+
+/// Cautions on gears whose losses the columns lack.
+fn gear_losses(mechanism: &Mechanism, at_motors: bool) -> Vec<String> {
+    let lossy = mechanism.drive_trains().iter().filter(|train| train.losses().is_some());
+    let names: Vec<&str> = lossy.map(|train| train.name.as_str()).collect();
+    match at_motors && !names.is_empty() {
+        true => vec![format!(
+            "the efficiencies of the gears of {} are not applied: efforts measured at motors contain the \
+             losses of gears, which the friction of the joints takes up",
+            names.join(", ")
+        )],
+        false => Vec::new(),
+    }
+}
+
+/// Cautions on efforts of the wrong sign or unit, each with whether its log was fitted.
+fn wrong_efforts(
+    all: &[Prepared],
+    parameters: &[Parameter],
+    actuators: &[String],
+) -> Vec<(bool, String)> {
+    let fits: Vec<&Prepared> = all.iter().filter(|log| !log.predict).collect();
+    let mut found: Vec<(bool, String)> = sanity::wrong_efforts(&fits, parameters, actuators)
+        .into_iter()
+        .map(|text| (true, text))
+        .collect();
+    for log in all.iter().filter(|log| log.predict) {
+        let own = sanity::wrong_efforts(&[log], parameters, actuators);
+        found.extend(own.into_iter().map(|text| (false, format!("{}: {text}", log.name))));
+    }
+    found
+}
+
+/// Size of the efforts that residuals are compared with: of their variation, and of what the model without
+/// friction leaves.
+fn references(all: &[Prepared]) -> Vec<[f64; 2]> {
+    let deviation = |values: Vec<f64>| {
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let sum: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+        (sum / values.len().max(1) as f64).sqrt()
+    };
+    let channels = all.first().map_or(0, |log| log.block.channels.len());
+    let each = (0..channels).map(|channel| {
+        let fits = || all.iter().filter(|log| !log.predict);
+        let measured = fits().flat_map(|log| log.block.channels[channel].measured.iter().copied());
+        let left = fits().flat_map(|log| {
+            let known = &log.known[channel];
+            log.block.channels[channel].measured.iter().zip(known).map(|(y, known)| y - known)
+        });
+        [deviation(measured.collect()), deviation(left.collect())]
+    });
+    each.collect()
 }
 
 fn read_terms(
@@ -340,79 +424,11 @@ fn errors(block: &Block, parameters: &[Parameter], values: &[f64]) -> Vec<f64> {
     each.collect()
 }
 
-/// Combinations that the mechanism lets be determined about the positions of the logs, with random rates.
-fn structure(all: &[Prepared], parameters: &[Parameter]) -> BaseParameters {
-    let mut random = Random::new(1);
-    let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
-    let per_log = STRUCTURE_SAMPLES.div_ceil(all.len());
-    for log in all {
-        let mut regressor = log.regressor.clone();
-        let mut engine = regressor.engine_data();
-        let nominal =
-            regressor.engine_parameters(&parameters.iter().map(|p| p.prior).collect::<Vec<_>>());
-        let size = |pick: fn(&[Vec<f64>; 3]) -> &Vec<f64>| {
-            let all = log.instants.iter().flat_map(|(_, motion)| pick(motion));
-            all.fold(1e-6, |max: f64, x| max.max(x.abs()))
-        };
-        let (fastest, most) = (size(|m| &m[1]), size(|m| &m[2]));
-        let stride = (log.instants.len() / per_log).max(1);
-        for (_, [q, ..]) in log.instants.iter().step_by(stride) {
-            let v: Vec<f64> = q.iter().map(|_| fastest * random.number()).collect();
-            let a: Vec<f64> = q.iter().map(|_| most * random.number()).collect();
-            let Ok(columns) = regressor.at(q, &v, &a) else { continue };
-            let Ok(loads) = regressor.loads(&nominal, &mut engine, [q, &v, &a]) else { continue };
-            for channel in 0..columns.matrix.nrows() {
-                let mut row = columns.matrix.row(channel).into_owned();
-                for (k, p) in parameters.iter().enumerate() {
-                    if let Kind::Mu(i) = p.kind {
-                        row[k] *= loads[i] - nominal.interfaces[i].load.preload;
-                    }
-                }
-                rows.push(row);
-            }
-        }
-    }
-    if rows.is_empty() {
-        return BaseParameters::of(&DMatrix::zeros(0, parameters.len()), parameters);
-    }
-    BaseParameters::of(&DMatrix::from_rows(&rows), parameters)
-}
-
-fn combinations(
-    structure: &BaseParameters,
-    parameters: &[Parameter],
-    estimate: &Estimate,
-    held: &[bool],
-) -> Vec<Combined> {
-    let several = structure.combinations.iter().filter(|c| !c.others.is_empty());
-    let each = several.filter(|c| !held[c.leader]).map(|c| {
-        let members: Vec<(usize, f64)> =
-            std::iter::once((c.leader, 1.0)).chain(c.others.iter().copied()).collect();
-        let mut variance = 0.0;
-        let mut size = 0.0;
-        for (i, a) in &members {
-            size += (a * parameters[*i].scale).powi(2);
-            for (k, b) in &members {
-                variance += a * b * estimate.covariance[(*i, *k)];
-            }
-        }
-        let (value, sigma) = (c.value(&estimate.values), variance.max(0.0).sqrt());
-        let reach = size.sqrt();
-        let verdict = match sigma {
-            s if s < 0.1 * reach => Verdict::Identified,
-            s if s < 0.5 * reach => Verdict::FitsOnly,
-            _ => Verdict::NotExcited,
-        };
-        let leader = &parameters[c.leader];
-        Combined { name: c.words(parameters, 8), value, sigma, unit: leader.unit, verdict }
-    });
-    each.collect()
-}
-
-/// Mean noise of each effort after the filter.
-fn effort_noise(all: &[Prepared]) -> Vec<f64> {
-    let fits: Vec<&Prepared> = all.iter().filter(|log| !log.predict).collect();
-    let count = fits.len().max(1) as f64;
-    let channels = all[0].block.channels.len();
-    (0..channels).map(|c| fits.iter().map(|log| log.effort_noise[c]).sum::<f64>() / count).collect()
+/// Mean noise of each effort after the filter; none where no log is filtered.
+fn effort_noise(all: &[Prepared]) -> Option<Vec<f64>> {
+    let fits: Vec<&Vec<f64>> =
+        all.iter().filter(|log| !log.predict).filter_map(|log| log.effort_noise.as_ref()).collect();
+    let count = fits.len() as f64;
+    let channels = fits.first()?.len();
+    Some((0..channels).map(|c| fits.iter().map(|noise| noise[c]).sum::<f64>() / count).collect())
 }

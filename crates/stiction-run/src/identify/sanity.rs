@@ -1,17 +1,21 @@
 //! Plausibility of a fit: wrong signs and units of efforts, confounded pairs of parameters, the verdict.
 
+use super::prepare::Prepared;
 use super::run::{Combined, Named, Prediction};
 use nalgebra::DVector;
-use stiction_identify::{Block, Estimate, FitVerdict, Kind, Parameter, Verdict};
+use stiction_identify::{Estimate, FitVerdict, Kind, Options, Parameter, Verdict};
 
 /// Correlation of errors above which two parameters cannot be distinguished.
 const CONFOUNDED: f64 = 0.95;
 /// Pairs that are named.
 const NAMED: usize = 20;
 
+/// Agreement of efforts, as a cosine, beyond which a sign or a unit is certain.
+const AGREES: f64 = 0.5;
+
 /// Cautions on efforts that contradict the model: wrong signs and units.
 pub(super) fn wrong_efforts(
-    blocks: &[Block],
+    logs: &[&Prepared],
     parameters: &[Parameter],
     actuators: &[String],
 ) -> Vec<String> {
@@ -20,22 +24,31 @@ pub(super) fn wrong_efforts(
     let mut found = Vec::new();
     for (channel, name) in actuators.iter().enumerate() {
         let (mut mm, mut pp, mut mp) = (0.0, 0.0, 0.0);
-        for rows in blocks.iter().map(|block| &block.channels[channel]) {
+        for rows in logs.iter().map(|log| &log.block.channels[channel]) {
             let predicted = &rows.measured - rows.residuals(&prior);
             mm += rows.measured.norm_squared();
             pp += predicted.norm_squared();
             mp += rows.measured.dot(&predicted);
         }
-        if mm == 0.0 || pp == 0.0 {
+        if mm == 0.0 {
             continue;
         }
-        let (agreement, ratio) = (mp / (mm * pp).sqrt(), (mm / pp).sqrt());
-        if agreement < -0.5 {
+        let agreement = if pp > 0.0 { mp / (mm * pp).sqrt() } else { 0.0 };
+        let friction = [1.0, -1.0].map(|sign| friction_agreement(logs, channel, sign));
+        let help = "give the column `factor = -1` in the options";
+        if agreement < -AGREES {
             found.push(format!(
-                "efforts have the wrong sign on {name}: they agree with the model to {agreement:.2}; give the \
-                 column `factor = -1` in the options"
+                "efforts have the wrong sign on {name}: they agree with the model to {agreement:.2}; {help}"
+            ));
+        } else if agreement < AGREES && friction[0] < -AGREES && friction[1] > AGREES {
+            // Friction takes up power, whatever its size in the model.
+            found.push(format!(
+                "efforts have the wrong sign on {name}: beside inertia and weight they act in the direction of \
+                 motion to {:.2}, not against it; {help}",
+                -friction[0]
             ));
         }
+        let ratio = (mm / pp).sqrt();
         if agreement.abs() > 0.7 && !(0.05..=20.0).contains(&ratio) {
             found.push(format!(
                 "efforts on {name} are {ratio:.3} times those of the model: check their unit, ratio and torque \
@@ -45,6 +58,48 @@ pub(super) fn wrong_efforts(
     }
     found
 }
+
+/// Cosine between what the model without friction leaves of the efforts, taken with a sign, and the
+/// direction or the rate of motion, whichever fits better.
+fn friction_agreement(logs: &[&Prepared], channel: usize, sign: f64) -> f64 {
+    let (mut square, mut squares, mut products) = (0.0, [0.0; 2], [0.0; 2]);
+    for log in logs {
+        let rows = log.block.channels[channel].measured.iter();
+        for ((y, known), direction) in rows.zip(&log.known[channel]).zip(&log.directions[channel]) {
+            let left = sign * y - known;
+            square += left * left;
+            for k in 0..2 {
+                squares[k] += direction[k] * direction[k];
+                products[k] += left * direction[k];
+            }
+        }
+    }
+    let cosines = [0, 1].map(|k| products[k] / (square * squares[k]).sqrt().max(1e-300));
+    if cosines[0].abs() > cosines[1].abs() { cosines[0] } else { cosines[1] }
+}
+
+/// Largest correlation of the error of a parameter with that of another, apart from those tied to it.
+pub(super) fn largest_correlation(estimate: &Estimate, options: &Options, k: usize) -> f64 {
+    let is_tied =
+        |i: usize| options.tied.iter().any(|group| group.contains(&i) && group.contains(&k));
+    (0..options.held.len())
+        .filter(|&i| i != k && !options.held[i] && !is_tied(i))
+        .map(|i| estimate.correlation[(i, k)].abs())
+        .fold(0.0, f64::max)
+}
+
+/// Residuals of the fit and what they are compared with.
+pub(super) struct Residuals<'a> {
+    /// White noise of each effort; none for tables of steady motions.
+    pub(super) noise: Option<&'a [f64]>,
+    /// Variation of each effort, and of what the model without friction leaves of it.
+    pub(super) reference: &'a [[f64; 2]],
+    pub(super) actuators: &'a [String],
+}
+
+/// Residuals over the variation of an effort, and over that of its friction, above which the model lacks
+/// something.
+const LACKING: [f64; 2] = [0.05, 0.1];
 
 /// Pairs whose errors are so correlated that the data cannot tell them apart, each with a cure.
 pub(super) fn confounded(
@@ -82,6 +137,26 @@ pub(super) fn confounded(
     each.collect()
 }
 
+/// Cautions on coefficients of friction that are confounded with another parameter.
+pub(super) fn uncertain(named: &[Named], confounded: &[(String, String, String)]) -> Vec<String> {
+    let mut found = Vec::new();
+    for p in named.iter().filter(|p| p.name.ends_with(".mu")) {
+        let pair = confounded.iter().find(|(a, b, _)| *a == p.name || *b == p.name);
+        let Some((a, b, cure)) = pair else { continue };
+        let other = if *a == p.name { b } else { a };
+        let extent = match p.verdict {
+            Verdict::NotExcited => "not identifiable",
+            Verdict::FitsOnly => "only weakly identifiable",
+            _ => continue,
+        };
+        found.push(format!(
+            "{} is {extent} from these logs: {:.3} +- {:.3}, confounded with {other}; {cure}",
+            p.name, p.value, p.sigma
+        ));
+    }
+    found
+}
+
 fn cure(a: &Parameter, b: &Parameter) -> String {
     let mu = |p: &Parameter| matches!(p.kind, Kind::Mu(_));
     let constant = |p: &Parameter| matches!(p.kind, Kind::Coulomb(_) | Kind::DriveCoulomb(_));
@@ -110,7 +185,8 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
 pub(super) fn fit_verdict(
     (named, combinations, predictions): (&[Named], &[Combined], &[Prediction]),
     estimate: &Estimate,
-    (noise, actuators): (&[f64], &[String]),
+    residuals: &Residuals<'_>,
+    wrong: bool,
     cautions: &mut Vec<String>,
 ) -> FitVerdict {
     let mean = |p: &Prediction| {
@@ -118,7 +194,6 @@ pub(super) fn fit_verdict(
     };
     let fits: Vec<&Prediction> = predictions.iter().filter(|p| p.used_for_fit).collect();
     let error = fits.iter().map(|p| mean(p)).sum::<f64>() / fits.len().max(1) as f64;
-    let wrong = cautions.iter().any(|c| c.contains("wrong sign"));
     let mut verdict = FitVerdict::Identified;
     if estimate.left_out_ratio_plain > 1.3 * estimate.left_out_ratio {
         cautions.push(format!(
@@ -135,10 +210,11 @@ pub(super) fn fit_verdict(
         ));
         verdict = FitVerdict::FitsOnly;
     }
-    for (index, name) in actuators.iter().enumerate() {
-        let (residual, noise) = (estimate.noise[index], noise[index]);
-        let percent = fits.iter().map(|p| p.error_percent[index].1).fold(0.0, f64::max);
-        if residual > 3.0 * noise && percent > 5.0 {
+    for (index, name) in residuals.actuators.iter().enumerate() {
+        let Some(noise) = residuals.noise.map(|noise| noise[index]) else { break };
+        let residual = estimate.noise[index];
+        let mut references = residuals.reference[index].iter().zip(LACKING);
+        if residual > 3.0 * noise && references.any(|(size, part)| residual > part * size) {
             cautions.push(format!(
                 "{name}: residuals are {:.1} times the noise of the effort: the model lacks something there, such \
                  as compliance, backlash or another law of friction",

@@ -28,7 +28,7 @@ pub(super) fn scale_by_data(parameters: &mut [Parameter], all: &[Prepared]) {
     }
 }
 
-pub(super) fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
+fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
     let is_held = |p: &Parameter| {
         let is_inertia = p.body().is_some() || matches!(p.kind, Kind::Rotor(_));
         let is_friction = !is_inertia && !matches!(p.kind, Kind::Offset(_) | Kind::Term(_));
@@ -94,11 +94,11 @@ pub(super) fn options(
         }
         members.sort_unstable();
         members.dedup();
-        let unit = parameters[members[0]].unit;
-        if let Some(&other) = members.iter().find(|&&k| parameters[k].unit != unit) {
+        let kind = |k: usize| (class(parameters[k].kind), parameters[k].unit);
+        if let Some(&other) = members.iter().find(|&&k| kind(k) != kind(members[0])) {
             return Err(refuse(
                 format!(
-                    "options: `tie` joins `{}` and `{}`, which have different units",
+                    "options: `tie` joins `{}` and `{}`, which are of different kinds",
                     parameters[members[0]].name, parameters[other].name
                 ),
                 "tie only parameters of one kind",
@@ -123,19 +123,52 @@ pub(super) fn options(
     })
 }
 
+/// Kind of a parameter without its place: parameters of one class can have a common value.
+fn class(kind: Kind) -> u8 {
+    match kind {
+        Kind::Mass(_) => 0,
+        Kind::Moment(..) => 1,
+        Kind::Inertia(..) => 2,
+        Kind::Rotor(_) => 3,
+        Kind::Mu(_) => 4,
+        Kind::Coulomb(_) | Kind::DriveCoulomb(_) => 5,
+        Kind::Viscous(_) | Kind::DriveViscous(_) => 6,
+        Kind::Offset(_) => 7,
+        Kind::Term(_) => 8,
+    }
+}
+
+/// Parameters that are estimated, in groups with one common value.
+pub(super) fn free_groups(parameters: &[Parameter], options: &Options) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for group in &options.tied {
+        let is_free = |k: &usize| !options.held[*k] && !groups.iter().any(|g| g.contains(k));
+        let own: Vec<usize> = group.iter().copied().filter(is_free).collect();
+        if !own.is_empty() {
+            groups.push(own);
+        }
+    }
+    let singles: Vec<Vec<usize>> = (0..parameters.len())
+        .filter(|k| !options.held[*k] && !groups.iter().any(|group| group.contains(k)))
+        .map(|k| vec![k])
+        .collect();
+    groups.extend(singles);
+    groups
+}
+
 /// Refuses fewer rows than parameters.
 pub(super) fn enough(
     all: &[Prepared],
     parameters: &[Parameter],
     options: &Options,
 ) -> Result<(), IdentifyError> {
-    let rows: usize = all
-        .iter()
-        .filter(|log| !log.predict)
-        .flat_map(|log| log.block.channels.iter().map(stiction_identify::Rows::len))
-        .sum();
-    let samples = rows / 2;
-    let free = (0..parameters.len()).filter(|&k| !options.held[k]).count();
+    let fits = || all.iter().filter(|log| !log.predict);
+    let samples = |log: &Prepared| {
+        let rows: usize = log.block.channels.iter().map(stiction_identify::Rows::len).sum();
+        rows as f64 * log.block.independence
+    };
+    let samples = fits().map(samples).sum::<f64>() as usize;
+    let free = free_groups(parameters, options).len();
     if samples < free {
         return Err(refuse(
             format!(
@@ -160,7 +193,28 @@ pub(super) fn enough(
 
 #[cfg(test)]
 mod tests {
-    use super::fits;
+    use super::*;
+
+    /// Members of a group count once, held ones not at all.
+    #[test]
+    fn tied_parameters_are_one_unknown() {
+        let parameter = |name: &str| Parameter {
+            name: name.to_owned(),
+            unit: "",
+            kind: Kind::Mu(0),
+            prior: 0.1,
+            scale: 0.1,
+        };
+        let parameters: Vec<Parameter> = ["a", "b", "c", "d"].map(parameter).into();
+        let options = Options {
+            strength: None,
+            radius: 0.1,
+            held: vec![false, false, true, false],
+            tied: vec![vec![0, 2, 3]],
+        };
+        assert_eq!(free_groups(&parameters, &options), [vec![0, 3], vec![1]]);
+        assert_ne!(class(Kind::Mu(0)), class(Kind::Term(0)));
+    }
 
     #[test]
     fn patterns_of_names() {

@@ -5,7 +5,7 @@ use crate::exchange::{Instant, model_file};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use stiction_format::ModelFile;
-use stiction_identify::Verdict;
+use stiction_identify::{FitVerdict, Verdict};
 
 /// A number with four digits.
 fn short(x: f64) -> String {
@@ -23,6 +23,11 @@ fn short(x: f64) -> String {
 }
 
 impl Identified {
+    /// True if the model does not reproduce the data.
+    pub fn has_failed(&self) -> bool {
+        self.verdict == FitVerdict::Failed
+    }
+
     /// Object of `identify.json`.
     pub fn to_json(&self) -> Value {
         let named = |p: &Named| {
@@ -57,6 +62,10 @@ impl Identified {
             "parameters": self.parameters.iter().map(named).collect::<Vec<_>>(),
             "combinations": combined.collect::<Vec<_>>(),
             "predictions": predictions.collect::<Vec<_>>(),
+            "asymmetries": self.asymmetries.iter().map(|a| json!({
+                "actuator": a.actuator, "value": a.value, "sigma": a.sigma, "unit": a.unit,
+                "frictionless": a.frictionless,
+            })).collect::<Vec<_>>(),
             "confounded": self.confounded.iter().map(|(a, b, _)| json!([a, b])).collect::<Vec<_>>(),
             "cures": self.confounded.iter().map(|(a, b, cure)| json!({ "pair": [a, b], "cure": cure })).collect::<Vec<_>>(),
             "cautions": self.cautions,
@@ -104,10 +113,12 @@ impl Identified {
             "{:width$} {:>12} {:>12} {:>12}  {:12} verdict",
             "parameter", "value", "sigma", "model", "unit"
         )?;
-        let shown = self
-            .parameters
-            .iter()
-            .filter(|p| !matches!(p.verdict, Verdict::Held | Verdict::NotExcited));
+        let shown = self.parameters.iter().filter(|p| match p.verdict {
+            Verdict::Held => false,
+            // Inertias that stay with the model are many.
+            Verdict::NotExcited => !p.is_inertia,
+            _ => true,
+        });
         for p in shown {
             let (value, sigma, prior) = (short(p.value), short(p.sigma), short(p.prior));
             writeln!(
@@ -140,6 +151,23 @@ impl Identified {
                 .collect();
             let what = if p.used_for_fit { "fitted" } else { "predicted" };
             writeln!(out, "  {} ({what}): {}", p.log, each.join(", "))?;
+        }
+        if !self.asymmetries.is_empty() {
+            writeln!(
+                out,
+                "\neffort forward plus effort backward at the same speed (in brackets without friction)"
+            )?;
+            for a in &self.asymmetries {
+                writeln!(
+                    out,
+                    "  {}: {} +- {} ({}) {}",
+                    a.actuator,
+                    short(a.value),
+                    short(a.sigma),
+                    short(a.frictionless),
+                    a.unit
+                )?;
+            }
         }
         if !self.confounded.is_empty() {
             writeln!(out, "\nnot distinguished by these data")?;
@@ -176,6 +204,10 @@ impl Identified {
                 p.unit,
                 p.verdict
             );
+        }
+        let is_left_out = |p: &Named| p.is_of_log && p.verdict != Verdict::Held;
+        if self.parameters.iter().any(is_left_out) {
+            out += "# Offsets and factors of formulas belong to the logs: this model does not contain them.\n";
         }
         out.push('\n');
         Ok(out + &text)

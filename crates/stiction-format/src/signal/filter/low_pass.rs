@@ -18,8 +18,8 @@ pub struct Smooth {
     pub signal: Signal,
     /// Standard deviation of what the filter removes.
     pub removed: f64,
-    /// Standard deviation of the acceleration that noise leaves.
-    pub acceleration_noise: f64,
+    /// Standard deviations of value and rate that noise leaves.
+    pub noise: [f64; 2],
 }
 
 impl LowPass {
@@ -52,7 +52,7 @@ impl LowPass {
         let smooth = filtered.map(|filtered| Smooth {
             signal: Signal::curve(filtered.curve),
             removed: filtered.removed,
-            acceleration_noise: filtered.acceleration_noise,
+            noise: filtered.noise_left,
         });
         smooth.collect()
     }

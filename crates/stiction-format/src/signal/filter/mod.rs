@@ -46,6 +46,9 @@ const RISE: f64 = 0.40;
 /// `∫ (u^2/(1 + WEIGHT u^8))^2 du` from 0 to infinity: the squared amplitude of the acceleration, `u`
 /// the ratio of frequency and cut-off. In closed form `(3/64) π/sin(3π/8) WEIGHT^(-5/8)`.
 const ACCELERATION_AREA: f64 = 0.276_51;
+/// `∫ (1/(1 + WEIGHT u^8))^2 du` and `∫ (u/(1 + WEIGHT u^8))^2 du` from 0 to infinity, for value and rate. In
+/// closed form `(7/64) π/sin(π/8) WEIGHT^(-1/8)` and `(5/64) π/sin(3π/8) WEIGHT^(-3/8)`.
+const AREAS: [f64; 2] = [1.002_48, 0.369_71];
 
 /// Time over which the filter spreads a step, s: from 10 % to 90 % of its height.
 pub(crate) fn rise_time(cutoff: f64) -> f64 {
@@ -65,6 +68,8 @@ pub(crate) struct Filtered {
     pub(crate) removed: f64,
     /// Standard deviation of the acceleration that noise leaves.
     pub(crate) acceleration_noise: f64,
+    /// Standard deviations of value and rate that noise leaves.
+    pub(crate) noise_left: [f64; 2],
     /// Largest magnitude of the filtered acceleration.
     pub(crate) acceleration: Peak,
     /// Largest loss of acceleration by smoothing, beyond the noise: the difference from a filter with
@@ -235,6 +240,10 @@ pub(crate) fn filter(samples: &Samples) -> Vec<Filtered> {
             curve,
             removed,
             acceleration_noise: (density * ACCELERATION_AREA * cutoff.powi(5)).sqrt(),
+            noise_left: [
+                (density * AREAS[0] * cutoff).sqrt(),
+                (density * AREAS[1] * cutoff.powi(3)).sqrt(),
+            ],
             acceleration,
             smearing,
             rests: rested.rests,
@@ -396,14 +405,23 @@ mod tests {
         }
     }
 
-    /// The closed form of the area by the trapezoidal rule.
+    /// The closed forms of the areas by the trapezoidal rule.
     #[test]
-    fn area_of_the_acceleration() {
+    fn areas_of_value_rate_and_acceleration() {
         let u = |k: usize| 1e-3 * k as f64;
-        let value = |u: f64| (u * u / (1.0 + WEIGHT * u.powi(8))).powi(2);
-        let area: f64 = (0..20_000).map(|k| 1e-3 * value(u(k))).sum();
-        let closed = 3.0 / 64.0 * PI / (0.375 * PI).sin() * WEIGHT.powf(-0.625);
-        assert!((ACCELERATION_AREA - closed).abs() < 1e-4, "{closed}");
-        assert!((area - closed).abs() < 1e-6, "{area}");
+        let amplitude = |u: f64| 1.0 / (1.0 + WEIGHT * u.powi(8));
+        let closed = [
+            7.0 / 64.0 * PI / (0.125 * PI).sin() * WEIGHT.powf(-0.125),
+            5.0 / 64.0 * PI / (0.375 * PI).sin() * WEIGHT.powf(-0.375),
+            3.0 / 64.0 * PI / (0.375 * PI).sin() * WEIGHT.powf(-0.625),
+        ];
+        for (order, stated) in [AREAS[0], AREAS[1], ACCELERATION_AREA].into_iter().enumerate() {
+            let value = |u: f64| (u.powi(order as i32) * amplitude(u)).powi(2);
+            // The first half step belongs to the value at zero alone.
+            let area: f64 =
+                (0..20_000).map(|k| 1e-3 * value(u(k))).sum::<f64>() - 5e-4 * value(0.0);
+            assert!((stated - closed[order]).abs() < 1e-4, "{order}: {}", closed[order]);
+            assert!((area - closed[order]).abs() < 1e-6, "{order}: {area}");
+        }
     }
 }

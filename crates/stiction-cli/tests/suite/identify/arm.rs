@@ -1,0 +1,93 @@
+//! A single axis: dwells, and efforts of the wrong sign.
+
+use super::{normal, parameter};
+use crate::program::{Folder, json};
+use serde_json::Value;
+use std::fmt::Write as _;
+
+const MODEL: &str = r#"
+gravity = [0, 0, 0]
+
+[bodies.arm]
+mass = "1 kg"
+com = [0, 0, 0]
+inertia = ["0.02 kg m^2", "0.02 kg m^2", "0.02 kg m^2"]
+
+[joints.axis]
+type = "R"
+from = "ground"
+to = "arm"
+axis = "z"
+actuated = true
+"#;
+const COULOMB: f64 = 2.0;
+const VISCOUS: f64 = 0.5;
+
+/// Moves of one second and one radian, forth and back, with dwells of one second between them. In a dwell the
+/// controller lets the arm creep by less than the noise of the encoder, and the effort is anywhere within the
+/// limits of friction.
+fn log(seed: u64, sign: f64) -> String {
+    let (mut noise, step) = (normal(seed), 2e-3);
+    let mut text = "time [s],axis [rad],axis.effort [N m]\n".to_owned();
+    for k in 0..10_000 {
+        let t = step * f64::from(k);
+        let (period, u) = ((t / 2.0).floor(), (t % 2.0).min(1.0));
+        let forth = if period % 2.0 == 0.0 { 1.0 } else { -1.0 };
+        let shape = u.powi(3) * (10.0 - 15.0 * u + 6.0 * u * u);
+        let mut angle = if forth > 0.0 { shape } else { 1.0 - shape };
+        let rate = forth * 30.0 * (u * (1.0 - u)).powi(2);
+        let acceleration = forth * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u);
+        let effort = if u < 1.0 {
+            0.02 * acceleration + COULOMB * forth + VISCOUS * rate
+        } else {
+            angle += 3e-4 * (2.0 * t).sin();
+            // Each dwell holds another effort.
+            0.9 * COULOMB * (7.0 * period).sin()
+        };
+        let angle = angle + 2e-4 * noise();
+        writeln!(text, "{t:.3},{angle},{}", sign * (effort + 0.02 * noise())).unwrap();
+    }
+    text
+}
+
+fn identified(folder: &Folder, logs: &[&str], more: &[&str]) -> Value {
+    let arguments = ["--filter", "10 Hz", "--json"];
+    let run = [&["identify", "arm.toml"], logs, &arguments, more].concat();
+    json(folder.stiction(&run).succeeds())
+}
+
+/// Friction at rest only has limits: dwells are recognised by the noise of the positions, left out and counted.
+#[test]
+fn dwells_are_left_out() {
+    let folder = Folder::new("identify-dwells");
+    folder.write("arm.toml", MODEL);
+    folder.write("log.csv", &log(1, 1.0));
+    let result = identified(&folder, &["log.csv"], &[]);
+    for (name, truth) in [("axis.coulomb", COULOMB), ("axis.viscous", VISCOUS)] {
+        let found = parameter(&result, name);
+        let (value, sigma) = (found["value"].as_f64().unwrap(), found["sigma"].as_f64().unwrap());
+        // Filtered steps of friction at both ends of each move are left out with the dwells.
+        assert!((value - truth).abs() < 3.0 * sigma, "{name}: {value} +- {sigma}");
+        assert!(sigma < 0.05 * truth, "{name}: {value} +- {sigma}");
+    }
+    let cautions = result["cautions"].to_string();
+    assert!(cautions.contains("because a joint is at rest there"), "{cautions}");
+}
+
+/// Friction shows a wrong sign where the model has no friction to compare with, in logs for prediction, too.
+#[test]
+fn wrong_signs_without_friction_in_the_model() {
+    let folder = Folder::new("identify-sign-arm");
+    folder.write("arm.toml", MODEL);
+    folder.write("good.csv", &log(1, 1.0));
+    folder.write("bad.csv", &log(2, -1.0));
+    let text = "efforts have the wrong sign on axis";
+    let wrong = identified(&folder, &["bad.csv"], &[]);
+    assert!(wrong["cautions"].to_string().contains(text), "{:#}", wrong["cautions"]);
+    assert_eq!(wrong["verdict"], "failed");
+    folder.write("options.toml", "[[logs]]\nfile = \"bad.csv\"\nuse = \"predict\"\n");
+    let predicted = identified(&folder, &["good.csv", "bad.csv"], &["--options", "options.toml"]);
+    let cautions = predicted["cautions"].to_string();
+    assert!(cautions.contains(&format!("bad.csv: {text}")), "{cautions}");
+    assert_ne!(predicted["verdict"], "failed", "{cautions}");
+}

@@ -1,0 +1,348 @@
+//! Reader of measured logs: CSV files with the coordinates and efforts of a robot.
+//!
+//! Unlike a prescribed motion, a log may have bad rows: they are named and left out.
+
+mod columns;
+mod preamble;
+
+use super::actuators::Actuators;
+use super::names::Names;
+use crate::contents::Contents;
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::model_file::ModelFile;
+use crate::signal::recorded::lines::{Cells, lines, parse_number, unify_line_ends};
+use crate::source::{Place, Source, Span};
+use std::sync::Arc;
+use stiction_core::kinematics::Coordinate;
+
+/// Meaning of a column of a log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LogRole {
+    /// Time.
+    Time,
+    /// Position of a coordinate.
+    Coordinate(Coordinate),
+    /// Rate of a coordinate, for logs without its position.
+    Rate(Coordinate),
+    /// Effort of an actuated degree of freedom at its joint, by index of the actuator.
+    Effort(usize),
+    /// Torque of the motor of a drive train, by index.
+    MotorTorque(usize),
+    /// Current of the motor of a drive train, by index.
+    Current(usize),
+    /// Not used: an acceleration, a commanded value, or a column that is declared as unused.
+    Unused,
+}
+
+/// Column of a log.
+#[derive(Clone, Debug)]
+pub struct LogColumn {
+    /// Name as written in the log, without the unit.
+    pub name: String,
+    /// Meaning.
+    pub role: LogRole,
+    /// Values, SI units.
+    pub values: Vec<f64>,
+}
+
+/// Rows of a log that were left out.
+#[derive(Clone, Debug, Default)]
+pub struct Rows {
+    /// The first of them: line and reason.
+    pub named: Vec<(usize, String)>,
+    /// Number of all of them.
+    pub count: usize,
+}
+
+/// A measured log.
+#[derive(Clone, Debug)]
+pub struct Log {
+    /// Times, s, increasing; of a table of steady motions numbers of rows.
+    pub times: Vec<f64>,
+    /// Line of the file of each time.
+    pub lines: Vec<usize>,
+    /// All columns but the time.
+    pub columns: Vec<LogColumn>,
+    /// Rows left out.
+    pub bad_rows: Rows,
+    /// True for a table of steady motions: each row is a motion of constant rate, not an instant.
+    pub is_steady: bool,
+}
+
+/// Description of a log beyond its text.
+#[derive(Clone, Debug, Default)]
+pub struct LogFormat<'a> {
+    /// Columns whose headers do not say their meaning.
+    pub renamed: &'a [Renamed],
+    /// True for a table of steady motions, which needs no time.
+    pub is_steady: bool,
+}
+
+/// Meaning of a column of a log whose header does not say it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Renamed {
+    /// Header of the column in the log.
+    pub column: String,
+    /// Header that states its meaning, such as `axis1 [deg]` or `A1.current [A]`; empty for a column that
+    /// is not used.
+    pub meaning: String,
+    /// Factor of its values, before the unit.
+    pub factor: f64,
+    /// Number added after the factor, in the unit.
+    pub offset: f64,
+}
+
+/// Bad rows that are named.
+const NAMED: usize = 20;
+/// Steps of the time by which a single row stands out.
+const JUMP: f64 = 3.0;
+
+impl Rows {
+    fn add(&mut self, line: usize, reason: String) {
+        self.count += 1;
+        if self.named.len() < NAMED {
+            self.named.push((line, reason));
+        }
+    }
+}
+
+impl Log {
+    /// True if the last row, not the one at `now`, breaks the order of time: without it, `now` follows after
+    /// a usual step.
+    fn has_jumped_before(&self, now: f64) -> bool {
+        let [.., first, before, last] = self.times[..] else { return false };
+        last > now && now > before && now - before <= JUMP * (before - first)
+    }
+}
+/// Minimum number of good rows: of a recording, and of a table of steady motions.
+const LEAST: [usize; 2] = [20, 4];
+
+impl ModelFile {
+    /// Reads a log. Cells that are no numbers and times that do not increase make a row bad: it is named
+    /// and left out.
+    ///
+    /// # Errors
+    /// Columns that are missing or not understood, or too few good rows, each with its place.
+    pub fn read_log(
+        &self,
+        name: &str,
+        contents: Contents,
+        format: LogFormat<'_>,
+    ) -> Result<Log, Diagnostics> {
+        let text = match contents {
+            Contents::Whole(text) => text,
+            Contents::Stored(store) => stored_text(&*store).map_err(|reason| {
+                Diagnostics::from(Diagnostic::error(
+                    "file",
+                    format!("cannot read {name}: {reason}"),
+                ))
+            })?,
+        };
+        let source = Arc::new(Source::new(name, unify_line_ends(text)));
+        let reader = Reader {
+            names: Names::of(&self.mechanism),
+            actuators: Actuators::of(&self.mechanism),
+            trains: self.mechanism.drive_trains().iter().map(|train| train.name.clone()).collect(),
+            format,
+            source: &source,
+        };
+        reader.read()
+    }
+}
+
+fn stored_text(store: &dyn crate::contents::Store) -> Result<String, String> {
+    let mut bytes = Vec::new();
+    let mut piece = vec![0; 1 << 20];
+    loop {
+        match store.read_at(bytes.len() as u64, &mut piece)? {
+            0 => break,
+            count => bytes.extend_from_slice(&piece[..count]),
+        }
+    }
+    String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())
+}
+
+struct Reader<'a> {
+    names: Names,
+    actuators: Actuators,
+    trains: Vec<String>,
+    format: LogFormat<'a>,
+    source: &'a Arc<Source>,
+}
+
+/// Meaning of a column with the conversion of its numbers.
+struct Meaning {
+    name: String,
+    role: LogRole,
+    /// Whole factor to SI units, and the number added before it.
+    factor: f64,
+    offset: f64,
+}
+
+impl Reader<'_> {
+    fn place(&self, span: Span) -> Place {
+        Place::new(self.source, span)
+    }
+
+    fn read(&self) -> Result<Log, Diagnostics> {
+        let text = self.source.text.as_str();
+        let searched: Vec<Span> = lines(self.source).take(preamble::SEARCHED).collect();
+        let is_known = |name: &str| {
+            let bare = name.split_once('[').map_or(name, |(label, _)| label.trim_end());
+            let is_renamed = |r: &Renamed| r.column == name || r.column == bare;
+            ["time", "t"].contains(&bare) || self.format.renamed.iter().any(is_renamed)
+        };
+        let Some(head) = preamble::find(text, &searched, is_known) else {
+            return Err(Diagnostic::error("samples", format!("{} is empty", self.source.name))
+                .help("a log begins with a header such as `time [s],leg1.P [m],leg1.P.effort [N]`")
+                .into());
+        };
+        let mut out = Diagnostics::new();
+        let mut cells = Cells::new(head.delimiter);
+        let units: Vec<Span> = head
+            .units
+            .clone()
+            .map_or(Vec::new(), |units| cells.split(text, units, usize::MAX).to_vec());
+        let spans: Vec<Span> = cells.split(text, head.names.clone(), usize::MAX).to_vec();
+        let mut meanings: Vec<Meaning> = Vec::new();
+        for (index, span) in spans.iter().enumerate() {
+            let below = units.get(index).map(|unit| &text[unit.clone()]);
+            let meaning = self.meaning(span.clone(), below, &mut out);
+            let again = meanings
+                .iter()
+                .find(|known| known.role == meaning.role && meaning.role != LogRole::Unused);
+            if let Some(known) = again {
+                let message = format!(
+                    "{} and {} are the same quantity",
+                    quoted(&known.name),
+                    quoted(&meaning.name)
+                );
+                out.push(
+                    Diagnostic::error("duplicate", message)
+                        .at(self.place(span.clone()), "again here")
+                        .help("declare one of them as unused in the options: `NAME = \"\"` below [columns]"),
+                );
+            }
+            meanings.push(meaning);
+        }
+        let time = meanings.iter().position(|m| m.role == LogRole::Time);
+        if time.is_none() && !self.format.is_steady {
+            out.push(
+                Diagnostic::error("missing-key", "the column `time` is missing")
+                    .at(self.place(head.names.clone()), "the columns")
+                    .help(
+                        "name the time column `time [s]`; for a table of steady motions write `steady = true` \
+                         below [[logs]] of the options",
+                    ),
+            );
+        }
+        if out.has_errors() {
+            return Err(out);
+        }
+        let rows = lines(self.source).skip(head.lines).map(|line| head.content(text, &line));
+        self.rows(rows, &mut cells, &meanings, time)
+    }
+
+    fn rows(
+        &self,
+        all: impl Iterator<Item = Span>,
+        cells: &mut Cells,
+        meanings: &[Meaning],
+        time: Option<usize>,
+    ) -> Result<Log, Diagnostics> {
+        let text = self.source.text.as_str();
+        let mut log = Log {
+            times: Vec::new(),
+            lines: Vec::new(),
+            columns: Vec::new(),
+            bad_rows: Rows::default(),
+            is_steady: self.format.is_steady,
+        };
+        let mut columns: Vec<LogColumn> = meanings
+            .iter()
+            .map(|m| LogColumn { name: m.name.clone(), role: m.role, values: Vec::new() })
+            .collect();
+        let (mut line, mut counted) = (1, 0);
+        let mut row = vec![0.0; meanings.len()];
+        for span in all {
+            line += text[counted..span.start].bytes().filter(|byte| *byte == b'\n').count();
+            counted = span.start;
+            let split = cells.split(text, span, meanings.len());
+            let mut fault = (split.len() != meanings.len())
+                .then(|| format!("{} cells instead of {}", split.len(), meanings.len()));
+            for ((value, cell), meaning) in row.iter_mut().zip(split).zip(meanings) {
+                let content = &text[cell.clone()];
+                if meaning.role == LogRole::Unused {
+                    continue;
+                }
+                match parse_number(content).filter(|x| x.is_finite()) {
+                    // Denormal numbers are zeros of a damaged conversion.
+                    Some(x) => *value = meaning.factor * (x + meaning.offset),
+                    None => {
+                        fault.get_or_insert_with(|| {
+                            let shown: String = content.chars().take(30).collect();
+                            match shown.is_empty() {
+                                true => format!("`{}` is empty", meaning.name),
+                                false => format!(
+                                    "`{}` is {}, not a number",
+                                    meaning.name,
+                                    quoted(&shown)
+                                ),
+                            }
+                        });
+                    }
+                }
+            }
+            let last = log.times.last().copied();
+            let now = time.map_or(log.times.len() as f64, |time| row[time]);
+            if fault.is_none() && log.has_jumped_before(now) {
+                let jump = format!(
+                    "the time {} s does not precede {now} s",
+                    log.times[log.times.len() - 1]
+                );
+                log.times.pop();
+                log.bad_rows.add(log.lines.pop().unwrap_or(line), jump);
+                for column in &mut columns {
+                    column.values.pop();
+                }
+            } else if fault.is_none()
+                && let Some(last) = last
+                && now <= last
+            {
+                fault = Some(format!("the time {now} s does not follow {last} s"));
+            }
+            match fault {
+                Some(reason) => log.bad_rows.add(line, reason),
+                None => {
+                    log.times.push(now);
+                    log.lines.push(line);
+                    for (column, value) in columns.iter_mut().zip(&row) {
+                        if column.role != LogRole::Unused && column.role != LogRole::Time {
+                            column.values.push(*value);
+                        }
+                    }
+                }
+            }
+        }
+        let good = log.times.len();
+        let bad = log.bad_rows.count;
+        let least = LEAST[usize::from(self.format.is_steady)];
+        if good < least || bad * 5 > good {
+            let first = log.bad_rows.named.first();
+            let first = first.map_or(String::new(), |(line, why)| format!("; line {line}: {why}"));
+            let message =
+                format!("{} has {good} good rows and {bad} bad ones{first}", self.source.name);
+            return Err(Diagnostic::error("samples", message)
+                .help(format!(
+                    "it needs at least {least} good rows, and at most one bad row in five good ones"
+                ))
+                .into());
+        }
+        columns.retain(|column| column.role != LogRole::Time);
+        log.columns = columns;
+        Ok(log)
+    }
+}
+
+#[cfg(test)]
+mod tests;

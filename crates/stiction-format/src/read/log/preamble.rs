@@ -1,0 +1,137 @@
+//! Finds the header of a log below the lines that recorders write before it.
+
+use crate::expression::unit_of;
+use crate::signal::recorded::lines::{Cells, Delimiter, parse_number};
+use crate::source::Span;
+
+/// Lines that are searched for the header.
+pub(super) const SEARCHED: usize = 64;
+
+/// Header of a log.
+pub(super) struct Head {
+    /// Line of the names of columns.
+    pub(super) names: Span,
+    /// Line of their units below the names, as some recorders write it.
+    pub(super) units: Option<Span>,
+    /// Separator of the columns.
+    pub(super) delimiter: Delimiter,
+    /// True if lines end with commas that a spreadsheet has added to a file with another separator.
+    pub(super) has_commas: bool,
+    /// Number of lines up to the first row.
+    pub(super) lines: usize,
+}
+
+/// Finds the header: the first line with a known name, or the first line of names with two rows below it, or
+/// below its units: lines with as many cells, at least two of them numbers. Without such a line the first
+/// line is the header.
+pub(super) fn find(text: &str, lines: &[Span], is_known: impl Fn(&str) -> bool) -> Option<Head> {
+    let first = lines.first()?;
+    let declared = Delimiter::declared(&text[first.clone()]);
+    let from = usize::from(declared.is_some() && lines.len() > 1);
+    let head = |at: usize| -> Option<Head> {
+        let (names, has_commas) = unpadded(text, &lines[at]);
+        let delimiter = declared.unwrap_or_else(|| Delimiter::of(&text[names.clone()]));
+        let has_commas = has_commas && !delimiter.is_comma();
+        let names = if has_commas { names } else { lines[at].clone() };
+        Some(Head { names, units: None, delimiter, has_commas, lines: at + 1 })
+    };
+    let found = |at: usize, needs_name: bool| {
+        let head = head(at)?;
+        let cells = |line: usize| -> Vec<&str> { head.cells(text, lines.get(line)) };
+        let names = cells(at);
+        let are_rows = |line: usize| {
+            let is_row = |line: usize| {
+                let row = cells(line);
+                row.len() == names.len() && numbers(&row) >= 2
+            };
+            is_row(line) && (line + 1 == lines.len() || is_row(line + 1))
+        };
+        if names.len() < 2 || 2 * numbers(&names) > names.len() {
+            return None;
+        }
+        let below = cells(at + 1);
+        let has_units = below.len() == names.len() && are_units(&below);
+        let is_header = match needs_name {
+            true => names.iter().any(|name| is_known(name)),
+            false => are_rows(at + 1 + usize::from(has_units)),
+        };
+        if has_units && is_header {
+            let units = Some(head.content(text, &lines[at + 1]));
+            return Some(Head { units, lines: at + 2, ..head });
+        }
+        is_header.then_some(head)
+    };
+    let mut all =
+        [true, false].into_iter().flat_map(|needs| (from..lines.len()).map(move |at| (at, needs)));
+    all.find_map(|(at, needs_name)| found(at, needs_name)).or_else(|| head(from))
+}
+
+impl Head {
+    /// A line without the commas that a spreadsheet has added.
+    pub(super) fn content(&self, text: &str, line: &Span) -> Span {
+        if self.has_commas { unpadded(text, line).0 } else { line.clone() }
+    }
+
+    fn cells<'a>(&self, text: &'a str, line: Option<&Span>) -> Vec<&'a str> {
+        let Some(line) = line else { return Vec::new() };
+        let mut cells = Cells::new(self.delimiter);
+        let spans = cells.split(text, self.content(text, line), usize::MAX);
+        spans.iter().map(|span| &text[span.clone()]).collect()
+    }
+}
+
+fn unpadded(text: &str, line: &Span) -> (Span, bool) {
+    let content = text[line.clone()].trim_end();
+    let bare = content.trim_end_matches(',');
+    (line.start..line.start + bare.len(), bare.len() < content.len())
+}
+
+fn numbers(cells: &[&str]) -> usize {
+    cells.iter().filter(|cell| parse_number(cell).is_some()).count()
+}
+
+/// True for cells that are units, one at least; percent has none of its own.
+fn are_units(cells: &[&str]) -> bool {
+    let is_unit = |cell: &&str| unit_of(cell).is_ok();
+    cells.iter().all(|cell| cell.is_empty() || ["%", "-"].contains(cell) || is_unit(cell))
+        && cells.iter().any(|cell| !cell.is_empty() && is_unit(cell))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(text: &str) -> (String, Option<String>, usize) {
+        let mut lines = Vec::new();
+        let mut at = 0;
+        for line in text.split('\n') {
+            lines.push(at..at + line.len());
+            at += line.len() + 1;
+        }
+        let head = find(text, &lines, |name| name == "time [s]").unwrap();
+        let units = head.units.map(|units| text[units].to_owned());
+        (text[head.names].to_owned(), units, head.lines)
+    }
+
+    #[test]
+    fn a_plain_header_is_the_first_line() {
+        assert_eq!(found("time [s],q\n0,1\n1,2"), ("time [s],q".into(), None, 1));
+        assert_eq!(found("sep=;\ntime [s];q\n0;1\n1;2"), ("time [s];q".into(), None, 2));
+        // Rows that are not understood do not hide it.
+        assert_eq!(found("time [s],q,r\nx,y,z\n0,1,2"), ("time [s],q,r".into(), None, 1));
+        assert_eq!(found("time [s],q\nx,1\nx,2"), ("time [s],q".into(), None, 1));
+    }
+
+    #[test]
+    fn lines_of_a_recorder_are_above_the_header() {
+        let text = "Date:;2020-07-06,,\nMax. samples:;500,,\nRecorded samples:;500,,\n\
+                    Scale:;0;True;2.000;5.000,,\n\
+                    Trigger:;1;0.0;name\nTriggerAttributes:;1;4;0x30\n;Velocity;Torque,,\nms;rpm;%,,\n0.0;0;-1200,,was -8.9\n\
+                    256.0;0;-9.4,,\n512.0;0;-9.4,,\n";
+        let (names, units, lines) = found(text);
+        assert_eq!(
+            (names.as_str(), units.as_deref(), lines),
+            (";Velocity;Torque", Some("ms;rpm;%"), 8)
+        );
+    }
+}

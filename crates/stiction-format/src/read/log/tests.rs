@@ -1,0 +1,112 @@
+//! Logs with bad rows, of recorders, and of steady motions.
+
+use super::*;
+use crate::{gallery, read};
+
+fn model() -> ModelFile {
+    let text = gallery::get("five-bar").unwrap();
+    read(&Source::new("five-bar.toml", text), &|_| Err("no files".into())).unwrap()
+}
+
+fn log(header: &str, rows: &[&str], renamed: &[Renamed]) -> Result<Log, Diagnostics> {
+    let mut text = format!("{header}\n");
+    for k in 0..30 {
+        text += &format!("{},1,{k},3\n", 0.01 * f64::from(k));
+    }
+    for row in rows {
+        text += row;
+        text.push('\n');
+    }
+    let format = LogFormat { renamed, ..LogFormat::default() };
+    model().read_log("log.csv", Contents::Whole(text), format)
+}
+
+#[test]
+fn units_and_renamed_columns() {
+    let renamed = [
+        Renamed {
+            column: "q2".into(),
+            meaning: "right_motor [deg]".into(),
+            factor: -2.0,
+            offset: 90.0,
+        },
+        Renamed { column: "spare".into(), meaning: String::new(), factor: 1.0, offset: 0.0 },
+    ];
+    let found = log("time [ms],left_motor.effort [mN m],q2,spare", &[], &renamed).unwrap();
+    assert!((found.times[2] - 2e-5).abs() < 1e-18);
+    assert_eq!(found.columns[0].role, LogRole::Effort(0));
+    assert!((found.columns[0].values[0] - 1e-3).abs() < 1e-18);
+    // 90 - 2 * 5 degrees.
+    assert!((found.columns[1].values[5] - 80f64.to_radians()).abs() < 1e-15);
+    assert_eq!(found.columns[2].role, LogRole::Unused);
+}
+
+/// A recorder's lines above the header, units below it, a time without a name, and rows that a
+/// spreadsheet has padded and somebody has edited.
+#[test]
+fn files_of_recorders() {
+    let mut text = "Date:;2020-07-06 17:01:36,,\nMax. samples:;500,,\n;Velocity;Torque,,\n\
+                    ms;rpm;%,,\n0.000;0;-1200,,was -8.9\n"
+        .to_owned();
+    for k in 1..30 {
+        text += &format!("{}.000;{k};-9.4,,\n", 256 * k);
+    }
+    let renamed = |column: &str, meaning: &str| Renamed {
+        column: column.into(),
+        meaning: meaning.into(),
+        factor: 1.0,
+        offset: 0.0,
+    };
+    let renamed =
+        [renamed("Velocity", "d(left_motor)"), renamed("Torque", "left_motor.effort [mN m]")];
+    let format = LogFormat { renamed: &renamed, ..LogFormat::default() };
+    let found = model().read_log("log.csv", Contents::Whole(text), format).unwrap();
+    assert_eq!(found.times[..2], [0.256, 0.512]);
+    assert!(matches!(found.columns[0].role, LogRole::Rate(_)));
+    assert!((found.columns[0].values[1] - 2.0 * std::f64::consts::PI / 30.0).abs() < 1e-15);
+    assert_eq!(found.columns[1].values[0], -9.4e-3);
+    assert_eq!(found.bad_rows.count, 1);
+    let (line, why) = &found.bad_rows.named[0];
+    assert_eq!(*line, 5);
+    assert!(why.contains("-1200,,was -8.9"), "{why}");
+}
+
+/// A table of steady motions has no time.
+#[test]
+fn steady_motions() {
+    let text = "name,d(left_motor) [rpm],left_motor.effort\na,1,2\nb,-1,-2\nc,2,3\nd,-2,-3\n";
+    let renamed =
+        [Renamed { column: "name".into(), meaning: String::new(), factor: 1.0, offset: 0.0 }];
+    let read = |is_steady| {
+        let format = LogFormat { renamed: &renamed, is_steady };
+        model().read_log("log.csv", Contents::Whole(text.to_owned()), format)
+    };
+    assert_eq!(read(true).unwrap().times, [0.0, 1.0, 2.0, 3.0]);
+    assert!(format!("{:?}", read(false).unwrap_err()).contains("steady = true"));
+}
+
+/// One wrong time is one bad row, whatever its direction.
+#[test]
+fn a_jump_of_the_time_blames_one_row() {
+    let header = "time [s],left_motor.effort,left_motor,right_motor";
+    for jump in ["99.0,1,1,1", "0.002,1,1,1"] {
+        let rows = ["0.3,1,1,1", jump, "0.31,1,1,1", "0.32,1,1,1", "0.33,1,1,1"];
+        let found = log(header, &rows, &[]).unwrap();
+        assert_eq!((found.times.len(), found.bad_rows.count), (34, 1), "{jump}");
+        assert_eq!(found.bad_rows.named[0].0, 33);
+        assert!(found.columns.iter().all(|c| c.values.len() == 34));
+    }
+}
+
+#[test]
+fn bad_rows_have_a_line_and_a_reason() {
+    let header = "time [s],left_motor.effort,left_motor,right_motor";
+    let rows = ["0.3,,was -8.9,1", "0.31,1,1e999,2", "0.32,1", "0.1,1,1,1", "0.33,1,5.3e-43,1"];
+    let found = log(header, &rows, &[]).unwrap();
+    assert_eq!((found.times.len(), found.bad_rows.count), (31, 4));
+    let lines: Vec<usize> = found.bad_rows.named.iter().map(|(line, _)| *line).collect();
+    assert_eq!(lines, [32, 33, 34, 35]);
+    assert!(found.bad_rows.named[0].1.contains("is empty"));
+    assert!(found.bad_rows.named[3].1.contains("does not follow"));
+    assert!(log(header, &["x,1,1,1"; 40], &[]).is_err());
+}

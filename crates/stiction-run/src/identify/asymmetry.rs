@@ -1,0 +1,124 @@
+//! Asymmetry: differences of efforts between the two directions of motion.
+//!
+//! Weight, friction that depends on the load, and friction that depends on the direction make a drive need
+//! more effort in one direction than in the other.
+
+use super::prepare::Prepared;
+use nalgebra::{DMatrix, DVector};
+use stiction_core::mechanism::Mechanism;
+use stiction_identify::{Block, Kind, Options, Parameter, Problem, Rows};
+
+/// Difference of the efforts of an actuator between its two directions of motion.
+#[derive(Clone, Debug)]
+pub struct Asymmetry {
+    /// Name of the actuator.
+    pub actuator: String,
+    /// Twice the part of the effort that does not change its sign with the direction, N or N m: effort forward
+    /// plus effort backward at the same speed.
+    pub value: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+    /// Its part by the model without friction, N or N m.
+    pub frictionless: f64,
+    /// Unit.
+    pub unit: &'static str,
+}
+
+/// Least part of the rows in each direction.
+const BOTH: f64 = 0.05;
+
+/// Asymmetries of the measured efforts, without the changes of weight and inertia along the motion.
+pub(super) fn of_efforts(
+    all: &[Prepared],
+    actuators: &[String],
+    mechanism: &Mechanism,
+) -> Vec<Asymmetry> {
+    let joints = mechanism.joints();
+    let units = mechanism.actuators().map(|(joint, dof)| {
+        if joints[joint.0].joint_type.dofs()[dof].translates() { "N" } else { "N m" }
+    });
+    let each = actuators.iter().zip(units).enumerate().filter_map(|(channel, (actuator, unit))| {
+        let fits = || all.iter().filter(|log| !log.predict);
+        let count: usize = fits().map(|log| log.known[channel].len()).sum();
+        let sum: f64 = fits().flat_map(|log| &log.known[channel]).sum();
+        let mean = sum / count.max(1) as f64;
+        let (value, sigma) = constant_part(all, channel, |log| {
+            let rows = &log.block.channels[channel];
+            let known = DVector::from_column_slice(&log.known[channel]);
+            &rows.measured - known.add_scalar(-mean)
+        })?;
+        let (value, sigma) = (2.0 * value, 2.0 * sigma);
+        Some(Asymmetry { actuator: actuator.clone(), value, sigma, frictionless: 2.0 * mean, unit })
+    });
+    each.collect()
+}
+
+/// Cautions on residuals that differ between the directions: `at` are the values that rows multiply.
+pub(super) fn left(all: &[Prepared], actuators: &[String], at: &DVector<f64>) -> Vec<String> {
+    let each = actuators.iter().enumerate().filter_map(|(channel, name)| {
+        let residuals = |log: &Prepared| log.block.channels[channel].residuals(at);
+        let (value, sigma) = constant_part(all, channel, residuals)?;
+        let fits = all.iter().filter(|log| !log.predict);
+        let rows = fits.map(|log| &log.block.channels[channel]);
+        let (square, count) =
+            rows.fold((0.0, 0), |(s, n), rows| (s + rows.measured.norm_squared(), n + rows.len()));
+        let size = (square / count.max(1) as f64).sqrt();
+        (value.abs() > 3.0 * sigma && value.abs() > 0.02 * size).then(|| {
+            format!(
+                "{name}: the residuals of the two directions of motion differ by {:.3e} +- {:.1e}: estimate a \
+                 constant error of the effort by `offsets = true`, or give the joint friction that depends on the \
+                 direction (`backward`)",
+                2.0 * value,
+                2.0 * sigma
+            )
+        })
+    });
+    each.collect()
+}
+
+/// Constant part of a signal over the rows of an actuator, beside multiples of the direction and of the rate
+/// of motion, with its standard deviation; none without motion in both directions.
+fn constant_part(
+    all: &[Prepared],
+    channel: usize,
+    signal: impl Fn(&Prepared) -> DVector<f64>,
+) -> Option<(f64, f64)> {
+    let mut blocks = Vec::new();
+    for log in all.iter().filter(|log| !log.predict) {
+        let right = signal(log);
+        let directions = &log.directions[channel];
+        let matrix = DMatrix::from_fn(right.len(), 3, |row, column| match column {
+            2 => 1.0,
+            column => directions[row][column],
+        });
+        let steps = log.block.channels[channel].steps.clone();
+        let rows = Rows { matrix, measured: right.clone(), right, steps };
+        blocks.push(Block { channels: vec![rows], independence: log.block.independence });
+    }
+    let rows = || blocks.iter().map(|block| &block.channels[0]);
+    let count = rows().map(Rows::len).sum::<usize>() as f64;
+    let signs =
+        || rows().flat_map(|rows| rows.matrix.column(0).iter().copied().collect::<Vec<_>>());
+    let part =
+        |is_in: fn(f64) -> bool| signs().filter(|s| is_in(*s)).count() as f64 / count.max(1.0);
+    if part(|s| s > 0.5) < BOTH || part(|s| s < -0.5) < BOTH {
+        return None;
+    }
+    let norm =
+        |column: usize| rows().map(|r| r.matrix.column(column).norm_squared()).sum::<f64>().sqrt();
+    let size = rows().map(|r| r.right.norm_squared()).sum::<f64>().sqrt();
+    let parameters: Vec<Parameter> = (0..3)
+        .map(|column| Parameter {
+            name: String::new(),
+            unit: "",
+            // Kinds without a sign.
+            kind: Kind::Offset(column),
+            prior: 0.0,
+            scale: (size / norm(column)).max(1e-300),
+        })
+        .collect();
+    let options =
+        Options { strength: Some(1.0), radius: 1.0, held: vec![false; 3], tied: Vec::new() };
+    let found = Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve();
+    Some((found.values[2], found.sigmas[2]))
+}

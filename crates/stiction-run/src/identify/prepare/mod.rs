@@ -1,0 +1,133 @@
+//! From a log to rows of the regression: filtered positions, efforts and columns.
+
+mod filter;
+mod loads;
+mod motion;
+mod rows;
+mod saturation;
+
+use super::IdentifyError as Error;
+use super::chosen::{assembled, chosen_coordinates, chosen_efforts, refuse};
+use super::options::LogSettings;
+use loads::MuColumns;
+use motion::{Motion, Used};
+use stiction_core::kinematics::Coordinate;
+use stiction_format::{Drives, Log, ModelFile};
+use stiction_identify::{Block, Choice, Regressor};
+
+/// A log with its options.
+#[derive(Clone, Debug)]
+pub struct MeasuredLog {
+    /// Name in results.
+    pub name: String,
+    /// Its rows.
+    pub log: Log,
+    /// Its options.
+    pub settings: LogSettings,
+}
+
+/// Part of the instants that may fail.
+const MAY_FAIL: f64 = 0.05;
+
+/// A prepared log.
+pub(super) struct Prepared {
+    pub(super) name: String,
+    pub(super) predict: bool,
+    pub(super) block: Block,
+    pub(super) regressor: Regressor,
+    /// Instants of the regressor: time, then positions, rates, accelerations.
+    pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
+    /// Columns of coefficients of friction.
+    mu: MuColumns,
+    /// Direction and rate of each actuator, filtered as its rows.
+    pub(super) directions: Vec<Vec<[f64; 2]>>,
+    /// Efforts of the model without friction, N or N m, for the rows of each actuator.
+    pub(super) known: Vec<Vec<f64>>,
+    /// Cut-off frequency, Hz; none for steady motions.
+    pub(super) cutoff: Option<f64>,
+    /// Standard deviation of white noise of each effort after the filter, N or N m; none for steady motions.
+    pub(super) effort_noise: Option<Vec<f64>>,
+    pub(super) cautions: Vec<String>,
+}
+
+impl Prepared {
+    pub(super) fn new(
+        model: &ModelFile,
+        log: &MeasuredLog,
+        (filter, choice): (Option<f64>, Choice),
+        terms: &[Drives],
+    ) -> Result<Self, Error> {
+        let chosen = chosen_coordinates(model, log)?;
+        let (efforts, _) = chosen_efforts(&model.mechanism, log)?;
+        let used = Used::of(log)?;
+        let mut cautions = Vec::new();
+        for chosen in &chosen {
+            let name = &log.log.columns[chosen.column()].name;
+            let values = used.pick(chosen.column());
+            let is_still = match chosen.position {
+                Some(_) => !log.log.is_steady && values.iter().all(|x| *x == values[0]),
+                None => values.iter().all(|x| *x == 0.0),
+            };
+            if is_still {
+                cautions.push(format!(
+                    "{}: `{name}` is constant: nothing that needs its motion can be identified",
+                    log.name
+                ));
+            } else if chosen.position.is_none() && !log.log.is_steady {
+                cautions.push(format!(
+                    "{}: `{name}` is a rate; positions are its integral, from the position of the model",
+                    log.name
+                ));
+            }
+        }
+        let motion = match log.log.is_steady {
+            true => motion::steady(&used, &chosen),
+            false => motion::filtered(&used, &chosen, filter)?,
+        };
+        let only: Vec<Coordinate> = chosen.iter().map(|chosen| chosen.coordinate).collect();
+        let first: Vec<f64> = motion.targets[0].iter().map(|target| target.value).collect();
+        let solver = assembled(model, log, &only, &first)?;
+        let mut regressor = Regressor::new(solver, choice).map_err(|unsuitable| {
+            refuse(
+                format!("{}: {unsuitable}", log.name),
+                "redundant actuation is not identified yet",
+            )
+        })?;
+        let mut carried = model.mechanism.clone();
+        for payload in &log.settings.payloads {
+            carried = carried.with_payload(payload.body, &payload.part);
+        }
+        regressor.carry(&carried);
+        regressor.set_rate_noise(&motion.rate_noise);
+        let computed = rows::computed(&mut regressor, &motion, (&only, terms), &log.name)?;
+        cautions.extend(computed.caution.clone());
+        let measured = rows::measured(&used, &efforts, &motion, &mut cautions)?;
+        let assembled =
+            rows::assembled(&computed, &measured, &motion, &mut cautions, (&log.name, model));
+        let Motion { filter, cutoff, .. } = motion;
+        let mu = MuColumns::new(&regressor, &computed, &assembled, filter);
+        if log.log.bad_rows.count > 0 {
+            cautions.push(bad_rows(log));
+        }
+        Ok(Self {
+            name: log.name.clone(),
+            predict: log.settings.predict,
+            directions: assembled.directions,
+            known: assembled.known,
+            block: assembled.block,
+            regressor,
+            instants: computed.instants,
+            mu,
+            cutoff,
+            effort_noise: measured.noise,
+            cautions,
+        })
+    }
+}
+
+fn bad_rows(log: &MeasuredLog) -> String {
+    let rows = &log.log.bad_rows;
+    let named: Vec<String> =
+        rows.named.iter().map(|(line, why)| format!("line {line}: {why}")).collect();
+    format!("{}: {} bad rows are left out: {}", log.name, rows.count, named.join("; "))
+}

@@ -1,0 +1,301 @@
+//! Rows of the regression: columns of the model and measured efforts, through the same filter.
+
+use super::filter::RowFilter;
+use super::motion::{Motion, ROWS_PER_PERIOD, Used};
+use super::saturation;
+use crate::identify::IdentifyError as Error;
+use crate::identify::chosen::refuse;
+use nalgebra::{DMatrix, DVector};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_format::{Drives, ModelFile};
+use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
+
+/// Share of friction at rest, or of saturated samples, in a filtered row above which it is left out.
+const RESTING: f64 = 0.02;
+/// Signals of each actuator beside its columns: known effort, two kinds of rest, direction, rate.
+const EXTRA: usize = 5;
+
+/// Columns of the model at the instants of the regressor.
+pub(super) struct Computed {
+    pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
+    /// Columns of coefficients of friction for unit loads, column by column.
+    pub(super) unit_friction: Vec<Vec<f64>>,
+    /// Indices of coefficients of friction.
+    pub(super) mu: Vec<usize>,
+    /// For each actuator its columns, then the [`EXTRA`] signals.
+    signals: Vec<Vec<f64>>,
+    actuators: usize,
+    width: usize,
+    pub(super) caution: Option<String>,
+}
+
+/// Measured efforts at the rows of the regression.
+pub(super) struct Measured {
+    /// Each effort, then the share of saturated samples.
+    rows: Vec<Vec<f64>>,
+    pub(super) noise: Option<Vec<f64>>,
+}
+
+/// Rows of the regression.
+pub(super) struct Assembled {
+    pub(super) block: Block,
+    pub(super) directions: Vec<Vec<[f64; 2]>>,
+    pub(super) known: Vec<Vec<f64>>,
+    /// Times of all rows, s.
+    pub(super) at: Vec<f64>,
+}
+
+/// Computes the columns along a motion.
+pub(super) fn computed(
+    regressor: &mut Regressor,
+    motion: &Motion,
+    (coordinates, terms): (&[Coordinate], &[Drives]),
+    name: &str,
+) -> Result<Computed, Error> {
+    let parameters = regressor.parameters().to_vec();
+    let width = parameters.len();
+    let actuators = coordinates.len();
+    let mu: Vec<usize> =
+        (0..width).filter(|&k| matches!(parameters[k].kind, Kind::Mu(_))).collect();
+    let (mut instants, mut unit_friction) = (Vec::new(), Vec::new());
+    // For each actuator, rest of all friction in its effort, and of its own joint.
+    let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
+    let mut signals = Vec::new();
+    let mut failure: Option<(f64, String)> = None;
+    for (&time, targets) in motion.times.iter().zip(&motion.targets) {
+        let q: Vec<f64> = targets.iter().map(|t| t.value).collect();
+        let v: Vec<f64> = targets.iter().map(|t| t.rate).collect();
+        let a: Vec<f64> = targets.iter().map(|t| t.acceleration).collect();
+        let mut columns = match regressor.at(&q, &v, &a) {
+            Ok(columns) => columns,
+            Err(status) => {
+                failure.get_or_insert((time, format!("{status:?}")));
+                continue;
+            }
+        };
+        for (index, drives) in terms.iter().enumerate() {
+            let place = parameters.iter().position(|p| p.kind == Kind::Term(index));
+            if let Some(column) = place {
+                write_term(drives, time, (coordinates, targets), &mut columns.matrix, column);
+                if columns.matrix.column(column).iter().any(|x| !x.is_finite()) {
+                    return Err(refuse(
+                        format!(
+                            "{name}: the term `{}` has no value at {time:.4} s",
+                            parameters[column].name
+                        ),
+                        "a formula may contain the coordinates that are logged for the actuators, or in their place",
+                    ));
+                }
+            }
+        }
+        let friction =
+            mu.iter().flat_map(|&k| columns.matrix.column(k).iter().copied().collect::<Vec<_>>());
+        unit_friction.push(friction.collect());
+        let mut row = Vec::with_capacity(actuators * (width + EXTRA));
+        for channel in 0..actuators {
+            let (rate, own) = regressor.actuator_rate(channel).unwrap_or((0.0, Rest::Sliding));
+            rests[channel][0].push(columns.rest[channel]);
+            rests[channel][1].push(own);
+            let direction = if rate == 0.0 { 0.0 } else { rate.signum() };
+            row.extend(columns.matrix.row(channel).iter());
+            row.extend([columns.known[channel], 0.0, 0.0, direction, rate]);
+        }
+        signals.push(row);
+        instants.push((time, [q, v, a]));
+    }
+    let count = motion.times.len();
+    let mut caution = None;
+    if let Some((time, why)) = failure {
+        let failed = count - signals.len();
+        let least = if motion.cutoff.is_some() { 20 } else { 4 };
+        if signals.len() < least || failed as f64 > super::MAY_FAIL * count as f64 {
+            return Err(refuse(
+                format!(
+                    "{name}: the model cannot follow {failed} of {count} positions, first at {time:.4} s: {why}"
+                ),
+                "check units, signs and offsets of the positions, and the geometry of the model",
+            ));
+        }
+        caution = Some(format!(
+            "{name}: {failed} positions that the model cannot reach are left out, first at {time:.4} s"
+        ));
+    }
+    let times: Vec<f64> = instants.iter().map(|(time, _)| *time).collect();
+    let shortest = motion.cutoff.map_or(0.0, f64::recip);
+    for (channel, rests) in rests.iter().enumerate() {
+        let base = channel * (width + EXTRA) + width;
+        let [all, own] = rests.each_ref().map(|rest| dwells(&times, rest, shortest));
+        for ((row, all), own) in signals.iter_mut().zip(all).zip(own) {
+            row[base + 1] = f64::from(u8::from(all[0] || own[1]));
+            row[base + 2] = f64::from(u8::from(all[1]));
+        }
+    }
+    Ok(Computed { instants, unit_friction, mu, signals, actuators, width, caution })
+}
+
+/// For each instant, whether an effort is certainly at rest there, and whether it may be. A short time within
+/// the noise is a reversal, in which friction changes its sign once.
+fn dwells(times: &[f64], rest: &[Rest], shortest: f64) -> Vec<[bool; 2]> {
+    let mut all: Vec<[bool; 2]> = rest.iter().map(|rest| [*rest == Rest::Resting; 2]).collect();
+    let mut from = 0;
+    while from < rest.len() {
+        let length = rest[from..].iter().take_while(|rest| **rest != Rest::Sliding).count();
+        if length > 0 && times[from + length - 1] - times[from] >= shortest {
+            all[from..from + length].iter_mut().for_each(|[_, uncertain]| *uncertain = true);
+        }
+        from += length.max(1);
+    }
+    all
+}
+
+/// Filters the measured efforts.
+pub(super) fn measured(
+    used: &Used<'_>,
+    efforts: &[(usize, f64)],
+    motion: &Motion,
+    cautions: &mut Vec<String>,
+) -> Result<Measured, Error> {
+    let log = used.log;
+    let each = efforts.iter().map(|(column, factor)| {
+        used.pick(*column).iter().map(|x| factor * x).collect::<Vec<f64>>()
+    });
+    let raw: Vec<Vec<f64>> = each.collect();
+    let mut saturated = vec![false; used.times.len()];
+    for ((column, _), values) in efforts.iter().zip(&raw) {
+        let name = &log.log.columns[*column].name;
+        if values.iter().all(|x| *x == values[0]) {
+            return Err(refuse(
+                format!("{}: `{name}` is constant", log.name),
+                "log the measured effort, or leave the log out",
+            ));
+        }
+        if motion.cutoff.is_none() {
+            continue;
+        }
+        if let Some((first, count)) = saturation::mark(values, &mut saturated) {
+            cautions.push(format!(
+                "{}: {count} samples of `{name}` are at its limit and left out, first in line {}",
+                log.name, log.log.lines[used.rows[first]]
+            ));
+        }
+    }
+    let write = |k: usize, out: &mut [f64]| {
+        for (slot, values) in out.iter_mut().zip(&raw) {
+            *slot = values[k];
+        }
+        out[raw.len()] = f64::from(u8::from(saturated[k]));
+    };
+    let rows = motion.filter.apply(&used.times, raw.len() + 1, write, &motion.rows);
+    let noise = motion.cutoff.map(|cutoff| {
+        let left = (1.8 * cutoff / used.rate()).sqrt();
+        raw.iter().map(|values| saturation::roughness(values) * left).collect()
+    });
+    Ok(Measured { rows, noise })
+}
+
+/// Joins columns and measured efforts, without the rows at rest.
+pub(super) fn assembled(
+    computed: &Computed,
+    measured: &Measured,
+    motion: &Motion,
+    cautions: &mut Vec<String>,
+    (name, model): (&str, &ModelFile),
+) -> Assembled {
+    let Computed { actuators, width, .. } = *computed;
+    let grid: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();
+    let is_filtered = matches!(motion.filter, RowFilter::LowPass(_));
+    // Without a filter, rows are instants, and those that failed are missing.
+    let kept: Vec<usize> = (0..motion.rows.len())
+        .filter(|&k| is_filtered || grid.binary_search_by(|t| t.total_cmp(&motion.rows[k])).is_ok())
+        .collect();
+    let at: Vec<f64> = kept.iter().map(|&k| motion.rows[k]).collect();
+    let filtered = motion.filter.apply(
+        &grid,
+        actuators * (width + EXTRA),
+        |k, out| out.copy_from_slice(&computed.signals[k]),
+        &at,
+    );
+    let (mut channels, mut directions, mut known) = (Vec::new(), Vec::new(), Vec::new());
+    let joints = model.mechanism.joints();
+    let names = model.mechanism.actuators().map(|(joint, dof)| joints[joint.0].actuator_name(dof));
+    for (channel, actuator) in names.enumerate() {
+        let base = channel * (width + EXTRA) + width;
+        let moving = |signal: usize| -> Vec<usize> {
+            let is_moving = |k: &usize| {
+                filtered[*k][base + signal].abs() < RESTING
+                    && measured.rows[kept[*k]][actuators].abs() < RESTING
+            };
+            (0..at.len()).filter(is_moving).collect()
+        };
+        let (mut used, certain) = (moving(2), moving(1));
+        if 2 * used.len() < at.len() && used.len() < certain.len() {
+            cautions.push(format!(
+                "{name}: noise of the rates hides the direction of friction in {} of {} rows of {actuator}; they \
+                 are used with the direction of the filtered rate",
+                certain.len() - used.len(),
+                at.len()
+            ));
+            used = certain;
+        }
+        let resting = (0..at.len()).filter(|&k| filtered[k][base + 2].abs() >= RESTING).count();
+        if resting > 0 && used.len() < at.len() {
+            cautions.push(format!(
+                "{name}: {} of {} rows of {actuator} are left out, because a joint is at rest there and its \
+                 friction has only limits",
+                at.len() - used.len(),
+                at.len()
+            ));
+        }
+        let matrix = DMatrix::from_fn(used.len(), width, |row, column| {
+            filtered[used[row]][base - width + column]
+        });
+        let total = DVector::from_fn(used.len(), |row, _| measured.rows[kept[used[row]]][channel]);
+        let own = DVector::from_fn(used.len(), |row, _| filtered[used[row]][base]);
+        directions
+            .push(used.iter().map(|&k| [filtered[k][base + 3], filtered[k][base + 4]]).collect());
+        known.push(own.as_slice().to_vec());
+        channels.push(Rows { matrix, right: &total - own, measured: total, steps: used });
+    }
+    let independence = if is_filtered { 2.0 / ROWS_PER_PERIOD } else { 1.0 };
+    Assembled { block: Block { channels, independence }, directions, known, at }
+}
+
+/// Writes the column of a formula.
+fn write_term(
+    drives: &Drives,
+    time: f64,
+    (coordinates, targets): (&[Coordinate], &[Target<f64>]),
+    matrix: &mut DMatrix<f64>,
+    column: usize,
+) {
+    let measure = |wanted: Coordinate| {
+        let place = coordinates.iter().position(|own| *own == wanted);
+        place.map_or(Target { value: f64::NAN, rate: f64::NAN, acceleration: f64::NAN }, |k| {
+            targets[k]
+        })
+    };
+    for (actuator, law) in &drives.laws {
+        matrix[(*actuator, column)] = law.at(time, measure, &[]);
+    }
+    for (actuator, signal) in &drives.efforts {
+        matrix[(*actuator, column)] = signal.at(time).value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A reversal is short; a dwell lasts.
+    #[test]
+    fn dwells_are_distinguished_from_reversals() {
+        use Rest::{Resting as R, Sliding as S, Uncertain as U};
+        let rest = [S, U, U, S, S, U, R, U, U, U, S, R, S];
+        let times: Vec<f64> = (0..rest.len()).map(|k| 0.1 * k as f64).collect();
+        let found = dwells(&times, &rest, 0.35);
+        let marked =
+            |which: usize| -> Vec<usize> { (0..rest.len()).filter(|&k| found[k][which]).collect() };
+        assert_eq!(marked(0), [6, 11]);
+        assert_eq!(marked(1), [5, 6, 7, 8, 9, 11]);
+    }
+}

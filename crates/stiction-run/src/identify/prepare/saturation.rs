@@ -1,0 +1,78 @@
+//! Efforts at the limit of a drive, and their white noise.
+
+/// Samples of one extreme value in a row that mean saturation.
+const SATURATED: usize = 5;
+
+/// Marks samples that stay at the greatest or least value; the first of them and their number. Signals that
+/// stay constant at other values, too, are coarse or piecewise constant, and no drive is limited at zero: these
+/// are not saturated.
+pub(super) fn mark(values: &[f64], marks: &mut [bool]) -> Option<(usize, usize)> {
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let (mut at_limit, mut elsewhere): (Vec<(usize, usize)>, usize) = (Vec::new(), 0);
+    let mut from = 0;
+    for k in 0..=values.len() {
+        let goes_on = k > 0 && k < values.len() && values[k] == values[k - 1];
+        if goes_on {
+            continue;
+        }
+        if k - from >= SATURATED {
+            match values[from] {
+                x if x != 0.0 && (x == high || x == low) => at_limit.push((from, k)),
+                _ => elsewhere += k - from,
+            }
+        }
+        from = k;
+    }
+    let count: usize = at_limit.iter().map(|(from, until)| until - from).sum();
+    if 2 * elsewhere >= count {
+        return None;
+    }
+    for &(from, until) in &at_limit {
+        marks[from..until].iter_mut().for_each(|mark| *mark = true);
+    }
+    at_limit.first().map(|(first, _)| (*first, count))
+}
+
+/// Standard deviation of white noise, from third differences.
+pub(super) fn roughness(values: &[f64]) -> f64 {
+    let sum: f64 = values.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)).sum();
+    (sum / (20.0 * values.len().max(4) as f64 - 60.0).max(1.0)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn marked(values: &[f64]) -> (Option<(usize, usize)>, usize) {
+        let mut marks = vec![false; values.len()];
+        let found = mark(values, &mut marks);
+        (found, marks.iter().filter(|mark| **mark).count())
+    }
+
+    #[test]
+    fn only_runs_at_the_extremes_are_saturated() {
+        let values = [0.0, 1.0, 5.0, 5.0, 5.0, 5.0, 5.0, 2.0, 2.0, 2.0, 2.0, 5.0, 1.0];
+        assert_eq!(marked(&values), (Some((2, 5)), 5));
+        assert_eq!(marked(&[1.0, 2.0, 1.0]), (None, 0));
+    }
+
+    /// Efforts that are constant in pieces, and an effort that never leaves zero to one side.
+    #[test]
+    fn plateaus_and_zeros_are_not_saturated() {
+        let plateaus = [[3.0; 8], [1.0; 8], [-1.0; 8]].concat();
+        assert_eq!(marked(&plateaus), (None, 0));
+        let zeros = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 3.0, 2.0, 1.0, 0.5, 0.0];
+        assert_eq!(marked(&zeros), (None, 0));
+    }
+
+    /// White noise of unit variance, by its third differences.
+    #[test]
+    fn roughness_of_noise_on_a_slow_signal() {
+        let mut random = stiction_core::random::Random::new(2);
+        // Uniform from -1 to 1: the standard deviation is 1/sqrt(3).
+        let values: Vec<f64> =
+            (0..20_000).map(|k| (1e-3 * k as f64).sin() * 50.0 + random.number()).collect();
+        assert!((roughness(&values) * 3f64.sqrt() - 1.0).abs() < 0.03);
+    }
+}

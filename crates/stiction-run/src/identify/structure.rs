@@ -1,0 +1,93 @@
+//! Structure: the combinations of parameters that efforts depend on.
+
+use super::prepare::Prepared;
+use super::run::Combined;
+use nalgebra::DMatrix;
+use stiction_core::random::Random;
+use stiction_identify::{BaseParameters, Estimate, Evidence, Kind, Parameter, Verdict};
+
+/// Instants of random rates for the structure.
+const STRUCTURE_SAMPLES: usize = 240;
+
+/// Structure of a mechanism about the positions of the logs, with random rates.
+pub(super) struct Structure {
+    /// Combinations of all parameters.
+    pub(super) all: BaseParameters,
+    /// Combinations of those that are not held.
+    pub(super) free: BaseParameters,
+}
+
+/// Combinations that the mechanism lets be determined.
+pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool]) -> Structure {
+    let mut random = Random::new(1);
+    let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
+    let per_log = STRUCTURE_SAMPLES.div_ceil(all.len());
+    for log in all {
+        let mut regressor = log.regressor.clone();
+        let mut engine = regressor.engine_data();
+        let nominal =
+            regressor.engine_parameters(&parameters.iter().map(|p| p.prior).collect::<Vec<_>>());
+        let size = |pick: fn(&[Vec<f64>; 3]) -> &Vec<f64>| {
+            let all = log.instants.iter().flat_map(|(_, motion)| pick(motion));
+            all.fold(1e-6, |max: f64, x| max.max(x.abs()))
+        };
+        let (fastest, most) = (size(|m| &m[1]), size(|m| &m[2]));
+        let stride = (log.instants.len() / per_log).max(1);
+        for (_, [q, ..]) in log.instants.iter().step_by(stride) {
+            let v: Vec<f64> = q.iter().map(|_| fastest * random.number()).collect();
+            let a: Vec<f64> = q.iter().map(|_| most * random.number()).collect();
+            let Ok(columns) = regressor.at(q, &v, &a) else { continue };
+            let Ok(loads) = regressor.loads(&nominal, &mut engine, [q, &v, &a]) else { continue };
+            for channel in 0..columns.matrix.nrows() {
+                let mut row = columns.matrix.row(channel).into_owned();
+                for (k, p) in parameters.iter().enumerate() {
+                    if let Kind::Mu(i) = p.kind {
+                        row[k] *= loads[i] - nominal.interfaces[i].load.preload;
+                    }
+                }
+                rows.push(row);
+            }
+        }
+    }
+    let whole = match rows.is_empty() {
+        true => DMatrix::zeros(0, parameters.len()),
+        false => DMatrix::from_rows(&rows),
+    };
+    let mut free = whole.clone();
+    for (k, held) in held.iter().enumerate() {
+        if *held {
+            free.column_mut(k).fill(0.0);
+        }
+    }
+    Structure {
+        all: BaseParameters::of(&whole, parameters),
+        free: BaseParameters::of(&free, parameters),
+    }
+}
+
+/// The combinations of several parameters, estimated.
+pub(super) fn combinations(
+    structure: &BaseParameters,
+    parameters: &[Parameter],
+    estimate: &Estimate,
+) -> Vec<Combined> {
+    let several = structure.combinations.iter().filter(|c| !c.others.is_empty());
+    let each = several.map(|c| {
+        let members: Vec<(usize, f64)> =
+            std::iter::once((c.leader, 1.0)).chain(c.others.iter().copied()).collect();
+        let (variance, resolution) = estimate.combined(&members);
+        let size: f64 = members.iter().map(|(i, a)| (a * parameters[*i].scale).powi(2)).sum();
+        let (value, sigma) = (c.value(&estimate.values), variance.sqrt());
+        let verdict = Verdict::of(&Evidence {
+            resolution,
+            value,
+            sigma,
+            scale: size.sqrt(),
+            is_alone: true,
+            correlation: 0.0,
+        });
+        let leader = &parameters[c.leader];
+        Combined { name: c.words(parameters, 8), value, sigma, unit: leader.unit, verdict }
+    });
+    each.collect()
+}
