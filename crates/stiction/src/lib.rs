@@ -51,6 +51,7 @@ mod compensation;
 mod control_loop;
 mod convert;
 mod error;
+mod excite;
 mod explain;
 mod export;
 mod files;

@@ -6,6 +6,7 @@ mod check;
 mod compare;
 mod compensate;
 mod convert;
+mod excite;
 mod export;
 mod findings;
 mod forward;

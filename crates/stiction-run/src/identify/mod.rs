@@ -14,6 +14,7 @@ mod words;
 pub use options::{IdentifySettings, LogSettings, TEMPLATE};
 pub use prepare::MeasuredLog;
 pub use run::{Combined, Identified, Named, Prediction, identify};
+pub(crate) use selection::fits;
 
 use thiserror::Error;
 
