@@ -362,14 +362,11 @@ fn loaded(model: &ModelFile, settings: &ExciteSettings) -> Result<Vec<Mechanism>
                 "name every load once; --duration makes logs longer",
             ));
         }
-        let load = model.load(name).ok_or_else(|| {
-            let names: Vec<&str> = model.loads.iter().map(|(name, _)| name.as_str()).collect();
-            let near = did_you_mean(name, "loads", names.iter().copied());
-            ExciteError::input(
-                format!("the model has no load `{name}`"),
-                near.unwrap_or_else(|| format!("the loads are {}", listed(&names, 8))),
-            )
-        })?;
+        let load = match model.load(name) {
+            Some(load) => load,
+            None if name == "none" => return Ok(model.mechanism.clone()),
+            None => return Err(unknown_load(model, name)),
+        };
         if !load.wrenches.is_empty() || !load.laws.is_empty() {
             return Err(ExciteError::input(
                 format!("the load `{name}` has forces"),
@@ -379,6 +376,16 @@ fn loaded(model: &ModelFile, settings: &ExciteSettings) -> Result<Vec<Mechanism>
         Ok(carrying(&model.mechanism, &load.payloads))
     });
     each.collect()
+}
+
+fn unknown_load(model: &ModelFile, name: &str) -> ExciteError {
+    let names: Vec<&str> =
+        model.loads.iter().map(|(name, _)| name.as_str()).chain(["none"]).collect();
+    let near = did_you_mean(name, "loads", names.iter().copied());
+    ExciteError::input(
+        format!("the model has no load `{name}`"),
+        near.unwrap_or_else(|| format!("the loads are {}", listed(&names, 8))),
+    )
 }
 
 fn carrying(mechanism: &Mechanism, payloads: &[stiction_format::Payload]) -> Mechanism {
