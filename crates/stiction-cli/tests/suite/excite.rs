@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::fmt::Write as _;
 
 /// A vertical arm of two links with friction, ranges and motor limits.
-const ARM: &str = r#"
+pub(crate) const ARM: &str = r#"
 gravity = [0, "-9.81 m/s^2", 0]
 
 [bodies.upper]
@@ -69,7 +69,7 @@ fn number(value: &Value, key: &str) -> f64 {
 }
 
 /// Columns of a CSV by the beginning of their names.
-fn columns(text: &str, names: &[&str]) -> Vec<Vec<f64>> {
+pub(crate) fn columns(text: &str, names: &[&str]) -> Vec<Vec<f64>> {
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
     let at: Vec<usize> = names
@@ -159,7 +159,7 @@ fn a_seed_gives_the_same_bytes() {
 }
 
 /// Nearly normal numbers.
-fn normal(seed: u64) -> impl FnMut() -> f64 {
+pub(crate) fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1;
     move || {
         let mut sum = -6.0;

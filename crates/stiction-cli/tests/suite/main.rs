@@ -12,6 +12,7 @@ mod findings;
 mod forward;
 mod hostile;
 mod identify;
+mod identify_report;
 mod inverse;
 mod load_formulas;
 mod npz;

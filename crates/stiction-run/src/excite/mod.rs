@@ -4,7 +4,7 @@
 //! [`ExciteSettings`] hold what the options say, [`excite`] computes an [`Excitation`], which writes the
 //! reference, the description of its logs for [`crate::identify`], the summary and the JSON object.
 //!
-//! Equations (I6) to (I8) of the book's theory.
+//! Equations (X1) to (X4) of the book's theory.
 
 mod ascent;
 mod coordinates;

@@ -1,6 +1,6 @@
 //! Information of a motion, a barrier of its limits, and their derivatives.
 //!
-//! Equations (I7) and (I8) of the book's theory.
+//! Equations (X2) and (X3) of the book's theory.
 
 use super::limits::Used;
 use super::probe::{Probe, Reading};
@@ -37,6 +37,9 @@ pub(super) struct Grid {
     pub(super) centre: Vec<f64>,
     /// Size of the free numbers of each coordinate.
     pub(super) reach: Vec<f64>,
+    /// Instants from one evaluation of the singularity index to the next, which keep the one before: it takes
+    /// longer than all else where statics is indeterminate.
+    stride: usize,
 }
 
 impl Grid {
@@ -44,12 +47,12 @@ impl Grid {
     pub(super) fn new(
         series: &Series,
         period: f64,
-        count: usize,
+        (count, stride): (usize, usize),
         centre: &[f64],
         reach: &[f64],
     ) -> Self {
         let factors = (0..count).map(|k| series.factors(period * k as f64 / count as f64));
-        Self { factors: factors.collect(), centre: centre.to_vec(), reach: reach.to_vec() }
+        Self { factors: factors.collect(), centre: centre.to_vec(), reach: reach.to_vec(), stride }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -134,9 +137,12 @@ impl Objective {
         mut each: impl FnMut(&mut Probe, usize, &Reading),
     ) -> Option<()> {
         let mut read = || {
+            let mut last = None;
             for k in 0..grid.len() {
                 let motion = grid.motion(k, x);
-                let reading = self.probe.at(motion.each_ref().map(Vec::as_slice), None)?;
+                let known = last.filter(|_| k % grid.stride > 0);
+                let reading = self.probe.at(motion.each_ref().map(Vec::as_slice), known)?;
+                last = Some(reading.index);
                 each(&mut self.probe, k, &reading);
             }
             // Back at the first position, in the same assembly mode?
@@ -282,7 +288,8 @@ impl Objective {
                     moved[order][i] += step;
                     // The index changes with the position only, and matters near its limit only.
                     let is_near = reading.parts.last().is_some_and(|part| part.abs() > NEAR);
-                    let known = (order > 0 || !is_near).then_some(reading.index);
+                    let is_kept = k % grid.stride > 0;
+                    let known = (order > 0 || !is_near || is_kept).then_some(reading.index);
                     let Some(other) = probe.at(moved.each_ref().map(Vec::as_slice), known) else {
                         failed = true;
                         return;

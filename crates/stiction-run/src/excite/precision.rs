@@ -1,4 +1,6 @@
 //! Precision that logs of a motion promise, and parameters that they confound.
+//!
+//! Equation (X4) of the book's theory.
 
 use super::objective::leading;
 use nalgebra::DMatrix;

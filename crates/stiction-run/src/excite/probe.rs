@@ -26,6 +26,11 @@ impl Index {
         Self { fast, spins }
     }
 
+    /// True if it takes no longer than efforts.
+    pub(super) fn is_fast(&self) -> bool {
+        self.fast.is_some()
+    }
+
     pub(super) fn at(
         &mut self,
         mechanism: &Mechanism,

@@ -20,6 +20,8 @@ use stiction_identify::{BaseParameters, Choice, Kind, Parameter, Regressor};
 
 /// Instants per period of the highest harmonic during the search.
 const PER_PERIOD: usize = 16;
+/// Evaluations of the singularity index among them where it takes long.
+const INDICES: usize = 4;
 /// Refinement of this grid for the last check.
 const FINER: usize = 10;
 /// Part of the greatest possible size at which the random motion starts, inside all limits.
@@ -140,7 +142,8 @@ pub fn excite(
     let series = Series::new(frequency, settings.harmonics);
     let period = 1.0 / frequency;
     let coarse = PER_PERIOD * settings.harmonics;
-    let grid = Grid::new(&series, period, coarse, &chosen.centre, &reach);
+    let stride = if index.is_fast() { 1 } else { PER_PERIOD / INDICES };
+    let grid = Grid::new(&series, period, (coarse, stride), &chosen.centre, &reach);
     let mut probe = Probe::new(regressor, &loaded, limits, index);
     refuse_at_rest(&mut probe, &chosen)?;
     let mut objective = Objective::new(probe, grid);
@@ -210,7 +213,7 @@ pub fn excite(
         now = begun;
     }
 
-    let fine = Grid::new(&series, period, FINER * coarse, &chosen.centre, &reach);
+    let fine = Grid::new(&series, period, (FINER * coarse, 1), &chosen.centre, &reach);
     let (x, sweep) = held_between(&mut objective, &fine, now.x)?;
     let coarse_sweep = resumed(&mut objective, &x)?.sweep;
     let per_sample = settings.duration / step / fine.len() as f64;

@@ -1,6 +1,6 @@
 //! Finite Fourier series that begin and end every period at rest.
 //!
-//! Equation (I6) of the book's theory: `q(t) = c + sum a_k sin(k w t) + b_k (cos(k w t) - 1)` with
+//! Equation (X1) of the book's theory: `q(t) = c + sum a_k sin(k w t) + b_k (cos(k w t) - 1)` with
 //! `sum k a_k = 0` and `sum k^2 b_k = 0`, so that at the ends of a period the position is `c` and rate and
 //! acceleration vanish. Nothing is added beyond the highest harmonic, and periods join smoothly.
 

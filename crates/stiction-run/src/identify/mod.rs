@@ -5,16 +5,19 @@
 
 mod chosen;
 mod options;
+mod page;
 mod prepare;
 mod run;
 mod sanity;
 mod selection;
+mod traces;
 mod words;
 
 pub use options::{IdentifySettings, LogSettings, TEMPLATE};
 pub use prepare::MeasuredLog;
 pub use run::{Combined, Identified, Named, Prediction, identify};
 pub(crate) use selection::fits;
+pub use traces::{EffortSample, FrictionTrace, LogTrace, Traces};
 
 use thiserror::Error;
 

@@ -44,7 +44,7 @@ pub(super) struct Prepared {
     /// Columns of coefficients of friction at all instants, actuator by actuator, for unit loads.
     unit_friction: Vec<Vec<f64>>,
     /// Times of the rows, s, and the rows that each actuator uses.
-    times: Vec<f64>,
+    pub(super) times: Vec<f64>,
     filter: LowPass,
     pub(super) cutoff: f64,
     /// Standard deviation of white noise of each effort after the filter, N or N m.

@@ -305,7 +305,7 @@ fn fitted(
     (estimate, blocks, is_settled)
 }
 
-fn read_terms(
+pub(super) fn read_terms(
     model: &ModelFile,
     settings: &IdentifySettings,
 ) -> Result<Vec<Drives>, IdentifyError> {
@@ -322,7 +322,7 @@ fn read_terms(
 }
 
 /// Values as differences that rows multiply: inertias from the model's.
-fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f64> {
+pub(super) fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f64> {
     let each = parameters
         .iter()
         .zip(values)
