@@ -1,6 +1,6 @@
 //! Files of a design: the reference as a recorded motion, and the description of its logs.
 
-use super::run::Excitation;
+use super::result::Excitation;
 use std::fmt::Write as _;
 use stiction_draw::numbers::exact;
 
@@ -19,9 +19,9 @@ impl Excitation {
 
     /// The same motion in the coordinates of the actuators; `None` if these are the coordinates.
     pub fn actuators_csv(&self) -> Option<String> {
-        let (names, rows) = self.actuators.as_ref()?;
+        let actuators = self.actuators.as_ref()?;
         let times = self.reference.iter().map(|(time, _)| *time);
-        Some(table(names, times.zip(rows)))
+        Some(table(&actuators.names, times.zip(&actuators.rows)))
     }
 
     /// Suggested cut-off frequency of the logs' filter, Hz.

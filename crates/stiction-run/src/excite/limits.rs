@@ -2,28 +2,26 @@
 //! distance from singular positions.
 
 use super::coordinates::{Chosen, dof_value};
-use super::settings::{LimitSetting, Quantity};
+use super::limit_settings::{add_setting, unknown};
 use super::{ExciteError, ExciteSettings};
-use crate::identify::fits;
-use crate::names::{Names, listed};
+use crate::names::listed;
 use crate::ranges::Measured;
 use std::f64::consts::TAU;
 use stiction_core::kinematics::{Bodies, Coordinate};
 use stiction_core::mechanism::{JointId, Mechanism, MotorMap, RangeOf};
 use stiction_core::parameters::Parameters;
 use stiction_core::topology::Topology;
-use stiction_format::{Amount, did_you_mean};
 
 /// Moving quantity: a coordinate of the motion, or a degree of freedom of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Moving {
+pub(super) enum Moving {
     Coordinate(usize),
     Dof(JointId, usize),
 }
 
 /// Bounded quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Of {
+pub(super) enum Of {
     /// Position from the middle of its range.
     Travel(Moving, f64),
     Speed(Moving),
@@ -42,11 +40,11 @@ enum Of {
 
 /// Limit with its bound on the magnitude.
 #[derive(Clone, Debug)]
-struct Limit {
-    name: String,
-    unit: &'static str,
-    bound: f64,
-    of: Of,
+pub(super) struct Limit {
+    pub(super) name: String,
+    pub(super) unit: &'static str,
+    pub(super) bound: f64,
+    pub(super) of: Of,
 }
 
 /// Part of a limit that a motion uses.
@@ -297,107 +295,4 @@ fn rate(moving: Moving, at: &Snapshot<'_>) -> [f64; 2] {
             [found.rate, found.acceleration]
         }
     }
-}
-
-/// Names with their moving quantities: coordinates first, then joints that are none of them.
-fn moving(mechanism: &Mechanism, chosen: &Chosen) -> Vec<(String, Moving, bool)> {
-    let mut all: Vec<(String, Moving, bool)> = (0..chosen.names.len())
-        .map(|k| (chosen.names[k].clone(), Moving::Coordinate(k), chosen.is_angle[k]))
-        .collect();
-    for (index, joint) in mechanism.joints().iter().enumerate() {
-        if !joint.joint_type.has_scalar_coordinates() {
-            continue;
-        }
-        for (dof, content) in joint.joint_type.dofs().iter().enumerate() {
-            let name = joint.dof_name(dof);
-            if all.iter().all(|(known, ..)| *known != name) {
-                all.push((name, Moving::Dof(JointId(index), dof), !content.translates()));
-            }
-        }
-    }
-    all
-}
-
-fn add_setting(
-    mechanism: &Mechanism,
-    chosen: &Chosen,
-    setting: &LimitSetting,
-    all: &mut Vec<Limit>,
-) -> Result<(), ExciteError> {
-    let number = |amount: &Amount, unit: &str| match amount.unit.as_str() {
-        "" => Ok(amount.number),
-        _ => amount.to_unit(unit).map_err(|why| {
-            ExciteError::input(
-                format!("--limit of {}: {why}", setting.name),
-                format!("give it in {unit} or a unit of the same kind"),
-            )
-        }),
-    };
-    if setting.of == Quantity::Effort {
-        for (index, (name, unit)) in Names::new(mechanism).drives.into_iter().enumerate() {
-            if fits(&setting.name, &name) {
-                let bound = number(&setting.most, unit)?;
-                all.push(Limit {
-                    name: format!("{name}.effort"),
-                    unit,
-                    bound,
-                    of: Of::Effort(index),
-                });
-            }
-        }
-        return Ok(());
-    }
-    // A pattern means coordinates; joints that are none must be named in full or by their own pattern.
-    let candidates = moving(mechanism, chosen);
-    for (name, moving, is_angle) in candidates.iter().filter(|(n, ..)| fits(&setting.name, n)) {
-        let units = if *is_angle { ["rad", "rad/s", "rad/s^2"] } else { ["m", "m/s", "m/s^2"] };
-        let (suffix, unit, of) = match setting.of {
-            Quantity::Travel => {
-                let unit = units[0];
-                let most = number(&setting.most, unit)?;
-                let start = match *moving {
-                    Moving::Coordinate(k) => chosen.centre[k],
-                    Moving::Dof(joint, dof) => {
-                        dof_value(mechanism, chosen.solver.bodies(), joint, dof)
-                    }
-                };
-                let (low, high) = match &setting.from {
-                    Some(from) => (number(from, unit)?, most),
-                    None => (start - most, start + most),
-                };
-                if low >= high {
-                    return Err(ExciteError::input(
-                        format!("the range of {name} is empty: {low} to {high} {unit}"),
-                        "give the smaller number first, as in `J1 = -20 deg..30 deg`",
-                    ));
-                }
-                let (bound, middle) = (0.5 * (high - low), 0.5 * (low + high));
-                let of = Of::Travel(*moving, middle);
-                all.push(Limit { name: name.clone(), unit, bound, of });
-                continue;
-            }
-            Quantity::Speed => (".speed", units[1], Of::Speed(*moving)),
-            _ => (".acceleration", units[2], Of::Acceleration(*moving)),
-        };
-        let bound = number(&setting.most, unit)?;
-        all.push(Limit { name: format!("{name}{suffix}"), unit, bound, of });
-    }
-    Ok(())
-}
-
-fn unknown(mechanism: &Mechanism, chosen: &Chosen, setting: &LimitSetting) -> ExciteError {
-    let (what, names): (&str, Vec<String>) = match setting.of {
-        Quantity::Effort => {
-            ("actuator", Names::new(mechanism).drives.into_iter().map(|(name, _)| name).collect())
-        }
-        _ => (
-            "coordinate or joint",
-            moving(mechanism, chosen).into_iter().map(|(name, ..)| name).collect(),
-        ),
-    };
-    let near = did_you_mean(&setting.name, what, names.iter().map(String::as_str));
-    ExciteError::input(
-        format!("--limit names no {what}: `{}`", setting.name),
-        near.unwrap_or_else(|| format!("there are {}", listed(&names, 8))),
-    )
 }

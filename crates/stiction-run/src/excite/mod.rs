@@ -8,19 +8,26 @@
 
 mod ascent;
 mod coordinates;
+mod feasible;
 mod files;
+mod limit_settings;
 mod limits;
 mod objective;
+mod plan;
 mod precision;
 mod probe;
+mod reference;
+mod result;
 mod run;
 mod series;
 mod settings;
+mod structure;
 mod words;
 
 pub use limits::Used;
 pub use precision::{Confounded, Expected};
-pub use run::{Excitation, Quality, excite};
+pub use result::{Actuators, Excitation, Quality};
+pub use run::excite;
 pub use settings::{ExciteSettings, LimitSetting};
 
 use thiserror::Error;

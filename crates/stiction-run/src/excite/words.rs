@@ -1,7 +1,7 @@
 //! The result as text and JSON.
 
 use super::precision::Confounded;
-use super::run::Excitation;
+use super::result::Excitation;
 use crate::names::width;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
