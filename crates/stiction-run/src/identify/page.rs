@@ -125,7 +125,7 @@ impl Identified {
             let numbers = [p.prior, p.value, p.sigma].map(number);
             let verdict = p.verdict.to_string();
             [&p.name, p.unit, &numbers[0], &numbers[1], &numbers[2], &change, &verdict]
-                .map(|cell| text(cell))
+                .map(text)
                 .to_vec()
         };
         let of = |told: bool| -> Vec<Vec<String>> {
@@ -156,7 +156,7 @@ impl Identified {
             .map(|c| {
                 let verdict = c.verdict.to_string();
                 let cells = [&c.name, c.unit, &number(c.value), &number(c.sigma), &verdict];
-                cells.map(|cell| text(cell)).to_vec()
+                cells.map(text).to_vec()
             })
             .collect();
         inner
