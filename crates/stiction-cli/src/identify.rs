@@ -5,15 +5,17 @@ use crate::failure::Failure;
 use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::print;
+use crate::report;
 use crate::sources::{self, warn};
 use crate::written::note_files;
 use std::path::PathBuf;
-use stiction::run::identify::{Identified, IdentifySettings, TEMPLATE};
+use stiction::run::identify::{Identified, IdentifySettings, TEMPLATE, Traces};
 use stiction_identify::FitVerdict;
 
 /// Names of the files.
 const MODEL: &str = "identified.toml";
 const RESULT: &str = "identify.json";
+const EFFORTS: &str = "efforts.csv";
 
 pub(crate) fn run(options: &Identify) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.into_json(options.json))
@@ -61,8 +63,8 @@ fn execute(options: &Identify) -> Result<(), Failure> {
         .iter()
         .map(|log| robot.measured_log(log, &settings))
         .collect::<Result<Vec<_>, _>>()?;
-    let outputs =
-        options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+    let folder = options.report.folder(options.output.as_deref())?;
+    let outputs = folder.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
     let identified = robot.identify(&logs, &settings)?;
     match options.json {
@@ -70,16 +72,24 @@ fn execute(options: &Identify) -> Result<(), Failure> {
         false => print(&identified.to_text())?,
     }
     let Some(outputs) = outputs else { return Ok(()) };
-    write(options, &robot, &identified, outputs)
+    let traces = robot.identify_traces(&logs, &settings, &identified)?;
+    write(options, &robot, (&identified, &traces), outputs)?;
+    options.report.show(folder.as_deref());
+    Ok(())
 }
 
 fn write(
     options: &Identify,
     robot: &stiction::Robot,
-    identified: &Identified,
+    (identified, traces): (&Identified, &Traces),
     mut outputs: Outputs,
 ) -> Result<(), Failure> {
     outputs.write(RESULT, format!("{:#}\n", identified.to_json()).as_bytes())?;
+    outputs.write(EFFORTS, traces.csv().as_bytes())?;
+    if options.report.is_on() {
+        let page = identified.report(robot.model(), traces, Some(&report::command_line()));
+        outputs.write(report::FILE, page.as_bytes())?;
+    }
     let is_exported = identified.verdict != FitVerdict::Failed || options.force;
     if is_exported {
         let text = identified.model_text(robot.model()).map_err(Failure::no_answer)?;
@@ -88,7 +98,7 @@ fn write(
         let text = format!("note: the fit failed, so {MODEL} is not written; --force writes it");
         note!("{}", folded(&text));
     }
-    let files = outputs.complete(&[MODEL, RESULT])?;
+    let files = outputs.complete(&[MODEL, RESULT, EFFORTS, report::FILE])?;
     if !options.json {
         note_files(&files, true);
     }

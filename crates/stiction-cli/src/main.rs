@@ -29,6 +29,7 @@ mod check;
 mod compare;
 mod compensate;
 mod convert;
+mod excite;
 mod export;
 mod failure;
 mod fold;
@@ -92,6 +93,7 @@ fn run() -> ExitCode {
         Some(Command::Compare(options)) => compare::run(&options),
         Some(Command::Forward(options)) => forward::run(&options),
         Some(Command::Identify(options)) => identify::run(&options),
+        Some(Command::Excite(options)) => excite::run(&options),
         Some(Command::Sweep(options)) => sweep::run(&options),
         Some(Command::Check(options)) => check::run(&options),
         Some(Command::View(options)) => view::run(&options),

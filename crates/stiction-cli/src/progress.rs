@@ -47,6 +47,11 @@ impl Progress {
         self.update_amount("computing designs", (done, of), "designs");
     }
 
+    /// Updates the progress of a search after a step.
+    pub(crate) fn update_search(&mut self, done: usize, of: usize) {
+        self.update_amount("improving the motion", (done as u64, of as u64), "steps");
+    }
+
     /// Updates the progress of reading a file, bytes.
     pub(crate) fn update_bytes(&mut self, file: &str, done: u64, of: u64) {
         const MEGA: u64 = 1_000_000;

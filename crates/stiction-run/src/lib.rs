@@ -50,6 +50,7 @@ mod comparison_page;
 mod dofs;
 mod error;
 pub mod exchange;
+pub mod excite;
 mod follower;
 pub mod forward;
 mod gearing_load;

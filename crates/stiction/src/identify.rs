@@ -4,7 +4,9 @@ use crate::error::Error;
 use crate::robot::Robot;
 use std::path::Path;
 use stiction_format::{Log, LogFormat};
-use stiction_run::identify::{Identified, IdentifyError, IdentifySettings, MeasuredLog, identify};
+use stiction_run::identify::{
+    Identified, IdentifyError, IdentifySettings, MeasuredLog, Traces, identify,
+};
 
 impl Robot {
     /// Reads the options of an identification from a TOML file.
@@ -46,6 +48,20 @@ impl Robot {
         settings: &IdentifySettings,
     ) -> Result<Identified, Error> {
         Ok(identify(self.model(), logs, settings)?)
+    }
+
+    /// Efforts of the logs, measured and predicted by an identified model, and friction over speed: the
+    /// data of its report.
+    ///
+    /// # Errors
+    /// As [`Self::identify`].
+    pub fn identify_traces(
+        &self,
+        logs: &[MeasuredLog],
+        settings: &IdentifySettings,
+        identified: &Identified,
+    ) -> Result<Traces, Error> {
+        Ok(Traces::new(self.model(), logs, settings, identified)?)
     }
 }
 

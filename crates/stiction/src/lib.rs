@@ -52,6 +52,7 @@ mod compensation;
 mod control_loop;
 mod convert;
 mod error;
+mod excite;
 mod explain;
 mod export;
 mod files;

@@ -1,6 +1,6 @@
 //! The command that identifies a robot.
 
-use super::shared::Reading;
+use super::shared::{Reading, Report};
 use clap::Args;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -38,9 +38,11 @@ pub(crate) struct Identify {
     /// Write identified.toml from a failed fit, too
     #[arg(long)]
     pub(crate) force: bool,
-    /// Write identified.toml and identify.json into this folder
+    /// Write identified.toml, identify.json, efforts.csv and report.html into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) report: Report,
     /// Print the results or the error as JSON
     #[arg(long)]
     pub(crate) json: bool,

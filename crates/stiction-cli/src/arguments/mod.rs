@@ -1,5 +1,6 @@
 //! The command line: one file for each group of commands, and the options that several share.
 
+mod excite;
 mod export;
 mod forward;
 mod identify;
@@ -10,6 +11,7 @@ mod shared;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
+pub(crate) use excite::Excite;
 pub(crate) use export::{Convert, Export, Format, Language, Precision, Tunable};
 pub(crate) use forward::{Compensate, Forward, Method};
 pub(crate) use identify::Identify;
@@ -54,6 +56,9 @@ pub(crate) enum Command {
     Linearize(Linearize),
     /// Inertia and friction from logged positions and efforts, with what the logs cannot tell
     Identify(Identify),
+    /// Motions that excite chosen parameters for identification, within the limits of the robot, with the precision
+    /// to expect
+    Excite(Box<Excite>),
     /// A study that ships with the program: `zhang2018`, a paper equation by equation
     Study(Study),
     /// Write an assembled mechanism in a format of other programs

@@ -24,7 +24,7 @@ fn marks(text: &str) -> Vec<String> {
     let inner = text.split('(').skip(1).filter_map(|rest| rest.split_once(')'));
     let is_mark = |mark: &str| {
         let mut signs = mark.chars();
-        signs.next().is_some_and(|sign| "KMBFRDEGPLI".contains(sign))
+        signs.next().is_some_and(|sign| "KMBFRDEGPLIX".contains(sign))
             && signs.clone().next().is_some()
             && signs.all(|sign| sign.is_ascii_digit())
     };

@@ -6,17 +6,21 @@
 mod asymmetry;
 mod chosen;
 mod options;
+mod page;
 mod prepare;
 mod run;
 mod sanity;
 mod selection;
 mod structure;
+mod traces;
 mod words;
 
 pub use asymmetry::Asymmetry;
 pub use options::{IdentifySettings, LogSettings, TEMPLATE};
 pub use prepare::MeasuredLog;
 pub use run::{Combined, Identified, Named, Prediction, identify};
+pub(crate) use selection::fits;
+pub use traces::{EffortSample, FrictionTrace, LogTrace, Traces};
 
 use thiserror::Error;
 

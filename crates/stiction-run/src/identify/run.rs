@@ -133,13 +133,7 @@ pub fn identify(
         }
         all.push(Prepared::new(model, log, (settings.filter, choice), &terms)?);
     }
-    let mut parameters: Vec<Parameter> = all[0].regressor.parameters().to_vec();
-    for (index, (name, _)) in settings.terms.iter().enumerate() {
-        parameters
-            .iter_mut()
-            .filter(|p| p.kind == Kind::Term(index))
-            .for_each(|p| p.name.clone_from(name));
-    }
+    let mut parameters = parameters_of(&all[0], settings);
     scale_by_data(&mut parameters, &all);
     let options = options(mechanism, &parameters, settings)?;
     let actuators: Vec<String> =
@@ -389,7 +383,19 @@ fn references(all: &[Prepared]) -> Vec<[f64; 2]> {
     each.collect()
 }
 
-fn read_terms(
+/// Parameters of the regression, terms by their names in the options.
+pub(super) fn parameters_of(prepared: &Prepared, settings: &IdentifySettings) -> Vec<Parameter> {
+    let mut parameters: Vec<Parameter> = prepared.regressor.parameters().to_vec();
+    for (index, (name, _)) in settings.terms.iter().enumerate() {
+        parameters
+            .iter_mut()
+            .filter(|p| p.kind == Kind::Term(index))
+            .for_each(|p| p.name.clone_from(name));
+    }
+    parameters
+}
+
+pub(super) fn read_terms(
     model: &ModelFile,
     settings: &IdentifySettings,
 ) -> Result<Vec<Drives>, IdentifyError> {
@@ -406,7 +412,7 @@ fn read_terms(
 }
 
 /// Values as differences that rows multiply: inertias from the model's.
-fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f64> {
+pub(super) fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f64> {
     let each = parameters
         .iter()
         .zip(values)

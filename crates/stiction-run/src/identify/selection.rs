@@ -40,7 +40,7 @@ fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
 }
 
 /// True if a name fits a pattern in which `*` stands for any text.
-fn fits(pattern: &str, name: &str) -> bool {
+pub(crate) fn fits(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
         return false;

@@ -37,6 +37,8 @@ pub(super) struct Prepared {
     pub(super) regressor: Regressor,
     /// Instants of the regressor: time, then positions, rates, accelerations.
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
+    /// Times of the rows, s.
+    pub(super) times: Vec<f64>,
     /// Columns of coefficients of friction.
     mu: MuColumns,
     /// Direction and rate of each actuator, filtered as its rows.
@@ -112,6 +114,7 @@ impl Prepared {
         Ok(Self {
             name: log.name.clone(),
             predict: log.settings.predict,
+            times: assembled.at,
             directions: assembled.directions,
             known: assembled.known,
             block: assembled.block,

@@ -1,0 +1,121 @@
+//! Motions within the limits: a random one to begin with, and the last check between the samples.
+
+use super::ExciteError;
+use super::ascent::Point;
+use super::coordinates::Chosen;
+use super::objective::{Grid, Objective, Sweep};
+use super::probe::Probe;
+use nalgebra::DVector;
+use stiction_core::random::Random;
+
+/// Part of the greatest possible size at which the random motion starts, inside all limits.
+const START: f64 = 0.95;
+/// Least size of a random motion, as part of the reach of the coordinates.
+const LEAST: f64 = 1e-3;
+/// Shrinkage of a motion that leaves a limit between the samples of the search.
+const SHRINK: f64 = 0.99;
+/// Greatest number of shrinkages.
+const SHRINKS: usize = 100;
+
+/// Refuses a first position that has no forces, or that leaves a limit at rest.
+pub(super) fn refuse_at_rest(probe: &mut Probe, chosen: &Chosen) -> Result<(), ExciteError> {
+    let rest = vec![0.0; chosen.centre.len()];
+    let Some(reading) = probe.at([&chosen.centre, &rest, &rest], None) else {
+        return Err(ExciteError::no_answer(
+            "the robot has no finite forces at rest at the first position",
+            "choose another motion by --motion; `stiction check` says what is singular",
+        ));
+    };
+    let greatest: Vec<f64> = reading.parts.iter().map(|part| part.abs()).collect();
+    let used = probe.limits.used(&greatest);
+    let worst = used.iter().max_by(|a, b| a.part.total_cmp(&b.part));
+    match worst {
+        Some(worst) if worst.part >= 1.0 => Err(ExciteError::no_answer(
+            format!(
+                "no motion is feasible: at rest at the first position, {} is at {:.0} % of its limit of {:.4} {}",
+                worst.name,
+                100.0 * worst.part,
+                worst.bound,
+                worst.unit
+            ),
+            "widen the limit, or choose another first position by --motion",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Random motion, scaled until it nearly reaches a limit.
+pub(super) fn random_start(
+    objective: &mut Objective,
+    random: &mut Random,
+    size: usize,
+    chosen: &Chosen,
+) -> Result<Point, ExciteError> {
+    let count = size * chosen.centre.len();
+    let x = DVector::from_fn(count, |_, _| random.number()) / (size as f64).sqrt();
+    let feasible = |objective: &mut Objective, factor: f64| -> Option<Sweep> {
+        let sweep = objective.sweep(&(&x * factor))?;
+        sweep.greatest.iter().all(|part| *part < 1.0).then_some(sweep)
+    };
+    let mut high = 1.0;
+    // Halving finds the order of magnitude, bisection the rest.
+    while high >= LEAST && feasible(objective, high).is_none() {
+        high *= 0.5;
+    }
+    if high < LEAST {
+        let sweep = objective.sweep(&(&x * high));
+        let why = sweep.and_then(|sweep| {
+            let used = objective.used(&sweep);
+            let worst = used.into_iter().max_by(|a, b| a.part.total_cmp(&b.part))?;
+            Some(format!("{} reaches its limit of {:.4} {}", worst.name, worst.bound, worst.unit))
+        });
+        let why = why.unwrap_or_else(|| "the robot cannot follow".to_owned());
+        return Err(ExciteError::no_answer(
+            format!("no motion is feasible: even the smallest random motion fails, because {why}"),
+            "widen the limits, lower --base-frequency, or choose another first position by --motion",
+        ));
+    }
+    let mut low = high;
+    if high < 1.0 {
+        high *= 2.0;
+        for _ in 0..6 {
+            let middle = 0.5 * (low + high);
+            match feasible(objective, middle) {
+                Some(_) => low = middle,
+                None => high = middle,
+            }
+        }
+    }
+    resumed(objective, &(&x * (START * low)))
+}
+
+/// The sums of a motion that is known to be feasible.
+pub(super) fn resumed(objective: &mut Objective, x: &DVector<f64>) -> Result<Point, ExciteError> {
+    let sweep = objective.sweep(x).ok_or_else(|| {
+        ExciteError::no_answer(
+            "the robot cannot follow the motion",
+            "give another --seed or tighter limits",
+        )
+    })?;
+    Ok(Point { x: x.clone(), sweep })
+}
+
+/// Shrinks a motion until all limits hold on a finer grid, too.
+pub(super) fn held_between(
+    objective: &mut Objective,
+    fine: &Grid,
+    mut x: DVector<f64>,
+) -> Result<(DVector<f64>, Sweep), ExciteError> {
+    for _ in 0..SHRINKS {
+        if let Some(sweep) = objective.sweep_on(fine, &x)
+            && sweep.greatest.iter().all(|part| *part <= 1.0)
+        {
+            return Ok((x, sweep));
+        }
+        x *= SHRINK;
+    }
+    Err(ExciteError::no_answer(
+        "the designed motion leaves its limits between the samples of the search",
+        "give another --seed or fewer harmonics",
+    ))
+}

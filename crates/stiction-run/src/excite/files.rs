@@ -1,0 +1,99 @@
+//! Files of a design: the reference as a recorded motion, and the description of its logs.
+
+use super::result::Excitation;
+use std::fmt::Write as _;
+use stiction_draw::numbers::exact;
+
+/// Cut-off frequency of the filter, in frequencies of the highest harmonic: efforts of friction and of squared
+/// rates have higher harmonics than the motion.
+const CUTOFF: f64 = 5.0;
+/// Greatest cut-off frequency, in sampling rates.
+const SAMPLED: f64 = 0.1;
+
+impl Excitation {
+    /// The reference as CSV: time, then position, rate and acceleration of every coordinate, as
+    /// `stiction inverse --motion` reads it.
+    pub fn reference_csv(&self) -> String {
+        table(&self.coordinates, self.reference.iter().map(|(time, motion)| (*time, motion)))
+    }
+
+    /// The same motion in the coordinates of the actuators; `None` if these are the coordinates.
+    pub fn actuators_csv(&self) -> Option<String> {
+        let actuators = self.actuators.as_ref()?;
+        let times = self.reference.iter().map(|(time, _)| *time);
+        Some(table(&actuators.names, times.zip(&actuators.rows)))
+    }
+
+    /// Suggested cut-off frequency of the logs' filter, Hz.
+    pub fn cutoff(&self) -> f64 {
+        let highest = self.frequency * self.coefficients.first().map_or(1, |c| c[0].len()) as f64;
+        (CUTOFF * highest).min(SAMPLED / self.step)
+    }
+
+    /// Options of `stiction identify` for logs of this motion.
+    pub fn log_toml(&self) -> String {
+        let mut text = String::from(
+            "# Options of `stiction identify` for logs of the motion in excite.csv. Log time, positions and efforts\n\
+             # over the whole motion, one file for each table below.\n\n",
+        );
+        let _ = writeln!(text, "filter = \"{:.4} Hz\"", self.cutoff());
+        if !self.held.is_empty() {
+            let friction_only = self.holds_inertia;
+            if friction_only {
+                text += "estimate = \"friction\"\n";
+            }
+            // `estimate` holds the inertias already.
+            let held: Vec<&String> = self
+                .held
+                .iter()
+                .filter(|name| !friction_only || !self.inertias.contains(name))
+                .collect();
+            if !held.is_empty() {
+                text += "\n# The motion is designed for the other parameters; these keep the values of the model.\nhold = [\n";
+                held.iter().for_each(|name| {
+                    let _ = writeln!(text, "    {name:?},");
+                });
+                text += "]\n";
+            }
+        }
+        for (file, load) in self.logs() {
+            let _ = write!(text, "\n[[logs]]\nfile = {file:?}\n");
+            if let Some(load) = load {
+                let _ = writeln!(text, "load = {load:?}");
+            }
+        }
+        text
+    }
+
+    /// Names of the logs to record, each with the load that the robot carries.
+    pub fn logs(&self) -> Vec<(String, Option<&str>)> {
+        match self.payloads.as_slice() {
+            [] => vec![("log.csv".to_owned(), None)],
+            all => {
+                all.iter().map(|load| (format!("log-{load}.csv"), Some(load.as_str()))).collect()
+            }
+        }
+    }
+}
+
+fn table<'a>(
+    names: &[(String, &'static str)],
+    rows: impl Iterator<Item = (f64, &'a [Vec<f64>; 3])>,
+) -> String {
+    let mut text = "time [s]".to_owned();
+    for (name, unit) in names {
+        let _ = write!(text, ",{name} [{unit}],d({name}) [{unit}/s],dd({name}) [{unit}/s^2]");
+    }
+    text.push('\n');
+    for (time, motion) in rows {
+        exact(&mut text, time);
+        for k in 0..names.len() {
+            for values in motion {
+                text.push(',');
+                exact(&mut text, values[k]);
+            }
+        }
+        text.push('\n');
+    }
+    text
+}

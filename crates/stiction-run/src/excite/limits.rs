@@ -1,0 +1,298 @@
+//! Limits of a motion: travel, speed, acceleration and effort of coordinates, joints and motors, and the
+//! distance from singular positions.
+
+use super::coordinates::{Chosen, dof_value};
+use super::limit_settings::{add_setting, unknown};
+use super::{ExciteError, ExciteSettings};
+use crate::names::listed;
+use crate::ranges::Measured;
+use std::f64::consts::TAU;
+use stiction_core::kinematics::{Bodies, Coordinate};
+use stiction_core::mechanism::{JointId, Mechanism, MotorMap, RangeOf};
+use stiction_core::parameters::Parameters;
+use stiction_core::topology::Topology;
+
+/// Moving quantity: a coordinate of the motion, or a degree of freedom of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Moving {
+    Coordinate(usize),
+    Dof(JointId, usize),
+}
+
+/// Bounded quantity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Of {
+    /// Position from the middle of its range.
+    Travel(Moving, f64),
+    Speed(Moving),
+    Acceleration(Moving),
+    /// Effort of an actuator.
+    Effort(usize),
+    /// Tilt or length from the middle of its range.
+    Measured(Measured, f64),
+    /// Quantities of the motor of a drive train; the last is the root mean square over a period.
+    MotorSpeed(usize),
+    MotorTorque(usize),
+    MotorRated(usize),
+    /// Singularity index, which has a least value.
+    Singularity,
+}
+
+/// Limit with its bound on the magnitude.
+#[derive(Clone, Debug)]
+pub(super) struct Limit {
+    pub(super) name: String,
+    pub(super) unit: &'static str,
+    pub(super) bound: f64,
+    pub(super) of: Of,
+}
+
+/// Part of a limit that a motion uses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Used {
+    /// Name of the limited quantity, such as `leg1.P.speed`.
+    pub name: String,
+    /// Greatest magnitude allowed, or the least singularity index; of a range half its width.
+    pub bound: f64,
+    /// Unit of the bound; empty for a singularity index.
+    pub unit: &'static str,
+    /// Part that is used: at most one if the limit holds.
+    pub part: f64,
+}
+
+/// All limits of a motion.
+#[derive(Clone, Debug)]
+pub(super) struct Limits {
+    all: Vec<Limit>,
+    motors: Vec<(usize, MotorMap)>,
+    cases: usize,
+}
+
+/// Motion and efforts at one instant.
+pub(super) struct Snapshot<'a> {
+    pub(super) motion: [&'a [f64]; 3],
+    pub(super) bodies: &'a Bodies<f64>,
+    pub(super) topology: &'a Topology,
+    pub(super) parameters: &'a Parameters<f64>,
+    /// Efforts of all actuators with each payload.
+    pub(super) efforts: &'a [Vec<f64>],
+    /// Singularity index.
+    pub(super) index: f64,
+}
+
+impl Limits {
+    pub(super) fn new(
+        mechanism: &Mechanism,
+        chosen: &Chosen,
+        settings: &ExciteSettings,
+        cases: usize,
+    ) -> Result<Self, ExciteError> {
+        let mut all = Vec::new();
+        for setting in &settings.limits {
+            let before = all.len();
+            add_setting(mechanism, chosen, setting, &mut all)?;
+            if all.len() == before {
+                return Err(unknown(mechanism, chosen, setting));
+            }
+        }
+        for (index, joint) in mechanism.joints().iter().enumerate() {
+            for range in &joint.ranges {
+                let RangeOf::Dof(dof) = range.of else { continue };
+                let unit = if joint.range_translates(range.of) { "m" } else { "rad" };
+                let (low, high) = range.limits;
+                let of = Of::Travel(Moving::Dof(JointId(index), dof), 0.5 * (low + high));
+                let name = joint.range_name(range.of);
+                all.push(Limit { name, unit, bound: 0.5 * (high - low), of });
+            }
+        }
+        for (of, name, unit, (low, high)) in Measured::all(mechanism) {
+            let of = Of::Measured(of, 0.5 * (low + high));
+            all.push(Limit { name, unit, bound: 0.5 * (high - low), of });
+        }
+        for (index, train) in mechanism.drive_trains().iter().enumerate() {
+            let limits = [
+                ("motor_speed", "rad/s", train.limits.speed, Of::MotorSpeed(index)),
+                ("motor_torque", "N m", train.limits.peak, Of::MotorTorque(index)),
+                ("rms motor_torque", "N m", train.limits.rated, Of::MotorRated(index)),
+            ];
+            for (what, unit, bound, of) in limits {
+                let Some(bound) = bound else { continue };
+                all.push(Limit { name: format!("{}.{what}", train.name), unit, bound, of });
+            }
+        }
+        let motors = mechanism.motor_maps().into_iter().enumerate().collect();
+        let limits = Self { all, motors, cases };
+        limits.refuse_unbounded(mechanism, chosen)?;
+        Ok(limits)
+    }
+
+    /// Adds the least singularity index.
+    pub(super) fn keep_from_singular(&mut self, least: f64) {
+        if least > 0.0 {
+            let name = "singularity index".to_owned();
+            self.all.push(Limit { name, unit: "", bound: least, of: Of::Singularity });
+        }
+    }
+
+    /// The same limits for another number of payloads.
+    pub(super) fn with_payloads(&self, cases: usize) -> Self {
+        Self { cases, ..self.clone() }
+    }
+
+    fn travel_of(&self, moving: Moving) -> impl Iterator<Item = (f64, f64)> {
+        self.all.iter().filter_map(move |limit| match limit.of {
+            Of::Travel(own, middle) if own == moving => Some((middle, limit.bound)),
+            _ => None,
+        })
+    }
+
+    /// Refuses coordinates that nothing bounds: information would grow with their amplitude forever.
+    fn refuse_unbounded(&self, mechanism: &Mechanism, chosen: &Chosen) -> Result<(), ExciteError> {
+        let bounded = |moving: Moving| self.travel_of(moving).next().is_some();
+        let actuators = mechanism.actuators().all(|(joint, dof)| bounded(Moving::Dof(joint, dof)));
+        let free: Vec<&String> = (0..chosen.names.len())
+            .filter(|&k| {
+                let own = match chosen.coordinates[k] {
+                    Coordinate::Joint { joint, dof } => bounded(Moving::Dof(joint, dof)),
+                    _ => actuators,
+                };
+                !own && !bounded(Moving::Coordinate(k))
+            })
+            .map(|k| &chosen.names[k])
+            .collect();
+        let Some(first) = free.first() else { return Ok(()) };
+        let unit = if chosen.is_angle[chosen.names.iter().position(|n| n == *first).unwrap_or(0)] {
+            "20 deg"
+        } else {
+            "50 mm"
+        };
+        Err(ExciteError::input(
+            format!("no range bounds {}", listed(&free, 6)),
+            format!(
+                "give --limit \"{first} = {unit}\", the greatest displacement, or `range` of the joints in the model"
+            ),
+        ))
+    }
+
+    /// Largest displacement of a coordinate that its own limits allow, m or rad.
+    pub(super) fn reach(&self, chosen: &Chosen, index: usize, length: f64) -> f64 {
+        let own = match chosen.coordinates[index] {
+            Coordinate::Joint { joint, dof } => Some(Moving::Dof(joint, dof)),
+            _ => None,
+        };
+        let all = self
+            .travel_of(Moving::Coordinate(index))
+            .chain(own.into_iter().flat_map(|moving| self.travel_of(moving)));
+        let reach = all.map(|(middle, bound)| bound + (chosen.centre[index] - middle).abs());
+        let usual = if chosen.is_angle[index] { 1.0 } else { length };
+        reach.fold(usual, f64::min)
+    }
+
+    /// Parts of all limits that an instant uses, negative in the negative direction; limits of efforts once for each payload.
+    pub(super) fn parts(&self, mechanism: &Mechanism, at: &Snapshot<'_>, out: &mut Vec<f64>) {
+        out.clear();
+        let motors = self.motors_at(mechanism, at);
+        for limit in &self.all {
+            let over = 1.0 / limit.bound;
+            match limit.of {
+                Of::Travel(Moving::Coordinate(k), middle) => {
+                    out.push((at.motion[0][k] - middle) * over);
+                }
+                Of::Travel(Moving::Dof(joint, dof), middle) => {
+                    let value = dof_value(mechanism, at.bodies, joint, dof) - middle;
+                    let turns =
+                        match mechanism.joints()[joint.0].joint_type.dofs()[dof].translates() {
+                            true => 0.0,
+                            false => TAU * (value / TAU).round(),
+                        };
+                    out.push((value - turns) * over);
+                }
+                Of::Speed(moving) => out.push(rate(moving, at)[0] * over),
+                Of::Acceleration(moving) => out.push(rate(moving, at)[1] * over),
+                Of::Measured(of, middle) => out.push((of.value(at.bodies) - middle) * over),
+                Of::Effort(k) => out.extend(at.efforts.iter().map(|efforts| efforts[k] * over)),
+                Of::MotorSpeed(k) => out.push(motors[k].1 * over),
+                Of::MotorTorque(k) | Of::MotorRated(k) => {
+                    out.extend(motors[k].0.iter().map(|torque| torque * over));
+                }
+                Of::Singularity => out.push(limit.bound / at.index),
+            }
+        }
+    }
+
+    /// Torques with each payload, and the speed, of every motor.
+    fn motors_at(&self, mechanism: &Mechanism, at: &Snapshot<'_>) -> Vec<(Vec<f64>, f64)> {
+        let actuators: Vec<(JointId, usize)> = mechanism.actuators().collect();
+        let motion = |actuator: usize| {
+            let (joint, dof) = actuators[actuator];
+            rate(Moving::Dof(joint, dof), at)
+        };
+        let each = self.motors.iter().map(|(train, map)| {
+            let train = &mechanism.drive_trains()[*train];
+            let speed = map.output(|actuator| motion(actuator)[0]);
+            let acceleration = map.output(|actuator| motion(actuator)[1]);
+            let carrier = train.acceleration_of_carrier(&at.bodies.pose, &at.bodies.acceleration);
+            let torque = |efforts: &Vec<f64>| {
+                let effort = map.effort(efforts);
+                train.motor(effort, (effort, effort), Some(speed), acceleration, carrier).torque
+            };
+            (at.efforts.iter().map(torque).collect(), train.transmission() * speed)
+        });
+        each.collect()
+    }
+
+    /// For each part of [`Self::parts`] its limit, and true if only its root mean square is bounded.
+    fn layout(&self) -> Vec<(usize, bool)> {
+        let mut out = Vec::new();
+        for (index, limit) in self.all.iter().enumerate() {
+            let count = match limit.of {
+                Of::Effort(_) | Of::MotorTorque(_) | Of::MotorRated(_) => self.cases,
+                _ => 1,
+            };
+            out.extend(std::iter::repeat_n((index, matches!(limit.of, Of::MotorRated(_))), count));
+        }
+        out
+    }
+
+    /// Flags of the parts of which only the root mean square is bounded.
+    pub(super) fn rated(&self) -> Vec<bool> {
+        self.layout().into_iter().map(|(_, rated)| rated).collect()
+    }
+
+    /// Greatest part of every limit, from the greatest of every part.
+    pub(super) fn used(&self, greatest: &[f64]) -> Vec<Used> {
+        let mut all: Vec<Used> = self
+            .all
+            .iter()
+            .map(|limit| Used {
+                name: limit.name.clone(),
+                bound: limit.bound,
+                unit: limit.unit,
+                part: 0.0,
+            })
+            .collect();
+        for ((index, _), part) in self.layout().into_iter().zip(greatest) {
+            all[index].part = all[index].part.max(*part);
+        }
+        all
+    }
+
+    /// True if anything but the travel and the margin from singular positions is limited.
+    pub(super) fn has_dynamic(&self) -> bool {
+        let is_dynamic = |limit: &Limit| {
+            !matches!(limit.of, Of::Travel(..) | Of::Measured(..) | Of::Singularity)
+        };
+        self.all.iter().any(is_dynamic)
+    }
+}
+
+/// Rate and acceleration.
+fn rate(moving: Moving, at: &Snapshot<'_>) -> [f64; 2] {
+    match moving {
+        Moving::Coordinate(k) => [at.motion[1][k], at.motion[2][k]],
+        Moving::Dof(joint, dof) => {
+            let found = at.bodies.joint_motion(at.topology, at.parameters, (joint.0, dof), 0.0);
+            [found.rate, found.acceleration]
+        }
+    }
+}

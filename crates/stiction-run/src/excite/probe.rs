@@ -1,0 +1,176 @@
+//! The robot at one instant: rows of the regression with each payload, efforts, and parts of the limits.
+
+use super::coordinates::dof_value;
+use super::limits::{Limits, Snapshot};
+use nalgebra::DMatrix;
+use stiction_core::dynamics::{Data, InverseDynamics, Weighting};
+use stiction_core::kinematics::{Bodies, Target};
+use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_core::parameters::Parameters;
+use stiction_core::statics::newton_euler::NewtonEuler;
+use stiction_core::statics::{SingularityDistances, Statics};
+use stiction_identify::{Kind, Parameter, Regressor, Rest};
+
+/// Singularity index of the actuation.
+#[derive(Clone, Debug)]
+pub(super) struct Index {
+    fast: Option<SingularityDistances>,
+    spins: usize,
+}
+
+impl Index {
+    pub(super) fn new(solver: &InverseDynamics) -> Self {
+        let spins = solver.constraints().spins().len();
+        let is_determined = solver.weighting() == Some(Weighting::Determined) && spins == 0;
+        let fast = is_determined.then(|| SingularityDistances::new(solver.mechanism())).flatten();
+        Self { fast, spins }
+    }
+
+    /// True if it takes no longer than efforts.
+    pub(super) fn is_fast(&self) -> bool {
+        self.fast.is_some()
+    }
+
+    pub(super) fn at(
+        &mut self,
+        mechanism: &Mechanism,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+    ) -> f64 {
+        match &mut self.fast {
+            Some(fast) => fast.measure(mechanism, parameters, bodies).actuation,
+            None => {
+                let balance = NewtonEuler::new(mechanism, parameters, bodies);
+                let statics = Statics::new(mechanism, balance, bodies.frame_j.clone());
+                statics.actuation_distance(self.spins)
+            }
+        }
+    }
+}
+
+/// Forces with one payload.
+#[derive(Clone, Debug)]
+struct Case {
+    engine: Parameters<f64>,
+    data: Data<f64>,
+}
+
+/// Evaluation of the robot at instants, one after the other.
+#[derive(Clone, Debug)]
+pub(super) struct Probe {
+    regressor: Regressor,
+    cases: Vec<Case>,
+    /// Column of each coefficient of friction, with its interface.
+    mu: Vec<(usize, usize)>,
+    /// Parameters of the mechanism alone, for positions and joints.
+    nominal: Parameters<f64>,
+    pub(super) limits: Limits,
+    index: Index,
+}
+
+/// Result at one instant.
+#[derive(Clone, Debug)]
+pub(super) struct Reading {
+    /// Effort per unit of each parameter: a row for each actuator, payload by payload.
+    pub(super) rows: DMatrix<f64>,
+    /// Rows without meaning, because friction at rest acts on them.
+    pub(super) resting: Vec<bool>,
+    /// Efforts with each payload.
+    pub(super) efforts: Vec<Vec<f64>>,
+    /// Parts of all limits.
+    pub(super) parts: Vec<f64>,
+    /// Singularity index.
+    pub(super) index: f64,
+}
+
+impl Probe {
+    /// Robot with the mechanisms that carry each payload.
+    pub(super) fn new(
+        regressor: Regressor,
+        loaded: &[Mechanism],
+        limits: Limits,
+        index: Index,
+    ) -> Self {
+        let parameters = regressor.parameters();
+        let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+        let mu = (0..parameters.len())
+            .filter_map(|k| match parameters[k].kind {
+                Kind::Mu(interface) => Some((k, interface)),
+                _ => None,
+            })
+            .collect();
+        let cases = loaded.iter().map(|mechanism| {
+            let mut carrier = regressor.clone();
+            carrier.carry(mechanism);
+            Case { engine: carrier.engine_parameters(&priors), data: carrier.engine_data() }
+        });
+        let (cases, nominal) = (cases.collect(), regressor.model().parameters().clone());
+        Self { cases, mu, nominal, limits, index, regressor }
+    }
+
+    /// The same robot with other payloads.
+    pub(super) fn with_payloads(&self, loaded: &[Mechanism]) -> Self {
+        let limits = self.limits.with_payloads(loaded.len());
+        Self::new(self.regressor.clone(), loaded, limits, self.index.clone())
+    }
+
+    pub(super) fn parameters(&self) -> &[Parameter] {
+        self.regressor.parameters()
+    }
+
+    pub(super) fn mechanism(&self) -> &Mechanism {
+        self.regressor.mechanism()
+    }
+
+    /// Motion of all bodies at the last instant.
+    pub(super) fn bodies(&self) -> &Bodies<f64> {
+        self.regressor.bodies()
+    }
+
+    /// Motion of a joint's degree of freedom at the last instant.
+    pub(super) fn dof_at(&self, joint: JointId, dof: usize) -> Target<f64> {
+        let bodies = self.bodies();
+        let value = dof_value(self.mechanism(), bodies, joint, dof);
+        let topology = self.regressor.model().topology();
+        bodies.joint_motion(topology, &self.nominal, (joint.0, dof), value)
+    }
+
+    /// Number of payloads, and of actuators.
+    pub(super) fn shape(&self) -> (usize, usize) {
+        (self.cases.len(), self.mechanism().actuators().count())
+    }
+
+    /// Evaluates an instant near the last one; `None` if there are no finite forces. `known_index` spares the
+    /// singularity index, which does not depend on rates.
+    pub(super) fn at(&mut self, motion: [&[f64]; 3], known_index: Option<f64>) -> Option<Reading> {
+        let [q, v, a] = motion;
+        let columns = self.regressor.at(q, v, a).ok()?;
+        let (cases, actuators) = self.shape();
+        let mut rows = DMatrix::zeros(cases * actuators, columns.matrix.ncols());
+        let mut efforts = Vec::with_capacity(cases);
+        for (index, case) in self.cases.iter_mut().enumerate() {
+            let loads = self.regressor.loads(&case.engine, &mut case.data, motion).ok()?;
+            let mut own = rows.rows_mut(index * actuators, actuators);
+            own.copy_from(&columns.matrix);
+            for &(column, interface) in &self.mu {
+                let load = loads[interface] - case.engine.interfaces[interface].load.preload;
+                own.column_mut(column).scale_mut(load);
+            }
+            efforts.push(case.data.efforts().to_vec());
+        }
+        let (mechanism, bodies) = (self.regressor.mechanism(), self.regressor.bodies());
+        let index = match known_index {
+            Some(index) => index,
+            None => self.index.at(mechanism, &self.nominal, bodies),
+        };
+        let topology = self.regressor.model().topology();
+        let parameters = &self.nominal;
+        let at = Snapshot { motion, bodies, topology, parameters, efforts: &efforts, index };
+        let mut parts = Vec::new();
+        self.limits.parts(mechanism, &at, &mut parts);
+        let finite = rows.iter().chain(&parts).all(|x| x.is_finite()) && index.is_finite();
+        let resting: Vec<bool> = columns.rest.iter().map(|rest| *rest != Rest::Sliding).collect();
+        let resting = resting.repeat(cases);
+        finite.then_some(Reading { rows, resting, efforts, parts, index })
+    }
+}

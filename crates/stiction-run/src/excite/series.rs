@@ -1,0 +1,114 @@
+//! Finite Fourier series that begin and end every period at rest.
+//!
+//! Equation (X1) of the book's theory: `q(t) = c + sum a_k sin(k w t) + b_k (cos(k w t) - 1)` with
+//! `sum k a_k = 0` and `sum k^2 b_k = 0`, so that at the ends of a period the position is `c` and rate and
+//! acceleration vanish. Nothing is added beyond the highest harmonic, and periods join smoothly.
+
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Series of one coordinate as linear functions of its free numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Series {
+    /// Angular frequency of the first harmonic, rad/s.
+    omega: f64,
+    /// Coefficients `a` and `b` per free number: orthonormal columns.
+    sines: DMatrix<f64>,
+    cosines: DMatrix<f64>,
+}
+
+/// Factors of the free numbers in value, rate and acceleration at one time.
+pub(super) type Factors = [DVector<f64>; 3];
+
+impl Series {
+    /// Series with a frequency of the first harmonic, Hz, and at least two harmonics.
+    pub(super) fn new(frequency: f64, harmonics: usize) -> Self {
+        let weights = |power: i32| {
+            DVector::from_fn(harmonics, |k, _| ((k + 1) as f64).powi(power)).normalize()
+        };
+        Self {
+            omega: TAU * frequency,
+            sines: orthogonal_to(&weights(1)),
+            cosines: orthogonal_to(&weights(2)),
+        }
+    }
+
+    /// Number of free numbers.
+    pub(super) fn free(&self) -> usize {
+        self.sines.ncols() + self.cosines.ncols()
+    }
+
+    /// Factors at a time, s.
+    pub(super) fn factors(&self, time: f64) -> Factors {
+        let count = self.sines.nrows();
+        let derivative = |order: i32| {
+            let each = |k: usize| {
+                let w = (k + 1) as f64 * self.omega;
+                let (sin, cos) = (w * time).sin_cos();
+                match order {
+                    0 => (sin, cos - 1.0),
+                    1 => (w * cos, -w * sin),
+                    _ => (-w * w * sin, -w * w * cos),
+                }
+            };
+            let sines = self.sines.tr_mul(&DVector::from_fn(count, |k, _| each(k).0));
+            let cosines = self.cosines.tr_mul(&DVector::from_fn(count, |k, _| each(k).1));
+            DVector::from_iterator(self.free(), sines.iter().chain(cosines.iter()).copied())
+        };
+        [derivative(0), derivative(1), derivative(2)]
+    }
+
+    /// Coefficients of sines and cosines for free numbers.
+    pub(super) fn coefficients(&self, free: &[f64]) -> [Vec<f64>; 2] {
+        let (first, second) = free.split_at(self.sines.ncols());
+        let of = |basis: &DMatrix<f64>, part: &[f64]| {
+            (basis * DVector::from_column_slice(part)).as_slice().to_vec()
+        };
+        [of(&self.sines, first), of(&self.cosines, second)]
+    }
+}
+
+/// Orthonormal basis of the vectors orthogonal to a unit vector, by a Householder reflection.
+fn orthogonal_to(unit: &DVector<f64>) -> DMatrix<f64> {
+    let count = unit.len();
+    let mut normal = unit.clone();
+    normal[0] += 1.0;
+    let square = normal.norm_squared();
+    DMatrix::from_fn(count, count - 1, |row, column| {
+        let identity = if row == column + 1 { 1.0 } else { 0.0 };
+        identity - 2.0 * normal[row] * normal[column + 1] / square
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Position, rate and acceleration return to the centre at rest after every period, for any free
+    /// numbers, and the derivatives are those of the values.
+    #[test]
+    fn periods_begin_and_end_at_rest() {
+        let series = Series::new(0.4, 5);
+        assert_eq!(series.free(), 8);
+        let free = DVector::from_fn(8, |k, _| (1.3 * k as f64 + 0.2).sin());
+        let at = |t: f64| series.factors(t).map(|factors| factors.dot(&free));
+        for t in [0.0, 2.5, 5.0] {
+            // Accelerations of this size are sums of about 100 terms of rounding errors.
+            assert!(at(t).iter().all(|x| x.abs() < 1e-11), "{:?}", at(t));
+        }
+        let h = 1e-4;
+        for t in [0.3, 1.1, 2.2] {
+            let [before, now, after] = [at(t - h), at(t), at(t + h)];
+            // Central differences: the error is h^2/6 times the third derivative, below 1e4.
+            for k in 0..2 {
+                let slope = (after[k] - before[k]) / (2.0 * h);
+                assert!((slope - now[k + 1]).abs() < 1e-4 * (1.0 + now[k + 1].abs()), "{t} {k}");
+            }
+        }
+        // The coefficients give the same value.
+        let [a, b] = series.coefficients(free.as_slice());
+        let w = |k: usize| TAU * 0.4 * (k + 1) as f64 * 1.1;
+        let sum: f64 = (0..5).map(|k| a[k] * w(k).sin() + b[k] * (w(k).cos() - 1.0)).sum();
+        assert!((sum - at(1.1)[0]).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,33 @@
+//! Motions of a robot that excite chosen parameters.
+
+use crate::error::Error;
+use crate::robot::Robot;
+use stiction_run::excite::{Excitation, ExciteError, ExciteSettings, excite};
+
+impl Robot {
+    /// Designs a motion that tells most about chosen parameters within the limits of the robot.
+    /// `progress` receives the steps done and their greatest number, and stops the search by returning
+    /// `false`.
+    ///
+    /// # Errors
+    /// Settings that do not suit the robot, or limits that no motion keeps.
+    pub fn excite(
+        &self,
+        settings: &ExciteSettings,
+        progress: impl FnMut(usize, usize) -> bool,
+    ) -> Result<Excitation, Error> {
+        Ok(excite(self.model(), settings, progress)?)
+    }
+}
+
+impl From<ExciteError> for Error {
+    fn from(error: ExciteError) -> Self {
+        let ExciteError { message, help, no_answer, interrupted } = error;
+        let found = match (interrupted, no_answer) {
+            (true, _) => Self::interrupted(message),
+            (_, true) => Self::no_answer(message),
+            _ => Self::input(message),
+        };
+        if help.is_empty() { found } else { found.with_help(help) }
+    }
+}
