@@ -26,6 +26,8 @@ pub(crate) struct StepPolicy {
     pub(crate) longest: f64,
     /// Shortest step, relative to the fraction reached if that exceeds one.
     pub(crate) shortest: f64,
+    /// Largest number of steps, failed ones included.
+    pub(crate) most: usize,
 }
 
 impl StepPolicy {
@@ -55,14 +57,18 @@ pub(crate) trait Branch {
 }
 
 /// Follows a branch from the frictionless solution to `until` times the given friction
-/// coefficients, halving steps that fail.
+/// coefficients, halving steps that fail. Returns the number of steps.
 ///
 /// # Errors
-/// Returns the lock if no step succeeds any more: the determinant of the coupled system vanishes
-/// there.
-pub(crate) fn follow(branch: &mut impl Branch, policy: StepPolicy, until: f64) -> Result<(), Lock> {
+/// Returns the lock if no step succeeds any more, because the determinant of the coupled system
+/// vanishes there, or if the steps are too many.
+pub(crate) fn follow(
+    branch: &mut impl Branch,
+    policy: StepPolicy,
+    until: f64,
+) -> Result<usize, Lock> {
     let (mut part, mut step) = (0.0, policy.first);
-    while part < until {
+    for steps in 1..=policy.most {
         if part > 0.0 {
             step = step.min(policy.longest * part);
         }
@@ -71,15 +77,18 @@ pub(crate) fn follow(branch: &mut impl Branch, policy: StepPolicy, until: f64) -
             branch.accept();
             part = next;
             step *= policy.growth;
+            if part >= until {
+                return Ok(steps);
+            }
             continue;
         }
         branch.reject();
         step *= 0.5;
         if step < policy.shortest * part.max(1.0) {
-            return Err(Lock { part, interface: branch.fastest_growing() });
+            break;
         }
     }
-    Ok(())
+    Err(Lock { part, interface: branch.fastest_growing() })
 }
 
 /// Index of the normal load with the largest growth ratio since `start`.

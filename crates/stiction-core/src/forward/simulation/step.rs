@@ -5,7 +5,7 @@ use super::locate::Ending;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
 use super::scratch::Scratch;
-use super::stepping::{DENSE, LONGEST_WAIT};
+use super::stepping::DENSE;
 use super::{Method, REST, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
@@ -124,8 +124,10 @@ impl Simulation<'_> {
                     self.step = if shortened { next.max(self.step) } else { next };
                     // Near a stick onset the approach bounds the step, not stability.
                     let near = step >= 0.5 * nearest;
-                    if matches!(after, Ending::Smooth) && !near && self.is_stiff(step) {
-                        self.wait = (2 * self.wait).min(LONGEST_WAIT);
+                    let smooth = matches!(after, Ending::Smooth) && !near;
+                    let too_slow = smooth && self.is_too_slow(step, end, inputs);
+                    if too_slow || self.is_costly(end, inputs) {
+                        self.wait_longer();
                         self.begin_stepping();
                         return Ok(());
                     }
@@ -142,15 +144,15 @@ impl Simulation<'_> {
 
     /// Returns whether the implicit time stepper should continue: either stability has bounded many
     /// successive steps, for example because of friction on a light rod between balls, or the steps
-    /// are very short.
-    fn is_stiff(&mut self, step: f64) -> bool {
-        let mut bounded = step < DENSE;
-        if bounded {
-            let mut after = self.list();
-            self.derivative_into(&self.now, &mut after);
-            bounded = self.steps.stiffness(&after, &self.scales) > BOUNDED_BY_STABILITY;
-            self.lists.push(after);
+    /// are very short. Time stepping must pay, unless the steps are shorter than [`DENSE`].
+    fn is_too_slow(&mut self, step: f64, end: f64, inputs: &mut dyn Inputs) -> bool {
+        if !self.has_friction() || self.settings.method != Method::Automatic {
+            return false;
         }
+        let mut after = self.list();
+        self.derivative_into(&self.now, &mut after);
+        let bounded = self.steps.stiffness(&after, &self.scales) > BOUNDED_BY_STABILITY;
+        self.lists.push(after);
         if bounded {
             (self.stiff.0, self.stiff.1) = (self.stiff.0 + 1, 0);
         } else {
@@ -166,7 +168,7 @@ impl Simulation<'_> {
             self.stiff = (0, 0);
             self.crawling = 0;
         }
-        many && self.has_friction() && self.settings.method == Method::Automatic
+        many && (step < DENSE || self.pays_to_step(step, end, inputs))
     }
 
     pub(super) fn shrink(
@@ -434,9 +436,9 @@ impl Simulation<'_> {
         situation.friction_scales.clone_from(&self.grips);
         situation.reference_frictions.clone_from(&self.shares);
         model.update_data(situation, inputs);
-        model
-            .solve_into(situation, &self.modes, Some(loads), measure, solved)
-            .map_err(|u| model.unsolved(time, u))?;
+        let done = model.solve_into(situation, &self.modes, Some(loads), measure, solved);
+        self.economy.spend(solved.continuation_steps());
+        done.map_err(|u| model.unsolved(time, u))?;
         model.instant_into(situation, &self.modes, solved, &mut instant);
         for (acceleration, frozen) in instant.state.accelerations.iter_mut().zip(&self.frozen) {
             if *frozen {

@@ -44,11 +44,12 @@ pub(super) struct Stepping {
 }
 
 /// End of a time step, projected onto the constraints.
+#[derive(Clone)]
 pub(super) struct StepResult {
     pub(super) time_step: TimeStep,
     pub(super) state: State<f64>,
-    anchors: Vec<Anchor>,
-    frozen: Vec<bool>,
+    pub(super) anchors: Vec<Anchor>,
+    pub(super) frozen: Vec<bool>,
 }
 
 impl Simulation<'_> {
@@ -84,6 +85,7 @@ impl Simulation<'_> {
     }
 
     pub(super) fn begin_stepping(&mut self) {
+        self.economy.change(self.now.time);
         self.stepping = Some(Stepping { step: FIRST, quiet: 0, wait: self.wait });
         let kind = EventKind::Method { method: Method::TimeStepping };
         self.events.push(Event { time: self.now.time, kind });
@@ -190,7 +192,7 @@ impl Simulation<'_> {
     }
 
     /// Restores the coordinates of frozen degrees of freedom.
-    fn restore(&self, from: &State<f64>, state: &mut State<f64>, frozen: &[bool]) {
+    pub(super) fn restore(&self, from: &State<f64>, state: &mut State<f64>, frozen: &[bool]) {
         for (rate, frozen) in state.rates.iter_mut().zip(frozen) {
             if *frozen {
                 *rate = 0.0;
@@ -206,7 +208,7 @@ impl Simulation<'_> {
 
     /// Difference of the results of a whole step and of two halves in units of the tolerance: coordinates,
     /// rates times the step, own states of the inputs.
-    fn apart(&self, whole: &StepResult, halves: &StepResult, step: f64) -> f64 {
+    pub(super) fn apart(&self, whole: &StepResult, halves: &StepResult, step: f64) -> f64 {
         let (a, b) = (&whole.state, &halves.state);
         let tolerance = self.settings.time_step_tolerance;
         let columns = &self.model.columns;
@@ -289,6 +291,10 @@ impl Simulation<'_> {
             stepping.step = if shortened { next.max(stepping.step) } else { next };
             let to = if step == left { end } else { time + step };
             let before = self.modes.clone();
+            let second = match jumps || is_last_resort {
+                true => second,
+                false => self.extrapolated(to, &from, (&whole, &first, second), inputs),
+            };
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);
             self.tell(&before);
@@ -302,7 +308,7 @@ impl Simulation<'_> {
         }
     }
 
-    fn two_halves(
+    pub(super) fn two_halves(
         &mut self,
         time: f64,
         half: f64,
@@ -406,6 +412,7 @@ impl Simulation<'_> {
         self.event_rate = (0, self.now.time);
         self.step = 1e-4 * self.settings.longest_step.min(1.0);
         if self.reconsider(inputs, None).is_ok() {
+            self.economy.change(self.now.time);
             let kind = EventKind::Method { method: Method::EventDriven };
             self.events.push(Event { time: self.now.time, kind });
             return Ok(());
@@ -430,6 +437,8 @@ pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
             | ForwardError::NoAcceleration { .. }
             | ForwardError::Stiff { .. }
             | ForwardError::Stalled { .. }
+            // Rates near a singular position, beyond rounding of the loops.
+            | ForwardError::Impact { by_loop: true, .. }
     )
 }
 
