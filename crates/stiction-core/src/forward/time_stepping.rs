@@ -40,7 +40,6 @@ const SLACK: f64 = 1e-3;
 const IMPULSIVE: f64 = 1e3;
 
 /// Results of a step.
-#[derive(Clone)]
 pub(super) struct TimeStep {
     /// State at the end, before projection onto the constraints.
     pub(super) state: State<f64>,

@@ -97,3 +97,52 @@ pub(crate) fn fastest_growing(start: &[f64], now: &[f64]) -> usize {
     let growth = |k: usize| now[k] / (start[k] + 1e-12 * size);
     (0..start.len()).max_by(|&a, &b| growth(a).total_cmp(&growth(b))).unwrap_or(0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Branch that only steps shorter than `reach` follow, up to `end`.
+    struct Narrow {
+        reach: f64,
+        end: f64,
+        at: f64,
+        trial: f64,
+    }
+
+    impl Branch for Narrow {
+        fn correct(&mut self, part: f64) -> bool {
+            self.trial = part;
+            part - self.at < self.reach && part < self.end
+        }
+        fn accept(&mut self) {
+            self.at = self.trial;
+        }
+        fn reject(&mut self) {}
+        fn fastest_growing(&self) -> usize {
+            0
+        }
+    }
+
+    #[test]
+    fn the_number_of_steps_is_bounded() {
+        let policy = StepPolicy {
+            first: 0.1,
+            growth: 1.5,
+            longest: f64::INFINITY,
+            shortest: 1e-6,
+            most: 300,
+        };
+        let mut wide = Narrow { reach: 0.2, end: f64::INFINITY, at: 0.0, trial: 0.0 };
+        assert!(follow(&mut wide, policy, 1.0).is_ok_and(|steps| steps < 30));
+        assert_eq!(wide.at, 1.0);
+        // The end is located to the shortest step.
+        let mut ends = Narrow { reach: 0.2, end: 0.7, at: 0.0, trial: 0.0 };
+        let lock = follow(&mut ends, policy, 1.0).unwrap_err();
+        assert!(0.7 - lock.part < 2e-6 && lock.part < 0.7, "{lock:?}");
+        // 300 steps of at most 1e-5.
+        let mut narrow = Narrow { reach: 1e-5, end: f64::INFINITY, at: 0.0, trial: 0.0 };
+        let lock = follow(&mut narrow, policy, 1.0).unwrap_err();
+        assert!(lock.part < 300.0 * 1e-5, "{lock:?}");
+    }
+}

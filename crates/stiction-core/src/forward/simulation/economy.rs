@@ -6,6 +6,7 @@
 
 use super::stepping::{LONGEST_WAIT, QUIET};
 use super::{Method, Simulation};
+use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::inputs::Inputs;
 
 /// Work of the event-driven method, in evaluations of accelerations, after which its progress is
@@ -92,6 +93,12 @@ impl Simulation<'_> {
         let (modes, bristles) = (self.modes.clone(), self.bristles.clone());
         // Without a solution the event-driven method stays.
         let tried = self.two_halves(time, 0.5 * longer, &from, (&modes, &bristles), inputs);
-        tried.is_ok_and(|(whole, _, halves)| self.apart(&whole, &halves, longer) <= 1.0)
+        let Ok((whole, _, halves)) = tried else { return false };
+        // Beyond a change of mode the trial says nothing about the steps before it.
+        let keeps = |after: &[InterfaceMode]| {
+            let each = modes.iter().zip(after);
+            each.into_iter().all(|(a, b)| std::mem::discriminant(a) == std::mem::discriminant(b))
+        };
+        keeps(&halves.time_step.modes) && self.apart(&whole, &halves, longer) <= 1.0
     }
 }

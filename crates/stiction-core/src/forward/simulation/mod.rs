@@ -7,7 +7,6 @@ mod decide;
 mod economy;
 mod energies;
 mod event;
-mod extrapolation;
 mod input_change;
 mod linearisation;
 mod locate;

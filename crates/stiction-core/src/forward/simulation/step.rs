@@ -124,9 +124,9 @@ impl Simulation<'_> {
                     self.step = if shortened { next.max(self.step) } else { next };
                     // Near a stick onset the approach bounds the step, not stability.
                     let near = step >= 0.5 * nearest;
-                    let smooth = matches!(after, Ending::Smooth) && !near;
-                    let too_slow = smooth && self.is_too_slow(step, end, inputs);
-                    if too_slow || self.is_costly(end, inputs) {
+                    let smooth = matches!(after, Ending::Smooth);
+                    let stiff = smooth && !near && self.is_stiff(step);
+                    if stiff || smooth && self.is_costly(end, inputs) {
                         self.wait_longer();
                         self.begin_stepping();
                         return Ok(());
@@ -144,15 +144,15 @@ impl Simulation<'_> {
 
     /// Returns whether the implicit time stepper should continue: either stability has bounded many
     /// successive steps, for example because of friction on a light rod between balls, or the steps
-    /// are very short. Time stepping must pay, unless the steps are shorter than [`DENSE`].
-    fn is_too_slow(&mut self, step: f64, end: f64, inputs: &mut dyn Inputs) -> bool {
-        if !self.has_friction() || self.settings.method != Method::Automatic {
-            return false;
+    /// are very short.
+    fn is_stiff(&mut self, step: f64) -> bool {
+        let mut bounded = step < DENSE;
+        if bounded {
+            let mut after = self.list();
+            self.derivative_into(&self.now, &mut after);
+            bounded = self.steps.stiffness(&after, &self.scales) > BOUNDED_BY_STABILITY;
+            self.lists.push(after);
         }
-        let mut after = self.list();
-        self.derivative_into(&self.now, &mut after);
-        let bounded = self.steps.stiffness(&after, &self.scales) > BOUNDED_BY_STABILITY;
-        self.lists.push(after);
         if bounded {
             (self.stiff.0, self.stiff.1) = (self.stiff.0 + 1, 0);
         } else {
@@ -168,7 +168,7 @@ impl Simulation<'_> {
             self.stiff = (0, 0);
             self.crawling = 0;
         }
-        many && (step < DENSE || self.pays_to_step(step, end, inputs))
+        many && self.has_friction() && self.settings.method == Method::Automatic
     }
 
     pub(super) fn shrink(
