@@ -13,7 +13,8 @@ use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
 /// Short steps: a longer step might skip an interval without a solution, or reach another branch.
-const STEPS: StepPolicy = StepPolicy { first: 0.01, growth: 2.0, longest: 0.02, shortest: 1e-5 };
+const STEPS: StepPolicy =
+    StepPolicy { first: 0.01, growth: 2.0, longest: 0.02, shortest: 1e-5, most: usize::MAX };
 
 /// Solution in `inverse` as a function of the common factor on all friction coefficients.
 struct BalanceBranch<'a> {

@@ -22,8 +22,13 @@ use nalgebra::DVector;
 const FIXED_POINT_STEPS: usize = 200;
 
 /// Step sizes of the continuation.
-const STEPS: StepPolicy =
-    StepPolicy { first: 0.15, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6 };
+const STEPS: StepPolicy = StepPolicy {
+    first: 0.15,
+    growth: 1.5,
+    longest: f64::INFINITY,
+    shortest: 1e-6,
+    most: usize::MAX,
+};
 
 /// Joint wrenches as functions of the friction forces.
 struct Reactions<'a> {

@@ -18,9 +18,11 @@ use crate::friction_problem::newton::{UNBOUNDED, largest};
 use crate::random::Random;
 use crate::spatial::{Vec3, Wrench};
 
-/// Step sizes of the continuation, which every search for modes repeats.
+/// Step sizes of the continuation, which every search for modes repeats. Locating a lock to the
+/// shortest step takes some 60 steps; near singular positions millions would fit between zero and full
+/// friction.
 const STEPS: StepPolicy =
-    StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6 };
+    StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6, most: 300 };
 /// Number of starts of the search for other solutions.
 const STARTS: u32 = 24;
 /// Relative difference of the normal loads below which two solutions are equal.
@@ -159,6 +161,11 @@ impl Coupling {
         self.problem.solve(at, known, STEPS, &mut self.workspace)?;
         self.complete((model, data), frictions, balance, workspace, coupled);
         Ok(())
+    }
+
+    /// Number of steps of the continuation in the last solution, zero without one.
+    pub(super) fn continuation_steps(&self) -> usize {
+        self.workspace.continuation_steps
     }
 
     /// Bound on the coupling of friction and normal loads: below one the solution is unique.

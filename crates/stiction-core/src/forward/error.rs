@@ -203,6 +203,8 @@ pub enum ForwardError {
         what: String,
         /// Jump of the velocities, percent of the fastest.
         percent: f64,
+        /// True if the constraint is a loop, not a lock or a prescribed motion.
+        by_loop: bool,
     },
     /// A checkpoint does not belong to this mechanism.
     #[error(

@@ -26,6 +26,13 @@ pub(super) struct Solved {
     workspace: Workspace,
 }
 
+impl Solved {
+    /// Number of steps of the continuation in the last solution, zero without one.
+    pub(super) fn continuation_steps(&self) -> usize {
+        self.coupling.continuation_steps()
+    }
+}
+
 /// Reason why given modes have no solution.
 pub(super) enum Unsolved {
     /// Friction locks the mechanism.

@@ -26,6 +26,8 @@ pub(crate) struct StepPolicy {
     pub(crate) longest: f64,
     /// Shortest step, relative to the fraction reached if that exceeds one.
     pub(crate) shortest: f64,
+    /// Largest number of steps, failed ones included.
+    pub(crate) most: usize,
 }
 
 impl StepPolicy {
@@ -55,14 +57,18 @@ pub(crate) trait Branch {
 }
 
 /// Follows a branch from the frictionless solution to `until` times the given friction
-/// coefficients, halving steps that fail.
+/// coefficients, halving steps that fail. Returns the number of steps.
 ///
 /// # Errors
-/// Returns the lock if no step succeeds any more: the determinant of the coupled system vanishes
-/// there.
-pub(crate) fn follow(branch: &mut impl Branch, policy: StepPolicy, until: f64) -> Result<(), Lock> {
+/// Returns the lock if no step succeeds any more, because the determinant of the coupled system
+/// vanishes there, or if the steps are too many.
+pub(crate) fn follow(
+    branch: &mut impl Branch,
+    policy: StepPolicy,
+    until: f64,
+) -> Result<usize, Lock> {
     let (mut part, mut step) = (0.0, policy.first);
-    while part < until {
+    for steps in 1..=policy.most {
         if part > 0.0 {
             step = step.min(policy.longest * part);
         }
@@ -71,15 +77,18 @@ pub(crate) fn follow(branch: &mut impl Branch, policy: StepPolicy, until: f64) -
             branch.accept();
             part = next;
             step *= policy.growth;
+            if part >= until {
+                return Ok(steps);
+            }
             continue;
         }
         branch.reject();
         step *= 0.5;
         if step < policy.shortest * part.max(1.0) {
-            return Err(Lock { part, interface: branch.fastest_growing() });
+            break;
         }
     }
-    Ok(())
+    Err(Lock { part, interface: branch.fastest_growing() })
 }
 
 /// Index of the normal load with the largest growth ratio since `start`.
@@ -87,4 +96,53 @@ pub(crate) fn fastest_growing(start: &[f64], now: &[f64]) -> usize {
     let size = start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let growth = |k: usize| now[k] / (start[k] + 1e-12 * size);
     (0..start.len()).max_by(|&a, &b| growth(a).total_cmp(&growth(b))).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Branch that only steps shorter than `reach` follow, up to `end`.
+    struct Narrow {
+        reach: f64,
+        end: f64,
+        at: f64,
+        trial: f64,
+    }
+
+    impl Branch for Narrow {
+        fn correct(&mut self, part: f64) -> bool {
+            self.trial = part;
+            part - self.at < self.reach && part < self.end
+        }
+        fn accept(&mut self) {
+            self.at = self.trial;
+        }
+        fn reject(&mut self) {}
+        fn fastest_growing(&self) -> usize {
+            0
+        }
+    }
+
+    #[test]
+    fn the_number_of_steps_is_bounded() {
+        let policy = StepPolicy {
+            first: 0.1,
+            growth: 1.5,
+            longest: f64::INFINITY,
+            shortest: 1e-6,
+            most: 300,
+        };
+        let mut wide = Narrow { reach: 0.2, end: f64::INFINITY, at: 0.0, trial: 0.0 };
+        assert!(follow(&mut wide, policy, 1.0).is_ok_and(|steps| steps < 30));
+        assert_eq!(wide.at, 1.0);
+        // The end is located to the shortest step.
+        let mut ends = Narrow { reach: 0.2, end: 0.7, at: 0.0, trial: 0.0 };
+        let lock = follow(&mut ends, policy, 1.0).unwrap_err();
+        assert!(0.7 - lock.part < 2e-6 && lock.part < 0.7, "{lock:?}");
+        // 300 steps of at most 1e-5.
+        let mut narrow = Narrow { reach: 1e-5, end: f64::INFINITY, at: 0.0, trial: 0.0 };
+        let lock = follow(&mut narrow, policy, 1.0).unwrap_err();
+        assert!(lock.part < 300.0 * 1e-5, "{lock:?}");
+    }
 }

@@ -38,6 +38,8 @@ pub(crate) struct LoadProblem {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LoadWorkspace {
     pub(crate) loads: Vec<f64>,
+    /// Number of steps of the continuation in the last solution, zero without one.
+    pub(crate) continuation_steps: usize,
     start: Vec<f64>,
     trial: Vec<f64>,
     newton: NewtonWorkspace,
@@ -88,7 +90,8 @@ impl LoadProblem {
         steps: StepPolicy,
         workspace: &mut LoadWorkspace,
     ) -> Result<(), Lock> {
-        let LoadWorkspace { loads, start, trial, newton, .. } = workspace;
+        let LoadWorkspace { loads, start, trial, newton, continuation_steps, .. } = workspace;
+        *continuation_steps = 0;
         loads.clear();
         if self.unknowns.is_empty() {
             return Ok(());
@@ -104,7 +107,10 @@ impl LoadProblem {
         loads.clone_from(start);
         let limit = UNBOUNDED * largest(start).max(f64::MIN_POSITIVE);
         let mut branch = LoadBranch { problem: self, at, start, limit, loads, trial, newton };
-        continuation::follow(&mut branch, steps, 1.0)
+        let followed = continuation::follow(&mut branch, steps, 1.0);
+        *continuation_steps = *followed.as_ref().unwrap_or(&steps.most);
+        followed
+            .map(|_| ())
             .map_err(|lock| Lock { interface: self.unknowns[lock.interface].interface, ..lock })
     }
 

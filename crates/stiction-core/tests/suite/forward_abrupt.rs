@@ -80,7 +80,7 @@ fn a_jump_of_a_prescribed_rate_is_an_impact() {
     let mut simulation = model.start(0.0, state, Settings::default(), &mut leads).unwrap();
     let error = simulation.advance(1.0, &mut leads).unwrap_err();
     println!("{error}");
-    let ForwardError::Impact { time, what, percent } = error else { panic!("{error}") };
+    let ForwardError::Impact { time, what, percent, .. } = error else { panic!("{error}") };
     assert!((time - kink).abs() < 1e-9, "{time}");
     assert!(what.contains("`A`") && percent > 100.0, "{what} {percent}");
     assert!(simulation.instant().drives[0].abs() < 1e3);

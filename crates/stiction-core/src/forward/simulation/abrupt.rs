@@ -129,8 +129,10 @@ impl Simulation<'_> {
                 rows.rows[row].scale * (has - wanted).abs()
             };
             let worst = (0..rows.rows.len()).max_by(|a, b| missed(*a).total_cmp(&missed(*b)));
-            let what = model.condition(worst.unwrap_or(rows.rows.len()));
-            return Err(ForwardError::Impact { time, what, percent: 100.0 * changed / largest });
+            let worst = worst.unwrap_or(rows.rows.len());
+            let (what, by_loop) = (model.condition(worst), worst < first);
+            let percent = 100.0 * changed / largest;
+            return Err(ForwardError::Impact { time, what, percent, by_loop });
         }
         let Energies { loads, dampers, turnover, .. } = self.energies;
         let energies = &rest[3 * self.modes.len()..];

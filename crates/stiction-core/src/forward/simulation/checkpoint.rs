@@ -1,6 +1,7 @@
 //! Complete state of a simulation as plain numbers.
 
 use super::between::LastStep;
+use super::economy::Economy;
 use super::scratch::Scratch;
 use super::stepping::{QUIET, Stepping};
 use super::{Event, Settings, Simulation};
@@ -27,7 +28,7 @@ pub struct Checkpoint {
 }
 
 /// First number: version of the format.
-pub(super) const FORMAT: f64 = 8.0;
+pub(super) const FORMAT: f64 = 9.0;
 
 /// Largest valid count; rejects numbers that cannot be counts.
 const COUNTABLE: f64 = 1e15;
@@ -246,6 +247,10 @@ impl<'a> Simulation<'a> {
         tape.count(&mut self.progress.0);
         tape.number(&mut self.progress.1);
         tape.count(&mut self.wait);
+        let Economy { work, window, phase } = &mut self.economy;
+        tape.count(work);
+        tape.count(&mut window.0);
+        tape.numbers([&mut window.1, &mut phase.0, &mut phase.1]);
         let mut steps = self.stepping.is_some();
         tape.flag(&mut steps);
         let stepping = self.stepping.get_or_insert(Stepping { step: 0.0, quiet: 0, wait: 0 });
@@ -342,6 +347,7 @@ impl Forward {
             crawling: 0,
             progress: (0, 0.0),
             wait: QUIET,
+            economy: Economy::new(0.0),
             workspace: Box::new(Scratch::new(self)),
             lists: Vec::new(),
             last_step: LastStep::default(),

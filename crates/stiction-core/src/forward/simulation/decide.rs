@@ -1,7 +1,6 @@
 //! Response to an event: decides which interfaces at rest stick, slip, or continue their motion.
 
 use super::locate::Ending;
-use super::stepping::LONGEST_WAIT;
 use super::{Event, EventKind, REST, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
@@ -67,7 +66,7 @@ impl Simulation<'_> {
         stopped: Option<usize>,
     ) -> Result<(), ForwardError> {
         if self.stepping.is_none() && self.is_dense() {
-            self.wait = (2 * self.wait).min(LONGEST_WAIT);
+            self.wait_longer();
             self.begin_stepping();
             return Ok(());
         }

@@ -5,6 +5,7 @@ mod between;
 mod checkpoint;
 mod decide;
 mod driven;
+mod economy;
 mod energies;
 mod event;
 mod input_change;
@@ -44,8 +45,8 @@ use super::project::Anchor;
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::instant::Instant;
 use between::LastStep;
+use economy::Economy;
 use scratch::Scratch;
-use stepping::LONGEST_WAIT;
 
 /// Friction interfaces slower than this fraction of the largest slip speed are at rest.
 const REST: f64 = 1e-10;
@@ -110,6 +111,7 @@ pub struct Simulation<'a> {
     progress: (usize, f64),
     /// Number of quiet time steps before the event-driven method is tried again.
     wait: usize,
+    economy: Economy,
     workspace: Box<Scratch>,
     /// Unused lists of numbers, kept to reuse their memory.
     lists: Vec<Vec<f64>>,
@@ -248,7 +250,7 @@ impl<'a> Simulation<'a> {
             if !self.may_step(&error) {
                 return Err(error);
             }
-            self.wait = (2 * self.wait).min(LONGEST_WAIT);
+            self.wait_longer();
             self.begin_stepping();
         }
         if self.stepping.is_some() {
@@ -256,6 +258,7 @@ impl<'a> Simulation<'a> {
         }
         match self.advance_once(end, inputs) {
             Err(error) if self.may_step(&error) => {
+                self.wait_longer();
                 self.begin_stepping();
                 // If time stepping fails as well, the first reason is the better one.
                 if self.now.time < end {

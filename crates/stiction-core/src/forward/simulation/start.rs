@@ -1,6 +1,7 @@
 //! Start of a simulation.
 
 use super::between::LastStep;
+use super::economy::Economy;
 use super::scratch::Scratch;
 use super::stepping::{FIRST, QUIET, is_without_acceleration};
 use super::{Energies, Method, REST, Settings, Simulation};
@@ -228,6 +229,7 @@ impl<'a> Simulation<'a> {
             crawling: 0,
             progress: (0, time),
             wait: QUIET,
+            economy: Economy::new(time),
             workspace: Box::new(Scratch::new(model)),
             lists: Vec::new(),
             last_step: LastStep::default(),

@@ -5,7 +5,7 @@ use super::locate::Ending;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
 use super::scratch::Scratch;
-use super::stepping::{DENSE, LONGEST_WAIT};
+use super::stepping::DENSE;
 use super::{Method, REST, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
@@ -124,8 +124,10 @@ impl Simulation<'_> {
                     self.step = if shortened { next.max(self.step) } else { next };
                     // Near a stick onset the approach bounds the step, not stability.
                     let near = step >= 0.5 * nearest;
-                    if matches!(after, Ending::Smooth) && !near && self.is_stiff(step) {
-                        self.wait = (2 * self.wait).min(LONGEST_WAIT);
+                    let smooth = matches!(after, Ending::Smooth);
+                    let stiff = smooth && !near && self.is_stiff(step);
+                    if stiff || smooth && self.is_costly(end, inputs) {
+                        self.wait_longer();
                         self.begin_stepping();
                         return Ok(());
                     }
@@ -434,9 +436,9 @@ impl Simulation<'_> {
         situation.friction_scales.clone_from(&self.grips);
         situation.reference_frictions.clone_from(&self.shares);
         model.update_data(situation, inputs);
-        model
-            .solve_into(situation, &self.modes, Some(loads), measure, solved)
-            .map_err(|u| model.unsolved(time, u))?;
+        let done = model.solve_into(situation, &self.modes, Some(loads), measure, solved);
+        self.economy.spend(solved.continuation_steps());
+        done.map_err(|u| model.unsolved(time, u))?;
         model.instant_into(situation, &self.modes, solved, &mut instant);
         for (acceleration, frozen) in instant.state.accelerations.iter_mut().zip(&self.frozen) {
             if *frozen {

@@ -1,7 +1,6 @@
 //! Switching functions of the inputs: steps end where one changes its sign.
 
 use super::between::Course;
-use super::stepping::LONGEST_WAIT;
 use super::{Event, EventKind, Method, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
@@ -124,7 +123,7 @@ impl<'a> Simulation<'a> {
         self.switches_at_once = (count, self.now.time);
         let chatters = count > MOST_AT_ONCE * self.switching.len();
         if self.settings.method == Method::Automatic && (self.is_dense() || chatters) {
-            self.wait = (2 * self.wait).min(LONGEST_WAIT);
+            self.wait_longer();
             self.begin_stepping();
             return Ok(());
         }

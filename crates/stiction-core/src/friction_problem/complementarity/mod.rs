@@ -47,7 +47,7 @@ const SCALINGS: [Scaling; 4] = [
 ];
 /// Step sizes of the continuation from zero friction.
 const STEPS: StepPolicy =
-    StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-4 };
+    StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-4, most: 300 };
 
 /// Solution of the complementarity problem.
 #[derive(Clone, Debug)]
@@ -123,7 +123,7 @@ impl Complementarity<'_> {
     fn follow_friction(&self) -> Option<Vec<f64>> {
         let x = vec![0.0; self.count()];
         let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
-        continuation::follow(&mut branch, STEPS, 1.0).ok().map(|()| branch.x)
+        continuation::follow(&mut branch, STEPS, 1.0).ok().map(|_| branch.x)
     }
 
     fn complete(&self, amounts: Vec<f64>) -> Solution {
