@@ -79,6 +79,31 @@ impl Problem<'_> {
         })
     }
 
+    /// Values for divergences: a held parameter of a thin body is that of its prior, whose pseudo-inertia is
+    /// definite.
+    fn thickened(&self, values: &DVector<f64>, priors: &[BodyPrior]) -> DVector<f64> {
+        let mut thick = values.clone();
+        for body in priors {
+            for (k, prior) in (body.first..).zip(body.prior) {
+                if self.options.held[k] {
+                    thick[k] = prior;
+                }
+            }
+        }
+        thick
+    }
+
+    /// True if distributions of mass exist for the values with which the estimation begins. Ties between
+    /// parameters of different bodies may contradict them.
+    pub fn begins_physical(&self) -> bool {
+        let (map, priors) = (self.map(), self.priors());
+        let thick = self.thickened(&(&map.base + &map.matrix * self.start(&map)), &priors);
+        let is_held = |body: &BodyPrior| {
+            self.options.held[body.first..body.first + 10].iter().all(|held| *held)
+        };
+        priors.iter().all(|body| is_held(body) || body.divergence(thick.as_slice()).is_some())
+    }
+
     fn newton(
         &self,
         map: &Map,
@@ -140,11 +165,12 @@ impl Problem<'_> {
         let mut value = 0.5 * data.cost(z);
         let mut slope = DVector::zeros(count);
         let mut bend = DMatrix::zeros(count, count);
+        let thick = self.thickened(&values, priors);
         for body in priors {
             if self.options.held[body.first..body.first + 10].iter().all(|held| *held) {
                 continue;
             }
-            let found = body.divergence(values.as_slice())?;
+            let found = body.divergence(thick.as_slice())?;
             value += strength * found.value;
             let first = body.first;
             for i in 0..10 {
@@ -177,8 +203,9 @@ impl Problem<'_> {
         let count = self.parameters.len();
         let mut sum = DMatrix::zeros(count, count);
         let factor = (PRIOR_ERROR * strength).powi(2);
+        let thick = self.thickened(values, priors);
         for body in priors {
-            let Some(found) = body.divergence(values.as_slice()) else { continue };
+            let Some(found) = body.divergence(thick.as_slice()) else { continue };
             for i in 0..10 {
                 for k in 0..10 {
                     sum[(body.first + i, body.first + k)] += factor * found.hessian[(i, k)];

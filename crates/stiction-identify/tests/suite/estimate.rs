@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use stiction_core::Vec3;
 use stiction_core::random::Random;
+use stiction_core::spatial::Mat3;
 use stiction_identify::physical::{about_origin, bodies, central, is_physical};
 use stiction_identify::{Block, Choice, Kind, Options, Parameter, Problem, Regressor, Rows};
 
@@ -199,4 +200,29 @@ fn held_and_tied_parameters() {
         assert_eq!(found.values[*k], found.values[viscous[0]]);
         assert!((found.values[*k] - 0.3).abs() < 0.02);
     }
+}
+
+/// A rod without thickness has no definite pseudo-inertia. With all else held, its one free parameter is found.
+#[test]
+fn one_parameter_of_a_thin_rod() {
+    let (mut parameters, columns) = arm();
+    let last = bodies(&parameters, &truth(&parameters)).last().unwrap().0;
+    let first = parameters.iter().position(|p| p.body() == Some(last)).unwrap();
+    let rod =
+        about_origin(2.0, Vec3::new(0.15, 0.0, 0.0), Mat3::diagonal(Vec3::new(0.0, 0.02, 0.02)));
+    for (p, prior) in parameters[first..].iter_mut().zip(rod) {
+        p.prior = prior;
+    }
+    let mut truth: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+    let moment = first + 1;
+    truth[moment] *= 1.2;
+    let mut options = options(parameters.len());
+    options.held = (0..parameters.len()).map(|k| k != moment).collect();
+    let mut normal = normal(3);
+    let blocks = [block(&parameters, &columns, &truth, &mut || 0.02 * normal())];
+    let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
+    assert!(problem.begins_physical());
+    let found = problem.solve();
+    let (error, sigma) = (found.values[moment] - truth[moment], found.sigmas[moment]);
+    assert!(error.abs() < 4.0 * sigma && sigma < 0.02 * truth[moment], "{error:e} {sigma:e}");
 }

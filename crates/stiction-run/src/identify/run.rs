@@ -151,6 +151,13 @@ pub fn identify(
         })?;
     }
     enough(&all, &parameters, &options)?;
+    let problem = Problem { parameters: &parameters, blocks: &[], options: &options };
+    if !problem.begins_physical() {
+        return Err(refuse(
+            "options: with `tie`, the values of the model are inertias that no distribution of mass has",
+            "tie parameters of equal bodies only, or give equal values in the model",
+        ));
+    }
     let spinning = all[0].regressor.spinning_bodies();
     if !spinning.is_empty() {
         cautions.push(format!(

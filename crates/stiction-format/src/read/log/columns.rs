@@ -8,8 +8,16 @@ use crate::source::Span;
 
 /// True for columns of the tables of `stiction inverse` that no log measures.
 fn is_result(label: &str) -> bool {
-    let ends =
-        [".speed", ".power", ".drive_frictionless", ".drive_low", ".drive_high", ".motor_speed"];
+    let ends = [
+        ".speed",
+        ".power",
+        ".drive_frictionless",
+        ".drive_low",
+        ".drive_high",
+        ".motor_speed",
+        ".motor_torque_low",
+        ".motor_torque_high",
+    ];
     ends.iter().any(|end| label.ends_with(end))
         || ["closure", "power.residual"].contains(&label)
         || label.starts_with("distance.")
