@@ -126,7 +126,9 @@ impl Simulation<'_> {
                     let near = step >= 0.5 * nearest;
                     let smooth = matches!(after, Ending::Smooth);
                     let stiff = smooth && !near && self.is_stiff(step);
-                    if stiff || smooth && self.is_costly(end, inputs) {
+                    // The approach of a plate or ball to its stop takes many steps, but a bounded number.
+                    let nears = nearest.is_finite();
+                    if stiff || smooth && !nears && self.is_costly(end, inputs) {
                         self.wait_longer();
                         self.begin_stepping();
                         return Ok(());
