@@ -4,8 +4,8 @@
 //! The model is read from the folder `resources` of the unit, so one library serves all models. Facts of the
 //! interface follow the specifications FMI 2.0.5 and 3.0.2 of the Modelica Association.
 //!
-//! Everything belongs to an instance ([`instance`](mod@instance)): there are no global variables, and instances on
-//! different threads are independent. [`boundary`](mod@boundary) turns pointers into references, and errors and
+//! Everything belongs to an instance (module `instance`): there are no global variables, and instances on
+//! different threads are independent. The module `boundary` turns pointers into references, and errors and
 //! panics into the statuses of the standard: a call that is not possible returns *Error* with a message for the
 //! importer's logger, and after a panic an instance returns *Fatal* for good.
 
