@@ -44,24 +44,34 @@ impl Problem<'_> {
         let size = map.matrix.ncols();
         let mut at_zero = vec![false; size];
         let mut z = self.start(map);
-        for _ in 0..8 {
+        // The most negative one at a time: another one may be positive without it.
+        for _ in 0..=size {
             z = self.newton(map, data, strength, &at_zero, z);
-            let negative: Vec<usize> = (0..size)
+            let most = (0..size)
                 .filter(|&k| !at_zero[k] && z[k] < 0.0 && self.is_nonnegative(map, k))
-                .collect();
-            if negative.is_empty() {
-                break;
-            }
-            for k in negative {
-                at_zero[k] = true;
-                z[k] = 0.0;
-            }
+                .max_by(|&a, &b| self.parts(map, a, z[a]).total_cmp(&self.parts(map, b, z[b])));
+            let Some(k) = most else { break };
+            at_zero[k] = true;
+            z[k] = 0.0;
         }
         z
     }
 
+    /// First parameter of a free coordinate.
+    fn first(&self, map: &Map, column: usize) -> Option<usize> {
+        (0..self.parameters.len()).find(|&k| map.matrix[(k, column)] != 0.0)
+    }
+
+    /// Magnitude of a free coordinate over the scale of its parameter.
+    fn parts(&self, map: &Map, column: usize, z: f64) -> f64 {
+        let scale = self
+            .first(map, column)
+            .map_or(1.0, |k| self.parameters[k].scale / map.matrix[(k, column)].abs());
+        z.abs() / scale
+    }
+
     fn is_nonnegative(&self, map: &Map, column: usize) -> bool {
-        let first = (0..self.parameters.len()).find(|&k| map.matrix[(k, column)] != 0.0);
+        let first = self.first(map, column);
         // The divergence of a body keeps its mass positive.
         first.is_some_and(|k| {
             self.parameters[k].is_nonnegative() && self.parameters[k].body().is_none()

@@ -100,7 +100,19 @@ impl Limits {
                 let RangeOf::Dof(dof) = range.of else { continue };
                 let unit = if joint.range_translates(range.of) { "m" } else { "rad" };
                 let (low, high) = range.limits;
-                let of = Of::Travel(Moving::Dof(JointId(index), dof), 0.5 * (low + high));
+                let (joint_id, middle) = (JointId(index), 0.5 * (low + high));
+                let own = Coordinate::Joint { joint: joint_id, dof };
+                // A coordinate counts full turns.
+                let of = match chosen.coordinates.iter().position(|known| *known == own) {
+                    Some(k) => {
+                        let turns = match chosen.is_angle[k] {
+                            true => TAU * ((chosen.centre[k] - middle) / TAU).round(),
+                            false => 0.0,
+                        };
+                        Of::Travel(Moving::Coordinate(k), middle + turns)
+                    }
+                    None => Of::Travel(Moving::Dof(joint_id, dof), middle),
+                };
                 let name = joint.range_name(range.of);
                 all.push(Limit { name, unit, bound: 0.5 * (high - low), of });
             }

@@ -128,12 +128,13 @@ pub(super) fn chosen_efforts(
     mechanism: &Mechanism,
     log: &MeasuredLog,
 ) -> Result<(Vec<(usize, f64)>, bool), Error> {
-    let mut found = vec![None; mechanism.actuators().count()];
-    let (mut at_motors, mut at_joints) = (false, false);
+    let count = mechanism.actuators().count();
+    // Tables of inverse dynamics have the efforts of joints and of their motors.
+    let (mut found, mut by_motors) = (vec![None; count], vec![None; count]);
+    let mut twice = None;
     for (index, column) in log.log.columns.iter().enumerate() {
         let (train, per_torque) = match column.role {
             LogRole::Effort(actuator) => {
-                at_joints = true;
                 found[actuator] = Some((index, 1.0));
                 continue;
             }
@@ -161,16 +162,28 @@ pub(super) fn chosen_efforts(
         };
         let actuator = mechanism.actuators().position(|own| own == (driven.joint, driven.dof));
         if let Some(actuator) = actuator {
-            at_motors = true;
-            found[actuator] = Some((index, per_torque * train.transmission()));
+            let column = (index, per_torque * train.transmission());
+            if let Some((other, _)) = by_motors[actuator] {
+                twice = Some([other, index].map(|k: usize| &log.log.columns[k].name));
+            }
+            by_motors[actuator] = Some(column);
         }
     }
-    if at_motors && at_joints {
+    let at_motors = by_motors.iter().any(Option::is_some);
+    let is_by_motors = at_motors && found.iter().any(Option::is_none);
+    if is_by_motors && found.iter().any(Option::is_some) {
         return Err(refuse(
             format!("{} has efforts of motors and of joints", log.name),
             "give all efforts as `JOINT.effort`, or all as `MOTOR.motor_torque` or `MOTOR.current`",
         ));
     }
+    if let (true, Some([a, b])) = (is_by_motors, twice) {
+        return Err(refuse(
+            format!("{}: `{a}` and `{b}` are both the effort of one motor", log.name),
+            format!("leave one out: `\"{b}\" = \"\"` below [columns] of the options"),
+        ));
+    }
+    let found = if is_by_motors { by_motors } else { found };
     let names = mechanism.actuators().map(|(j, dof)| mechanism.joints()[j.0].actuator_name(dof));
     let missing: Vec<String> =
         names.zip(&found).filter(|(_, found)| found.is_none()).map(|(name, _)| name).collect();
@@ -183,7 +196,7 @@ pub(super) fn chosen_efforts(
             ),
         ));
     }
-    Ok((found.into_iter().flatten().collect(), at_motors))
+    Ok((found.into_iter().flatten().collect(), is_by_motors))
 }
 
 /// Assembles the mechanism at positions.

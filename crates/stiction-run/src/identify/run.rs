@@ -225,7 +225,7 @@ pub fn identify(
         })
         .collect();
     let combinations = combinations(&structure.free, &parameters, &estimate);
-    let confounded = sanity::confounded(&named, &estimate, &parameters, held);
+    let confounded = sanity::confounded(&named, &estimate, &parameters, &options);
     cautions.extend(sanity::uncertain(&named, &confounded));
     let noise = effort_noise(&all);
     let signs = wrong_efforts(&all, &parameters, &actuators);

@@ -106,12 +106,15 @@ pub(super) fn confounded(
     named: &[Named],
     estimate: &Estimate,
     parameters: &[Parameter],
-    held: &[bool],
+    options: &Options,
 ) -> Vec<(String, String, String)> {
+    let is_tied = |i: usize, k: usize| {
+        options.tied.iter().any(|group| group.contains(&i) && group.contains(&k))
+    };
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for i in 0..parameters.len() {
         for k in i + 1..parameters.len() {
-            if held[i] || held[k] {
+            if options.held[i] || options.held[k] || is_tied(i, k) {
                 continue;
             }
             let is_open = |k: usize| named[k].verdict != Verdict::Identified;

@@ -15,6 +15,9 @@ const WINDOW: usize = 2400;
 /// Evaluations in a step of the event-driven method. A time step, with its two halves, costs about
 /// as many.
 const EVALUATIONS: f64 = 12.0;
+/// Longest mean step of the event-driven method that counts as slow, s. Longer ones are short because of the
+/// motion, its events or a controller, not of stability.
+const SLOW: f64 = 2e-4;
 /// Time stepping takes over if a step that is longer by this factor keeps its tolerance.
 const PAYS: f64 = 3.0;
 /// Steps of the continuation from zero friction that cost as much as an evaluation.
@@ -73,12 +76,12 @@ impl Simulation<'_> {
         }
         self.economy.window = (self.economy.work, time);
         let step = EVALUATIONS * (time - since) / spent as f64;
-        self.pays_to_step(step, end, inputs)
+        step <= SLOW && self.pays_to_step(step, end, inputs)
     }
 
     /// Returns whether a time step much longer than a `step` of the event-driven method, s, keeps its
     /// tolerance.
-    pub(super) fn pays_to_step(&mut self, step: f64, end: f64, inputs: &mut dyn Inputs) -> bool {
+    fn pays_to_step(&mut self, step: f64, end: f64, inputs: &mut dyn Inputs) -> bool {
         let time = self.now.time;
         let longer = PAYS * step;
         let possible = self.settings.method == Method::Automatic

@@ -82,9 +82,15 @@ impl Prepared {
                 ));
             }
         }
+        let joints = model.mechanism.joints();
         let motion = match log.log.is_steady {
             true => motion::steady(&used, &chosen),
-            false => motion::filtered(&used, &chosen, filter)?,
+            false => {
+                let types: Vec<_> = joints.iter().map(|joint| joint.joint_type).collect();
+                let is_angle: Vec<bool> =
+                    chosen.iter().map(|chosen| chosen.coordinate.is_angle(&types)).collect();
+                motion::filtered(&used, &chosen, (filter, &is_angle), &mut cautions)?
+            }
         };
         let only: Vec<Coordinate> = chosen.iter().map(|chosen| chosen.coordinate).collect();
         let first: Vec<f64> = motion.targets[0].iter().map(|target| target.value).collect();

@@ -4,6 +4,7 @@ use super::MeasuredLog;
 use super::filter::RowFilter;
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::{Chosen, refuse};
+use std::f64::consts::{PI, TAU};
 use stiction_core::kinematics::Target;
 use stiction_format::{LowPass, Signal};
 
@@ -102,10 +103,23 @@ pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
 pub(super) fn filtered(
     used: &Used<'_>,
     chosen: &[Chosen],
-    filter: Option<f64>,
+    (filter, is_angle): (Option<f64>, &[bool]),
+    cautions: &mut Vec<String>,
 ) -> Result<Motion, Error> {
     let ((start, end), rate) = (used.ends(), used.rate());
-    let measured: Vec<Vec<f64>> = chosen.iter().map(|c| used.pick(c.column())).collect();
+    let mut measured: Vec<Vec<f64>> = chosen.iter().map(|c| used.pick(c.column())).collect();
+    for ((values, chosen), is_angle) in measured.iter_mut().zip(chosen).zip(is_angle) {
+        let turns = if *is_angle && chosen.position.is_some() { unwrap(values) } else { 0 };
+        if turns > 0 {
+            let log = used.log;
+            cautions.push(format!(
+                "{}: `{}` jumps by a turn {turns} times, as encoders do that count within one turn; the turns are \
+                 added",
+                log.name,
+                log.log.columns[chosen.column()].name
+            ));
+        }
+    }
     let (low, high) = (4.0 / (end - start), 0.4 * rate);
     let cutoff = match filter {
         Some(cutoff) => cutoff,
@@ -155,6 +169,20 @@ pub(super) fn filtered(
     })
 }
 
+/// Adds turns where an angle jumps by more than half of one; returns the number of jumps.
+fn unwrap(values: &mut [f64]) -> usize {
+    let (mut turns, mut count) = (0.0, 0);
+    for k in 1..values.len() {
+        let jump = values[k] + turns - values[k - 1];
+        if jump.abs() > PI {
+            turns -= TAU * (jump / TAU).round();
+            count += 1;
+        }
+        values[k] += turns;
+    }
+    count
+}
+
 /// Positions from a rate, by the trapezoidal rule.
 fn integrated(rate: &Signal, times: &[f64], home: f64) -> Vec<Target<f64>> {
     let mut value = home;
@@ -168,4 +196,20 @@ fn integrated(rate: &Signal, times: &[f64], home: f64) -> Vec<Target<f64>> {
         Target { value, rate: found.value, acceleration: found.rate }
     });
     each.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_angle_within_one_turn_is_continued() {
+        let mut values: Vec<f64> = (0..100).map(|k| 0.2 * f64::from(k)).collect();
+        let expected = values.clone();
+        values.iter_mut().for_each(|x| *x -= TAU * (*x / TAU).round());
+        assert_eq!(unwrap(&mut values), 3);
+        for (found, expected) in values.iter().zip(&expected) {
+            assert!((found - expected).abs() < 1e-12);
+        }
+    }
 }

@@ -4,8 +4,8 @@
 const SATURATED: usize = 5;
 
 /// Marks samples that stay at the greatest or least value; the first of them and their number. Signals that
-/// stay constant at other values, too, are coarse or piecewise constant, and no drive is limited at zero: these
-/// are not saturated.
+/// stay constant at other values, too, are coarse or piecewise constant: these are not saturated. No drive is
+/// limited at zero.
 pub(super) fn mark(values: &[f64], marks: &mut [bool]) -> Option<(usize, usize)> {
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -18,7 +18,8 @@ pub(super) fn mark(values: &[f64], marks: &mut [bool]) -> Option<(usize, usize)>
         }
         if k - from >= SATURATED {
             match values[from] {
-                x if x != 0.0 && (x == high || x == low) => at_limit.push((from, k)),
+                0.0 => {}
+                x if x == high || x == low => at_limit.push((from, k)),
                 _ => elsewhere += k - from,
             }
         }
@@ -64,6 +65,14 @@ mod tests {
         assert_eq!(marked(&plateaus), (None, 0));
         let zeros = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 3.0, 2.0, 1.0, 0.5, 0.0];
         assert_eq!(marked(&zeros), (None, 0));
+    }
+
+    /// A drive that is off at first.
+    #[test]
+    fn a_standstill_hides_no_saturation() {
+        let mut values = vec![0.0; 40];
+        values.extend([1.0, 3.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 2.0]);
+        assert_eq!(marked(&values), (Some((42, 6)), 6));
     }
 
     /// White noise of unit variance, by its third differences.
