@@ -106,7 +106,7 @@ pub(crate) unsafe fn array<'a, T>(first: *const T, count: usize) -> Result<&'a [
     }
 }
 
-/// Array that the caller wants filled.
+/// Array of numbers that the caller wants filled, zero at first: its memory need not be initialised.
 ///
 /// # Safety
 /// `first` points to `count` values that nothing else uses during the call, or is null.
@@ -114,8 +114,11 @@ pub(crate) unsafe fn array_mut<'a, T>(first: *mut T, count: usize) -> Result<&'a
     match (first.is_null(), count) {
         (_, 0) => Ok(&mut []),
         (true, _) => Err(missing("an array")),
-        // SAFETY: by the contract of this function.
-        (false, _) => Ok(unsafe { slice::from_raw_parts_mut(first, count) }),
+        // SAFETY: by the contract of this function; all bits zero are a number.
+        (false, _) => Ok(unsafe {
+            first.write_bytes(0, count);
+            slice::from_raw_parts_mut(first, count)
+        }),
     }
 }
 
@@ -147,7 +150,7 @@ pub(crate) fn missing(what: &str) -> Error {
     Error::input(format!("{what} is missing: the pointer is null"))
 }
 
-/// Gives the caller a state, in the place of one that it had.
+/// Stores a state at the caller's pointer, in the memory of the one that is there.
 ///
 /// # Safety
 /// `place` is null, or points to null or to a state of this library.

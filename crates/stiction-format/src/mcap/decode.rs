@@ -39,8 +39,11 @@ pub(super) fn decode(encoding: Encoding, data: &[u8]) -> Option<JointState> {
     match encoding {
         Encoding::Json => of_json(&serde_json::from_slice(data).ok()?),
         Encoding::Cdr => {
-            // The second byte of the encapsulation is the byte order: 1 for little-endian.
+            // The encapsulation names plain CDR, version 1, by 0 and its byte order: 1 for little-endian.
             let (head, body) = data.split_first_chunk::<4>()?;
+            if head[0] != 0 || head[1] > 1 {
+                return None;
+            }
             let is_big = head[1] == 0;
             Reader { data: body, at: 0, is_big, is_cdr: true }.state()
         }

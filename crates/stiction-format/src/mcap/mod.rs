@@ -17,11 +17,11 @@ const USUAL_TOPIC: &str = "/joint_states";
 /// Largest number of topics or names in an error.
 const LISTED: usize = 8;
 
-/// Joint states of a topic in the order of their times.
+/// Joint states of a topic in the order of the log.
 struct Recorded {
     names: Vec<String>,
-    /// Times, ns.
-    times: Vec<u64>,
+    /// Times of the log and of the messages, ns; the latter are 0 where messages have none.
+    times: Vec<[u64; 2]>,
     /// Positions of all joints, row by row.
     positions: Vec<f64>,
     /// Efforts as the positions; empty without efforts.
@@ -40,7 +40,7 @@ pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
     let damaged = |error: ::mcap::McapError| {
         format!("it is no complete MCAP log ({error}); `mcap recover` repairs an interrupted one")
     };
-    let mut topics: BTreeMap<String, Recorded> = BTreeMap::new();
+    let mut topics: BTreeMap<String, Result<Recorded, String>> = BTreeMap::new();
     let mut others: Vec<String> = Vec::new();
     let mut size = 0;
     for message in MessageStream::new(bytes).map_err(damaged)? {
@@ -60,16 +60,24 @@ pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
         }
         let at =
             |why: String| format!("topic {}, message {}: {why}", channel.topic, message.sequence);
-        let encoding = Encoding::of(&channel.message_encoding).map_err(at)?;
-        let state = decode(encoding, &message.data).ok_or_else(|| {
-            at(format!("it is no {schema} in the encoding {}", channel.message_encoding))
-        })?;
-        let time = if state.time == 0 { message.log_time } else { state.time };
+        let state = Encoding::of(&channel.message_encoding).and_then(|encoding| {
+            decode(encoding, &message.data).ok_or_else(|| {
+                format!("it is no {schema} in the encoding {}", channel.message_encoding)
+            })
+        });
+        // An error of a topic matters only if this topic is read.
+        let log_time = message.log_time;
         match topics.get_mut(&channel.topic) {
-            Some(recorded) => recorded.add(time, &state).map_err(at)?,
+            Some(Ok(recorded)) => {
+                let added = state.and_then(|state| recorded.add([log_time, state.time], &state));
+                if let Err(why) = added {
+                    topics.insert(channel.topic.clone(), Err(at(why)));
+                }
+            }
+            Some(Err(_)) => {}
             None => {
-                let recorded = Recorded::of(time, &state).map_err(at)?;
-                topics.insert(channel.topic.clone(), recorded);
+                let recorded = state.and_then(|state| Recorded::of([log_time, state.time], &state));
+                topics.insert(channel.topic.clone(), recorded.map_err(at));
             }
         }
     }
@@ -77,13 +85,16 @@ pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
 }
 
 /// The one topic of joint states, or the usual one of several.
-fn choose(mut topics: BTreeMap<String, Recorded>, others: &[String]) -> Result<Recorded, String> {
+fn choose(
+    mut topics: BTreeMap<String, Result<Recorded, String>>,
+    others: &[String],
+) -> Result<Recorded, String> {
     if let Some(usual) = topics.remove(USUAL_TOPIC) {
-        return Ok(usual);
+        return usual;
     }
     let names: Vec<String> = topics.keys().take(LISTED).cloned().collect();
     match (topics.len(), topics.pop_first()) {
-        (1, Some((_, recorded))) => Ok(recorded),
+        (1, Some((_, recorded))) => recorded,
         (0, _) if others.is_empty() => Err("it has no messages".to_owned()),
         (0, _) => Err(format!("it has no joint states; its topics are {}", others.join(", "))),
         _ => Err(format!(
@@ -95,7 +106,7 @@ fn choose(mut topics: BTreeMap<String, Recorded>, others: &[String]) -> Result<R
 
 impl Recorded {
     /// Begins with the first state.
-    fn of(time: u64, state: &JointState) -> Result<Self, String> {
+    fn of(time: [u64; 2], state: &JointState) -> Result<Self, String> {
         if let Some(name) = state.names.iter().find(|name| !is_header(name)) {
             return Err(format!("the name of the joint {name:?} cannot be that of a column"));
         }
@@ -112,7 +123,7 @@ impl Recorded {
     }
 
     /// Adds a state, whose joints may be in another order.
-    fn add(&mut self, time: u64, state: &JointState) -> Result<(), String> {
+    fn add(&mut self, time: [u64; 2], state: &JointState) -> Result<(), String> {
         let count = self.names.len();
         let place = |name: &String| state.names.iter().position(|other| other == name);
         let places: Option<Vec<usize>> = match state.names == self.names {
@@ -146,7 +157,9 @@ impl Recorded {
         if efforts && self.efforts.is_empty() {
             return Err("its joint states have no efforts".to_owned());
         }
-        let first = self.times.first().copied().unwrap_or(0);
+        // A simulator's first message may have the time zero.
+        let clock = usize::from(self.times.iter().any(|[_, own]| *own != 0));
+        let first = self.times.first().map_or(0, |times| times[clock]);
         let mut out = "time [s]".to_owned();
         for name in &self.names {
             out += &format!(",{name}");
@@ -159,9 +172,9 @@ impl Recorded {
         out.push('\n');
         let count = self.names.len().max(1);
         let mut more = self.efforts.chunks(count);
-        for (time, positions) in self.times.iter().zip(self.positions.chunks(count)) {
+        for (times, positions) in self.times.iter().zip(self.positions.chunks(count)) {
             // Whole nanoseconds: a time since 1970 has fewer digits than a double.
-            let since = *time as i128 - i128::from(first);
+            let since = i128::from(times[clock]) - i128::from(first);
             let _ = write!(out, "{}", since as f64 * 1e-9);
             let efforts = more.next().filter(|_| efforts).unwrap_or_default();
             for number in positions.iter().chain(efforts) {
@@ -208,6 +221,20 @@ mod tests {
             writer.finish().unwrap();
         }
         file
+    }
+
+    /// The first message of a simulator has the time zero.
+    #[test]
+    fn stamps_may_begin_at_zero() {
+        let first = br#"{"name": ["A", "B"], "position": [1, 2]}"#.to_vec();
+        let second = br#"{"header": {"stamp": {"sec": 0, "nanosec": 200000000}},
+            "name": ["A", "B"], "position": [3, 4]}"#;
+        let file = log(SCHEMAS[0], "json", &["/a"], &[first, second.to_vec()]);
+        let text = csv_of_mcap(&file, false).unwrap();
+        assert_eq!(text, "time [s],A,B\n0,1e0,2e0\n0.2,3e0,4e0\n");
+        let damaged = br#"{"name": ["C"]}"#.to_vec();
+        let file = log(SCHEMAS[0], "json", &["/gripper"], &[damaged]);
+        assert!(csv_of_mcap(&file, true).unwrap_err().contains("/gripper, message 0"));
     }
 
     /// A state of two joints as text of JSON.

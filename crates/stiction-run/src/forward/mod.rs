@@ -39,7 +39,7 @@ pub use job::{Feed, Job, Start, arrange};
 pub use linearize::{LinearMode, LinearModel, Named};
 pub use outcome::{Ending, Outcome};
 pub use page::draw_report;
-pub use plant::{Held, Plant, PlantState};
+pub use plant::{Held, InitialMotion, Plant, PlantState};
 pub use poles::pole;
 pub use rows::{Recorder, Rows};
 pub use sample::Sample;

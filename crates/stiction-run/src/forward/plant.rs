@@ -12,6 +12,7 @@ use stiction_core::forward::{
 };
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::mechanism::{Body, BodyId};
+use stiction_core::spatial::Pose;
 use stiction_format::LoadCase;
 
 /// Model of a plant: a mechanism with its loads, without actuator efforts. Immutable.
@@ -53,6 +54,9 @@ pub struct Held {
     pub loads: Vec<AppliedLoad<f64>>,
 }
 
+/// Positions and rates of the actuators, and poses of the bodies in the ground's frame.
+pub type InitialMotion = (Vec<Target<f64>>, Vec<(BodyId, Pose<f64>)>);
+
 impl Plant {
     /// Makes the plant of a job. Its controller, feed-forward efforts, conditions and end do not act.
     pub fn new(job: &Job<'_>) -> Self {
@@ -73,18 +77,25 @@ impl Plant {
         }
     }
 
-    /// Positions and rates of the actuators at the initial state of the job.
+    /// Positions and rates of the actuators at the initial state of the job, and the poses of all bodies in the
+    /// ground's frame.
     ///
     /// # Errors
     /// The mechanism cannot be assembled there.
-    pub fn initial_motion(&self, job: &Job<'_>) -> Result<Vec<Target<f64>>, Error> {
+    pub fn initial_motion(&self, job: &Job<'_>) -> Result<InitialMotion, Error> {
         let forward = &self.stages[0];
         let (state, _) = start::state(job, forward)?;
         let mut bodies = Bodies::new(forward.topology());
         bodies.place(forward.topology(), forward.parameters(), &state.coordinates);
         bodies.move_with(forward.topology(), &state.rates);
         let actuators = forward.mechanism().actuators();
-        Ok(actuators.map(|(j, dof)| forward.joint_motion(&state, &bodies, j, dof)).collect())
+        let motion =
+            actuators.map(|(j, dof)| forward.joint_motion(&state, &bodies, j, dof)).collect();
+        let (ground, origin) = (forward.mechanism().base().inverse(), forward.parameters().origin);
+        let in_ground =
+            |pose: &Pose<f64>| ground * Pose { position: pose.position + origin, ..*pose };
+        let poses = bodies.pose.iter().enumerate().skip(1);
+        Ok((motion, poses.map(|(k, pose)| (BodyId(k), in_ground(pose))).collect()))
     }
 
     /// Starts at the initial state of the job from which the plant was made, at its time, with these inputs.

@@ -104,6 +104,7 @@ impl PlantExport {
             ],
             has_events: true,
             step: 0.001,
+            start: unit.time(),
             stop: None,
             variables: unit.variables().to_vec(),
         };

@@ -15,7 +15,7 @@ use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::Known;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::BodyId;
-use stiction_core::spatial::Vec3;
+use stiction_core::spatial::{Pose, Vec3};
 use stiction_core::statics::LoadAxes;
 use stiction_format::ModelFile;
 use stiction_run::forward::{Held, Job, Plant as Engine, PlantState, Sample as Record, Start};
@@ -66,6 +66,8 @@ struct Setup {
     tunables: Vec<Named>,
     /// Positions and rates of the actuators at the start without changes.
     initial: Vec<Target<f64>>,
+    /// Poses of the bodies there, in the ground's frame: they keep the assembly mode at another start.
+    poses: Vec<(BodyId, Pose<f64>)>,
 }
 
 impl Forward {
@@ -85,7 +87,7 @@ impl Forward {
         let job = plan.job();
         let engine = Engine::new(&job);
         let tunables = tunable::tunables(&job.model.mechanism);
-        let initial = engine.initial_motion(&job)?;
+        let (initial, poses) = engine.initial_motion(&job)?;
         let choice = Choice {
             values: tunables.iter().map(|(.., value)| *value).collect(),
             held: Held { efforts: vec![0.0; initial.len()], loads: Vec::new() },
@@ -99,7 +101,7 @@ impl Forward {
             starts: None,
             state: None,
             sample: None,
-            setup: Arc::new(Setup { plan, tunables, initial }),
+            setup: Arc::new(Setup { plan, tunables, initial, poses }),
         })
     }
 }
@@ -230,6 +232,9 @@ impl Plant {
     fn arranged(&self, values: &[f64]) -> Result<(ModelFile, Vec<Known>), Error> {
         let mut model = self.setup.plan.job().model.clone();
         model.mechanism = tunable::tuned(&model.mechanism, &self.setup.tunables, values)?;
+        if self.starts.is_some() {
+            model.initial_poses.clone_from(&self.setup.poses);
+        }
         let each = model.mechanism.actuators().zip(self.starts.iter().flatten());
         let known = each.map(|((joint, dof), start)| Known {
             coordinate: Coordinate::Joint { joint, dof },

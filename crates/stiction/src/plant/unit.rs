@@ -55,9 +55,12 @@ impl Unit {
         let files = resources::write(robot, options)?;
         let mut texts: Vec<&str> = files.iter().map(|file| file.text.as_str()).collect();
         texts.push(env!("CARGO_PKG_VERSION"));
+        // A library with other variables must not read the numbers of these.
+        texts.extend(table.variables.iter().map(|variable| variable.name.as_str()));
         let starts = plant.setup.initial.clone();
         let state = UnitState { plant, starts, events: 0, event_time: None, runs: false };
-        Ok(Self { table: Arc::new(table), token: token(&texts).into(), state })
+        let token = token(&texts).into();
+        Ok(Self { table: Arc::new(table), token, state })
     }
 
     /// Reads a unit from its folder `resources`.

@@ -2,7 +2,7 @@
 //!
 //! Event-driven steps are short where stability bounds them, beside folds of the friction problem
 //! and where many interfaces change their modes. Time stepping may then need far less work for its
-//! own tolerance. A trial step tells.
+//! own tolerance. A trial time step decides.
 
 use super::stepping::{LONGEST_WAIT, QUIET};
 use super::{Method, Simulation};
@@ -58,7 +58,7 @@ impl Economy {
 
 impl Simulation<'_> {
     /// Doubles the number of quiet time steps before the next return to the event-driven method, or
-    /// resets it if that method has gone well since the last time stepping.
+    /// resets it if that method has covered [`RECOVERED`] times the duration of the time stepping before.
     pub(super) fn wait_longer(&mut self) {
         let (began, stepped) = self.economy.phase;
         let recovered = self.now.time - began >= RECOVERED * stepped;

@@ -98,9 +98,10 @@ impl Simulation<'_> {
         let states = y.len() - self.input.values.len();
         situation.input.values.copy_from_slice(&y[states..]);
         model.update_data(situation, inputs);
-        model
-            .couple(situation, &self.modes, Some(loads), measure, solved)
-            .map_err(|u| model.unsolved(time, u))?;
+        let done = model.couple(situation, &self.modes, Some(loads), measure, solved);
+        // As in an evaluation, so that a resumed run counts the same.
+        self.economy.spend(solved.continuation_steps());
+        done.map_err(|u| model.unsolved(time, u))?;
         model.instant_into(situation, &self.modes, solved, &mut instant);
         instant.state.accelerations.fill(0.0);
         Ok(instant)

@@ -101,6 +101,8 @@ pub struct Description {
     pub has_events: bool,
     /// Usual communication step, s.
     pub step: f64,
+    /// Start of the default experiment, s.
+    pub start: f64,
     /// End of the default experiment, s.
     pub stop: Option<f64>,
     /// Variables in the order of their value references.
@@ -237,8 +239,8 @@ impl Description {
         let stop = self.stop.map_or(String::new(), |stop| format!(" stopTime=\"{stop:?}\""));
         let _ = writeln!(
             text,
-            "  <DefaultExperiment startTime=\"0\"{stop} stepSize=\"{:?}\"/>",
-            self.step
+            "  <DefaultExperiment startTime=\"{}\"{stop} stepSize=\"{:?}\"/>",
+            self.start, self.step
         );
         text += "  <ModelVariables>\n";
         for (reference, variable) in self.variables.iter().enumerate() {

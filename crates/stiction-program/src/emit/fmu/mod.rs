@@ -83,6 +83,7 @@ impl Feedforward {
             ],
             has_events: false,
             step: 0.001,
+            start: 0.0,
             stop: None,
             variables: self.variables(labels),
         };
