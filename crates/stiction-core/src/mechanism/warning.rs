@@ -88,8 +88,8 @@ const DENSEST: f64 = 19_300.0;
 /// that are confused (kg mm^2 or g for kg) give a factor of at least 30.
 const THINNEST: f64 = 0.02;
 /// Greatest usual ratio of a radius of gyration to the extent of a body, or of the whole mechanism if that is
-/// larger: bodies seldom reach beyond three times the distances of their joints.
-const WIDEST: f64 = 3.0;
+/// larger: bodies seldom reach far beyond their joints.
+const WIDEST: f64 = 10.0;
 /// Greatest usual friction coefficient: rubber on concrete has about 1.
 const ROUGHEST: f64 = 2.0;
 

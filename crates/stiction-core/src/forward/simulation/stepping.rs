@@ -32,9 +32,6 @@ const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
 /// Steps that are tried, s, where the shortest one has no solution; the motion over them is reported as a
 /// jump.
 const LONGER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
-/// Relative difference of accelerations, means over a time step on one side, below which both methods found
-/// the same solution.
-const AGREES: f64 = 0.1;
 /// Jumps of joint rates below this fraction of the largest are not listed.
 const SMALL_PART: f64 = 1e-3;
 
@@ -396,20 +393,6 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Returns whether the accelerations are those of the time stepper before, where they may not be
-    /// unique: another solution of the friction laws would be a jump of all forces.
-    fn is_continued_from(&self, before: &Self) -> bool {
-        if self.now.coupling.is_none_or(|coupling| coupling < 1.0) {
-            return true;
-        }
-        let columns = &self.model.columns;
-        let size = |of: &dyn Fn(usize) -> f64| {
-            columns.iter().enumerate().map(|(k, c)| (of(k) / c).abs()).fold(0.0, f64::max)
-        };
-        let (a, b) = (&self.now.state.accelerations, &before.now.state.accelerations);
-        size(&|k| a[k] - b[k]) <= AGREES * size(&|k| b[k]).max(size(&|k| a[k]))
-    }
-
     /// Returns to the event-driven method after enough steps without a change of mode, if it finds accelerations.
     fn leave_stepping(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(stepping) = &mut self.stepping else { return Ok(()) };
@@ -423,7 +406,7 @@ impl Simulation<'_> {
         self.stalled = 0;
         self.event_rate = (0, self.now.time);
         self.step = 1e-4 * self.settings.longest_step.min(1.0);
-        if self.reconsider(inputs, None).is_ok() && self.is_continued_from(&kept) {
+        if self.reconsider(inputs, None).is_ok() {
             self.economy.change(self.now.time);
             let kind = EventKind::Method { method: Method::EventDriven };
             self.events.push(Event { time: self.now.time, kind });
