@@ -19,6 +19,11 @@ fn a_recording_is_packed_with_its_model() {
     let model = format!("{model}\n[motions.log]\nfile = \"logs/log 1.csv\"\n");
     fs::write(folder.join("robot.toml"), model).unwrap();
     let robot = Robot::load(folder.join("robot.toml")).unwrap();
+    // A file of another request is no part of the plant.
+    let other = folder.join("other.csv");
+    fs::write(&other, &table).unwrap();
+    robot.forward().motion(other.to_str().unwrap()).unwrap();
+    fs::remove_file(&other).unwrap();
     let export = robot.export().plant().motion("log").from("rest");
     let unit = Extracted::new("recording", &export);
     fs::remove_dir_all(&folder).unwrap();

@@ -4,7 +4,7 @@ use super::Fmu;
 use crate::error::Error;
 use crate::plant::Unit;
 use crate::plant::resources::{self, PlantOptions};
-use crate::robot::Robot;
+use crate::robot::{ModelText, Robot};
 use stiction_program::emit::SourceFile;
 use stiction_program::emit::fmu::{Description, Fmi};
 
@@ -87,7 +87,12 @@ impl PlantExport {
                     .with_option("name"));
             }
         };
-        let unit = Unit::new(&self.robot, &self.options)?;
+        // Files that other requests of this robot named are not part of the plant.
+        let robot = match self.robot.text() {
+            Some(text) => ModelText::from_parts(text.parts()).read()?,
+            None => self.robot.clone(),
+        };
+        let unit = Unit::new(&robot, &self.options)?;
         let description = Description {
             fmi,
             identifier: identifier.clone(),
@@ -110,7 +115,7 @@ impl PlantExport {
         };
         let file = |name: &str, text: String| SourceFile { name: name.to_owned(), text };
         let mut files = vec![file("modelDescription.xml", description.xml())];
-        for part in resources::write(&self.robot, &self.options)? {
+        for part in resources::write(&robot, &self.options)? {
             files.push(file(&format!("resources/{}", part.name), part.text));
         }
         files.push(file("documentation/index.html", INDEX.replace("@IDENTIFIER@", &identifier)));
