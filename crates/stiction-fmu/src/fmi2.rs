@@ -12,6 +12,7 @@
 use crate::boundary::{self, array, array_mut, missing, put, text, with};
 use crate::instance::{Instance, Phase, Saved};
 use crate::logger::{Logger, Logger2, c_string};
+use crate::saved_states::state_functions;
 use std::ffi::{c_char, c_int, c_void};
 use stiction::Error;
 
@@ -199,69 +200,9 @@ absent! {
     fmi2SetString(*const Text);
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(instance: Handle, state: *mut State) -> c_int {
-    unsafe { with(instance, |instance| boundary::give(state, instance.save())) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(instance: Handle, state: State) -> c_int {
-    unsafe {
-        with(instance, |instance| {
-            instance.restore(boundary::state(state)?);
-            Ok(())
-        })
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(_instance: Handle, state: *mut State) -> c_int {
-    unsafe { boundary::free_state(state) };
-    0
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
-    instance: Handle,
-    state: State,
-    size: *mut usize,
-) -> c_int {
-    unsafe {
-        with(instance, |instance| {
-            put(size, instance.write(boundary::state(state)?).len());
-            Ok(())
-        })
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    instance: Handle,
-    state: State,
-    bytes: *mut u8,
-    size: usize,
-) -> c_int {
-    unsafe {
-        with(instance, |instance| {
-            let written = instance.write(boundary::state(state)?);
-            boundary::copy(&written, array_mut(bytes, size)?)
-        })
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    instance: Handle,
-    bytes: *const u8,
-    size: usize,
-    state: *mut State,
-) -> c_int {
-    unsafe {
-        with(instance, |instance| {
-            let saved: Saved = instance.read(array(bytes, size)?)?;
-            boundary::give(state, saved)
-        })
-    }
+state_functions! {
+    fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate fmi2SerializedFMUstateSize fmi2SerializeFMUstate
+    fmi2DeSerializeFMUstate
 }
 
 #[unsafe(no_mangle)]

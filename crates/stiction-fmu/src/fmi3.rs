@@ -16,6 +16,7 @@ pub use absent::*;
 use crate::boundary::{self, array, array_mut, put, text, with};
 use crate::instance::{Instance, Phase, Saved};
 use crate::logger::{Logger, Logger3};
+use crate::saved_states::state_functions;
 use std::ffi::{c_char, c_int, c_void};
 use std::path::Path;
 use stiction::Error;
@@ -253,67 +254,7 @@ pub unsafe extern "C" fn fmi3SetInt32(
     unsafe { with(instance, |i| i.set_integers(array(references, count)?)) }
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(instance: Handle, state: *mut State) -> c_int {
-    unsafe { with(instance, |instance| boundary::give(state, instance.save())) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(instance: Handle, state: State) -> c_int {
-    unsafe {
-        with(instance, |instance| {
-            instance.restore(boundary::state(state)?);
-            Ok(())
-        })
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(_instance: Handle, state: *mut State) -> c_int {
-    unsafe { boundary::free_state(state) };
-    0
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
-    instance: Handle,
-    state: State,
-    size: *mut usize,
-) -> c_int {
-    unsafe {
-        with(instance, |instance| {
-            put(size, instance.write(boundary::state(state)?).len());
-            Ok(())
-        })
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializeFMUState(
-    instance: Handle,
-    state: State,
-    bytes: *mut u8,
-    size: usize,
-) -> c_int {
-    unsafe {
-        with(instance, |instance| {
-            let written = instance.write(boundary::state(state)?);
-            boundary::copy(&written, array_mut(bytes, size)?)
-        })
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DeserializeFMUState(
-    instance: Handle,
-    bytes: *const u8,
-    size: usize,
-    state: *mut State,
-) -> c_int {
-    unsafe {
-        with(instance, |instance| {
-            let saved: Saved = instance.read(array(bytes, size)?)?;
-            boundary::give(state, saved)
-        })
-    }
+state_functions! {
+    fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState fmi3SerializedFMUStateSize fmi3SerializeFMUState
+    fmi3DeserializeFMUState
 }

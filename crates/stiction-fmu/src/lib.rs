@@ -14,6 +14,7 @@ pub mod fmi2;
 pub mod fmi3;
 mod instance;
 mod logger;
+mod saved_states;
 
 pub use logger::{Logger2, Logger3};
 

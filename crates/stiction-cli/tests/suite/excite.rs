@@ -218,7 +218,7 @@ fn identification_scatters_as_predicted() {
 }
 
 /// One payload leaves mu and the load-independent friction of a bearing confounded; the plan says so and
-/// what helps.
+/// names the cure.
 #[test]
 fn a_second_payload_is_asked_for() {
     let folder = arm("excite-payload");

@@ -1,8 +1,8 @@
 //! The search: quasi-Newton ascents (BFGS) that stay within the limits, and random trials between them.
 //!
-//! A step beyond a limit has no value and is halved. Dry friction changes its sign between samples of the grid,
-//! where the objective jumps and an ascent can stop early; random trials with a size that adapts to their success
-//! lead on from there.
+//! A step beyond a limit has no value and is halved. Dry friction changes its sign between samples of the grid, so
+//! the objective jumps, and an ascent may stop at a jump. Random trials continue from there; their size adapts to
+//! their success.
 //!
 //! Sources: Nocedal and Wright, *Numerical Optimization* (2006), algorithm 6.1 with backtracking; Rechenberg,
 //! *Evolutionsstrategie* (1973), the one-fifth rule.

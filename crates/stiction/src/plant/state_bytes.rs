@@ -150,7 +150,7 @@ impl Plant {
     }
 }
 
-/// What the bytes of a state contain.
+/// Decoded content of a serialised state.
 struct Parts {
     from: f64,
     starts: Option<Vec<Target<f64>>>,
