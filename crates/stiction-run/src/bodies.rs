@@ -6,6 +6,14 @@ use stiction_core::kinematics::Bodies;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Quaternion, Vec3, Wrench};
 
+/// Poses of all bodies in the world, the ground first; `origin` is the reference point of the poses, m.
+pub(crate) fn poses_in_world(
+    bodies: &Bodies<f64>,
+    origin: Vec3<f64>,
+) -> impl Iterator<Item = Pose<f64>> {
+    bodies.pose.iter().map(move |pose| Pose { position: pose.position + origin, ..*pose })
+}
+
 /// Columns of a body.
 const COLUMNS: [&str; 25] = [
     "x [m]",

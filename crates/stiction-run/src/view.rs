@@ -1,6 +1,7 @@
 //! View of a mechanism along a motion, without forces: a page with the moving robot, and a moving picture.
 
-use crate::report::animation::{Animation, poses_in_world};
+use crate::bodies::poses_in_world;
+use crate::report::animation::Animation;
 use crate::report::html::{self, section};
 use crate::report::{footer, header, version};
 use crate::{Error, Job};
@@ -38,7 +39,8 @@ pub fn draw_view(job: &Job<'_>) -> Result<View, Error> {
         }
         // The last frame shows what the first one does, if the motion is periodic.
         if k * FRAMES >= frames.len() * count && frames.len() < FRAMES {
-            frames.push(poses_in_world(&follower.solver));
+            let solver = &follower.solver;
+            frames.push(poses_in_world(solver.bodies(), solver.parameters().origin).collect());
         }
         animation.push_motion(time, &follower.solver);
     }

@@ -20,6 +20,7 @@ pub use npz::npz_of_csv;
 pub use sdf::{Sdf, sdf};
 pub use urdf::{Urdf, urdf};
 
+use crate::bodies::poses_in_world;
 use crate::{Error, Job};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, Target};
@@ -54,7 +55,6 @@ impl<'a> Home<'a> {
         let solver = job.assemble(job.motion.start)?.solver;
         let origin = solver.parameters().origin;
         let bodies = solver.bodies();
-        let in_world = |pose: &Pose<f64>| Pose { position: pose.position + origin, ..*pose };
         let across: Vec<Pose<f64>> =
             bodies.frame_j.iter().zip(&bodies.frame_k).map(|(j, k)| j.inverse() * *k).collect();
         let joints = job.model.mechanism.joints();
@@ -71,7 +71,7 @@ impl<'a> Home<'a> {
         let motion = job.motion.coordinates.iter().map(|(coordinate, _)| *coordinate);
         Ok(Self {
             model: job.model,
-            poses: bodies.pose.iter().map(in_world).collect(),
+            poses: poses_in_world(bodies, origin).collect(),
             coordinates: coordinates.collect(),
             mechanism: job.model.mechanism.starting_at(bodies.joint_poses()),
             motion: motion.zip(job.motion.at(job.motion.start)).collect(),

@@ -4,6 +4,7 @@ use super::job::Job;
 use super::load_laws::ActingLoads;
 use super::sample::Sample;
 use super::start;
+use crate::bodies::poses_in_world;
 use crate::dofs::{Dof, dofs_of};
 use crate::error::{Error, check_finite};
 use stiction_core::dynamics::AppliedLoad;
@@ -92,10 +93,8 @@ impl Plant {
         let motion =
             actuators.map(|(j, dof)| forward.joint_motion(&state, &bodies, j, dof)).collect();
         let (ground, origin) = (forward.mechanism().base().inverse(), forward.parameters().origin);
-        let in_ground =
-            |pose: &Pose<f64>| ground * Pose { position: pose.position + origin, ..*pose };
-        let poses = bodies.pose.iter().enumerate().skip(1);
-        Ok((motion, poses.map(|(k, pose)| (BodyId(k), in_ground(pose))).collect()))
+        let poses = poses_in_world(&bodies, origin).enumerate().skip(1);
+        Ok((motion, poses.map(|(k, pose)| (BodyId(k), ground * pose)).collect()))
     }
 
     /// Starts at the initial state of the job from which the plant was made, at its time, with these inputs.

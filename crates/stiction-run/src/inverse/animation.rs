@@ -1,12 +1,11 @@
 //! Moving robot of a run of inverse dynamics.
 
 use super::sample::Sample;
-use crate::bodies::BodyRow;
+use crate::bodies::{BodyRow, poses_in_world};
 use crate::job::Job;
 use crate::names::Names;
 use crate::report::animation::Animation as Shared;
 use crate::{Sink, SinkError};
-use stiction_core::spatial::Pose;
 
 /// Collects the samples of a run for the moving robot of its report.
 #[derive(Clone, Debug)]
@@ -41,8 +40,7 @@ impl Sink<Sample> for Animation {
         }
         values.extend(BodyRow::loads(&sample.bodies, &sample.loads));
         values.extend([sample.distances.actuation, sample.distances.constraint]);
-        let in_world = |pose: &Pose<f64>| Pose { position: pose.position + sample.origin, ..*pose };
-        self.0.push(sample.time, sample.bodies.pose.iter().map(in_world), values);
+        self.0.push(sample.time, poses_in_world(&sample.bodies, sample.origin), values);
         Ok(())
     }
 }

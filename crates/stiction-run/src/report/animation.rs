@@ -3,6 +3,7 @@
 //! A long run keeps evenly spaced samples and those with the extremes of what the report's tables list,
 //! so that a page stays small and its peaks are there.
 
+use crate::bodies::poses_in_world;
 use crate::dofs::{Dof, actuated, dofs_of};
 use crate::names::Names;
 use crate::table::{REACTION, columns};
@@ -122,7 +123,7 @@ impl Animation {
     /// Adds a sample without forces, at the poses of a solver.
     pub(crate) fn push_motion(&mut self, time: f64, solver: &InverseDynamics) {
         let loads = vec![0.0; LOAD.len() * (self.mechanism.bodies().len() - 1)];
-        self.push(time, poses_in_world(solver), loads);
+        self.push(time, poses_in_world(solver.bodies(), solver.parameters().origin), loads);
     }
 
     /// Adds a sample: poses of all bodies in the world, the ground first, and values of all columns in
@@ -240,13 +241,6 @@ impl Animation {
             ghost: None,
         }
     }
-}
-
-/// Poses of all bodies in the world, the ground first.
-pub(crate) fn poses_in_world(solver: &InverseDynamics) -> Vec<Pose<f64>> {
-    let origin = solver.parameters().origin;
-    let in_world = |pose: &Pose<f64>| Pose { position: pose.position + origin, ..*pose };
-    solver.bodies().pose.iter().map(in_world).collect()
 }
 
 fn actuator(mechanism: &Mechanism, name: &str, unit: &'static str, dof: &Dof) -> Actuator {
