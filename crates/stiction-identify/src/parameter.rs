@@ -31,6 +31,25 @@ pub enum Kind {
     Term(usize),
 }
 
+impl Kind {
+    /// True for a coefficient of friction and for friction that does not depend on the load.
+    pub fn is_friction(self) -> bool {
+        match self {
+            Self::Mu(_)
+            | Self::Coulomb(_)
+            | Self::Viscous(_)
+            | Self::DriveCoulomb(_)
+            | Self::DriveViscous(_) => true,
+            Self::Mass(_)
+            | Self::Moment(..)
+            | Self::Inertia(..)
+            | Self::Rotor(_)
+            | Self::Offset(_)
+            | Self::Term(_) => false,
+        }
+    }
+}
+
 /// Rows and columns of the six entries of an inertia: xx, yy, zz, xy, yz, xz.
 pub const INERTIA_ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
 

@@ -1,6 +1,7 @@
 //! The command `stiction identify`.
 
 mod arm;
+mod imperfect;
 mod screws;
 
 use crate::program::{Folder, json};

@@ -74,10 +74,11 @@ impl Identified {
         ];
         for (used, what) in [(true, "of the fitted logs"), (false, "of logs that were not used")] {
             let own = self.predictions.iter().filter(|p| p.used_for_fit == used);
-            let errors = own.flat_map(|p| p.error_percent.iter());
+            let errors = own.flat_map(|p| &p.error_percent);
+            let errors = errors.filter_map(|(name, error)| Some((name, (*error)?)));
             if let Some((name, error)) = errors.max_by(|a, b| a.1.total_cmp(&b.1)) {
                 let what = format!("largest relative error {what}: {name}");
-                all.push(card(&format!("{} %", number(*error)), &what, false));
+                all.push(card(&format!("{} %", number(error)), &what, false));
             }
         }
         html::cards(&all)
@@ -89,11 +90,9 @@ impl Identified {
         for p in &self.predictions {
             for ((name, error), prior) in p.error_percent.iter().zip(&p.prior_percent) {
                 let used = if p.used_for_fit { "fitted" } else { "predicted" };
-                rows.push(
-                    [p.log.as_str(), used, name, &number(*error), &number(*prior)]
-                        .map(text)
-                        .to_vec(),
-                );
+                let [error, prior] =
+                    [error, prior].map(|percent| percent.map_or("no rows".to_owned(), number));
+                rows.push([p.log.as_str(), used, name, &error, &prior].map(text).to_vec());
             }
         }
         let head = [

@@ -61,10 +61,10 @@ pub struct Prediction {
     pub log: String,
     /// `true` if the log was fitted.
     pub used_for_fit: bool,
-    /// For each actuator: its name, and 100 rms(measured - predicted) / rms(measured), percent.
-    pub error_percent: Vec<(String, f64)>,
+    /// For each actuator: its name, and 100 rms(measured - predicted) / rms(measured), percent; none without rows.
+    pub error_percent: Vec<(String, Option<f64>)>,
     /// The same for the model as it was.
-    pub prior_percent: Vec<f64>,
+    pub prior_percent: Vec<Option<f64>>,
 }
 
 /// Result of identification.
@@ -104,6 +104,9 @@ pub struct Identified {
 const SWEEPS: usize = 12;
 /// Change of values, in standard deviations, at which they agree.
 const SETTLED: f64 = 0.01;
+/// Change that is said, and change with which a fit is not identified.
+const VISIBLE: f64 = 0.1;
+const UNSETTLED: f64 = 1.0;
 
 /// Identifies inertia and friction of a model from logs.
 ///
@@ -165,7 +168,7 @@ pub fn identify(
             spinning.join(", ")
         ));
     }
-    let prior_errors: Vec<Vec<f64>> =
+    let prior_errors: Vec<Vec<Option<f64>>> =
         all.iter().map(|log| errors(&log.block, &parameters, &priors)).collect();
     let held = &options.held.clone();
     let structure = structure(&all, &parameters, held);
@@ -228,9 +231,10 @@ pub fn identify(
     let confounded = sanity::confounded(&named, &estimate, &parameters, &options);
     cautions.extend(sanity::uncertain(&named, &confounded));
     let noise = effort_noise(&all);
-    let signs = wrong_efforts(&all, &parameters, &actuators);
-    let is_wrong = signs.iter().any(|(is_fitted, text)| *is_fitted && text.contains("wrong sign"));
-    cautions.extend(signs.into_iter().map(|(_, text)| text));
+    let doubts = wrong_efforts(&all, (&parameters, &estimate.values), &actuators);
+    let is_wrong = doubts.iter().any(|(is_fitted, doubt)| *is_fitted && doubt.has_wrong_sign);
+    cautions.extend(doubts.into_iter().map(|(_, doubt)| doubt.text));
+    cautions.extend(without_rows(&all, &actuators));
     let asymmetries = asymmetry::of_efforts(&all, &actuators, mechanism);
     let left = match settings.offsets {
         true => Vec::new(),
@@ -325,11 +329,11 @@ fn fitted(
             break;
         }
     }
-    let is_settled = !has_loads || last <= 1.0;
-    if !is_settled {
+    let is_settled = !has_loads || last <= UNSETTLED;
+    if has_loads && last > VISIBLE {
         cautions.push(match last.is_finite() {
             true => format!(
-                "normal loads and coefficients of friction still change by {last:.1} standard deviations"
+                "normal loads and coefficients of friction still change by {last:.2} standard deviations"
             ),
             false => "the normal loads are those of another friction than the identified one".to_owned(),
         });
@@ -351,22 +355,43 @@ fn gear_losses(mechanism: &Mechanism, at_motors: bool) -> Vec<String> {
     }
 }
 
-/// Cautions on efforts of the wrong sign or unit, each with whether its log was fitted.
+/// Doubts about signs and units of efforts, each with whether its log was fitted.
 fn wrong_efforts(
     all: &[Prepared],
-    parameters: &[Parameter],
+    (parameters, values): (&[Parameter], &[f64]),
     actuators: &[String],
-) -> Vec<(bool, String)> {
+) -> Vec<(bool, sanity::Doubt)> {
     let fits: Vec<&Prepared> = all.iter().filter(|log| !log.predict).collect();
-    let mut found: Vec<(bool, String)> = sanity::wrong_efforts(&fits, parameters, actuators)
-        .into_iter()
-        .map(|text| (true, text))
-        .collect();
+    let mut found: Vec<(bool, sanity::Doubt)> =
+        sanity::wrong_efforts(&fits, (parameters, values), actuators)
+            .into_iter()
+            .map(|doubt| (true, doubt))
+            .collect();
     for log in all.iter().filter(|log| log.predict) {
-        let own = sanity::wrong_efforts(&[log], parameters, actuators);
-        found.extend(own.into_iter().map(|text| (false, format!("{}: {text}", log.name))));
+        let own = sanity::wrong_efforts(&[log], (parameters, values), actuators);
+        found.extend(own.into_iter().map(|doubt| {
+            let text = format!("{}: {}", log.name, doubt.text);
+            (false, sanity::Doubt { text, ..doubt })
+        }));
     }
     found
+}
+
+/// Cautions on efforts of logs of which no row is left.
+fn without_rows(all: &[Prepared], actuators: &[String]) -> Vec<String> {
+    let each = all.iter().filter_map(|log| {
+        let channels = log.block.channels.iter().zip(actuators);
+        let empty: Vec<&str> =
+            channels.filter(|(rows, _)| rows.len() == 0).map(|(_, name)| name.as_str()).collect();
+        (!empty.is_empty()).then(|| {
+            format!(
+                "{}: no row of {} is left, so the log says nothing about it",
+                log.name,
+                empty.join(", ")
+            )
+        })
+    });
+    each.collect()
 }
 
 /// Size of the efforts that residuals are compared with: of their variation, and of what the model without
@@ -427,12 +452,12 @@ pub(super) fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f
     DVector::from_iterator(values.len(), each)
 }
 
-/// Relative errors of all efforts, percent.
-fn errors(block: &Block, parameters: &[Parameter], values: &[f64]) -> Vec<f64> {
+/// Relative errors of all efforts, percent; none of those without rows.
+fn errors(block: &Block, parameters: &[Parameter], values: &[f64]) -> Vec<Option<f64>> {
     let at = differences(parameters, values);
     let each = block.channels.iter().map(|rows| {
         let size = rows.measured.norm();
-        if size > 0.0 { 100.0 * rows.residuals(&at).norm() / size } else { 0.0 }
+        (size > 0.0).then(|| 100.0 * rows.residuals(&at).norm() / size)
     });
     each.collect()
 }

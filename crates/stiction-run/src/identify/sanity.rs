@@ -1,7 +1,7 @@
 //! Plausibility of a fit: wrong signs and units of efforts, confounded pairs of parameters, the verdict.
 
 use super::prepare::Prepared;
-use super::run::{Combined, Named, Prediction};
+use super::run::{Combined, Named, Prediction, differences};
 use nalgebra::DVector;
 use stiction_identify::{Estimate, FitVerdict, Kind, Options, Parameter, Verdict};
 
@@ -13,60 +13,117 @@ const NAMED: usize = 20;
 /// Agreement of efforts, as a cosine, beyond which a sign or a unit is certain.
 const AGREES: f64 = 0.5;
 
-/// Cautions on efforts that contradict the model: wrong signs and units.
+/// Error of the identified efforts, relative to the measured ones, up to which their sign is not in doubt.
+const REPRODUCED: f64 = 0.1;
+
+/// Doubt about the sign or the unit of an effort.
+#[derive(Debug)]
+pub(super) struct Doubt {
+    pub(super) text: String,
+    pub(super) has_wrong_sign: bool,
+}
+
+/// Doubts about efforts that contradict the model: wrong signs and units. Efforts that agree with the identified
+/// values, but not with the model as it was, contradict the model's values only.
 pub(super) fn wrong_efforts(
     logs: &[&Prepared],
-    parameters: &[Parameter],
+    (parameters, values): (&[Parameter], &[f64]),
     actuators: &[String],
-) -> Vec<String> {
+) -> Vec<Doubt> {
     let prior = parameters.iter().map(|p| if p.body().is_some() { 0.0 } else { p.prior });
     let prior = DVector::from_iterator(parameters.len(), prior);
+    let identified = differences(parameters, values);
+    let frictionless =
+        DVector::from_fn(identified.len(), |k, _| match parameters[k].kind.is_friction() {
+            true => 0.0,
+            false => identified[k],
+        });
     let mut found = Vec::new();
     for (channel, name) in actuators.iter().enumerate() {
-        let (mut mm, mut pp, mut mp) = (0.0, 0.0, 0.0);
+        let (mut mm, mut pp, mut mp, mut left) = (0.0, 0.0, 0.0, 0.0);
         for rows in logs.iter().map(|log| &log.block.channels[channel]) {
             let predicted = &rows.measured - rows.residuals(&prior);
             mm += rows.measured.norm_squared();
             pp += predicted.norm_squared();
             mp += rows.measured.dot(&predicted);
+            left += rows.residuals(&identified).norm_squared();
         }
         if mm == 0.0 {
             continue;
         }
         let agreement = if pp > 0.0 { mp / (mm * pp).sqrt() } else { 0.0 };
-        let friction = [1.0, -1.0].map(|sign| friction_agreement(logs, channel, sign));
+        let friction = [1.0, -1.0].map(|sign| friction_agreement(logs, channel, (sign, None)));
         let help = "give the column `factor = -1` in the options";
-        if agreement < -AGREES {
-            found.push(format!(
-                "efforts have the wrong sign on {name}: they agree with the model to {agreement:.2}; {help}"
-            ));
+        let error = (left / mm).sqrt();
+        // Friction takes up power, whatever its size in the model.
+        let opposes = friction_agreement(logs, channel, (1.0, Some(&frictionless)));
+        let mut doubt = |text: String, has_wrong_sign| found.push(Doubt { text, has_wrong_sign });
+        if agreement < -AGREES && (opposes > AGREES || (error < REPRODUCED && opposes > -AGREES)) {
+            doubt(
+                format!(
+                    "efforts on {name} have the opposite sign of those of the model as it was ({agreement:.2}), but the \
+                     identified values reproduce them with an error of {:.1} %: check masses and centres of mass of \
+                     the model, or the sign of the efforts",
+                    100.0 * error
+                ),
+                false,
+            );
+        } else if agreement < -AGREES {
+            doubt(
+                format!(
+                    "efforts have the wrong sign on {name}: they agree with the model to {agreement:.2}; {help}"
+                ),
+                true,
+            );
         } else if agreement < AGREES && friction[0] < -AGREES && friction[1] > AGREES {
-            // Friction takes up power, whatever its size in the model.
-            found.push(format!(
-                "efforts have the wrong sign on {name}: beside inertia and weight they act in the direction of \
-                 motion to {:.2}, not against it; {help}",
-                -friction[0]
-            ));
+            doubt(
+                format!(
+                    "efforts have the wrong sign on {name}: beside inertia and weight they act in the direction of \
+                     motion to {:.2}, not against it; {help}",
+                    -friction[0]
+                ),
+                true,
+            );
+        } else if opposes < -AGREES && error > REPRODUCED {
+            doubt(
+                format!(
+                    "the fit leaves {:.0} % of the efforts on {name}, in the direction of motion, as negative friction \
+                     would: check the sign of the efforts and their delay after the positions",
+                    100.0 * error
+                ),
+                false,
+            );
         }
         let ratio = (mm / pp).sqrt();
         if agreement.abs() > 0.7 && !(0.05..=20.0).contains(&ratio) {
-            found.push(format!(
-                "efforts on {name} are {ratio:.3} times those of the model: check their unit, ratio and torque \
-                 constant"
-            ));
+            doubt(
+                format!(
+                    "efforts on {name} are {ratio:.3} times those of the model: check their unit, ratio and torque \
+                     constant"
+                ),
+                false,
+            );
         }
     }
     found
 }
 
-/// Cosine between what the model without friction leaves of the efforts, taken with a sign, and the
-/// direction or the rate of motion, whichever fits better.
-fn friction_agreement(logs: &[&Prepared], channel: usize, sign: f64) -> f64 {
+/// Cosine between what is left of the efforts, taken with a sign, and the direction or the rate of motion,
+/// whichever fits better: without the efforts of these values, or of the model without friction.
+fn friction_agreement(
+    logs: &[&Prepared],
+    channel: usize,
+    (sign, frictionless): (f64, Option<&DVector<f64>>),
+) -> f64 {
     let (mut square, mut squares, mut products) = (0.0, [0.0; 2], [0.0; 2]);
     for log in logs {
-        let rows = log.block.channels[channel].measured.iter();
-        for ((y, known), direction) in rows.zip(&log.known[channel]).zip(&log.directions[channel]) {
-            let left = sign * y - known;
+        let rows = &log.block.channels[channel];
+        let own = frictionless.map(|values| rows.residuals(values));
+        for (row, direction) in log.directions[channel].iter().enumerate() {
+            let left = match &own {
+                Some(residuals) => residuals[row],
+                None => sign * rows.measured[row] - log.known[channel][row],
+            };
             square += left * left;
             for k in 0..2 {
                 squares[k] += direction[k] * direction[k];
@@ -193,7 +250,8 @@ pub(super) fn fit_verdict(
     cautions: &mut Vec<String>,
 ) -> FitVerdict {
     let mean = |p: &Prediction| {
-        p.error_percent.iter().map(|(_, e)| e).sum::<f64>() / p.error_percent.len().max(1) as f64
+        let all: Vec<f64> = p.error_percent.iter().filter_map(|(_, e)| *e).collect();
+        all.iter().sum::<f64>() / all.len().max(1) as f64
     };
     let fits: Vec<&Prediction> = predictions.iter().filter(|p| p.used_for_fit).collect();
     let error = fits.iter().map(|p| mean(p)).sum::<f64>() / fits.len().max(1) as f64;
@@ -241,16 +299,28 @@ pub(super) fn fit_verdict(
     if identified == 0 {
         verdict = FitVerdict::NotExcited;
     }
-    // The actuator that the model reproduces worst.
-    let each = fits.iter().flat_map(|p| p.error_percent.iter());
-    let worst = each.max_by(|a, b| a.1.total_cmp(&b.1));
-    let is_bad = worst.is_some_and(|(_, error)| error.is_nan() || *error > 70.0);
-    if is_bad || wrong {
-        if let Some((name, error)) = worst.filter(|_| is_bad) {
-            cautions.push(format!(
-                "the model does not reproduce the efforts of {name}: the error is {error:.0} % of their root mean square"
-            ));
-        }
+    // The actuator that the model reproduces worst; efforts that are mostly noise are no error of the model.
+    let is_noise = |name: &String| {
+        let index = residuals.actuators.iter().position(|own| own == name);
+        let noise = index.and_then(|index| Some((residuals.noise?[index], estimate.noise[index])));
+        noise.is_some_and(|(noise, residual)| residual < 3.0 * noise)
+    };
+    let each = fits.iter().flat_map(|p| &p.error_percent);
+    let each = each.filter_map(|(name, error)| Some((name, (*error)?)));
+    let bad = each.filter(|(_, error)| error.is_nan() || *error > 70.0);
+    let (noisy, bad): (Vec<_>, Vec<_>) = bad.partition(|(name, _)| is_noise(name));
+    for (name, error) in noisy {
+        cautions.push(format!(
+            "the efforts of {name} are mostly noise: the error is {error:.0} % of their root mean square, and residuals \
+             are as large as the noise"
+        ));
+    }
+    if let Some((name, error)) = bad.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
+        cautions.push(format!(
+            "the model does not reproduce the efforts of {name}: the error is {error:.0} % of their root mean square"
+        ));
+    }
+    if !bad.is_empty() || wrong {
         verdict = FitVerdict::Failed;
     }
     verdict

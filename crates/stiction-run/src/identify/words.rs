@@ -107,6 +107,15 @@ impl Identified {
             short(self.left_out),
             short(self.left_out_plain)
         )?;
+        let cutoffs: Vec<String> =
+            self.cutoffs.iter().flatten().map(|hz| format!("{} Hz", short(*hz))).collect();
+        if !cutoffs.is_empty() {
+            writeln!(
+                out,
+                "positions and efforts are filtered at {} (-3 dB, without phase shift)\n",
+                cutoffs.join(", ")
+            )?;
+        }
         let width = self.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0).max(9);
         writeln!(
             out,
@@ -147,7 +156,10 @@ impl Identified {
                 .error_percent
                 .iter()
                 .zip(&p.prior_percent)
-                .map(|((name, e), prior)| format!("{name} {e:.2} ({prior:.1})"))
+                .map(|((name, e), prior)| match (e, prior) {
+                    (Some(e), Some(prior)) => format!("{name} {e:.2} ({prior:.1})"),
+                    _ => format!("{name} without rows"),
+                })
                 .collect();
             let what = if p.used_for_fit { "fitted" } else { "predicted" };
             writeln!(out, "  {} ({what}): {}", p.log, each.join(", "))?;

@@ -1,6 +1,7 @@
 //! From a log to rows of the regression: filtered positions, efforts and columns.
 
 mod filter;
+mod gaps;
 mod loads;
 mod motion;
 mod rows;
@@ -83,7 +84,7 @@ impl Prepared {
             }
         }
         let joints = model.mechanism.joints();
-        let motion = match log.log.is_steady {
+        let mut motion = match log.log.is_steady {
             true => motion::steady(&used, &chosen),
             false => {
                 let types: Vec<_> = joints.iter().map(|joint| joint.joint_type).collect();
@@ -108,7 +109,11 @@ impl Prepared {
         regressor.carry(&carried);
         regressor.set_rate_noise(&motion.rate_noise);
         let computed = rows::computed(&mut regressor, &motion, (&only, terms), &log.name)?;
-        cautions.extend(computed.caution.clone());
+        if let Some(caution) = &computed.caution {
+            cautions.push(caution.clone());
+            let reached: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();
+            motion.keep(&reached);
+        }
         let measured = rows::measured(&used, &efforts, &motion, &mut cautions)?;
         let assembled =
             rows::assembled(&computed, &measured, &motion, &mut cautions, (&log.name, model));

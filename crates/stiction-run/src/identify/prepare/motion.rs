@@ -1,7 +1,7 @@
 //! Motion of the coordinates of a log: filtered positions or rates, or steady motions.
 
-use super::MeasuredLog;
-use super::filter::RowFilter;
+use super::filter::{self, RowFilter};
+use super::{MeasuredLog, gaps};
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::{Chosen, refuse};
 use std::f64::consts::{PI, TAU};
@@ -12,8 +12,9 @@ use stiction_format::{LowPass, Signal};
 const PER_PERIOD: f64 = 16.0;
 /// Rows of the regression per period of the cut-off frequency.
 pub(super) const ROWS_PER_PERIOD: f64 = 4.0;
-/// Rows from which a cut-off frequency is suggested.
+/// Rows of each of several parts of a log from which a cut-off frequency is suggested.
 const EXAMINED: usize = 20_000;
+const PARTS: usize = 4;
 
 /// Motion of the coordinates of a log at the instants of the regressor.
 pub(super) struct Motion {
@@ -28,6 +29,43 @@ pub(super) struct Motion {
     pub(super) cutoff: Option<f64>,
     /// Times of the rows of the regression, s.
     pub(super) rows: Vec<f64>,
+}
+
+impl Motion {
+    /// Filters these pieces, from one time to another, one by one, and leaves out the others; rows keep a period
+    /// of the cut-off frequency from the ends of each.
+    fn set_pieces(&mut self, pieces: &[(f64, f64)]) {
+        let Some(cutoff) = self.cutoff else { return };
+        let (spacing, margin) = ((ROWS_PER_PERIOD * cutoff).recip(), cutoff.recip());
+        let rows = pieces.iter().flat_map(|&(start, end)| {
+            let places = (((end - start) - 2.0 * margin) / spacing).floor().max(0.0) as usize;
+            (0..=places).map(move |k| start + margin + k as f64 * spacing)
+        });
+        self.rows = rows.collect();
+        let filters = pieces.iter().map(|ends| (LowPass::new(cutoff, *ends), *ends));
+        self.filter = RowFilter::LowPass(filters.collect());
+    }
+
+    /// Leaves out the surroundings of instants that the model cannot reach, given those that it reaches.
+    pub(super) fn keep(&mut self, reached: &[f64]) {
+        let (Some(cutoff), RowFilter::LowPass(pieces)) = (self.cutoff, &self.filter) else {
+            return;
+        };
+        let ends: Vec<(f64, f64)> = pieces.iter().map(|(_, ends)| *ends).collect();
+        let mut kept = Vec::new();
+        for ends in ends {
+            let instants = &self.times[filter::within(&self.times, ends)];
+            for run in instants.chunk_by(|a, b| {
+                [a, b].map(|t| reached.binary_search_by(|x| x.total_cmp(t)).is_ok()) == [true; 2]
+            }) {
+                let (start, end) = (run[0], run[run.len() - 1]);
+                if (end - start) * cutoff >= gaps::PERIODS {
+                    kept.push((start, end));
+                }
+            }
+        }
+        self.set_pieces(&kept);
+    }
 }
 
 /// Rows of a log that are used.
@@ -64,16 +102,6 @@ impl<'a> Used<'a> {
     pub(super) fn pick(&self, column: usize) -> Vec<f64> {
         self.rows.iter().map(|&k| self.log.log.columns[column].values[k]).collect()
     }
-
-    pub(super) fn ends(&self) -> (f64, f64) {
-        (self.times[0], self.times[self.times.len() - 1])
-    }
-
-    /// Samples per second.
-    pub(super) fn rate(&self) -> f64 {
-        let (start, end) = self.ends();
-        (self.times.len() - 1) as f64 / (end - start)
-    }
 }
 
 /// Each row is a motion of constant rate at the position of the log, or at that of the model.
@@ -99,19 +127,18 @@ pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
 }
 
 /// Filtered positions; a coordinate without one is integrated from its filtered rate, from its position in
-/// the model.
+/// the model. Nothing is interpolated where samples are missing: the pieces between are filtered one by one.
 pub(super) fn filtered(
     used: &Used<'_>,
     chosen: &[Chosen],
     (filter, is_angle): (Option<f64>, &[bool]),
     cautions: &mut Vec<String>,
 ) -> Result<Motion, Error> {
-    let ((start, end), rate) = (used.ends(), used.rate());
+    let log = used.log;
     let mut measured: Vec<Vec<f64>> = chosen.iter().map(|c| used.pick(c.column())).collect();
     for ((values, chosen), is_angle) in measured.iter_mut().zip(chosen).zip(is_angle) {
         let turns = if *is_angle && chosen.position.is_some() { unwrap(values) } else { 0 };
         if turns > 0 {
-            let log = used.log;
             cautions.push(format!(
                 "{}: `{}` jumps by a turn {turns} times, as encoders do that count within one turn; the turns are \
                  added",
@@ -120,53 +147,97 @@ pub(super) fn filtered(
             ));
         }
     }
-    let (low, high) = (4.0 / (end - start), 0.4 * rate);
+    let rate = gaps::rate(&used.times);
+    let stretches = gaps::pieces(&used.times, gaps::SAMPLES / rate);
+    let longest = gaps::longest(&stretches);
+    let (low, high) = (gaps::PERIODS / longest, 0.4 * rate);
     let cutoff = match filter {
         Some(cutoff) => cutoff,
-        None => {
-            let count = used.times.len().min(EXAMINED);
-            let some: Vec<Vec<f64>> = measured.iter().map(|p| p[..count].to_vec()).collect();
-            // Exact positions of a model suggest the highest frequency that the samples carry.
-            let suggested = LowPass::suggested(&used.times[..count], &some);
-            suggested.unwrap_or(0.1 * rate).max(low).min(0.1 * rate)
-        }
+        // Exact positions of a model suggest the highest frequency that the samples carry.
+        None => suggested(&used.times, &measured, &stretches)
+            .unwrap_or(0.1 * rate)
+            .max(low)
+            .min(0.1 * rate),
     };
     if !(low..=high).contains(&cutoff) {
         return Err(refuse(
             format!(
-                "{}: a filter of {cutoff} Hz does not suit {:.3} s at {rate:.4} samples per second",
-                used.log.name,
-                end - start
+                "{}: a filter of {cutoff} Hz does not suit {longest:.3} s at {rate:.4} samples per second",
+                log.name,
             ),
             format!(
-                "give a cut-off frequency from {low:.2} Hz to {high:.2} Hz by --filter, or a longer log"
+                "give a cut-off frequency from {low:.2} Hz to {high:.2} Hz by --filter, or a longer log without gaps"
             ),
         ));
     }
-    let low_pass = LowPass::new(cutoff, (start, end));
-    let smooth = low_pass.smooth(&used.times, &measured);
-    let step = (PER_PERIOD * cutoff).min(rate).recip();
-    let count = ((end - start) / step).floor().max(1.0) as usize;
-    let times: Vec<f64> = (0..=count).map(|k| (start + k as f64 * step).min(end)).collect();
-    let mut targets = vec![Vec::with_capacity(chosen.len()); times.len()];
-    for (chosen, smooth) in chosen.iter().zip(&smooth) {
-        let all = match chosen.position {
-            Some(_) => times.iter().map(|&time| smooth.signal.at(time)).collect(),
-            None => integrated(&smooth.signal, &times, chosen.home),
-        };
-        targets.iter_mut().zip(all).for_each(|(row, target)| row.push(target));
+    let all = gaps::pieces(&used.times, (0.5 / cutoff).max(gaps::SAMPLES / rate));
+    if let Some(caution) = gaps::caution(used, &all, cutoff) {
+        cautions.push(caution);
     }
-    let noise = chosen.iter().zip(&smooth).map(|(c, s)| s.noise[usize::from(c.position.is_some())]);
-    let (spacing, margin) = ((ROWS_PER_PERIOD * cutoff).recip(), cutoff.recip());
-    let places = (((end - start) - 2.0 * margin) / spacing).floor().max(0.0) as usize;
-    Ok(Motion {
-        targets,
-        rate_noise: noise.collect(),
-        filter: RowFilter::LowPass(low_pass),
+    let pieces: Vec<(f64, f64)> =
+        all.into_iter().filter(|(start, end)| (end - start) * cutoff >= gaps::PERIODS).collect();
+    let is_integrated = chosen.iter().position(|chosen| chosen.position.is_none());
+    if let (Some(k), true) = (is_integrated, pieces.len() > 1) {
+        return Err(refuse(
+            format!(
+                "{}: samples are missing at {:.4} s, so positions cannot be integrated from `{}`",
+                log.name,
+                pieces[0].1,
+                log.log.columns[chosen[k].column()].name
+            ),
+            "log positions, or choose a part without gaps by `from` and `until`",
+        ));
+    }
+    let mut motion = Motion {
+        times: Vec::new(),
+        targets: Vec::new(),
+        rate_noise: vec![0.0; chosen.len()],
+        filter: RowFilter::Unfiltered,
         cutoff: Some(cutoff),
-        rows: (0..=places).map(|k| start + margin + k as f64 * spacing).collect(),
-        times,
-    })
+        rows: Vec::new(),
+    };
+    let step = (PER_PERIOD * cutoff).min(rate).recip();
+    let duration: f64 = pieces.iter().map(|(start, end)| end - start).sum();
+    for &(start, end) in &pieces {
+        let samples = filter::within(&used.times, (start, end));
+        let own: Vec<Vec<f64>> = measured.iter().map(|all| all[samples.clone()].to_vec()).collect();
+        let smooth = LowPass::new(cutoff, (start, end)).smooth(&used.times[samples], &own);
+        let count = ((end - start) / step).floor().max(1.0) as usize;
+        let times: Vec<f64> = (0..=count).map(|k| (start + k as f64 * step).min(end)).collect();
+        let mut targets = vec![Vec::with_capacity(chosen.len()); times.len()];
+        for ((chosen, smooth), noise) in chosen.iter().zip(&smooth).zip(&mut motion.rate_noise) {
+            let all = match chosen.position {
+                Some(_) => times.iter().map(|&time| smooth.signal.at(time)).collect(),
+                None => integrated(&smooth.signal, &times, chosen.home),
+            };
+            targets.iter_mut().zip(all).for_each(|(row, target)| row.push(target));
+            let own = smooth.noise[usize::from(chosen.position.is_some())];
+            *noise += own * own * (end - start) / duration;
+        }
+        motion.times.extend(times);
+        motion.targets.extend(targets);
+    }
+    motion.rate_noise.iter_mut().for_each(|noise| *noise = noise.sqrt());
+    motion.set_pieces(&pieces);
+    Ok(motion)
+}
+
+/// Highest of the cut-off frequencies that suit parts of a log, spread evenly over it: a motion may begin slowly.
+fn suggested(times: &[f64], measured: &[Vec<f64>], stretches: &[(f64, f64)]) -> Option<f64> {
+    let count = times.len().min(EXAMINED);
+    let parts = if times.len() > EXAMINED { PARTS } else { 1 };
+    let part = |k: usize| {
+        let first = (times.len() - count) * k / (parts - 1).max(1);
+        // The longest stretch without gaps in this part.
+        let own = stretches.iter().map(|ends| {
+            let samples = filter::within(times, *ends);
+            samples.start.max(first)..samples.end.min(first + count)
+        });
+        let own = own.max_by_key(|samples| samples.len())?;
+        let some: Vec<Vec<f64>> = measured.iter().map(|p| p[own.clone()].to_vec()).collect();
+        LowPass::suggested(&times[own], &some)
+    };
+    (0..parts).filter_map(part).max_by(f64::total_cmp)
 }
 
 /// Adds turns where an angle jumps by more than half of one; returns the number of jumps.
@@ -201,6 +272,32 @@ fn integrated(rate: &Signal, times: &[f64], home: f64) -> Vec<Target<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Rows keep a period of the cut-off frequency from positions that the model cannot reach.
+    #[test]
+    fn surroundings_of_unreachable_positions_are_left_out() {
+        let times: Vec<f64> = (0..=1000).map(|k| 0.01 * f64::from(k)).collect();
+        let mut motion = Motion {
+            targets: vec![Vec::new(); times.len()],
+            times,
+            rate_noise: Vec::new(),
+            filter: RowFilter::Unfiltered,
+            cutoff: Some(2.0),
+            rows: Vec::new(),
+        };
+        motion.set_pieces(&[(0.0, 10.0)]);
+        // Unreachable from 4 s to 5 s; what lies from there to 6.5 s is too short.
+        let is_reached = |t: &f64| !(4.0..=5.0).contains(t) && (t - 6.5).abs() > 1e-6;
+        let reached: Vec<f64> = motion.times.iter().copied().filter(is_reached).collect();
+        let all = motion.rows.len();
+        motion.keep(&reached);
+        assert!(motion.rows.len() < all);
+        for row in &motion.rows {
+            assert!((0.5..3.491).contains(row) || (7.009..9.501).contains(row), "{row}");
+        }
+        let RowFilter::LowPass(pieces) = &motion.filter else { panic!("no filter") };
+        assert_eq!(pieces.len(), 2);
+    }
 
     #[test]
     fn an_angle_within_one_turn_is_continued() {

@@ -2,7 +2,7 @@
 
 use super::filter::RowFilter;
 use super::motion::{Motion, ROWS_PER_PERIOD, Used};
-use super::saturation;
+use super::{gaps, saturation};
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::refuse;
 use nalgebra::{DMatrix, DVector};
@@ -117,7 +117,8 @@ pub(super) fn computed(
             ));
         }
         caution = Some(format!(
-            "{name}: {failed} positions that the model cannot reach are left out, first at {time:.4} s"
+            "{name}: {failed} of {count} positions that the model cannot reach are left out with their surroundings, \
+             first at {time:.4} s: {why}"
         ));
     }
     let times: Vec<f64> = instants.iter().map(|(time, _)| *time).collect();
@@ -187,7 +188,7 @@ pub(super) fn measured(
     };
     let rows = motion.filter.apply(&used.times, raw.len() + 1, write, &motion.rows);
     let noise = motion.cutoff.map(|cutoff| {
-        let left = (1.8 * cutoff / used.rate()).sqrt();
+        let left = (1.8 * cutoff / gaps::rate(&used.times)).sqrt();
         raw.iter().map(|values| saturation::roughness(values) * left).collect()
     });
     Ok(Measured { rows, noise })
@@ -204,7 +205,7 @@ pub(super) fn assembled(
     let Computed { actuators, width, .. } = *computed;
     let grid: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();
     let is_filtered = matches!(motion.filter, RowFilter::LowPass(_));
-    // Without a filter, rows are instants, and those that failed are missing.
+    // Without a filter, rows are instants, and those that the model cannot reach are missing.
     let kept: Vec<usize> = (0..motion.rows.len())
         .filter(|&k| is_filtered || grid.binary_search_by(|t| t.total_cmp(&motion.rows[k])).is_ok())
         .collect();

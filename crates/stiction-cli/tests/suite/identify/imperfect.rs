@@ -1,0 +1,140 @@
+//! Logs with gaps, a slow beginning, and models whose efforts have another sign than the measured ones.
+
+use super::{Folder, json, log, normal, parameter};
+use std::fmt::Write as _;
+
+/// Keeps the rows of a log for which a time suits.
+fn rows_at(text: &str, keep: impl Fn(f64) -> bool) -> String {
+    let time = |line: &str| line.split(',').next().unwrap().parse::<f64>();
+    let kept = text.lines().filter(|line| time(line).map_or(true, &keep));
+    kept.collect::<Vec<_>>().join("\n")
+}
+
+/// Where samples are missing nothing is interpolated: the robot moves a lot in the gaps, and the fit is as good as
+/// without them.
+#[test]
+fn gaps_are_named_and_not_interpolated() {
+    let folder = Folder::new("identify-gaps");
+    let missing = [1.3..2.1, 4.0..4.15, 5.0..6.2];
+    let gaps = |text: &str| rows_at(text, |t| !missing.iter().any(|gap| gap.contains(&t)));
+    folder.write("light.csv", &gaps(&log(&folder, "none", 1, 1.0)));
+    folder.write("heavy.csv", &log(&folder, "payload", 2, 1.0));
+    folder.write("options.toml", "[[logs]]\nfile = \"heavy.csv\"\nload = \"payload\"\n");
+    let options = ["--options", "options.toml", "--filter", "12 Hz", "--json"];
+    let wrong = ["--set", "joints.left_elbow.friction.mu=0.12"];
+    let said = folder.stiction(
+        &[&["identify", "five-bar", "light.csv", "heavy.csv"][..], &options, &wrong].concat(),
+    );
+    let result = json(said.succeeds());
+    let cautions = result["cautions"].to_string();
+    // The longest gap is from the row at 4.996 s to that at 6.2 s; the table's first row is line 2.
+    for part in ["missing for 1.2040 s from 4.9960 s", "before line 1014", "at 2 more places"] {
+        assert!(cautions.contains(part), "{part}: {cautions}");
+    }
+    assert_eq!(result["verdict"], "identified", "{cautions}");
+    let found = parameter(&result, "left_elbow.mu");
+    let [mu, sigma] = ["value", "sigma"].map(|key| found[key].as_f64().unwrap());
+    assert!((mu - 0.08).abs() < 3.0 * sigma && sigma < 0.03, "{mu} +- {sigma}");
+    for name in ["left_motor", "right_motor"] {
+        let error = result["predictions"][0]["error_percent"][name].as_f64().unwrap();
+        // The noise is one percent of the efforts before the filter.
+        assert!(error < 2.0, "{name}: {error}");
+    }
+}
+
+/// The suggested cut-off suits the whole motion, also if it stands still for the first 20 000 rows.
+#[test]
+fn a_slow_beginning_does_not_set_the_filter() {
+    let folder = Folder::new("identify-slow");
+    let text = log(&folder, "none", 1, 1.0);
+    let mut lines = text.lines();
+    let mut long = format!("{}\n", lines.next().unwrap());
+    let first: Vec<f64> =
+        text.lines().nth(1).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+    let mut noise = normal(8);
+    let still = 20_500;
+    for k in 0..still {
+        let efforts = [first[3], first[4]].map(|effort| effort + 0.02 * noise());
+        let positions = [first[1], first[2]].map(|x| x + 1e-6 * noise());
+        writeln!(
+            long,
+            "{},{},{},{},{}",
+            0.004 * f64::from(k),
+            positions[0],
+            positions[1],
+            efforts[0],
+            efforts[1]
+        )
+        .unwrap();
+    }
+    for line in lines {
+        let (time, rest) = line.split_once(',').unwrap();
+        let time = time.parse::<f64>().unwrap() + 0.004 * f64::from(still);
+        writeln!(long, "{time},{rest}").unwrap();
+    }
+    folder.write("long.csv", &long);
+    folder.write("short.csv", &text);
+    let cutoff = |file: &str| {
+        let said = folder.stiction(&["identify", "five-bar", file, "--json"]);
+        let result = json(said.succeeds());
+        result["filter_hz"][0].as_f64().unwrap()
+    };
+    let [long, short] = ["long.csv", "short.csv"].map(cutoff);
+    assert!(long > 0.5 * short, "{long} Hz against {short} Hz");
+}
+
+/// A pendulum with friction whose centre of mass is on one side of its axis.
+fn pendulum(com: f64) -> String {
+    format!(
+        "gravity = [0, 0, -9.81]\n[bodies.bar]\nmass = 2\ncom = [{com}, 0, 0]\n\
+         inertia = [0.02, 0.02, 0.02]\n[joints.hinge]\ntype = \"R\"\nfrom = \"ground\"\nto = \"bar\"\n\
+         axis = \"y\"\nactuated = true\n[actuators.M]\njoint = \"hinge\"\nmotor_friction = {{ constant = 0.6, viscous = 0.4 }}\n\
+         [motions.swing]\nhinge = \"0.5*sin(2*pi*0.7*t) + 0.3*sin(2*pi*0.31*t)\"\nduration = 12\n"
+    )
+}
+
+fn pendulum_log(folder: &Folder, sign: f64) -> String {
+    folder.write("true.toml", &pendulum(-0.2));
+    let options = ["--motion", "swing", "--step", "5 ms", "--report", "off", "-o", "out"];
+    folder.stiction(&[&["inverse", "true.toml"], &options[..]].concat()).succeeds();
+    let table = folder.read("out/inverse.csv");
+    let mut lines = table.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let at = |name: &str| names.iter().position(|own| own.starts_with(name)).unwrap();
+    let columns = [at("time"), at("hinge.position"), at("M.motor_torque [")];
+    let mut noise = normal(3);
+    let mut text = "time [s],hinge [rad],M.motor_torque [N m]\n".to_owned();
+    for line in lines {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let [t, q, effort] = columns.map(|k| cells[k]);
+        writeln!(text, "{t},{q},{}", sign * (effort + 0.01 * noise())).unwrap();
+    }
+    text
+}
+
+/// A model whose mass is on the wrong side of the axis is no wrong sign of the efforts: friction opposes the motion.
+#[test]
+fn a_wrong_centre_of_mass_is_no_wrong_sign() {
+    let folder = Folder::new("identify-side");
+    folder.write("log.csv", &pendulum_log(&folder, 1.0));
+    folder.write("reverse.csv", &pendulum_log(&folder, -1.0));
+    folder.write("wrong.toml", &pendulum(0.2));
+    let run = |model: &str, log: &str| {
+        json(folder.stiction(&["identify", model, log, "--filter", "8 Hz", "--json"]).succeeds())
+    };
+    let result = run("wrong.toml", "log.csv");
+    let cautions = result["cautions"].to_string();
+    assert!(cautions.contains("check masses and centres of mass"), "{cautions}");
+    assert_eq!(result["verdict"], "identified", "{cautions}");
+    let error = result["predictions"][0]["error_percent"]["hinge"].as_f64().unwrap();
+    assert!(error < 2.0, "{error}");
+    // The same efforts with the wrong sign: certain with the right model, and suspected with the wrong one.
+    let result = run("true.toml", "reverse.csv");
+    let cautions = result["cautions"].to_string();
+    assert!(cautions.contains("wrong sign on hinge"), "{cautions}");
+    assert_eq!(result["verdict"], "failed");
+    let result = run("wrong.toml", "reverse.csv");
+    let cautions = result["cautions"].to_string();
+    assert!(cautions.contains("as negative friction would"), "{cautions}");
+    assert_ne!(result["verdict"], "identified");
+}

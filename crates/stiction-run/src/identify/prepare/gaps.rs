@@ -1,0 +1,76 @@
+//! Gaps of a log: times without samples.
+
+use super::motion::Used;
+
+/// Time between samples, relative to their mean, from which samples are missing.
+pub(super) const SAMPLES: f64 = 5.0;
+/// Periods of the cut-off frequency that the filter of a piece needs.
+pub(super) const PERIODS: f64 = 4.0;
+
+/// Samples per second where none are missing.
+pub(super) fn rate(times: &[f64]) -> f64 {
+    let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    let mut sorted: Vec<f64> = steps().collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let most = SAMPLES * sorted[sorted.len() / 2];
+    let (count, sum) = steps()
+        .filter(|step| *step <= most)
+        .fold((0.0, 0.0), |(n, sum), step| (n + 1.0, sum + step));
+    count / sum
+}
+
+/// First and last time of each piece between gaps longer than this time.
+pub(super) fn pieces(times: &[f64], gap: f64) -> Vec<(f64, f64)> {
+    times
+        .chunk_by(|before, after| after - before <= gap)
+        .map(|piece| (piece[0], piece[piece.len() - 1]))
+        .collect()
+}
+
+/// Duration of the longest piece.
+pub(super) fn longest(pieces: &[(f64, f64)]) -> f64 {
+    pieces.iter().map(|(start, end)| end - start).fold(0.0, f64::max)
+}
+
+/// What is missing, and what is left out for being short, in words.
+pub(super) fn caution(used: &Used<'_>, pieces: &[(f64, f64)], cutoff: f64) -> Option<String> {
+    let gaps = || pieces.windows(2).map(|pair| (pair[0].1, pair[1].0));
+    let (from, until) = gaps().max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;
+    let row = used.times.partition_point(|t| *t < until);
+    let mut text = format!(
+        "{}: samples are missing for {:.4} s from {from:.4} s, before line {}",
+        used.log.name,
+        until - from,
+        used.log.log.lines[used.rows[row]]
+    );
+    match pieces.len() - 2 {
+        0 => {}
+        1 => text += ", and at one more place",
+        others => text += &format!(", and at {others} more places"),
+    }
+    text += "; nothing is interpolated there";
+    let is_short = |(start, end): &&(f64, f64)| (end - start) * cutoff < PERIODS;
+    let short = pieces.iter().filter(is_short).count();
+    if short > 0 {
+        text += &format!(
+            ", and {short} of {} pieces are left out, since they are shorter than {:.4} s",
+            pieces.len(),
+            PERIODS / cutoff
+        );
+    }
+    Some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_step_is_a_gap_and_does_not_change_the_rate() {
+        let mut times: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
+        times.extend((0..100).map(|k| 50.0 + 0.01 * f64::from(k)));
+        assert!((rate(&times) - 100.0).abs() < 1e-6);
+        let found = pieces(&times, SAMPLES / rate(&times));
+        assert_eq!(found, [(0.0, times[99]), (50.0, times[199])]);
+    }
+}
