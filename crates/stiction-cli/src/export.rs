@@ -3,7 +3,7 @@
 mod fmu;
 mod plant;
 
-use crate::arguments::{Export, Language, Precision, Tunable};
+use crate::arguments::{Export, Function, Language, Precision, Tunable};
 use crate::failure::Failure;
 use crate::fold::folded;
 use crate::outputs::Outputs;
@@ -25,6 +25,10 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
         })
         .own_math(options.own_math)
         .tunable(tunes(Tunable::Friction), tunes(Tunable::Masses))
+        .functions(stiction::Functions {
+            kinematics: options.functions.contains(&Function::Kinematics),
+            reactions: options.functions.contains(&Function::Reactions),
+        })
         .vectors(options.vectors as usize);
     if let Some(name) = &options.prefix {
         export = export.name(name);

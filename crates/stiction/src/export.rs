@@ -12,7 +12,9 @@ use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::{AssemblyError, Coordinate, Target};
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_format::did_you_mean;
-use stiction_program::emit::{Labels, Language, Precision, SourceFile, SourceOptions, TestVector};
+use stiction_program::emit::{
+    Functions, Labels, Language, Precision, SourceFile, SourceOptions, TestVector,
+};
 use stiction_program::{Feedforward, RecordError, Tunable};
 use stiction_run::exchange::Home;
 
@@ -85,6 +87,12 @@ impl Export {
     /// parameters of the code that can be changed at run time.
     pub fn tunable(mut self, frictions: bool, masses: bool) -> Self {
         (self.frictions, self.masses) = (frictions, masses);
+        self
+    }
+
+    /// Adds functions beside inverse dynamics: forward kinematics and Jacobians, joint reactions. By default none.
+    pub fn functions(mut self, functions: Functions) -> Self {
+        self.options.functions = functions;
         self
     }
 

@@ -103,7 +103,7 @@ pub use stiction_core::mechanism::{
 pub use stiction_format as format;
 pub use stiction_format::{Diagnostic, Diagnostics, gallery};
 pub use stiction_program::emit::fmu::Fmi;
-pub use stiction_program::emit::{Language, Precision, SourceFile};
+pub use stiction_program::emit::{Functions, Language, Precision, SourceFile};
 pub use stiction_run as run;
 pub use stiction_run::forward::Measured;
 

@@ -51,6 +51,7 @@ pub(crate) enum Format {
     \x20 stiction export 3rps --to c -o code && make -C code test\n\
     \x20 stiction export robot.toml --to c --precision float --own-math -o code\n\
     \x20 stiction export five-bar --to rust --payload tool -o code\n\
+    \x20 stiction export delta --to c --functions kinematics,reactions -o code\n\
     \x20 stiction export five-bar --to fmu -o five-bar.fmu\n\
     \x20 stiction export five-bar --to fmu --plant --force-on tool -o plant.fmu")]
 pub(crate) struct Export {
@@ -80,6 +81,9 @@ pub(crate) struct Export {
     /// Numbers of the model that can be changed at run time
     #[arg(long, value_name = "KIND", value_delimiter = ',', default_value = "friction")]
     pub(crate) tunable: Vec<Tunable>,
+    /// Functions beside inverse dynamics
+    #[arg(long, value_name = "FUNCTIONS", value_delimiter = ',')]
+    pub(crate) functions: Vec<Function>,
     /// A body that carries a point mass, whose size and place can be changed at run time
     #[arg(long, value_name = "BODY")]
     pub(crate) payload: Option<String>,
@@ -96,7 +100,7 @@ pub(crate) struct PlantOptions {
     /// slip, whose inputs are the efforts of the actuators
     #[arg(
         long,
-        conflicts_with_all = ["precision", "own_math", "tunable", "payload", "vectors"]
+        conflicts_with_all = ["precision", "own_math", "tunable", "functions", "payload", "vectors"]
     )]
     pub(crate) plant: bool,
     /// The motion at whose first instant the plant starts: its name in the model, a CSV file, or assignments;
@@ -141,6 +145,15 @@ pub(crate) enum Language {
 pub(crate) enum Precision {
     Double,
     Float,
+}
+
+/// Functions beside inverse dynamics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Function {
+    /// Forward kinematics: poses, velocities and Jacobians of all bodies
+    Kinematics,
+    /// Reactions of all joints, with friction
+    Reactions,
 }
 
 /// Numbers that can be changed at run time.

@@ -4,7 +4,7 @@ use super::literal::literal;
 use super::names::harmless;
 use super::tables::{Kind, kinds, lines};
 use super::walk::{Listing, Operand, Statement};
-use super::{Labels, Precision, SourceFile, SourceOptions, TestVector};
+use super::{Labels, Listings, Precision, SourceFile, SourceOptions, TestVector};
 use crate::code::{Fused, Step};
 use crate::feedforward::{CLOSED, CORRECTIONS, DONE, Feedforward};
 use crate::graph::Function;
@@ -14,6 +14,10 @@ use std::fmt::Write;
 const HEADER: &str = include_str!("templates/header.h");
 const RUNTIME: &str = include_str!("templates/runtime.c");
 const OWN_MATH: &str = include_str!("templates/own_math.c");
+const KINEMATICS: &str = include_str!("templates/kinematics.c");
+const KINEMATICS_HEAD: &str = include_str!("templates/kinematics.h");
+const REACTIONS: &str = include_str!("templates/reactions.c");
+const REACTIONS_HEAD: &str = include_str!("templates/reactions.h");
 const SELFTEST: &str = include_str!("templates/selftest.c");
 const MAKEFILE: &str = include_str!("templates/Makefile");
 const CMAKE: &str = include_str!("templates/CMakeLists.txt");
@@ -75,9 +79,11 @@ impl C<'_> {
     /// Fills a template, also with further values.
     pub(crate) fn fill_with(&self, template: &str, more: &[(&str, String)]) -> String {
         let sizes = self.program.sizes();
-        let [position, forces] = self.program.listings();
+        let functions = self.options.functions;
+        let Listings { position, forces, kinematics } = Listings::new(self.program, functions);
         let real = self.options.precision;
-        let [errors, correction, preparation, step, last] = self.program.operations();
+        let [errors, correction, preparation, step, last] =
+            self.program.operations_with(functions.reactions);
         let closing = (CORRECTIONS + 1) * errors + CORRECTIONS * correction;
         let friction = preparation + STEPS * step + last;
         let name = self.options.name.as_str();
@@ -115,6 +121,12 @@ impl C<'_> {
             ("FADE", self.number(0.99)),
             ("DRIVES", sizes.drives.to_string()),
             ("JOINTS", sizes.joints.to_string()),
+            ("BODIES", sizes.bodies.to_string()),
+            ("WRENCH", if functions.reactions { "6" } else { "3" }.to_owned()),
+            (
+                "ANSWERS",
+                (sizes.drives + if functions.reactions { 6 * sizes.joints } else { 0 }).to_string(),
+            ),
             ("TREE", sizes.coordinates.to_string()),
             ("TUNABLES", sizes.tunables.to_string()),
             ("UNKNOWNS", sizes.unknowns.to_string()),
@@ -153,7 +165,33 @@ impl C<'_> {
             ("MODEL", harmless(&self.labels.model)),
             ("VERSION", harmless(&self.labels.version)),
         ];
-        substitute(template, &[more, values].concat())
+        let all = [more, values].concat();
+        let optional = |is_included: bool, text: &str| match is_included {
+            true => substitute(text, &all),
+            false => String::new(),
+        };
+        let bodies = |k: usize| kinematics.get(k).map_or(String::new(), |own| self.body(own, 0));
+        let size = |k: usize| kinematics.get(k).map_or(0, |own| own.work).to_string();
+        let text = substitute(
+            KINEMATICS,
+            &[
+                &[
+                    ("POSES", bodies(0)),
+                    ("TWISTS", bodies(1)),
+                    ("POSE_WORK", size(0)),
+                    ("TWIST_WORK", size(1)),
+                ],
+                &all[..],
+            ]
+            .concat(),
+        );
+        let more = &[
+            ("KINEMATICS_HEAD", optional(functions.kinematics, KINEMATICS_HEAD)),
+            ("REACTIONS_HEAD", optional(functions.reactions, REACTIONS_HEAD)),
+            ("KINEMATICS", if functions.kinematics { text } else { String::new() }),
+            ("REACTIONS", optional(functions.reactions, REACTIONS)),
+        ];
+        substitute(template, &[more, &all[..]].concat())
     }
 
     fn fill_math(&self) -> String {
@@ -165,12 +203,14 @@ impl C<'_> {
     /// `true` if there are sines and cosines.
     fn turns(&self) -> bool {
         let is = |s: &Statement| matches!(s, Statement::SineCosine { .. });
-        self.program.listings().iter().flat_map(|l| &l.routines).flatten().any(is)
+        let listings = Listings::new(self.program, self.options.functions);
+        listings.all().flat_map(|l| &l.routines).flatten().any(is)
     }
 
     fn calls(&self, function: Function) -> bool {
         let is = |s: &Statement| matches!(s, Statement::Call { function: f, .. } if *f == function);
-        self.program.listings().iter().flat_map(|l| &l.routines).flatten().any(is)
+        let listings = Listings::new(self.program, self.options.functions);
+        listings.all().flat_map(|l| &l.routines).flatten().any(is)
     }
 
     /// Literal with the suffix of the precision.

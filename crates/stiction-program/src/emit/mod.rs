@@ -17,7 +17,7 @@ mod walk;
 pub use names::Labels;
 
 use crate::error::RecordError;
-use crate::feedforward::Feedforward;
+use crate::feedforward::{Feedforward, Routine};
 use names::identifier;
 use walk::Listing;
 
@@ -39,6 +39,15 @@ pub enum Precision {
     Float,
 }
 
+/// Functions beside inverse dynamics.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Functions {
+    /// Poses and twists of all bodies, and their Jacobians.
+    pub kinematics: bool,
+    /// Wrenches of all joints.
+    pub reactions: bool,
+}
+
 /// Options of the source code.
 #[derive(Clone, Debug)]
 pub struct SourceOptions {
@@ -49,6 +58,8 @@ pub struct SourceOptions {
     pub precision: Precision,
     /// Sine and cosine by functions of their own instead of those of the mathematical library.
     pub own_math: bool,
+    /// Functions beside inverse dynamics.
+    pub functions: Functions,
 }
 
 /// Test vector: an independent state with the actuator forces that the code must reproduce.
@@ -76,7 +87,12 @@ pub struct SourceFile {
 impl SourceOptions {
     /// Options for a model of this name: double precision, functions of the library.
     pub fn new(name: &str) -> Self {
-        Self { name: identifier(name), precision: Precision::Double, own_math: false }
+        Self {
+            name: identifier(name),
+            precision: Precision::Double,
+            own_math: false,
+            functions: Functions::default(),
+        }
     }
 }
 
@@ -96,7 +112,8 @@ impl Feedforward {
             Precision::Double => number.is_finite(),
             Precision::Float => (number as f32).is_finite(),
         };
-        let mut numbers = self.listings().into_iter().flat_map(|listing| listing.numbers());
+        let listings = Listings::new(self, options.functions);
+        let mut numbers = listings.all().flat_map(|listing| listing.clone().numbers());
         if let Some(number) = numbers.find(|number| !fits(*number)) {
             return Err(RecordError::TooLarge(number));
         }
@@ -105,14 +122,35 @@ impl Feedforward {
             Language::Rust => rust::files(self, labels, options, vectors),
         })
     }
+}
 
-    /// Statements of the position routines, and of the force routines.
-    fn listings(&self) -> [Listing; 2] {
-        let sizes = self.sizes();
-        let first = (0..(sizes.coordinates + sizes.prescribed) as u32).collect::<Vec<_>>();
-        let mut second: Vec<u32> =
-            (0..(sizes.coordinates + sizes.tunables + 3 * sizes.prescribed) as u32).collect();
-        second.extend(&self.unknown_slots);
-        [Listing::new(&self.source.position, &first), Listing::new(&self.source.forces, &second)]
+/// Statements of all routines.
+struct Listings {
+    position: Listing,
+    forces: Listing,
+    /// Poses and twists, or nothing.
+    kinematics: Vec<Listing>,
+}
+
+impl Listings {
+    fn new(program: &Feedforward, functions: Functions) -> Self {
+        let sizes = program.sizes();
+        let inputs = |count: usize| (0..count as u32).collect::<Vec<_>>();
+        let first = inputs(sizes.coordinates + sizes.prescribed);
+        let mut second = inputs(sizes.coordinates + sizes.tunables + 3 * sizes.prescribed);
+        second.extend(&program.unknown_slots);
+        let third = inputs(sizes.coordinates + 2 * sizes.prescribed);
+        let forces = if functions.reactions { &program.wrenches } else { &program.source.forces };
+        let kinematics: &[Routine] = if functions.kinematics { &program.kinematics } else { &[] };
+        let each = kinematics.iter().map(|one| Listing::new(std::slice::from_ref(one), &third));
+        Self {
+            position: Listing::new(&program.source.position, &first),
+            forces: Listing::new(forces, &second),
+            kinematics: each.collect(),
+        }
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Listing> {
+        [&self.position, &self.forces].into_iter().chain(&self.kinematics)
     }
 }

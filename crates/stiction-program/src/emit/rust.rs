@@ -5,7 +5,7 @@ use super::literal::literal;
 use super::names::harmless;
 use super::tables::{Kind, kinds, lines};
 use super::walk::{Listing, Operand, Statement};
-use super::{Labels, Precision, SourceFile, SourceOptions, TestVector};
+use super::{Labels, Listings, Precision, SourceFile, SourceOptions, TestVector};
 use crate::code::{Fused, Step};
 use crate::feedforward::{CLOSED, CORRECTIONS, DONE, Feedforward};
 use crate::graph::Function;
@@ -13,6 +13,8 @@ use crate::inverse::{COARSE, ROUNDING, SETTLED, STEPS};
 use std::fmt::Write;
 
 const RUNTIME: &str = include_str!("templates/runtime.rs");
+const KINEMATICS: &str = include_str!("templates/kinematics.rs");
+const REACTIONS: &str = include_str!("templates/reactions.rs");
 const SELFTEST: &str = include_str!("templates/selftest.rs");
 const MAKEFILE: &str = include_str!("templates/rust.Makefile");
 const README: &str = include_str!("templates/rust.README.md");
@@ -44,7 +46,8 @@ impl Rust<'_> {
     /// Fills a template: names between `@` are replaced.
     fn fill(&self, template: &str) -> String {
         let sizes = self.program.sizes();
-        let [position, forces] = self.program.listings();
+        let functions = self.options.functions;
+        let Listings { position, forces, kinematics } = Listings::new(self.program, functions);
         let is_double = self.options.precision == Precision::Double;
         let pick = |double: f64, float: f64| self.number(if is_double { double } else { float });
         let head = lines(self.program, self.labels, self.options);
@@ -58,6 +61,12 @@ impl Rust<'_> {
             ("COORDINATES", sizes.prescribed.to_string()),
             ("DRIVES", sizes.drives.to_string()),
             ("JOINTS", sizes.joints.to_string()),
+            ("BODIES", sizes.bodies.to_string()),
+            ("WRENCH", if functions.reactions { "6" } else { "3" }.to_owned()),
+            (
+                "ANSWERS",
+                (sizes.drives + if functions.reactions { 6 * sizes.joints } else { 0 }).to_string(),
+            ),
             ("TREE", sizes.coordinates.to_string()),
             ("TUNABLES", sizes.tunables.to_string()),
             ("UNKNOWNS", sizes.unknowns.to_string()),
@@ -89,7 +98,24 @@ impl Rust<'_> {
             ("MODEL", harmless(&self.labels.model)),
             ("VERSION", harmless(&self.labels.version)),
         ];
-        substitute(template, values)
+        let bodies = |k: usize| kinematics.get(k).map_or(String::new(), |own| self.body(own, 0));
+        let size = |k: usize| kinematics.get(k).map_or(0, |own| own.work).to_string();
+        let more: &[(&str, String)] = &[
+            ("POSES", bodies(0)),
+            ("TWISTS", bodies(1)),
+            ("POSE_WORK", size(0)),
+            ("TWIST_WORK", size(1)),
+        ];
+        let all = [more, values].concat();
+        let optional = |is_included: bool, text: &str| match is_included {
+            true => substitute(text, &all),
+            false => String::new(),
+        };
+        let functions: &[(&str, String)] = &[
+            ("KINEMATICS", optional(functions.kinematics, KINEMATICS)),
+            ("REACTIONS", optional(functions.reactions, REACTIONS)),
+        ];
+        substitute(template, &[functions, values].concat())
     }
 
     fn number(&self, number: f64) -> String {

@@ -98,5 +98,8 @@ pub(crate) fn lines(
         );
     }
     list("Joints:", labels.joints.iter().map(|name| harmless(name)).collect());
+    if options.functions.kinematics {
+        list("Bodies:", labels.bodies.iter().skip(1).map(|name| harmless(name)).collect());
+    }
     lines
 }

@@ -10,6 +10,7 @@
 //! The routines serve two purposes: [`crate::emit`] writes them as source code, and
 //! [`Feedforward::run`] executes them.
 
+mod kinematics;
 mod record;
 mod run;
 
@@ -33,6 +34,12 @@ pub struct Feedforward {
     pub(crate) unknown_slots: Vec<u32>,
     /// Routines without fused operations, for source code.
     pub(crate) source: Routines,
+    /// Force routines for source code, with the whole wrench of each joint in place of its force, also without
+    /// friction.
+    pub(crate) wrenches: [Routine; 3],
+    /// Poses and twists of all bodies but the ground, for source code, each on slots of its own. Inputs: tree
+    /// coordinates, value and rate of each prescribed coordinate. Last result: the guard.
+    pub(crate) kinematics: [Routine; 2],
     /// The same for this processor.
     native: Routines,
     code: (Compiled<2>, Compiled<3>),
@@ -47,6 +54,8 @@ pub struct FeedforwardSizes {
     pub drives: usize,
     /// Joints.
     pub joints: usize,
+    /// Bodies but the ground.
+    pub bodies: usize,
     /// Coordinates of the spanning tree, the state of the loops.
     pub coordinates: usize,
     /// Numbers of all tunable parameters.
@@ -115,7 +124,13 @@ impl Feedforward {
     /// Number of arithmetic operations: of the loop errors, of a correction, of the preparation,
     /// of a Newton step of the coupling, and of the forces.
     pub fn operations(&self) -> [usize; 5] {
-        let Routines { position: [a, b], forces: [c, d, e], .. } = &self.source;
+        self.operations_with(false)
+    }
+
+    /// The same, also with the wrenches of all joints.
+    pub(crate) fn operations_with(&self, wrenches: bool) -> [usize; 5] {
+        let [a, b] = &self.source.position;
+        let [c, d, e] = if wrenches { &self.wrenches } else { &self.source.forces };
         [a, b, c, d, e].map(Routine::operations)
     }
 

@@ -65,6 +65,7 @@ impl Feedforward {
         let signal = &there_and_back(signal);
         let all = samples(solver, signal, &[])?;
         let position = source.record_position(&all);
+        let kinematics = source.record_kinematics(&all).compile()?;
         let length = solver.mechanism().characteristic_length();
         let mut random = Random::new(5);
         let rows: Vec<Vec<f64>> = all
@@ -85,13 +86,17 @@ impl Feedforward {
             prescribed: counts.targets,
             drives: counts.drives,
             joints: counts.joints,
+            bodies: solver.mechanism().bodies().len() - 1,
             coordinates: counts.coordinates,
             tunables: values.iter().map(|(_, values)| values.len()).sum(),
             unknowns: stages.from.len(),
         };
         let routines =
-            |fuse| Routines::compile(sizes, &layout, &position, &stages, determinant, fuse);
-        let (source, native) = (routines(false)?, routines(fuses())?);
+            |detail| Routines::compile(sizes, &layout, &position, (&stages, determinant), detail);
+        let plain = Detail { fuse: false, wrenches: false };
+        let source = routines(plain)?;
+        let native = routines(Detail { fuse: fuses(), ..plain })?;
+        let wrenches = routines(Detail { wrenches: true, ..plain })?.forces;
         let parts = |routines: &[Routine]| routines.iter().map(|r| r.parts.clone()).collect();
         let [a, b]: [Vec<_>; 2] = array(parts(&native.position));
         let [c, d, e]: [Vec<_>; 3] = array(parts(&native.forces));
@@ -103,7 +108,18 @@ impl Feedforward {
         let home = (solver.state().coordinates.clone(), values_at_home);
         let unknown_slots = stages.from.clone();
         let tunables = values;
-        let made = Self { sizes, length, home, tunables, unknown_slots, source, native, code };
+        let made = Self {
+            sizes,
+            length,
+            home,
+            tunables,
+            unknown_slots,
+            source,
+            wrenches,
+            kinematics,
+            native,
+            code,
+        };
         let others = seeded_samples(9, solver, signal, &[])?;
         if made.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
@@ -220,14 +236,22 @@ impl RecordingSource<'_> {
     }
 }
 
+/// What the routines are compiled for.
+#[derive(Clone, Copy, Debug)]
+struct Detail {
+    /// With fused operations.
+    fuse: bool,
+    /// With the whole wrench of each joint in place of its force.
+    wrenches: bool,
+}
+
 impl Routines {
     fn compile(
         sizes: FeedforwardSizes,
         layout: &InputLayout,
         position: &PositionStages,
-        stages: &InverseStages,
-        determinant: Node,
-        fuse: bool,
+        (stages, determinant): (&InverseStages, Node),
+        Detail { fuse, wrenches }: Detail,
     ) -> Result<Self, RecordError> {
         let PositionStages { graph, square, next, guard } = position;
         let ops = graph.ops();
@@ -256,11 +280,15 @@ impl Routines {
         let mut beginning = stages.begin.clone();
         beginning.extend(&stages.ideal[..drives]);
         beginning.extend([ideal_guard, determinant]);
+        let width = if wrenches { 6 } else { 3 };
+        if wrenches {
+            beginning.extend(&stages.ideal[drives..drives + width * sizes.joints]);
+        }
         let step = [&stages.next[..], &stages.control].concat();
         let mut last = stages.rest[..drives].to_vec();
         for joint in 0..sizes.joints {
             let first = drives + 6 * joint;
-            last.extend(&stages.rest[first..first + 3]);
+            last.extend(&stages.rest[first..first + width]);
         }
         last.push(guard);
         let mut first = early(ops, &[&step[..], &last].concat(), is_late);

@@ -3,6 +3,7 @@
 mod behaviour;
 mod compiler;
 mod fmu;
+mod functions;
 
 use crate::common::{Loop, gallery_loop};
 use compiler::{Code, STRICT};

@@ -4,7 +4,7 @@ use super::{Export, Recorded};
 use crate::error::Error;
 use stiction_core::dynamics::FrictionMode;
 use stiction_program::emit::fmu::Fmi;
-use stiction_program::emit::{Precision, SourceFile};
+use stiction_program::emit::{Functions, Precision, SourceFile};
 
 /// Content of a functional mock-up unit, without binaries.
 #[derive(Clone, Debug)]
@@ -49,6 +49,11 @@ impl Export {
             return Err(Error::input("variables of an FMU are of double precision")
                 .with_help("leave --precision out")
                 .with_option("precision"));
+        }
+        if self.options.functions != Functions::default() {
+            return Err(Error::input("an FMU contains inverse dynamics only")
+                .with_help("leave --functions out")
+                .with_option("functions"));
         }
         let Recorded { program, labels, options, .. } = self.record()?;
         let files = program.fmu(fmi, &labels, &options).map_err(|error| {

@@ -41,7 +41,11 @@ impl Feedforward {
         labels: &Labels,
         options: &SourceOptions,
     ) -> Result<Vec<SourceFile>, RecordError> {
-        let options = SourceOptions { precision: super::Precision::Double, ..options.clone() };
+        let options = SourceOptions {
+            precision: super::Precision::Double,
+            functions: super::Functions::default(),
+            ..options.clone()
+        };
         let code = self.files(super::Language::C, labels, &options, &[])?;
         let name = options.name.as_str();
         let c = C { program: self, labels, options: &options };

@@ -116,7 +116,14 @@ int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real qdd[@GUARD@_COORDINATES], const @NAME@_real direction[@GUARD@_COORDINATES],
     @NAME@_real tau[@GUARD@_ACTUATORS], @NAME@_info *info);
 
-#ifdef __cplusplus
+/* Efforts that hold the position q at rest, against weight and springs. With a `direction` of
+   rates, of which only the ratios count, they also overcome the friction of a motion that begins
+   in this direction; null or zero: without friction. */
+int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm,
+    const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real direction[@GUARD@_COORDINATES],
+    @NAME@_real tau[@GUARD@_ACTUATORS], @NAME@_info *info);
+
+@REACTIONS_HEAD@@KINEMATICS_HEAD@#ifdef __cplusplus
 }
 #endif
 

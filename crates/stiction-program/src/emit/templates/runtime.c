@@ -10,6 +10,9 @@ typedef @NAME@_real real;
 #define DRIVES @GUARD@_ACTUATORS
 #define JOINTS @GUARD@_JOINTS
 #define TREE @GUARD@_TREE
+/* Numbers of a joint among the results, and results of a call. */
+#define WRENCH @WRENCH@
+#define ANSWERS @ANSWERS@
 #define TUNABLES @TUNABLES@
 #define UNKNOWNS @UNKNOWNS@
 #define POSITION_WORK @POSITION_WORK@
@@ -150,11 +153,14 @@ static int solve_ideal(real *w, real *r, real *ideal, @NAME@_info *info)
     for (k = 0; k < DRIVES; ++k) {
         ideal[k] = r[UNKNOWNS + k];
     }
+    for (k = DRIVES; k < ANSWERS; ++k) {
+        ideal[k] = r[UNKNOWNS + 2 + k];
+    }
     info->determinant = r[UNKNOWNS + DRIVES + 1];
     if (!is_finite(info->determinant)) {
         info->determinant = 0;
     }
-    return info->determinant > 0 && are_finite(ideal, DRIVES);
+    return info->determinant > 0 && are_finite(ideal, ANSWERS);
 }
 
 /* Couples the friction after solve_ideal; returns 0 if there is no solution. */
@@ -189,15 +195,15 @@ static int solve_friction(real *w, real *r, real *tau, @NAME@_info *info)
     }
     info->coupling = is_finite(r[UNKNOWNS + 2]) ? r[UNKNOWNS + 2] : 0;
     find_forces(w, r);
-    holds = holds && r[DRIVES + 3 * JOINTS] > 0;
-    if (!settled || !holds || !are_finite(r, DRIVES + 3 * JOINTS)) {
+    holds = holds && r[DRIVES + WRENCH * JOINTS] > 0;
+    if (!settled || !holds || !are_finite(r, DRIVES + WRENCH * JOINTS)) {
         return 0;
     }
-    for (k = 0; k < DRIVES; ++k) {
+    for (k = 0; k < ANSWERS; ++k) {
         tau[k] = r[k];
     }
     for (k = 0; k < JOINTS; ++k) {
-        const real *force = r + DRIVES + 3 * k;
+        const real *force = r + DRIVES + WRENCH * k;
         const real square = force[0] * force[0] + force[1] * force[1] + force[2] * force[2];
         if (square > most || k == 0) {
             most = square;
@@ -306,7 +312,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     real w[FORCE_WORK];
     real r[FORCE_RESULTS];
     real rates[COORDINATES];
-    real with[DRIVES];
+    real with[ANSWERS];
     real weight = 1;
     int attempt;
     int has_friction = 1;
@@ -345,7 +351,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
         for (attempt = 0; attempt < 1 && !has_friction && !rests; ++attempt) {
             /* A joint may rest among moving ones: it moves with the accelerations next. */
             real moved[COORDINATES];
-            real ideal[DRIVES];
+            real ideal[ANSWERS];
             if (!(largest(next, COORDINATES) > 0)) {
                 break;
             }
@@ -357,7 +363,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
             has_friction = solve_ideal(w, r, ideal, info) && solve_friction(w, r, with, info);
             info->undetermined = has_friction;
         }
-        for (k = 0; k < DRIVES && has_friction; ++k) {
+        for (k = 0; k < ANSWERS && has_friction; ++k) {
             tau[k] += weight * (with[k] - tau[k]);
         }
     }
@@ -380,15 +386,14 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     return info->undetermined ? @GUARD@_UNDETERMINED : @GUARD@_OK;
 }
 
-int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm, const real q[COORDINATES],
-    const real qd[COORDINATES], const real qdd[COORDINATES], const real direction[COORDINATES],
-    real tau[DRIVES], @NAME@_info *info)
+/* As @NAME@_ff_towards, with all results. */
+static int answer(const @NAME@_params *params, @NAME@_state *warm, const real *q, const real *qd,
+    const real *qdd, const real *direction, real *tau, real *found, @NAME@_info *info)
 {
     static const @NAME@_info NOTHING = { 0, 0, 0, 0, -1, 0, 0, 0, 2 };
     @NAME@_params model;
     @NAME@_info own = NOTHING;
     real tree[TREE];
-    real found[DRIVES];
     int code;
     int k;
     if (info == 0) {
@@ -424,7 +429,7 @@ int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm, const rea
     }
     info->fallback = 0;
     code = solve(params, warm, tree, q, qd, qdd, direction, found, info);
-    if (code >= 0 && !are_finite(found, DRIVES)) {
+    if (code >= 0 && !are_finite(found, ANSWERS)) {
         code = @GUARD@_SINGULAR;
     }
     if (code < 0) {
@@ -441,8 +446,52 @@ int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm, const rea
     return code;
 }
 
+int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm, const real q[COORDINATES],
+    const real qd[COORDINATES], const real qdd[COORDINATES], const real direction[COORDINATES],
+    real tau[DRIVES], @NAME@_info *info)
+{
+    real found[ANSWERS];
+    return answer(params, warm, q, qd, qdd, direction, tau, found, info);
+}
+
 int @NAME@_ff(const @NAME@_params *params, @NAME@_state *warm, const real q[COORDINATES],
     const real qd[COORDINATES], const real qdd[COORDINATES], real tau[DRIVES], @NAME@_info *info)
 {
     return @NAME@_ff_towards(params, warm, q, qd, qdd, 0, tau, info);
 }
+
+int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm, const real q[COORDINATES],
+    const real direction[COORDINATES], real tau[DRIVES], @NAME@_info *info)
+{
+    static const real NONE[COORDINATES] = { 0 };
+    @NAME@_params at_rest;
+    @NAME@_state copy;
+    int code;
+    int k;
+    if (warm == 0) {
+        return @GUARD@_BAD_INPUT;
+    }
+    if (params == 0) {
+        @NAME@_defaults(&at_rest);
+    } else {
+        at_rest = *params;
+    }
+    at_rest.rest = @GUARD@_ZERO;
+    /* The direction of the last motion stays as it is. */
+    copy = *warm;
+    code = @NAME@_ff_towards(&at_rest, &copy, q, NONE, NONE, direction, tau, info);
+    if (code >= 0) {
+        for (k = 0; k < TREE; ++k) {
+            warm->tree[k] = copy.tree[k];
+        }
+    }
+    if (code == @GUARD@_UNDETERMINED) {
+        /* The direction is given, or there is no friction. */
+        code = @GUARD@_OK;
+        if (info != 0) {
+            info->undetermined = 0;
+        }
+    }
+    return code;
+}
+@REACTIONS@@KINEMATICS@

@@ -15,6 +15,9 @@ pub const TREE: usize = @TREE@;
 /// Fingerprint of the model.
 pub const FINGERPRINT: u64 = @FINGERPRINT@;
 
+/// Numbers of a joint among the results, and results of a call.
+const WRENCH: usize = @WRENCH@;
+const ANSWERS: usize = @ANSWERS@;
 const TUNABLES: usize = @TUNABLES@;
 const UNKNOWNS: usize = @UNKNOWNS@;
 const POSITION_WORK: usize = @POSITION_WORK@;
@@ -212,10 +215,13 @@ fn solve_ideal<M: Math>(
     w: &mut [Real; FORCE_WORK],
     r: &mut [Real; FORCE_RESULTS],
     info: &mut Info,
-) -> Option<[Real; ACTUATORS]> {
+) -> Option<[Real; ANSWERS]> {
     prepare::<M>(w, r);
-    let mut ideal = [0.0; ACTUATORS];
-    ideal.copy_from_slice(&r[UNKNOWNS..UNKNOWNS + ACTUATORS]);
+    let mut ideal = [0.0; ANSWERS];
+    ideal[..ACTUATORS].copy_from_slice(&r[UNKNOWNS..UNKNOWNS + ACTUATORS]);
+    for k in ACTUATORS..ANSWERS {
+        ideal[k] = r[UNKNOWNS + 2 + k];
+    }
     let determinant = r[UNKNOWNS + ACTUATORS + 1];
     info.determinant = if determinant.is_finite() { determinant } else { 0.0 };
     if info.determinant > 0.0 && are_finite(&ideal) { Some(ideal) } else { None }
@@ -226,7 +232,7 @@ fn solve_friction<M: Math>(
     w: &mut [Real; FORCE_WORK],
     r: &mut [Real; FORCE_RESULTS],
     info: &mut Info,
-) -> Option<[Real; ACTUATORS]> {
+) -> Option<[Real; ANSWERS]> {
     let holds = r[UNKNOWNS + ACTUATORS] > 0.0;
     let mut before = 0.0;
     let mut settled = UNKNOWNS == 0;
@@ -249,14 +255,14 @@ fn solve_friction<M: Math>(
     }
     info.coupling = if r[UNKNOWNS + 2].is_finite() { r[UNKNOWNS + 2] } else { 0.0 };
     find_forces::<M>(w, r);
-    let last = ACTUATORS + 3 * JOINTS;
+    let last = ACTUATORS + WRENCH * JOINTS;
     if !settled || !holds || !(r[last] > 0.0) || !are_finite(&r[..last]) {
         return None;
     }
     let mut most = -1.0;
     let mut joint = 0;
     for k in 0..JOINTS {
-        let first = ACTUATORS + 3 * k;
+        let first = ACTUATORS + WRENCH * k;
         let square = r[first] * r[first] + r[first + 1] * r[first + 1] + r[first + 2] * r[first + 2];
         if square > most {
             most = square;
@@ -264,9 +270,9 @@ fn solve_friction<M: Math>(
         }
     }
     info.reaction = Some((if most < Real::MAX { M::sqrt(most) } else { Real::MAX }, joint));
-    let mut tau = [0.0; ACTUATORS];
-    tau.copy_from_slice(&r[..ACTUATORS]);
-    Some(tau)
+    let mut found = [0.0; ANSWERS];
+    found.copy_from_slice(&r[..ANSWERS]);
+    Some(found)
 }
 
 fn set_motion(
@@ -342,6 +348,52 @@ impl State {
         direction: Option<&[Real; COORDINATES]>,
         tau: &mut [Real; ACTUATORS],
     ) -> (Code, Info) {
+        let (code, info, _) = self.answer::<M>(params, q, (qd, qdd, direction), tau);
+        (code, info)
+    }
+
+    /// Efforts that hold the position `q` at rest, against weight and springs. With a `direction` of
+    /// rates, of which only the ratios count, they also overcome the friction of a motion that
+    /// begins in this direction; without one they contain no friction.
+    pub fn hold<M: Math>(
+        &mut self,
+        params: &Params,
+        q: &[Real; COORDINATES],
+        direction: Option<&[Real; COORDINATES]>,
+        tau: &mut [Real; ACTUATORS],
+    ) -> (Code, Info) {
+        let at_rest = Params { rest: Rest::Zero, ..params.clone() };
+        let still = [0.0; COORDINATES];
+        // The direction of the last motion stays as it is.
+        let mut copy = self.clone();
+        let (code, info) = copy.ff::<M>(&at_rest, q, &still, &still, direction, tau);
+        match code {
+            Code::Done | Code::Undetermined => {
+                self.tree = copy.tree;
+                // The direction is given, or there is no friction.
+                (Code::Done, Info { undetermined: false, ..info })
+            }
+            Code::Frictionless => {
+                self.tree = copy.tree;
+                (code, info)
+            }
+            _ => (code, info),
+        }
+    }
+
+    /// As `ff`, with all results.
+    fn answer<M: Math>(
+        &mut self,
+        params: &Params,
+        q: &[Real; COORDINATES],
+        (qd, qdd, direction): (
+            &[Real; COORDINATES],
+            &[Real; COORDINATES],
+            Option<&[Real; COORDINATES]>,
+        ),
+        tau: &mut [Real; ACTUATORS],
+    ) -> (Code, Info, [Real; ANSWERS]) {
+        let nothing = [0.0; ANSWERS];
         let mut info = Info {
             residual: 0.0,
             determinant: 0.0,
@@ -354,7 +406,7 @@ impl State {
         *tau = self.tau;
         let is_given = direction.map_or(true, |direction| are_finite(direction));
         if !are_finite(q) || !are_finite(qd) || !are_finite(qdd) || !is_given {
-            return (Code::BadInput, info);
+            return (Code::BadInput, info, nothing);
         }
         let mut tree = self.tree;
         match close_loops::<M>(&mut tree, q) {
@@ -362,7 +414,7 @@ impl State {
                 info.residual = residual;
                 info.corrections = corrections;
             }
-            None => return (Code::Open, info),
+            None => return (Code::Open, info, nothing),
         }
         let before = (self.direction, self.weight);
         let direction = direction.filter(|direction| largest(*direction) > 0.0);
@@ -370,13 +422,13 @@ impl State {
         match solved {
             Some((code, found)) if are_finite(&found) => {
                 self.tree = tree;
-                self.tau = found;
-                *tau = found;
-                (code, info)
+                self.tau.copy_from_slice(&found[..ACTUATORS]);
+                *tau = self.tau;
+                (code, info, found)
             }
             _ => {
                 (self.direction, self.weight) = before;
-                (Code::Singular, info)
+                (Code::Singular, info, nothing)
             }
         }
     }
@@ -393,7 +445,7 @@ impl State {
             Option<&[Real; COORDINATES]>,
         ),
         info: &mut Info,
-    ) -> Option<(Code, [Real; ACTUATORS])> {
+    ) -> Option<(Code, [Real; ANSWERS])> {
         let mut w = [0.0; FORCE_WORK];
         let mut r = [0.0; FORCE_RESULTS];
         // Where the motion goes next if it goes nowhere now.
@@ -443,7 +495,7 @@ impl State {
             }
             has_friction = with.is_some();
             if let Some(with) = with {
-                for k in 0..ACTUATORS {
+                for k in 0..ANSWERS {
                     tau[k] += weight * (with[k] - tau[k]);
                 }
             }
@@ -464,3 +516,4 @@ impl State {
         Some((code, tau))
     }
 }
+@REACTIONS@@KINEMATICS@

@@ -103,6 +103,25 @@ impl Code {
     }
 }
 
+/// Compiles a main program beside code in Rust, and runs it.
+pub(crate) fn rust_program(folder: &str, files: &[SourceFile], main: &str) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(folder);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    for file in files {
+        fs::write(folder.join(&file.name), &file.text).unwrap();
+    }
+    fs::write(folder.join("main.rs"), main).unwrap();
+    let compiler = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
+    let arguments = ["--edition", "2021", "-D", "warnings", "-o", "program", "main.rs"];
+    for command in
+        [Command::new(compiler).args(arguments), &mut Command::new(folder.join("program"))]
+    {
+        let output = command.current_dir(&folder).output().unwrap();
+        assert!(output.status.success(), "{}: {}", folder.display(), text(&output));
+    }
+}
+
 /// Compiles and runs the self-test of code in Rust, with warnings as errors; the module also as a
 /// library without the standard library.
 pub(crate) fn rust_selftest(folder: &str, name: &str, files: &[SourceFile]) {

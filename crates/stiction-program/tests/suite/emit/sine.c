@@ -4,6 +4,7 @@
 #define NAME_init included_init
 #define NAME_ff included_ff
 #define NAME_ff_towards included_ff_towards
+#define NAME_hold included_hold
 #include "NAME.c"
 #include <stdio.h>
 

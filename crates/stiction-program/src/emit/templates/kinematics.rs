@@ -1,0 +1,117 @@
+
+/// Number of bodies, without the ground.
+pub const BODIES: usize = @BODIES@;
+
+/// Poses of all bodies at closed loops.
+fn find_poses<M: Math>(w: &mut [Real; @POSE_WORK@], r: &mut [Real; 12 * BODIES + 1]) {
+@POSES@}
+
+/// Twists of all bodies at closed loops.
+fn find_twists<M: Math>(w: &mut [Real; @TWIST_WORK@], r: &mut [Real; 6 * BODIES + 1]) {
+@TWISTS@}
+
+impl State {
+    /// Forward kinematics: closes the loops at `q`, from those of the last call. For each body the
+    /// position of its origin, m, then the rows of its rotation matrix, body to world. A body that can
+    /// spin freely has turned as the path up to `q` left it.
+    ///
+    /// # Errors
+    /// [`Code::BadInput`], [`Code::Open`] or [`Code::Singular`].
+    pub fn poses<M: Math>(&mut self, q: &[Real; COORDINATES]) -> Result<[[Real; 12]; BODIES], Code> {
+        self.close_at::<M>(q)?;
+        let mut w = [0.0; @POSE_WORK@];
+        let mut r = [0.0; 12 * BODIES + 1];
+        w[..TREE].copy_from_slice(&self.tree);
+        for k in 0..COORDINATES {
+            w[TREE + 2 * k] = q[k];
+        }
+        find_poses::<M>(&mut w, &mut r);
+        if !(r[12 * BODIES] > 0.0) || !are_finite(&r) {
+            return Err(Code::Singular);
+        }
+        let mut poses = [[0.0; 12]; BODIES];
+        for k in 0..BODIES {
+            poses[k].copy_from_slice(&r[12 * k..12 * (k + 1)]);
+        }
+        Ok(poses)
+    }
+
+    /// Velocities for rates `qd`: for each body that of its origin, m/s, then its angular velocity,
+    /// rad/s, world axes.
+    ///
+    /// # Errors
+    /// [`Code::BadInput`], [`Code::Open`] or [`Code::Singular`].
+    pub fn twists<M: Math>(
+        &mut self,
+        q: &[Real; COORDINATES],
+        qd: &[Real; COORDINATES],
+    ) -> Result<[[Real; 6]; BODIES], Code> {
+        if !are_finite(qd) {
+            return Err(Code::BadInput);
+        }
+        self.close_at::<M>(q)?;
+        self.twists_at::<M>(q, qd)
+    }
+
+    /// Jacobian of a body: the six rows of its twist by a column for each coordinate.
+    ///
+    /// # Errors
+    /// [`Code::BadInput`], also without such a body, [`Code::Open`] or [`Code::Singular`].
+    pub fn jacobian<M: Math>(
+        &mut self,
+        q: &[Real; COORDINATES],
+        body: usize,
+    ) -> Result<[[Real; COORDINATES]; 6], Code> {
+        if body >= BODIES {
+            return Err(Code::BadInput);
+        }
+        self.close_at::<M>(q)?;
+        let mut jacobian = [[0.0; COORDINATES]; 6];
+        for column in 0..COORDINATES {
+            let mut qd = [0.0; COORDINATES];
+            qd[column] = 1.0;
+            let twists = self.twists_at::<M>(q, &qd)?;
+            for row in 0..6 {
+                jacobian[row][column] = twists[body][row];
+            }
+        }
+        Ok(jacobian)
+    }
+
+    /// Closes the loops at `q`.
+    fn close_at<M: Math>(&mut self, q: &[Real; COORDINATES]) -> Result<(), Code> {
+        if !are_finite(q) {
+            return Err(Code::BadInput);
+        }
+        let mut tree = self.tree;
+        if close_loops::<M>(&mut tree, q).is_none() {
+            return Err(Code::Open);
+        }
+        self.tree = tree;
+        Ok(())
+    }
+
+    /// Twists at closed loops.
+    fn twists_at<M: Math>(
+        &self,
+        q: &[Real; COORDINATES],
+        qd: &[Real; COORDINATES],
+    ) -> Result<[[Real; 6]; BODIES], Code> {
+        let mut w = [0.0; @TWIST_WORK@];
+        let mut r = [0.0; 6 * BODIES + 1];
+        w[..TREE].copy_from_slice(&self.tree);
+        for k in 0..COORDINATES {
+            w[TREE + 2 * k] = q[k];
+            w[TREE + 2 * k + 1] = qd[k];
+        }
+        find_twists::<M>(&mut w, &mut r);
+        if !(r[6 * BODIES] > 0.0) || !are_finite(&r) {
+            return Err(Code::Singular);
+        }
+        let mut twists = [[0.0; 6]; BODIES];
+        for k in 0..BODIES {
+            twists[k].copy_from_slice(&r[6 * k..6 * (k + 1)]);
+        }
+        Ok(twists)
+    }
+}

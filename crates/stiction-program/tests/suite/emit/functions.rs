@@ -1,0 +1,110 @@
+//! Kinematics, reactions and holding efforts of the source code against the general solver.
+
+use super::compiler::{Code, STRICT, rust_program};
+use super::labels;
+use crate::common::{Loop, gallery_loop};
+use stiction_core::dynamics::FrictionMode;
+use stiction_core::kinematics::Target;
+use stiction_core::spatial::Vec3;
+use stiction_program::emit::{Functions, Language, Precision, SourceOptions, TestVector};
+use stiction_program::{Feedforward, Tunable};
+
+/// Results of the general solver, each group after the state: efforts, reactions, holding efforts, poses, twists.
+fn row(robot: &Loop, vector: &TestVector) -> Vec<f64> {
+    let TestVector { positions, rates, accelerations, efforts } = vector;
+    let targets = |moves: f64| -> Vec<Target<f64>> {
+        let each = (0..positions.len()).map(|k| Target {
+            value: positions[k],
+            rate: moves * rates[k],
+            acceleration: moves * accelerations[k],
+        });
+        each.collect()
+    };
+    let mut solver = robot.solver.clone();
+    solver.settings_mut().friction = FrictionMode::Converged;
+    solver.move_to(&robot.signal[0]).unwrap();
+    solver.move_to(&targets(1.0)).unwrap();
+    let mut row = [&positions[..], rates, accelerations, efforts].concat();
+    let numbers = |v: Vec3<f64>| [v.x, v.y, v.z];
+    let forces = solver.solve(&[]).unwrap();
+    for (force, moment) in &forces.reactions {
+        row.extend([numbers(*force), numbers(*moment)].concat());
+    }
+    let (bodies, origin) = (solver.bodies().clone(), solver.parameters().origin);
+    solver.settings_mut().friction = FrictionMode::Off;
+    solver.move_to(&targets(0.0)).unwrap();
+    row.extend(&solver.solve(&[]).unwrap().efforts);
+    for pose in &bodies.pose[1..] {
+        row.extend(numbers(pose.position + origin));
+        let [x, y, z] = pose.rotation.columns.map(numbers);
+        row.extend((0..3).flat_map(|k| [x[k], y[k], z[k]]));
+    }
+    for (pose, twist) in bodies.pose.iter().zip(&bodies.twist).skip(1) {
+        row.extend(numbers(twist.velocity_at(pose.position)));
+        row.extend(numbers(twist.angular));
+    }
+    row
+}
+
+/// Rows of numbers, in brackets of the language.
+fn table(rows: &[Vec<f64>], [open, close]: [&str; 2]) -> String {
+    let line = |row: &Vec<f64>| {
+        let numbers: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
+        format!("{open}{}{close},\n", numbers.join(", "))
+    };
+    rows.iter().map(line).collect()
+}
+
+struct Case {
+    program: Feedforward,
+    options: SourceOptions,
+    robot: Loop,
+    rows: Vec<Vec<f64>>,
+}
+
+fn case(name: &str, precision: Precision) -> Case {
+    let robot = gallery_loop(name).unwrap();
+    let tunables = Tunable::frictions(robot.solver.parameters());
+    let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
+    let functions = Functions { kinematics: true, reactions: true };
+    let options = SourceOptions { functions, precision, ..SourceOptions::new(name) };
+    let vectors = TestVector::random(&robot.solver, &robot.signal, 30, 11);
+    assert!(vectors.len() > 15, "{name}: {}", vectors.len());
+    let rows = vectors.iter().map(|vector| row(&robot, vector)).collect();
+    Case { program, options, robot, rows }
+}
+
+#[test]
+fn generated_functions_reproduce_the_solver() {
+    for name in ["five-bar", "zhang2018-regular", "spherical-3rrr"] {
+        for precision in [Precision::Double, Precision::Float] {
+            let Case { program, options, robot, rows } = case(name, precision);
+            let labels = labels(name, &robot);
+            let files = program.files(Language::C, &labels, &options, &[]).unwrap();
+            let folder = format!("functions-{name}-{precision:?}");
+            let Some(code) = Code::new(&folder, &options.name, &files) else { return };
+            let main = include_str!("functions.c")
+                .replace("WIDTH", &rows[0].len().to_string())
+                .replace("ROWS", &rows.len().to_string())
+                .replace("DATA", &table(&rows, ["{ ", " }"]));
+            let sanitizers = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+            code.run_with(
+                "functions_main",
+                &main,
+                &[&STRICT[..], &["-std=c99"], &sanitizers].concat(),
+            );
+        }
+    }
+}
+
+#[test]
+fn generated_functions_in_rust_reproduce_the_solver() {
+    let Case { program, options, robot, rows } = case("five-bar", Precision::Double);
+    let labels = labels("five-bar", &robot);
+    let files = program.files(Language::Rust, &labels, &options, &[]).unwrap();
+    let main = include_str!("functions_main.rs")
+        .replace("WIDTH", &rows[0].len().to_string())
+        .replace("ROWS", &rows.len().to_string())
+        .replace("DATA", &table(&rows, ["[", "]"]));
+    rust_program("rust-functions", &files, &main);
+}
