@@ -382,7 +382,7 @@ fn without_rows(all: &[Prepared], actuators: &[String]) -> Vec<String> {
     let each = all.iter().filter_map(|log| {
         let channels = log.block.channels.iter().zip(actuators);
         let empty: Vec<&str> =
-            channels.filter(|(rows, _)| rows.len() == 0).map(|(_, name)| name.as_str()).collect();
+            channels.filter(|(rows, _)| rows.is_empty()).map(|(_, name)| name.as_str()).collect();
         (!empty.is_empty()).then(|| {
             format!(
                 "{}: no row of {} is left, so the log says nothing about it",
