@@ -156,10 +156,7 @@ impl Instance {
     pub(crate) fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error> {
         self.expect(&[Phase::Instantiated, Phase::Initializing, Phase::Event, Phase::Stepping])?;
         same_count(references.len(), values.len())?;
-        for (reference, value) in references.iter().zip(values) {
-            self.unit.set_real(*reference, *value)?;
-        }
-        Ok(())
+        self.unit.set_reals(references, values)
     }
 
     pub(crate) fn set_integers(&mut self, references: &[u32]) -> Result<(), Error> {

@@ -60,6 +60,27 @@ fn impossible_calls_are_errors_with_messages() {
     }
 }
 
+/// Of an array of which one value is impossible, no value is set.
+#[test]
+fn arrays_are_set_as_a_whole() {
+    let robot = Robot::builtin("five-bar").unwrap();
+    let unit = Extracted::new("whole", &robot.export().plant().from("rest"));
+    let plant = Importer::new(&unit, Version::Two);
+    plant.enter(0.0);
+    let names = ["left_motor.effort", "start.left_motor.position", "tool.mass"];
+    let references = names.map(|name| unit.reference(name));
+    let read = || references.map(|reference| plant.get_by(reference).unwrap());
+    let before = read();
+    let set = |values: [f64; 3]| unsafe {
+        fmi2::fmi2SetReal(plant.handle, references.as_ptr(), 3, values.as_ptr())
+    };
+    assert_eq!(set([1.0, before[1] + 0.1, -1.0]), ERROR);
+    assert_eq!(read(), before);
+    let possible = [1.0, before[1] + 0.1, 0.7];
+    assert_eq!(set(possible), 0, "{}", plant.said());
+    assert_eq!(read(), possible);
+}
+
 #[test]
 fn arrays_and_handles_may_be_missing() {
     let robot = Robot::builtin("five-bar").unwrap();

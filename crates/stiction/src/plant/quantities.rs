@@ -116,7 +116,8 @@ impl Table {
                 Tunable::Mass(_) => ("kg", "Mass of the body; its inertia remains"),
             };
             let mut own = started(Variable::real(name, Causality::Parameter, unit, about), *value);
-            own.range.0 = Some(0.0);
+            let is_mass = matches!(tunable, Tunable::Mass(_));
+            own.range.0 = Some(if is_mass { f64::MIN_POSITIVE } else { 0.0 });
             table.add(Quantity::Parameter(k), own);
         }
         for (k, (name, joint, dof)) in names.coordinates.iter().enumerate() {

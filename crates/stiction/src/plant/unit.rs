@@ -169,6 +169,28 @@ impl Unit {
             .with_help("call the function for its type, see modelDescription.xml")
     }
 
+    /// Sets inputs and parameters from now on: all of them or, with an error, none.
+    ///
+    /// # Errors
+    /// See [`Self::set_real`].
+    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error> {
+        let state = &self.state;
+        let (set, starts, from) = (state.plant.set.clone(), state.starts.clone(), state.plant.from);
+        let each = references.iter().zip(values);
+        let done = each
+            .map(|(reference, value)| self.set_real(*reference, *value))
+            .collect::<Result<_, _>>();
+        if done.is_err() {
+            self.state.plant.set = set;
+            if self.state.starts != starts {
+                let changed = starts != self.state.plant.setup.initial;
+                self.state.starts.clone_from(&starts);
+                self.state.plant.begin(from, changed.then_some(starts))?;
+            }
+        }
+        done
+    }
+
     /// Sets an input or a parameter from now on.
     ///
     /// # Errors
