@@ -109,6 +109,26 @@ def test_frames(m):
     assert isinstance(frame, polars.DataFrame) and frame.columns == r.tables["reactions"].columns
 
 
+def test_parquet_files_have_the_numbers_and_units_of_the_tables(m, tmp_path):
+    import json
+
+    parquet = pytest.importorskip("pyarrow.parquet")
+    r = m.inverse(step=0.25)
+    paths = r.to_parquet(tmp_path / "new" / "folder")
+    assert sorted(path.stem for path in paths) == sorted(r.tables)
+    assert sorted(tmp_path.glob("new/folder/*")) == sorted(paths)
+    for path in paths:
+        table, own = parquet.read_table(path), r.tables[path.stem]
+        assert table.column_names == own.columns
+        read = np.column_stack([column.to_numpy() for column in table.columns])
+        np.testing.assert_array_equal(read, own.array)
+        assert json.loads(table.schema.metadata[b"stiction.summary"]) == r.summary
+    efforts = r.to_arrow()
+    assert efforts.field("leg1.P.drive [N]").metadata == {b"unit": b"N"}
+    assert efforts.field("time [s]").metadata == {b"unit": b"s"}
+    assert r.to_arrow("reactions").num_rows == len(r)
+
+
 def test_a_missing_package_is_named(m, monkeypatch):
     import sys
 
@@ -116,6 +136,9 @@ def test_a_missing_package_is_named(m, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(stiction.InputError, match="pandas"):
         r.to_pandas()
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(stiction.InputError, match="pyarrow"):
+        r.to_parquet("nowhere")
 
 
 def test_a_released_pendulum_keeps_its_energy(pendulum):

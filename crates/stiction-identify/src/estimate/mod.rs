@@ -69,6 +69,8 @@ const FOLDS: usize = 5;
 /// Strengths of the prior that are compared.
 const STRENGTHS: [f64; 13] =
     [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4];
+/// Strength, at most, with which the noise is estimated at first.
+const WEAK: f64 = 1.0;
 /// Residual, in standard deviations, beyond which a row loses weight (Huber).
 const HUBER: f64 = 2.5;
 
@@ -149,7 +151,9 @@ impl Problem<'_> {
                 all.fold((0.0, 0), |(s, n), rows| (s + rows.right.norm_squared(), n + rows.len()));
             *noise = (sum / count.max(1) as f64).sqrt().max(1e-300);
         }
-        let mut strength = self.options.strength.unwrap_or(1.0);
+        // A strong pull with too large a noise reproduces this noise by its own error, so the noise comes from
+        // fits with a weak one first.
+        let mut strength = self.options.strength.map_or(WEAK, |own| own.min(WEAK));
         let mut values =
             DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.prior));
         let mut ratios = (1.0, f64::INFINITY);
@@ -158,10 +162,14 @@ impl Problem<'_> {
             let pieces = self.pieces(&map, &shift, &noise, &weights);
             let mut total = Normal::zero(map.matrix.ncols());
             pieces.iter().for_each(|piece| total.add(piece, 1.0));
-            if compares && round + 2 == ROUNDS {
-                let (best, ratio, plain) = self.chosen_strength(&map, &pieces, &total);
-                strength = self.options.strength.unwrap_or(best);
-                ratios = (ratio, plain);
+            if round + 2 == ROUNDS {
+                let mut chosen = self.options.strength;
+                if compares {
+                    let (best, ratio, plain) = self.chosen_strength(&map, &pieces, &total);
+                    chosen = chosen.or(Some(best));
+                    ratios = (ratio, plain);
+                }
+                strength = chosen.unwrap_or(strength);
             }
             let z = self.minimum(&map, &total, strength);
             values = &map.base + &map.matrix * z;

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import difflib
 import html
+import json
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -13,8 +15,11 @@ from numpy.typing import NDArray
 from ._errors import Error, InputError, UnknownNameError, _text
 
 if TYPE_CHECKING:
+    import os
+
     import pandas
     import polars
+    import pyarrow
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -113,8 +118,27 @@ class Table:
             raise _missing("polars") from error
         return polars.DataFrame(dict(zip(self.columns, self._values, strict=True)))
 
+    def to_arrow(self) -> pyarrow.Table:
+        """The table as a pyarrow Table. The metadata of a field contain the unit of its column."""
+        try:
+            import pyarrow
+        except ImportError as error:
+            raise _missing("pyarrow") from error
+        fields = [
+            pyarrow.field(header, pyarrow.float64(), metadata={"unit": _unit(header)})
+            for header in self.columns
+        ]
+        columns = [pyarrow.array(np.ascontiguousarray(values)) for values in self._values]
+        return pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields))
+
     def __repr__(self) -> str:
         return f"<table {self.name}: {len(self)} rows, {len(self.columns)} columns>"
+
+
+def _unit(header: str) -> str:
+    """The unit in the square brackets of a header."""
+    _, bracket, rest = header.rpartition(" [")
+    return rest.removesuffix("]") if bracket else ""
 
 
 def _missing(package: str) -> InputError:
@@ -265,6 +289,31 @@ class Results:
     def to_polars(self, table: str | None = None) -> polars.DataFrame:
         """A table as a polars DataFrame; without a name the main one."""
         return self._table(None if table is None else _text("table", table)).to_polars()
+
+    def to_arrow(self, table: str | None = None) -> pyarrow.Table:
+        """A table as a pyarrow Table; without a name the main one."""
+        return self._table(None if table is None else _text("table", table)).to_arrow()
+
+    def to_parquet(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Writes all tables into a folder, one Parquet file each, and returns their paths.
+
+        The metadata of each file contain the summary of the run as JSON, those of its fields the units.
+        A file appears complete or not at all.
+        """
+        tables = {name: table.to_arrow() for name, table in self.tables.items()}
+        import pyarrow.parquet
+
+        place = Path(folder)
+        place.mkdir(parents=True, exist_ok=True)
+        summary = {"stiction.summary": json.dumps(self.summary)}
+        written = []
+        for name, table in tables.items():
+            path = place / f"{name}.parquet"
+            part = path.with_suffix(".parquet.part")
+            pyarrow.parquet.write_table(table.replace_schema_metadata(summary), part)
+            part.replace(path)
+            written.append(path)
+        return written
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.model}: {len(self)} samples>"

@@ -67,6 +67,10 @@ impl Reader<'_, '_> {
                 Some("false") => false,
                 _ => self.settings.autolimits,
             };
+            if is_limited && range[0] != -range[1] {
+                let message = format!("the smaller side of `{key}` is left out");
+                context.note(message, Some(element.place()));
+            }
             let most = range[0].abs().max(range[1].abs());
             (is_limited && most > 0.0).then_some(most)
         };

@@ -101,6 +101,11 @@ impl Reader<'_, '_> {
             let message = "a body that a program moves (mocap) is held at its pose";
             self.context.note(message, Some(element.place()));
         }
+        if element.number(self.context, "gravcomp").is_some_and(|part| part != 0.0) {
+            let message =
+                "gravity compensation (gravcomp) is left out: the efforts carry the whole weight";
+            self.context.note(message, Some(element.place()));
+        }
         let joint = |item: &&Item<'_>| matches!(item.element.tag.as_str(), "joint" | "freejoint");
         let joints: Vec<(Element, Pose<f64>)> = items
             .iter()

@@ -151,6 +151,15 @@ impl Reader<'_, '_> {
         };
         let range = element.numbers::<2>(context, "range").map(|range| range.map(measure));
         let stiffness = self.first(element, "stiffness");
+        let damper = element.list(context, "springdamper").unwrap_or_default();
+        if damper.iter().any(|number| *number > 0.0) {
+            let message = "springdamper (time constant and damping ratio) is left out: write stiffness and damping";
+            context.note(message, Some(element.place()));
+        }
+        if element.attribute("actuatorfrcrange").is_some() {
+            let message = "actuatorfrcrange is left out: limits belong to motors (forcerange)";
+            context.note(message, Some(element.place()));
+        }
         let rest = number("springref").map_or(0.0, measure);
         let positive = |value: f64| value.max(0.0);
         Coordinate {

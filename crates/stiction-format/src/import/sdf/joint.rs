@@ -20,13 +20,17 @@ impl Reader<'_, '_> {
         let context = self.context;
         let name = model.full(element.required(context, "name")?);
         let word = element.required(context, "type")?;
+        if word == "gearbox" {
+            // It couples two other joints.
+            return Some(());
+        }
         let (from, to) = (self.end(model, element, "parent")?, self.end(model, element, "child")?);
         let place = self.frames.pose(&name);
         let add = |reader: &mut Self, name: String, kind, ends, rotation, key: Option<&str>| {
             reader.add_joint((model, element), (name, kind, ends), Pose { rotation, ..place }, key)
         };
         let kind = match word {
-            "revolute" | "continuous" | "gearbox" => JointType::Revolute,
+            "revolute" | "continuous" => JointType::Revolute,
             "prismatic" => JointType::Prismatic,
             "screw" => JointType::Helical,
             "ball" => JointType::Spherical,
@@ -49,10 +53,6 @@ impl Reader<'_, '_> {
                 return None;
             }
         };
-        if word == "gearbox" {
-            let message = "the ratio of a gearbox is left out";
-            context.note(message, Some(element.place()));
-        }
         let rotation = match kind {
             JointType::Spherical | JointType::Fixed => place.rotation,
             JointType::Universal => {
@@ -126,7 +126,7 @@ impl Reader<'_, '_> {
     }
 
     /// Body of one end of a joint: a link, or the link that carries a frame.
-    fn end(&self, model: &Model, element: &Element, tag: &str) -> Option<usize> {
+    pub(super) fn end(&self, model: &Model, element: &Element, tag: &str) -> Option<usize> {
         let context = self.context;
         let Some(end) = element.child(tag).filter(|end| !end.text.is_empty()) else {
             let message = format!("{} has no <{tag}>", element.title());
@@ -146,7 +146,7 @@ impl Reader<'_, '_> {
     }
 
     /// Direction of an axis in the world.
-    fn axis(&self, model: &Model, element: &Element, key: &str) -> Option<Vec3<f64>> {
+    pub(super) fn axis(&self, model: &Model, element: &Element, key: &str) -> Option<Vec3<f64>> {
         let context = self.context;
         let joint = model.full(element.get("name")?);
         let Some(axis) = element.child(key) else {

@@ -1,6 +1,7 @@
 //! SDF: links and joints between them, loops included.
 
 mod frames;
+mod gearbox;
 mod joint;
 mod link;
 mod models;
@@ -68,6 +69,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description>
     for model in &found.models {
         for joint in model.element.all("joint") {
             reader.read_mimic(model, joint);
+            reader.read_gearbox(model, joint);
         }
         reader.hold(model);
     }

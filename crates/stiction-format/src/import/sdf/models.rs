@@ -63,7 +63,8 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
     }
     let around = worlds.first().copied().unwrap_or(root);
     let is_model = |child: &&Element| matches!(child.tag.as_str(), "model" | "include");
-    let top: Vec<&Element> = around.children.iter().filter(is_model).collect();
+    let top = around.children.iter().filter(is_model);
+    let top: Vec<&Element> = top.filter(|element| !is_scenery(context, element)).collect();
     if top.is_empty() {
         let message = "the file has no model".to_owned();
         context.error("missing", message, &root.place(), "an SDF file has <model> elements");
@@ -97,6 +98,20 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
 }
 
 type Outer = (String, (u32, u32), bool, bool);
+
+/// Models of Gazebo's library in nearly every world, which have no moving part.
+const SCENERY: [&str; 2] = ["model://sun", "model://ground_plane"];
+
+/// Notes an included model that is left out because it has no moving part.
+fn is_scenery(context: &Context<'_>, element: &Element) -> bool {
+    let uri = element.child("uri").map_or("", |uri| uri.text.trim_end_matches('/'));
+    let is_scenery = element.tag == "include" && SCENERY.contains(&uri);
+    if is_scenery {
+        let message = format!("{} is left out: it has no moving part", quoted(uri));
+        context.note(message, Some(element.place()));
+    }
+    is_scenery
+}
 
 /// A model, or the model of an included file.
 fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pending> {

@@ -22,17 +22,18 @@ pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
         let positive = reader.efforts.iter().filter(|(_, effort)| **effort > 0.0);
         positive.map(|(joint, _)| *joint).collect()
     };
-    let chosen = if named.is_empty() { limited } else { named };
+    let has_names = !named.is_empty();
+    let chosen = if has_names { named } else { limited };
     let count = reader.robot.bodies.len();
     let joints = &reader.robot.joints;
-    let chosen = if !chosen.is_empty() {
-        chosen
-    } else if joints.len() + 1 == count {
-        // An open chain: everything that may have an effort.
-        let may = |joint: &usize| reader.efforts.get(joint) != Some(&0.0);
-        (0..joints.len()).filter(may).collect()
-    } else {
-        Vec::new()
+    let is_open = joints.len() + 1 == count;
+    let chosen = match is_open && !has_names {
+        // An open chain: everything that may have an effort, also without a limit.
+        true => {
+            let may = |joint: &usize| reader.efforts.get(joint) != Some(&0.0);
+            (0..joints.len()).filter(may).collect()
+        }
+        false => chosen,
     };
     let follows: Vec<usize> =
         reader.robot.gearings.iter().map(|gearing| gearing.terms[0].0).collect();
@@ -64,8 +65,14 @@ pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
         }
     }
     let message = match any {
+        true if has_names => {
+            "SDF does not say which joints have motors: those that plugins name are actuated"
+        }
+        true if is_open => {
+            "SDF does not say which joints have motors: those whose limit of the effort is not 0 are actuated"
+        }
         true => {
-            "SDF does not say which joints have motors: those that may have an effort are actuated"
+            "SDF does not say which joints have motors: those with a limit of the effort above 0 are actuated"
         }
         false => "the file does not say which joints have motors: add `actuated = true` to them",
     };

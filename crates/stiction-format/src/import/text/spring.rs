@@ -49,9 +49,7 @@ pub(super) fn write(out: &mut String, robot: &Description) {
             let _ = writeln!(out, "\n{}", line(joint.place.as_ref(), &header));
             let _ = writeln!(out, "joint = {}", text(&name));
             let _ = writeln!(out, "stiffness = {}", quantity(stiffness, unit));
-            if rest != "0" {
-                let _ = writeln!(out, "rest = {rest}");
-            }
+            let _ = writeln!(out, "rest = {rest}");
         }
     }
 }

@@ -239,3 +239,35 @@ fn what_floats_is_said() {
     assert_eq!(mobility(&model), 6);
     assert!(imported.notes.iter().any(|note| note.message.contains("it floats")));
 }
+
+/// What the model lacks is listed, and scenery is no reason to refuse a world.
+#[test]
+fn what_is_left_out_is_listed() {
+    let mjcf = "<mujoco><worldbody><body name='a' gravcomp='1'>
+        <joint name='j' axis='0 1 0' stiffness='5' springdamper='0.2 1' actuatorfrcrange='-3 3'/>
+        <geom type='box' size='.1 .02 .02' pos='.1 0 0'/></body></worldbody>
+        <actuator><motor joint='j' forcerange='-1 3'/></actuator></mujoco>";
+    let imported = convert("r.xml", mjcf);
+    let notes: Vec<String> = imported.notes.iter().map(|note| note.line()).collect();
+    for word in ["gravcomp", "springdamper", "actuatorfrcrange", "`forcerange`"] {
+        assert!(notes.iter().any(|note| note.contains(word)), "{word}: {notes:?}");
+    }
+    // A spring without a reference is at rest at zero.
+    let _: ModelFile = model(&imported);
+    assert!(imported.text.contains("stiffness = 5\nrest = 0\n"), "{}", imported.text);
+
+    let link = "<link name='a'><inertial><pose>0.1 0 0 0 0 0</pose><mass>1</mass>
+        <inertia><ixx>0.01</ixx><iyy>0.02</iyy><izz>0.015</izz></inertia></inertial></link>";
+    let sdf = format!(
+        "<sdf version='1.6'><world name='w'><include><uri>model://sun</uri></include>
+         <include><uri>model://ground_plane</uri></include><model name='m'>{link}
+         <joint name='j' type='revolute'><parent>world</parent><child>a</child><axis><xyz>0 1 0</xyz></axis></joint>
+         </model></world></sdf>"
+    );
+    let imported = convert("r.sdf", &sdf);
+    let notes: Vec<String> = imported.notes.iter().map(|note| note.line()).collect();
+    for name in ["sun", "ground_plane"] {
+        assert!(notes.iter().any(|note| note.contains(name)), "{name}: {notes:?}");
+    }
+    assert!(imported.text.contains("[joints.j]"), "{}", imported.text);
+}

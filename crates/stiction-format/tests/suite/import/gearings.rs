@@ -131,3 +131,36 @@ fn motors_of_several_joints() {
     assert!(alone.mechanism.drive_trains().is_empty());
     assert!(said.contains("does not determine the effort of each: it is left out"), "{said}");
 }
+
+/// A gearbox of SDF couples the hinges between its links and its reference body; without them it is refused.
+#[test]
+fn a_gearbox_is_a_gearing() {
+    let link = |name: &str| {
+        format!(
+            "<link name='{name}'><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"
+        )
+    };
+    // The second hinge runs from the link to the base, and its axis is reversed: theta_2 = -(-k) = k.
+    let text = |reference: &str| {
+        format!(
+            "<sdf version='1.6'><model name='m'>{}{}{}
+             <joint name='w' type='fixed'><parent>world</parent><child>base</child></joint>
+             <joint name='j' type='revolute'><parent>base</parent><child>a</child><axis><xyz>0 1 0</xyz></axis></joint>
+             <joint name='k' type='revolute'><parent>b</parent><child>base</child><axis><xyz>0 -1 0</xyz></axis></joint>
+             <joint name='g' type='gearbox'><parent>a</parent><child>b</child>
+             <gearbox_reference_body>{reference}</gearbox_reference_body><gearbox_ratio>5</gearbox_ratio>
+             <axis><xyz>0 1 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint></model></sdf>",
+            link("base"),
+            link("a"),
+            link("b")
+        )
+    };
+    let imported = convert("r.sdf", &text("base"));
+    let model: ModelFile = model(&imported);
+    let (terms, offset) = gearing(&model.mechanism, "k");
+    assert_eq!(offset, 0.0);
+    assert_eq!(terms.iter().find(|(joint, _)| joint == "j").unwrap().1, 5.0, "{}", imported.text);
+    assert_eq!(mobility(&model), 1);
+    let refused = super::tree::refused("r.sdf", &text("a"));
+    assert!(refused.contains("couples no hinge between its <parent>"), "{refused}");
+}

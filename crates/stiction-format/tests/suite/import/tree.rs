@@ -27,6 +27,13 @@ pub(super) fn with_files(
         .unwrap_or_else(|errors| panic!("{errors}"))
 }
 
+/// Errors of a text that cannot be converted.
+pub(super) fn refused(name: &str, text: &str) -> String {
+    let load = |_: &str| Err("there is no such file".to_owned());
+    let errors = import(&Source::new(name, text), ImportOptions { literal: false }, &load);
+    errors.map(|imported| imported.text).unwrap_err().render(false)
+}
+
 /// Reads the model of a conversion.
 pub(super) fn model(imported: &Imported) -> ModelFile {
     read(&Source::new("imported.toml", &imported.text), &|_| Err("no files".into()))
