@@ -168,6 +168,8 @@ pub fn identify(
             spinning.join(", ")
         ));
     }
+    let prior = differences(&parameters, &priors);
+    all.iter_mut().for_each(|log| log.keep_prior(&prior));
     let prior_errors: Vec<Vec<Option<f64>>> =
         all.iter().map(|log| errors(&log.block, &parameters, &priors)).collect();
     let held = &options.held.clone();

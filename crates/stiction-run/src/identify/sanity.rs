@@ -30,8 +30,6 @@ pub(super) fn wrong_efforts(
     (parameters, values): (&[Parameter], &[f64]),
     actuators: &[String],
 ) -> Vec<Doubt> {
-    let prior = parameters.iter().map(|p| if p.body().is_some() { 0.0 } else { p.prior });
-    let prior = DVector::from_iterator(parameters.len(), prior);
     let identified = differences(parameters, values);
     let frictionless =
         DVector::from_fn(identified.len(), |k, _| match parameters[k].kind.is_friction() {
@@ -41,11 +39,11 @@ pub(super) fn wrong_efforts(
     let mut found = Vec::new();
     for (channel, name) in actuators.iter().enumerate() {
         let (mut mm, mut pp, mut mp, mut left) = (0.0, 0.0, 0.0, 0.0);
-        for rows in logs.iter().map(|log| &log.block.channels[channel]) {
-            let predicted = &rows.measured - rows.residuals(&prior);
+        for log in logs {
+            let (rows, predicted) = (&log.block.channels[channel], &log.by_model[channel]);
             mm += rows.measured.norm_squared();
             pp += predicted.norm_squared();
-            mp += rows.measured.dot(&predicted);
+            mp += rows.measured.dot(predicted);
             left += rows.residuals(&identified).norm_squared();
         }
         if mm == 0.0 {

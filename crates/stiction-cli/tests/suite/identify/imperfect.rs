@@ -138,3 +138,32 @@ fn a_wrong_centre_of_mass_is_no_wrong_sign() {
     assert!(cautions.contains("as negative friction would"), "{cautions}");
     assert_ne!(result["verdict"], "identified");
 }
+
+/// A strong pull to a wrong model must not take its own error for noise: nearly exact data decide, with any prior.
+#[test]
+fn a_wrong_model_does_not_hold_the_values() {
+    let folder = Folder::new("identify-prior");
+    folder.write("log.csv", &pendulum_log(&folder, 1.0));
+    let model = pendulum(-0.2).replace("mass = 2", "mass = 1.4");
+    folder.write("light.toml", &model);
+    folder.write("strong.toml", "prior = 10000\n");
+    let options: [&[&str]; 2] = [&[], &["--options", "strong.toml"]];
+    for options in options {
+        let arguments = ["identify", "light.toml", "log.csv", "--filter", "8 Hz", "--json"];
+        let result = json(folder.stiction(&[&arguments[..], options].concat()).succeeds());
+        assert_eq!(result["verdict"], "identified", "{options:?}: {:#}", result["cautions"]);
+        let found = parameter(&result, "bar.mx");
+        let [value, sigma] = ["value", "sigma"].map(|key| found[key].as_f64().unwrap());
+        // Truth: 2 kg at -0.2 m.
+        assert!((value + 0.4).abs() < 4.0 * sigma && sigma < 0.002, "{value} +- {sigma}");
+    }
+}
+
+/// Efforts in millinewton metres that are declared as newton metres are named.
+#[test]
+fn a_wrong_unit_of_efforts_is_named() {
+    let folder = Folder::new("identify-unit");
+    folder.write("log.csv", &pendulum_log(&folder, 1000.0));
+    let said = folder.stiction(&["identify", "true.toml", "log.csv", "--filter", "8 Hz"]);
+    assert!(said.succeeds().contains("times those of the model: check their unit"), "{}", said.out);
+}

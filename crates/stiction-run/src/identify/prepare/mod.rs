@@ -12,9 +12,10 @@ use super::chosen::{assembled, chosen_coordinates, chosen_efforts, refuse};
 use super::options::LogSettings;
 use loads::MuColumns;
 use motion::{Motion, Used};
+use nalgebra::DVector;
 use stiction_core::kinematics::Coordinate;
 use stiction_format::{Drives, Log, ModelFile};
-use stiction_identify::{Block, Choice, Regressor};
+use stiction_identify::{Block, Choice, Regressor, Rows};
 
 /// A log with its options.
 #[derive(Clone, Debug)]
@@ -51,9 +52,17 @@ pub(super) struct Prepared {
     /// Standard deviation of white noise of each effort after the filter, N or N m; none for steady motions.
     pub(super) effort_noise: Option<Vec<f64>>,
     pub(super) cautions: Vec<String>,
+    /// Efforts of the model as it was, for the rows of each actuator; see [`Self::keep_prior`].
+    pub(super) by_model: Vec<DVector<f64>>,
 }
 
 impl Prepared {
+    /// Keeps the efforts of these values, those of the model, before a fit changes the columns of friction.
+    pub(super) fn keep_prior(&mut self, at: &DVector<f64>) {
+        let each = |rows: &Rows| &rows.measured - rows.residuals(at);
+        self.by_model = self.block.channels.iter().map(each).collect();
+    }
+
     pub(super) fn new(
         model: &ModelFile,
         log: &MeasuredLog,
@@ -135,6 +144,7 @@ impl Prepared {
             cutoff,
             effort_noise: measured.noise,
             cautions,
+            by_model: Vec::new(),
         })
     }
 }
