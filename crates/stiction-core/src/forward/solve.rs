@@ -66,7 +66,8 @@ impl Forward {
             for (place, dof) in interface.shape.dofs().enumerate() {
                 let joint = interface.joint;
                 // Several interfaces of one DOF share its static friction.
-                if constrained.iter().any(|c| c.actuated && (c.joint, c.dof) == (joint, dof)) {
+                let prescribed = &constrained[..targets.len().min(self.prescribed.len())];
+                if prescribed.iter().any(|c| (c.joint, c.dof) == (joint, dof)) {
                     continue;
                 }
                 sticking.push(StickingDof { interface: index, place, row: constrained.len() });
@@ -158,7 +159,7 @@ impl Forward {
         let Solved { balance, constrained, sticking, workspace, .. } = solved;
         let measures = (&data.friction_scales[..], &data.reference_frictions[..]);
         self.constrain(&data.targets, modes, measures, constrained, sticking);
-        balance.rows.update(&self.topology, &self.parameters, &data.bodies, constrained);
+        balance.rows.update_rows(&self.topology, &self.parameters, &data.bodies, constrained);
         balance.update(self, data, workspace).map_err(Unsolved::Massless)?;
         self.couple(data, modes, known, bound, solved)
     }
@@ -205,10 +206,21 @@ impl Forward {
         }
         let given = (&efforts[..], &sticking[..]);
         coupling.update((self, data), frictions, balance, given, workspace);
-        *coupling_bound = bound.then(|| coupling.bound(self, data));
-        coupling
-            .solve((self, data), frictions, balance, known, (workspace, coupled))
-            .map_err(Unsolved::Locked)?;
+        *coupling_bound = None;
+        if bound {
+            coupling.need_influence((self, data), balance, sticking, workspace);
+            *coupling_bound = Some(coupling.bound(self, data));
+        }
+        let iterated = known.is_some_and(|known| {
+            let results = (&mut *workspace, &mut *coupled);
+            coupling.iterate((self, data), frictions, balance, known, results)
+        });
+        if !iterated {
+            coupling.need_influence((self, data), balance, sticking, workspace);
+            coupling
+                .solve((self, data), frictions, balance, known, (workspace, coupled))
+                .map_err(Unsolved::Locked)?;
+        }
         balance.keep_passive_spins(self, data, &mut coupled.response.accelerations);
         Ok(())
     }
@@ -220,7 +232,8 @@ impl Forward {
         modes: &[InterfaceMode],
         solved: &mut Solved,
     ) -> Vec<Competitor> {
-        let Solved { coupled, balance, frictions, coupling, workspace, .. } = solved;
+        let Solved { coupled, balance, frictions, coupling, sticking, workspace, .. } = solved;
+        coupling.need_influence((self, data), balance, sticking, workspace);
         let others = coupling.others((self, data), frictions, balance, coupled, workspace);
         let competitor = |other: Coupled| Competitor {
             loads: other.loads,
