@@ -180,6 +180,26 @@ impl ConstraintRows {
         }
     }
 
+    /// Product of a row with rates or accelerations of the tree, without the matrix.
+    pub(super) fn product(
+        &self,
+        (topology, parameters): (&Topology, &Parameters<f64>),
+        bodies: &Bodies<f64>,
+        index: usize,
+        rates: &[f64],
+    ) -> f64 {
+        let row = &self.rows[index];
+        if let Some(gearing) = row.gearing {
+            let terms = topology.gearings[gearing].terms(parameters);
+            return terms.map(|(tree_dof, coefficient)| coefficient * rates[tree_dof]).sum();
+        }
+        let mut sum = 0.0;
+        each_dof(topology, row.joint, |tree_dof, sign| {
+            sum += sign * bodies.screws[tree_dof].power(row.covector) * rates[tree_dof];
+        });
+        sum
+    }
+
     /// Writes the matrix with its rows scaled, and its columns by `columns`, reusing the buffer.
     pub(super) fn scale_into(&self, columns: &[f64], scaled: &mut Vec<f64>) {
         scaled.clone_from(&self.matrix);

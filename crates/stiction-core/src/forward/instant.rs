@@ -205,8 +205,7 @@ impl Forward {
                 // Sticking DOFs are in the order of the interfaces.
                 let first = solved.sticking.partition_point(|dof| dof.interface < index);
                 let own = solved.sticking[first..].iter();
-                for &StickingDof { place, row, .. } in
-                    own.take_while(|dof| dof.interface == index)
+                for &StickingDof { place, row, .. } in own.take_while(|dof| dof.interface == index)
                 {
                     let row = self.topology.closures() + row;
                     friction[place] = -solved.coupled.response.multipliers[row] / arms[place];

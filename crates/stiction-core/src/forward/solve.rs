@@ -11,6 +11,9 @@ use crate::friction_problem::continuation::Lock;
 use crate::kinematics::{Bodies, Target};
 use crate::spatial::Wrench;
 
+/// Number of DOFs of the tree from which decisions, too, are made with the sparse balance.
+const LARGE: usize = 150;
+
 /// Solution of accelerations and reactions for given modes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solved {
@@ -134,7 +137,8 @@ impl Forward {
     }
 
     /// Solves for given modes, starting from `known` normal loads; with `bound` also computes the
-    /// coupling bound.
+    /// coupling bound. Decisions between stick and slip compare accelerations with round-off, which
+    /// the dense balance has less of: it serves here except for large mechanisms.
     pub(super) fn solve(
         &self,
         data: &Data,
@@ -143,6 +147,7 @@ impl Forward {
         bound: bool,
     ) -> Result<Solved, Unsolved> {
         let mut solved = Solved::default();
+        solved.balance.stays_dense = self.topology.dofs() < LARGE;
         self.solve_into(data, modes, known, bound, &mut solved)?;
         Ok(solved)
     }

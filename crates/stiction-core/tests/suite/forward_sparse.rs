@@ -65,9 +65,8 @@ fn random_mechanisms_agree_with_the_dense_solution() {
     for class in CLASSES {
         for seed in 300..312 {
             let (_, case) = case(class, seed, 0.2);
-            let start = |model: &Forward| {
-                model.assemble(&[], &case.coordinates, &case.targets).ok()
-            };
+            let start =
+                |model: &Forward| model.assemble(&[], &case.coordinates, &case.targets).ok();
             let _ = both(&case.mechanism, &[], start, |a, b| {
                 if !a.events().is_empty() {
                     // Impacts: the instants of events, and with them all results, have the error
@@ -125,9 +124,13 @@ fn row(count: usize) -> Mechanism {
     };
     for k in 0..=count {
         let at = v(k as f64, 0.0, 0.0);
-        builder = builder
-            .body(body(format!("c{k}"), 0.0))
-            .joint(joint(format!("g{k}"), "ground".into(), format!("c{k}"), at, origin));
+        builder = builder.body(body(format!("c{k}"), 0.0)).joint(joint(
+            format!("g{k}"),
+            "ground".into(),
+            format!("c{k}"),
+            at,
+            origin,
+        ));
         if k > 0 {
             let (before, coupler) = (format!("c{}", k - 1), format!("k{k}"));
             builder = builder

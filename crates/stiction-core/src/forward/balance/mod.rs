@@ -20,6 +20,7 @@ mod redundancy;
 mod respond;
 mod response;
 mod sparse;
+mod stages;
 
 pub(super) use cholesky::{factor, solve_factored};
 pub(super) use respond::{Four, Workspace};
@@ -53,6 +54,8 @@ pub(super) struct Balance {
     pub(super) rows: ConstraintRows,
     /// Sparse solution, if the structure of the model suits it.
     sparse: Option<Box<SparseBalance>>,
+    /// True if the balance is to be solved densely.
+    pub(super) stays_dense: bool,
     /// True if the sparse solution holds; all that follows is then that of the dense one at another
     /// position, and of no use.
     is_sparse: bool,
@@ -98,7 +101,7 @@ impl Balance {
         data: &Data,
         workspace: &mut Workspace,
     ) -> Result<(), Massless> {
-        if self.sparse.is_none() {
+        if self.sparse.is_none() && !self.stays_dense {
             self.sparse = SparseBalance::new(model).map(Box::new);
         }
         let Self { rows, sparse, .. } = self;

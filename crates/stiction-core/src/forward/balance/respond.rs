@@ -4,6 +4,7 @@ use super::cholesky::solve_factored;
 use super::redundancy;
 use super::response::Response;
 use super::sparse::SparseWorkspace;
+use super::stages::Stages;
 use super::{Balance, dot, fill};
 use crate::forward::Forward;
 use crate::forward::constraint_jacobian::each_dof;
@@ -15,47 +16,13 @@ use crate::topology::{Link, Role};
 /// Corresponding values of four responses, one per lane.
 pub(in crate::forward) type Four = Lanes<f64, 4>;
 
-/// Response with its intermediate quantities.
-#[derive(Clone, Debug)]
-pub(super) struct Stages<T> {
-    /// Generalised forces on the tree: first all, then the component that the constraints must
-    /// balance.
-    pub(super) forces: Vec<T>,
-    /// Accelerations along the null space.
-    along: Vec<T>,
-    pub(super) accelerations: Vec<T>,
-    pub(super) multipliers: Vec<T>,
-    /// Change of each body's acceleration.
-    twists: Vec<Twist<T>>,
-    /// Wrench that joints must exert on each body.
-    pub(super) demand: Vec<Wrench<T>>,
-    /// The same at zero acceleration and without multipliers.
-    pub(super) demand_at_rest: Vec<Wrench<T>>,
-    pub(super) wrenches: Vec<Wrench<T>>,
-}
-
-impl<T> Default for Stages<T> {
-    fn default() -> Self {
-        Self {
-            forces: Vec::new(),
-            along: Vec::new(),
-            accelerations: Vec::new(),
-            multipliers: Vec::new(),
-            twists: Vec::new(),
-            demand: Vec::new(),
-            demand_at_rest: Vec::new(),
-            wrenches: Vec::new(),
-        }
-    }
-}
-
 /// Buffers for responses.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Workspace {
     right: Vec<f64>,
-    pub(super) one: Stages<f64>,
+    one: Stages<f64>,
     four: Stages<Four>,
-    pub(super) sparse: SparseWorkspace,
+    sparse: SparseWorkspace,
     redundancy: redundancy::Workspace,
 }
 
@@ -111,7 +78,8 @@ impl Balance {
         }
         match self.sparse() {
             Some(sparse) => {
-                self.respond_sparse(sparse, (model, data), efforts, whole, workspace);
+                let buffers = (&mut workspace.one, &mut workspace.sparse);
+                self.respond_sparse(sparse, (model, data), efforts, whole, buffers);
             }
             None => self.accelerate(model, data, efforts, whole, one),
         }

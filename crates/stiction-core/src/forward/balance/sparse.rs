@@ -1,6 +1,6 @@
 //! Sparse solution of the balance: elimination of the tree, then of the loop closures.
 
-use super::respond::{Stages, Workspace};
+use super::stages::Stages;
 use super::{Balance, fill};
 use crate::forward::Forward;
 use crate::forward::constraint_jacobian::{ConstraintRow, ConstraintRows};
@@ -26,6 +26,8 @@ pub(super) struct SparseBalance {
     rows: Vec<(usize, usize)>,
     /// True if constraints were redundant at the last position.
     is_redundant: bool,
+    /// True if static friction or actuators constrain DOFs of cut joints.
+    holds_cuts: bool,
 }
 
 /// Buffers of responses.
@@ -37,6 +39,7 @@ pub(super) struct SparseWorkspace {
     change: Vec<Part>,
     rest: Vec<Part>,
     along: Vec<f64>,
+    correction: Vec<f64>,
     closures: Buffers,
 }
 
@@ -50,6 +53,7 @@ impl SparseBalance {
             prescribed: Vec::new(),
             rows: Vec::new(),
             is_redundant: false,
+            holds_cuts: false,
         })
     }
 
@@ -58,7 +62,7 @@ impl SparseBalance {
     /// static frictions.
     pub(super) fn update(&mut self, model: &Forward, data: &Data, rows: &ConstraintRows) -> bool {
         let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { tree, closures, prescribed, rows: of_tree, is_redundant } = self;
+        let Self { tree, closures, prescribed, rows: of_tree, is_redundant, holds_cuts } = self;
         if !closures.assign(topology, &rows.rows) {
             return false;
         }
@@ -100,6 +104,7 @@ impl SparseBalance {
             return false;
         }
         let in_cuts = closures.places.iter().flatten().count();
+        *holds_cuts = in_cuts > topology.constraints;
         *is_redundant = closures.rank < in_cuts;
         !*is_redundant || (rows.rows.len() == first && parameters.compliance.is_none())
     }
@@ -129,13 +134,20 @@ impl Balance {
         (model, data): (&Forward, &Data),
         efforts: &[(usize, Wrench<f64>)],
         whole: bool,
-        workspace: &mut Workspace,
+        (one, buffers): (&mut Stages<f64>, &mut SparseWorkspace),
     ) {
         let (topology, rows) = (&model.topology, &self.rows.rows);
         let SparseBalance { tree, closures, .. } = sparse;
-        let Workspace { one, sparse: buffers, .. } = workspace;
-        let SparseWorkspace { carried, reduced, multipliers, change, rest, along, closures: more } =
-            buffers;
+        let SparseWorkspace {
+            carried,
+            reduced,
+            multipliers,
+            change,
+            rest,
+            along,
+            correction,
+            closures: more,
+        } = buffers;
         for &(tree_dof, row) in &sparse.rows {
             one.accelerations[tree_dof] = if whole { rows[row].right } else { 0.0 };
         }
@@ -162,6 +174,29 @@ impl Balance {
             along.clear();
             along.extend((0..pivots.len()).map(|d| reduced[d] + closures.along(d, multipliers)));
             tree.accelerate(topology, along, &mut one.accelerations, carried);
+            if sparse.holds_cuts {
+                // Where friction holds a mechanism its accelerations vanish, and their round-off is
+                // that of the much larger ones without constraints.
+                fill(rest, multipliers.len(), [0.0; BLOCK]);
+                let of = (&**topology, &model.parameters);
+                for (index, place) in closures.places.iter().enumerate() {
+                    if let Some(at) = place {
+                        let right = if whole { rows[index].right } else { 0.0 };
+                        let own = self.rows.product(of, &data.bodies, index, &one.accelerations);
+                        rest[at.block][at.row] = right - own;
+                    }
+                }
+                closures.scaled(rest);
+                closures.solve(rest, more);
+                along.clear();
+                along.extend((0..pivots.len()).map(|d| closures.along(d, rest)));
+                fill(correction, pivots.len(), 0.0);
+                tree.accelerate(topology, along, correction, carried);
+                one.accelerations.iter_mut().zip(&*correction).for_each(|(a, c)| *a += c);
+                for (sum, rest) in multipliers.iter_mut().zip(&*rest) {
+                    (0..BLOCK).for_each(|k| sum[k] += rest[k]);
+                }
+            }
             one.multipliers.clear();
             one.multipliers.extend(
                 closures

@@ -17,6 +17,9 @@ const ADDED: f64 = 1e-8;
 /// Pivots of independent rows exceed this, and those of dependent ones are less than [`DEPENDENT`].
 const INDEPENDENT: f64 = 1e-5;
 const DEPENDENT: f64 = 2e-7;
+/// Distance above which a solution without an added matrix needs no correction: its round-off is
+/// that of the system over the square of the distance.
+const REGULAR: f64 = 0.03;
 /// Residual relative to the right-hand side at which corrections end.
 const SETTLED: f64 = 1e-15;
 /// Largest number of corrections.
@@ -140,6 +143,11 @@ impl Closures {
             rank: 0,
             distance: 1.0,
         }
+    }
+
+    /// Number of blocks.
+    pub(in crate::forward) fn count(&self) -> usize {
+        self.counts.len()
     }
 
     /// Assigns rows to blocks and sets all values to zero. Returns false if a block has too many
@@ -368,6 +376,10 @@ impl Closures {
         solution.clear();
         solution.resize(right.len(), [0.0; BLOCK]);
         let mut before = f64::INFINITY;
+        if self.added == 0.0 && self.distance > REGULAR {
+            self.matrix.solve_with(right, one);
+            return;
+        }
         for _ in 0..CORRECTIONS {
             self.matrix.solve_with(residual, one);
             for (sum, change) in solution.iter_mut().zip(&*residual) {

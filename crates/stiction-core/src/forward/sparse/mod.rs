@@ -8,3 +8,4 @@
 
 pub(super) mod articulated;
 pub(super) mod closures;
+pub(super) mod rows;
