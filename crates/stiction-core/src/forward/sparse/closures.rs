@@ -34,6 +34,9 @@ pub(in crate::forward) enum Reach {
     Roots,
 }
 
+/// Definite matrix over the rows: calls its argument with each pair of rows and their entry.
+pub(in crate::forward) type Definite<'a> = &'a dyn Fn(&mut dyn FnMut(Place, Place, f64));
+
 /// Position of a row among the blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::forward) struct Place {
@@ -194,7 +197,7 @@ impl Closures {
     pub(in crate::forward) fn factor(
         &mut self,
         weights: impl Iterator<Item = f64>,
-        definite: Option<&dyn Fn(&mut dyn FnMut(Place, Place, f64))>,
+        definite: Option<Definite<'_>>,
     ) -> bool {
         self.weights.clear();
         self.weights.extend(weights);
