@@ -44,6 +44,8 @@ pub(super) struct StickingDof {
 pub(super) struct ConstraintRow {
     /// Joint; of a gearing its first one.
     pub(super) joint: usize,
+    /// DOF of the joint, if the row constrains a single one.
+    pub(super) dof: Option<usize>,
     /// Index in [`Topology::gearings`], for the row of a gearing. Its covector is zero: it acts on joints of the tree,
     /// whose wrenches follow from the bodies.
     pub(super) gearing: Option<usize>,
@@ -65,12 +67,13 @@ pub(super) struct ConstraintRow {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConstraintRows {
     pub(super) rows: Vec<ConstraintRow>,
-    /// Matrix over the DOFs of the tree, row by row.
+    /// Matrix over the DOFs of the tree, row by row; see [`Self::fill_matrix`].
     pub(super) matrix: Vec<f64>,
 }
 
 impl ConstraintRows {
-    /// Computes all rows, reusing the buffers. Bodies must be placed and, for the right-hand sides, moved.
+    /// Computes all rows and their matrix, reusing the buffers. Bodies must be placed and, for the
+    /// right-hand sides, moved.
     pub(super) fn update(
         &mut self,
         topology: &Topology,
@@ -78,8 +81,19 @@ impl ConstraintRows {
         bodies: &Bodies<f64>,
         constrained: &[ConstrainedDof],
     ) {
-        let n = topology.dofs();
-        let Self { rows, matrix } = self;
+        self.update_rows(topology, parameters, bodies, constrained);
+        self.fill_matrix(topology, parameters, bodies);
+    }
+
+    /// Computes all rows, but not their matrix, whose size is quadratic in the number of bodies.
+    pub(super) fn update_rows(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        constrained: &[ConstrainedDof],
+    ) {
+        let Self { rows, .. } = self;
         rows.clear();
         for cut in &topology.cuts {
             let joint = cut.joint;
@@ -91,6 +105,7 @@ impl ConstraintRows {
                 let right = -open.power(covector);
                 rows.push(ConstraintRow {
                     joint,
+                    dof: None,
                     gearing: None,
                     covector,
                     right,
@@ -105,6 +120,7 @@ impl ConstraintRows {
             let first = topology.nodes[gearing.nodes[0]].link;
             rows.push(ConstraintRow {
                 joint: if let Link::Joint { joint, .. } = first { joint } else { 0 },
+                dof: None,
                 gearing: Some(index),
                 covector: Wrench::zero(),
                 right: 0.0,
@@ -116,7 +132,8 @@ impl ConstraintRows {
         }
         for &ConstrainedDof { joint, dof, acceleration, actuated, scale, reference } in constrained
         {
-            let dof = &topology.joint_types[joint].dofs()[dof];
+            let place = dof;
+            let dof = &topology.joint_types[joint].dofs()[place];
             let covector = bodies.effort(dof, joint);
             // In a joint of the tree the joint rate is a rate of the tree.
             let right = match topology.role[joint] {
@@ -127,6 +144,7 @@ impl ConstraintRows {
             };
             rows.push(ConstraintRow {
                 joint,
+                dof: Some(place),
                 gearing: None,
                 covector,
                 right,
@@ -136,6 +154,17 @@ impl ConstraintRows {
                 scale: if dof.translates() { 1.0 / parameters.length } else { 1.0 },
             });
         }
+    }
+
+    /// Computes the matrix of the rows.
+    pub(super) fn fill_matrix(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+    ) {
+        let n = topology.dofs();
+        let Self { rows, matrix } = self;
         matrix.clear();
         matrix.resize(rows.len() * n, 0.0);
         for (row, entries) in rows.iter().zip(matrix.chunks_exact_mut(n.max(1))) {
@@ -149,6 +178,26 @@ impl ConstraintRows {
                 entries[tree_dof] = sign * bodies.screws[tree_dof].power(row.covector);
             });
         }
+    }
+
+    /// Product of a row with rates or accelerations of the tree, without the matrix.
+    pub(super) fn product(
+        &self,
+        (topology, parameters): (&Topology, &Parameters<f64>),
+        bodies: &Bodies<f64>,
+        index: usize,
+        rates: &[f64],
+    ) -> f64 {
+        let row = &self.rows[index];
+        if let Some(gearing) = row.gearing {
+            let terms = topology.gearings[gearing].terms(parameters);
+            return terms.map(|(tree_dof, coefficient)| coefficient * rates[tree_dof]).sum();
+        }
+        let mut sum = 0.0;
+        each_dof(topology, row.joint, |tree_dof, sign| {
+            sum += sign * bodies.screws[tree_dof].power(row.covector) * rates[tree_dof];
+        });
+        sum
     }
 
     /// Writes the matrix with its rows scaled, and its columns by `columns`, reusing the buffer.

@@ -12,6 +12,7 @@ use super::constraint_jacobian::StickingDof;
 use super::data::Data;
 use super::transmitted::LoadSide;
 use crate::friction_problem::continuation::{Lock, StepPolicy};
+use crate::friction_problem::fixed_point::FixedPoint;
 use crate::friction_problem::influence::Influence;
 use crate::friction_problem::load_problem::{LoadProblem, LoadWorkspace};
 use crate::friction_problem::newton::{UNBOUNDED, largest};
@@ -51,6 +52,9 @@ pub(super) struct Coupling {
     one: Response,
     all: Vec<(usize, Wrench<f64>)>,
     workspace: LoadWorkspace,
+    /// True if the problem has its influence, whose size is quadratic in the number of interfaces.
+    has_influence: bool,
+    fixed_point: FixedPoint,
 }
 
 /// Responses of the decomposed balance to the friction of one newton of each normal load.
@@ -73,7 +77,7 @@ impl Influence for Responses<'_> {
             let is_behind = load_side.is_behind(interfaces[row], interfaces[column]);
             if is_behind { units[column].1 } else { Wrench::zero() }
         };
-        if balance.is_redundant() {
+        if balance.is_redundant() || balance.is_sparse() {
             for (column, &unit) in units.iter().enumerate() {
                 balance.respond_into(model, data, &[unit], false, workspace, one);
                 let rows = units.iter().enumerate();
@@ -111,7 +115,8 @@ impl Coupling {
         (efforts, sticking): (&[(usize, Wrench<f64>)], &[StickingDof]),
         workspace: &mut Workspace,
     ) {
-        let Self { constant, base, problem, units, interfaces, one, .. } = self;
+        self.has_influence = false;
+        let Self { constant, base, problem, units, interfaces, .. } = self;
         let (rows, bodies) = (&balance.rows.rows[..], &data.bodies);
         let load_side = LoadSide { model, bodies, sticking, rows };
         let wrench = |interface: usize, part: [f64; 3]| {
@@ -142,9 +147,68 @@ impl Coupling {
                 interfaces.push(interface);
             }
         }
+    }
+
+    /// Computes the influence of the normal loads on each other, unless it is known.
+    pub(super) fn need_influence(
+        &mut self,
+        (model, data): (&Forward, &Data),
+        balance: &Balance,
+        sticking: &[StickingDof],
+        workspace: &mut Workspace,
+    ) {
+        if std::mem::replace(&mut self.has_influence, true) {
+            return;
+        }
+        let Self { problem, units, interfaces, one, .. } = self;
+        let (rows, bodies) = (&balance.rows.rows[..], &data.bodies);
+        let load_side = LoadSide { model, bodies, sticking, rows };
         let mut responses =
             Responses { model, data, balance, units, interfaces, load_side, one, workspace };
         problem.set_influence(&mut responses);
+    }
+
+    /// Solves near the `known` normal loads with one response for each iteration instead of one for
+    /// each interface. Returns false if the iteration does not contract, or if gears transmit
+    /// normal loads.
+    pub(super) fn iterate(
+        &mut self,
+        (model, data): (&Forward, &Data),
+        frictions: &[AffineFriction],
+        balance: &Balance,
+        known: &[f64],
+        (workspace, coupled): (&mut Workspace, &mut Coupled),
+    ) -> bool {
+        let has_gear = |i: &usize| model.parameters.interfaces[*i].load.gear.is_some();
+        if self.interfaces.iter().any(has_gear) {
+            return false;
+        }
+        let at = model.configuration(data);
+        let Self { constant, base, units, interfaces, all, fixed_point, workspace: own, .. } = self;
+        let Coupled { response, loads: found } = coupled;
+        if units.is_empty() {
+            own.loads.clear();
+            response.clone_from(base);
+        } else {
+            own.loads.clear();
+            own.loads.extend(interfaces.iter().map(|interface| known[*interface]));
+            let solved = fixed_point.solve(&mut own.loads, |loads, out| {
+                all.clone_from(constant);
+                let units = units.iter().zip(loads);
+                all.extend(units.map(|(&(joint, unit), load)| (joint, unit * *load)));
+                balance.respond_into(model, data, all, true, workspace, response);
+                out.clear();
+                out.extend(interfaces.iter().map(|&interface| {
+                    let wrench = response.wrenches[at.joint(interface)];
+                    at.normal_load(interface, wrench, frictions[interface].own).value
+                }));
+            });
+            if !solved {
+                return false;
+            }
+        }
+        self.note_loads((model, data), frictions, response, found);
+        true
     }
 
     /// Solves near the `known` normal loads, one for each interface, if a solution exists there;
@@ -228,6 +292,18 @@ impl Coupling {
             self.all.extend(units.map(|(&(joint, unit), load)| (joint, unit * *load)));
             balance.respond_into(model, data, &self.all, true, workspace, response);
         }
+        self.note_loads((model, data), frictions, response, found);
+    }
+
+    /// Writes the normal loads of all interfaces under a response.
+    fn note_loads(
+        &self,
+        (model, data): (&Forward, &Data),
+        frictions: &[AffineFriction],
+        response: &Response,
+        found: &mut Vec<f64>,
+    ) {
+        let loads = &self.workspace.loads;
         let at = model.configuration(data);
         found.clear();
         let mut solved = self.problem.interfaces().zip(loads).peekable();

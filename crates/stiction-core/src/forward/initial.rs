@@ -107,14 +107,15 @@ impl Forward {
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
         let masses = MassMatrix::new(topology, (parameters, &self.rotors), &mut bodies, &[]);
+        let mut matrix = Vec::new();
+        masses.matrix_into(topology, &bodies, &mut matrix);
         let free = basis.len() / n.max(1);
         // Without inertia the kinetic energy has no unique minimum: the minimum-norm rates remain.
         if free > 0
             && largest > 0.0
-            && let Ok(factored) = factor(&masses.matrix, &mut basis, n, &|_| false, &mut Vec::new())
+            && let Ok(factored) = factor(&matrix, &mut basis, n, &|_| false, &mut Vec::new())
         {
-            let momentum: Vec<f64> = masses
-                .matrix
+            let momentum: Vec<f64> = matrix
                 .chunks_exact(n)
                 .map(|row| row.iter().zip(&found).map(|(m, v)| m * v).sum())
                 .collect();

@@ -202,8 +202,10 @@ impl Forward {
             let mut load = solved.coupled.loads[index];
             let mut friction = [0.0; 3];
             if modes[index] == InterfaceMode::Sticks {
-                for &StickingDof { place, row, .. } in
-                    solved.sticking.iter().filter(|dof| dof.interface == index)
+                // Sticking DOFs are in the order of the interfaces.
+                let first = solved.sticking.partition_point(|dof| dof.interface < index);
+                let own = solved.sticking[first..].iter();
+                for &StickingDof { place, row, .. } in own.take_while(|dof| dof.interface == index)
                 {
                     let row = self.topology.closures() + row;
                     friction[place] = -solved.coupled.response.multipliers[row] / arms[place];

@@ -51,13 +51,11 @@ impl Inertia {
     }
 }
 
-/// Mass matrix and bias at one position and velocity.
+/// Inertia and bias at one position and velocity, and from them the mass matrix.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MassMatrix {
     /// Inertia of each body.
     pub(super) inertia: Vec<Inertia>,
-    /// Mass matrix of the tree, row by row.
-    pub(super) matrix: Vec<f64>,
     /// Wrench that the joints must exert on each body at zero acceleration of the tree.
     pub(super) bias_wrenches: Vec<Wrench<f64>>,
     /// Generalised forces of the bias wrenches on the DOFs of the tree.
@@ -69,13 +67,14 @@ pub(super) struct MassMatrix {
     pub(super) rotor_rows: Vec<f64>,
     /// Effort that each rotor takes per acceleration of each tree DOF.
     pub(super) taken_rows: Vec<f64>,
-    /// Buffers: composite inertia of each subtree, and its bias wrench.
-    composite: Vec<Inertia>,
+    /// Composite inertia of each subtree.
+    pub(super) composite: Vec<Inertia>,
+    /// Buffer: bias wrench of each subtree.
     subtree_wrenches: Vec<Wrench<f64>>,
 }
 
 impl MassMatrix {
-    /// Computes the mass matrix; bodies must be placed and moved.
+    /// Computes inertia and bias; bodies must be placed and moved.
     pub(super) fn new(
         topology: &Topology,
         (parameters, rotors): (&Parameters<f64>, &[Rotor]),
@@ -97,7 +96,7 @@ impl MassMatrix {
     ) {
         let count = bodies.pose.len();
         let n = topology.dofs();
-        let Self { inertia, matrix, bias_wrenches, bias, composite, subtree_wrenches, .. } = self;
+        let Self { inertia, bias_wrenches, bias, composite, subtree_wrenches, .. } = self;
         inertia.clear();
         inertia.extend((0..count).map(|b| Inertia::of(parameters, bodies, b)));
         bodies.acceleration.clone_from(&bodies.bias);
@@ -119,15 +118,38 @@ impl MassMatrix {
         }
         composite.clone_from(inertia);
         subtree_wrenches.clone_from(bias_wrenches);
-        matrix.clear();
-        matrix.resize(n * n, 0.0);
         bias.clear();
         bias.resize(n, 0.0);
         for node in topology.nodes.iter().rev() {
             let whole = composite[node.body];
             for tree_dof in node.tree_dofs.clone() {
-                let momentum = whole.times(bodies.screws[tree_dof]);
                 bias[tree_dof] = bodies.screws[tree_dof].power(subtree_wrenches[node.body]);
+            }
+            if let (Link::Joint { .. }, Some(parent)) = (node.link, node.parent) {
+                let parent = topology.nodes[parent].body;
+                composite[parent].add(&whole);
+                let wrench = subtree_wrenches[node.body];
+                subtree_wrenches[parent] += wrench;
+            }
+        }
+        self.update_rotors((topology, parameters), rotors, bodies);
+    }
+
+    /// Writes the mass matrix of the tree, row by row, reusing the buffer. Its size is quadratic in
+    /// the number of degrees of freedom, so only the dense solution of the balance asks for it.
+    pub(super) fn matrix_into(
+        &self,
+        topology: &Topology,
+        bodies: &Bodies<f64>,
+        matrix: &mut Vec<f64>,
+    ) {
+        let n = topology.dofs();
+        matrix.clear();
+        matrix.resize(n * n, 0.0);
+        for node in topology.nodes.iter().rev() {
+            let whole = self.composite[node.body];
+            for tree_dof in node.tree_dofs.clone() {
+                let momentum = whole.times(bodies.screws[tree_dof]);
                 let mut next = Some(node);
                 while let Some(above) = next {
                     for other in above.tree_dofs.clone() {
@@ -138,25 +160,40 @@ impl MassMatrix {
                     next = above.parent.map(|parent| &topology.nodes[parent]);
                 }
             }
-            if let (Link::Joint { .. }, Some(parent)) = (node.link, node.parent) {
-                let parent = topology.nodes[parent].body;
-                composite[parent].add(&whole);
-                let wrench = subtree_wrenches[node.body];
-                subtree_wrenches[parent] += wrench;
+        }
+        let rows =
+            self.rotor_rows.chunks_exact(n.max(1)).zip(self.taken_rows.chunks_exact(n.max(1)));
+        for (term, (row, taken)) in self.rotors.iter().zip(rows) {
+            for (i, a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+                for (entry, b) in matrix[i * n..][..n].iter_mut().zip(taken) {
+                    *entry += a * b;
+                }
+            }
+            // The moment on the carrying body.
+            if let Some((body, momentum)) = term.carrier {
+                let mut next = topology.node_of_body[body];
+                while let Some(node) = next {
+                    for i in topology.nodes[node].tree_dofs.clone() {
+                        let spin = momentum.dot(bodies.screws[i].angular);
+                        for (entry, a) in matrix[i * n..][..n].iter_mut().zip(row) {
+                            *entry += spin * a;
+                        }
+                    }
+                    next = topology.nodes[node].parent;
+                }
             }
         }
-        self.add_rotors((topology, parameters), rotors, bodies);
     }
 
-    /// Adds the inertia of rotors.
-    fn add_rotors(
+    /// Computes the rows of rotors and adds their bias.
+    fn update_rotors(
         &mut self,
         (topology, parameters): (&Topology, &Parameters<f64>),
         rotors: &[Rotor],
         bodies: &Bodies<f64>,
     ) {
         let n = topology.dofs();
-        let Self { matrix, bias, rotors: terms, rotor_parts, rotor_rows, taken_rows, .. } = self;
+        let Self { bias, rotors: terms, rotor_parts, rotor_rows, taken_rows, .. } = self;
         terms.clear();
         rotor_parts.clear();
         rotor_rows.clear();
@@ -167,24 +204,8 @@ impl MassMatrix {
         for (rotor, (row, taken)) in rotors.iter().zip(rows) {
             let term =
                 rotor.at((topology, parameters), bodies, (&mut *row, &mut *taken), rotor_parts);
-            for (i, a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-                bias[i] += a * term.bias;
-                for (entry, b) in matrix[i * n..][..n].iter_mut().zip(&*taken) {
-                    *entry += a * b;
-                }
-            }
-            // The moment on the carrying body.
-            if let Some((body, momentum)) = term.carrier {
-                let mut next = topology.node_of_body[body];
-                while let Some(node) = next {
-                    for i in topology.nodes[node].tree_dofs.clone() {
-                        let spin = momentum.dot(bodies.screws[i].angular);
-                        for (entry, a) in matrix[i * n..][..n].iter_mut().zip(&*row) {
-                            *entry += spin * a;
-                        }
-                    }
-                    next = topology.nodes[node].parent;
-                }
+            for (bias, a) in bias.iter_mut().zip(&*row).filter(|(_, a)| **a != 0.0) {
+                *bias += a * term.bias;
             }
             terms.push(term);
         }

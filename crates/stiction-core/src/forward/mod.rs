@@ -27,6 +27,7 @@ mod project;
 mod rotors;
 mod simulation;
 mod solve;
+mod sparse;
 mod stick;
 mod surface;
 mod time_stepping;
@@ -58,7 +59,11 @@ use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
 use rotors::{Rotor, shaft_friction};
+use sparse::closures::{Closures, Reach};
 use std::sync::Arc;
+
+/// Number of DOFs of the tree from which the sparse solution of the balance is the faster one.
+const SPARSE: usize = 24;
 
 /// Model of a mechanism for forward dynamics. Immutable.
 ///
@@ -116,6 +121,10 @@ pub struct Forward {
     rotors: Vec<Rotor>,
     /// Scale of each DOF of the tree: the characteristic length for translations, else one.
     columns: Vec<f64>,
+    /// Sparse system of the loop closures for accelerations; `None` where the balance is solved densely.
+    closures: Option<Arc<Closures>>,
+    /// The same for projections of positions and rates.
+    projections: Option<Arc<Closures>>,
 }
 
 impl Forward {
@@ -134,7 +143,41 @@ impl Forward {
         let columns = column_scales(&topology, parameters.length);
         let known = 0..topology.actuators.len();
         let prescribed = prescribed.iter().copied().filter(|a| known.contains(a)).collect();
-        Self { mechanism, topology, parameters, prescribed, rotors, columns }
+        let mut model = Self {
+            mechanism,
+            topology,
+            parameters,
+            prescribed,
+            rotors,
+            columns,
+            closures: None,
+            projections: None,
+        };
+        if model.is_sparse() {
+            model.solve_sparsely();
+        }
+        model
+    }
+
+    /// Returns whether the sparse solution of the balance is the faster one.
+    fn is_sparse(&self) -> bool {
+        self.topology.dofs() >= SPARSE
+    }
+
+    /// Solves the balance sparsely, whatever its size, if its structure allows.
+    #[doc(hidden)]
+    pub fn solve_sparsely(&mut self) {
+        let topology = &self.topology;
+        if self.rotors.is_empty() && topology.gearings.is_empty() {
+            self.closures = Some(Arc::new(Closures::new(topology, Reach::Roots)));
+            self.projections = Some(Arc::new(Closures::new(topology, Reach::Loop)));
+        }
+    }
+
+    /// Solves the balance densely, whatever its size: the oracle of the sparse solution.
+    #[doc(hidden)]
+    pub fn solve_densely(&mut self) {
+        (self.closures, self.projections) = (None, None);
     }
 
     /// The mechanism.

@@ -5,6 +5,7 @@ use super::balance::DEPENDENT;
 use super::constraint_jacobian::{ConstrainedDof, ConstraintRows};
 use super::error::ForwardError;
 use super::inputs::joint_coordinate;
+use super::sparse::rows::SparseRows;
 use crate::kinematics::{Bodies, Coordinate, State, Target, deviation, difference};
 use crate::linalg::RowSpace;
 use crate::mechanism::JointId;
@@ -40,6 +41,9 @@ pub(super) struct Projection {
     errors: Vec<f64>,
     scaled: Vec<f64>,
     space: RowSpace,
+    /// Sparse decomposition, if the structure of the model suits it, and whether it holds.
+    sparse: Option<SparseRows>,
+    is_sparse: bool,
     values: Vec<f64>,
     step: Vec<f64>,
 }
@@ -54,22 +58,39 @@ impl Projection {
             errors: Vec::new(),
             scaled: Vec::new(),
             space: RowSpace::default(),
+            sparse: SparseRows::new(model),
+            is_sparse: false,
             values: Vec::new(),
             step: Vec::new(),
         }
     }
 
-    /// Decomposes the scaled rows.
-    fn decompose(&mut self, columns: &[f64]) {
-        let n = columns.len();
-        let Self { rows, scaled, space, .. } = self;
-        rows.scale_into(columns, scaled);
-        space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
+    /// Decomposes the rows, without `frozen` DOFs.
+    fn decompose(&mut self, model: &Forward, frozen: &[bool]) {
+        let Self { bodies, rows, scaled, space, sparse, is_sparse, .. } = self;
+        *is_sparse = sparse.as_mut().is_some_and(|s| s.decompose(model, bodies, rows, frozen));
+        if *is_sparse {
+            return;
+        }
+        rows.fill_matrix(&model.topology, &model.parameters, bodies);
+        freeze(rows, frozen);
+        rows.scale_into(&model.columns, scaled);
+        space.decompose(scaled, rows.rows.len(), model.columns.len(), DEPENDENT);
+    }
+
+    /// Singularity distance of the rows, between zero and one.
+    fn distance(&self) -> f64 {
+        let sparse = self.sparse.as_ref().filter(|_| self.is_sparse);
+        sparse.map_or_else(|| self.space.least_part(), SparseRows::distance)
     }
 
     /// Computes the minimum-norm change of the tree for which the rows take the values in `values`.
     fn shortest(&mut self, columns: &[f64]) {
-        let Self { rows, space, values, step, .. } = self;
+        let Self { rows, space, sparse, is_sparse, values, step, .. } = self;
+        if let Some(sparse) = sparse.as_mut().filter(|_| *is_sparse) {
+            sparse.shortest(columns, values, step);
+            return;
+        }
         values.iter_mut().zip(&rows.rows).for_each(|(v, r)| *v *= r.scale);
         space.shortest_into(values, step);
         step.iter_mut().zip(columns).for_each(|(s, c)| *s *= c);
@@ -112,7 +133,6 @@ impl Forward {
         let mut decomposed = false;
         for step in 0..=STEPS {
             self.close(state, targets, anchors, workspace);
-            freeze(&mut workspace.rows, frozen);
             let sizes = workspace.errors.iter().zip(&workspace.rows.rows);
             let sizes = sizes.map(|(e, row)| (e * row.scale).abs());
             let (mut worst, mut at) = (0.0, 0);
@@ -132,7 +152,7 @@ impl Forward {
                 return Err(ForwardError::Open { time, joint, gap: workspace.errors[at].abs() });
             }
             if !decomposed {
-                workspace.decompose(&self.columns);
+                workspace.decompose(self, frozen);
             }
             if ends {
                 self.project_rates(state, targets, frozen, workspace);
@@ -150,7 +170,7 @@ impl Forward {
                 }
                 largest = largest.max((*step / column).abs());
             }
-            decomposed = largest < SMALL && workspace.space.least_part() > REGULAR;
+            decomposed = largest < SMALL && workspace.distance() > REGULAR;
             state.advance(&self.topology, &workspace.step);
         }
         Ok(())
@@ -190,7 +210,7 @@ impl Forward {
         let Projection { bodies, constrained, rows, errors, .. } = workspace;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        rows.update(topology, parameters, bodies, constrained);
+        rows.update_rows(topology, parameters, bodies, constrained);
         errors.clear();
         for cut in &topology.cuts {
             let (j, k) = (bodies.frame_j[cut.joint], bodies.frame_k[cut.joint]);
@@ -217,20 +237,17 @@ impl Forward {
         frozen: &[bool],
         workspace: &mut Projection,
     ) {
-        let n = self.topology.dofs();
         for (rate, frozen) in state.rates.iter_mut().zip(frozen) {
             if *frozen {
                 *rate = 0.0;
             }
         }
         let first = self.topology.closures();
-        let Projection { rows, values, .. } = workspace;
+        let Projection { bodies, rows, values, .. } = workspace;
         values.clear();
-        values.extend(
-            rows.matrix
-                .chunks_exact(n.max(1))
-                .map(|row| -row.iter().zip(&state.rates).map(|(a, b)| a * b).sum::<f64>()),
-        );
+        let of = (&*self.topology, &self.parameters);
+        let each = 0..rows.rows.len();
+        values.extend(each.map(|row| -rows.product(of, bodies, row, &state.rates)));
         for (value, target) in values[first..].iter_mut().zip(targets) {
             *value += target.rate;
         }

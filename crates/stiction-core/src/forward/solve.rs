@@ -11,6 +11,9 @@ use crate::friction_problem::continuation::Lock;
 use crate::kinematics::{Bodies, Target};
 use crate::spatial::Wrench;
 
+/// Number of DOFs of the tree from which decisions, too, are made with the sparse balance.
+const LARGE: usize = 150;
+
 /// Solution of accelerations and reactions for given modes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solved {
@@ -66,7 +69,8 @@ impl Forward {
             for (place, dof) in interface.shape.dofs().enumerate() {
                 let joint = interface.joint;
                 // Several interfaces of one DOF share its static friction.
-                if constrained.iter().any(|c| c.actuated && (c.joint, c.dof) == (joint, dof)) {
+                let prescribed = &constrained[..targets.len().min(self.prescribed.len())];
+                if prescribed.iter().any(|c| (c.joint, c.dof) == (joint, dof)) {
                     continue;
                 }
                 sticking.push(StickingDof { interface: index, place, row: constrained.len() });
@@ -133,7 +137,8 @@ impl Forward {
     }
 
     /// Solves for given modes, starting from `known` normal loads; with `bound` also computes the
-    /// coupling bound.
+    /// coupling bound. Decisions between stick and slip compare accelerations with round-off, which
+    /// the dense balance has less of: it serves here except for large mechanisms.
     pub(super) fn solve(
         &self,
         data: &Data,
@@ -142,6 +147,7 @@ impl Forward {
         bound: bool,
     ) -> Result<Solved, Unsolved> {
         let mut solved = Solved::default();
+        solved.balance.stays_dense = self.topology.dofs() < LARGE;
         self.solve_into(data, modes, known, bound, &mut solved)?;
         Ok(solved)
     }
@@ -158,7 +164,7 @@ impl Forward {
         let Solved { balance, constrained, sticking, workspace, .. } = solved;
         let measures = (&data.friction_scales[..], &data.reference_frictions[..]);
         self.constrain(&data.targets, modes, measures, constrained, sticking);
-        balance.rows.update(&self.topology, &self.parameters, &data.bodies, constrained);
+        balance.rows.update_rows(&self.topology, &self.parameters, &data.bodies, constrained);
         balance.update(self, data, workspace).map_err(Unsolved::Massless)?;
         self.couple(data, modes, known, bound, solved)
     }
@@ -205,10 +211,21 @@ impl Forward {
         }
         let given = (&efforts[..], &sticking[..]);
         coupling.update((self, data), frictions, balance, given, workspace);
-        *coupling_bound = bound.then(|| coupling.bound(self, data));
-        coupling
-            .solve((self, data), frictions, balance, known, (workspace, coupled))
-            .map_err(Unsolved::Locked)?;
+        *coupling_bound = None;
+        if bound {
+            coupling.need_influence((self, data), balance, sticking, workspace);
+            *coupling_bound = Some(coupling.bound(self, data));
+        }
+        let iterated = known.is_some_and(|known| {
+            let results = (&mut *workspace, &mut *coupled);
+            coupling.iterate((self, data), frictions, balance, known, results)
+        });
+        if !iterated {
+            coupling.need_influence((self, data), balance, sticking, workspace);
+            coupling
+                .solve((self, data), frictions, balance, known, (workspace, coupled))
+                .map_err(Unsolved::Locked)?;
+        }
         balance.keep_passive_spins(self, data, &mut coupled.response.accelerations);
         Ok(())
     }
@@ -220,7 +237,8 @@ impl Forward {
         modes: &[InterfaceMode],
         solved: &mut Solved,
     ) -> Vec<Competitor> {
-        let Solved { coupled, balance, frictions, coupling, workspace, .. } = solved;
+        let Solved { coupled, balance, frictions, coupling, sticking, workspace, .. } = solved;
+        coupling.need_influence((self, data), balance, sticking, workspace);
         let others = coupling.others((self, data), frictions, balance, coupled, workspace);
         let competitor = |other: Coupled| Competitor {
             loads: other.loads,

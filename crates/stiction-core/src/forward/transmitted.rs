@@ -63,11 +63,17 @@ impl LoadSide<'_> {
 
     /// Interfaces between the gear of an interface and its load.
     pub(super) fn behind(self, gear: usize) -> impl Iterator<Item = usize> {
-        (0..self.model.parameters.interfaces.len()).filter(move |&o| self.is_behind(gear, o))
+        // Most interfaces have no gear; a search for each would take quadratic time.
+        let interfaces = &self.model.parameters.interfaces;
+        let all = interfaces[gear].load.gear.is_some().then_some(0..interfaces.len());
+        all.into_iter().flatten().filter(move |&o| self.is_behind(gear, o))
     }
 
     /// Wrench of the static frictions and gearings between the gear of an interface and its load.
     pub(super) fn held<T: Scalar>(&self, gear: usize, multipliers: &[T]) -> Wrench<T> {
+        if self.model.parameters.interfaces[gear].load.gear.is_none() {
+            return Wrench::zero();
+        }
         let mut sum = gearings_behind(self.model, self.bodies, gear, multipliers);
         for dof in self.sticking.iter().filter(|dof| self.is_behind(gear, dof.interface)) {
             let row = self.model.topology.closures() + dof.row;

@@ -16,6 +16,7 @@
 //! | [`normal_load`] | normal load of an interface under its joint's wrench |
 //! | [`influence`] | operator `A`, applied column by column or stored as a matrix |
 //! | [`load_problem`] | problem with the normal loads as unknowns |
+//! | [`fixed_point`] | iteration near a start that needs no influence matrix |
 //! | [`newton`] | Newton's method near a start |
 //! | [`continuation`] | solution connected with the frictionless one, `s` growing from zero |
 //! | [`uniqueness`] | bound on the coupling below which the solution is unique |
@@ -28,6 +29,7 @@
 
 pub(crate) mod complementarity;
 pub(crate) mod continuation;
+pub(crate) mod fixed_point;
 pub(crate) mod influence;
 pub(crate) mod load_problem;
 pub(crate) mod newton;

@@ -87,7 +87,7 @@ impl BlockCholesky {
             place,
             diagonal: vec![NOTHING; count],
             below: vec![NOTHING; rows.len()],
-            solution: vec![[0.0; BLOCK]; count],
+            solution: Vec::new(),
             starts,
             rows,
             updates: Vec::new(),
@@ -166,9 +166,23 @@ impl BlockCholesky {
         true
     }
 
+    /// Pivots of a block row, after [`Self::factor`]: what is left of each diagonal entry when all
+    /// rows before it are eliminated.
+    pub(crate) fn pivots(&self, block: usize) -> Part {
+        let inverse = &self.diagonal[self.place[block]];
+        core::array::from_fn(|k| inverse[k][k].powi(-2))
+    }
+
     /// Solves with the factors, in place: one part for each block row, in the order of the matrix.
     pub(crate) fn solve(&mut self, vector: &mut [Part]) {
-        let x = &mut self.solution;
+        let mut solution = core::mem::take(&mut self.solution);
+        self.solve_with(vector, &mut solution);
+        self.solution = solution;
+    }
+
+    /// Solves as [`Self::solve`], with the memory of `x`.
+    pub(crate) fn solve_with(&self, vector: &mut [Part], x: &mut Vec<Part>) {
+        x.resize(self.diagonal.len(), [0.0; BLOCK]);
         for (part, place) in vector.iter().zip(&self.place) {
             x[*place] = *part;
         }

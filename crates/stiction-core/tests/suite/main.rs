@@ -24,6 +24,7 @@ mod forward_random;
 mod forward_reference;
 mod forward_runaway;
 mod forward_sleeve;
+mod forward_sparse;
 mod forward_start;
 mod forward_steps;
 mod forward_stick;

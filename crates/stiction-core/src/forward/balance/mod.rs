@@ -19,6 +19,8 @@ mod passive_spins;
 mod redundancy;
 mod respond;
 mod response;
+mod sparse;
+mod stages;
 
 pub(super) use cholesky::{factor, solve_factored};
 pub(super) use respond::{Four, Workspace};
@@ -30,6 +32,7 @@ use super::data::Data;
 use crate::linalg::RowSpace;
 use passive_spins::fastest_body;
 use redundancy::RedundancyResolution;
+use sparse::SparseBalance;
 
 /// Relative size of the independent component of a row below which the row depends on the others;
 /// equal to [`crate::statics::RANK_TOLERANCE`].
@@ -49,6 +52,15 @@ pub(super) struct Massless {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Balance {
     pub(super) rows: ConstraintRows,
+    /// Sparse solution, if the structure of the model suits it.
+    sparse: Option<Box<SparseBalance>>,
+    /// True if the balance is to be solved densely.
+    pub(super) stays_dense: bool,
+    /// True if the sparse solution holds; all that follows is then that of the dense one at another
+    /// position, and of no use.
+    is_sparse: bool,
+    /// Mass matrix of the tree.
+    mass: Vec<f64>,
     space: RowSpace,
     scaled: Vec<f64>,
     /// Null space of the rows: accelerations, orthonormal in scaled form.
@@ -64,7 +76,7 @@ pub(super) struct Balance {
 }
 
 impl Balance {
-    /// Decomposes the balance.
+    /// Decomposes the balance, densely.
     ///
     /// # Errors
     /// Returns a motion without inertia that is no passive spin of a single body.
@@ -74,11 +86,12 @@ impl Balance {
         rows: ConstraintRows,
     ) -> Result<Self, Massless> {
         let mut balance = Self { rows, ..Self::default() };
-        balance.update(model, data, &mut Workspace::default())?;
+        balance.update_densely(model, data, &mut Workspace::default())?;
         Ok(balance)
     }
 
-    /// Decomposes the balance for its rows, reusing the buffers.
+    /// Eliminates or decomposes the balance for its rows, reusing the buffers. The rows need no
+    /// matrix.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -88,8 +101,36 @@ impl Balance {
         data: &Data,
         workspace: &mut Workspace,
     ) -> Result<(), Massless> {
+        if self.sparse.is_none() && !self.stays_dense {
+            self.sparse = SparseBalance::new(model).map(Box::new);
+        }
+        let Self { rows, sparse, .. } = self;
+        if let Some(sparse) = sparse
+            && sparse.update(model, data, rows)
+        {
+            self.is_sparse = true;
+            self.passive_spins.clear();
+            self.redundancy = RedundancyResolution::default();
+            return Ok(());
+        }
+        self.rows.fill_matrix(&model.topology, &model.parameters, &data.bodies);
+        self.update_densely(model, data, workspace)
+    }
+
+    /// Decomposes the balance for its rows and their matrix, reusing the buffers.
+    ///
+    /// # Errors
+    /// See [`Self::new`].
+    pub(super) fn update_densely(
+        &mut self,
+        model: &Forward,
+        data: &Data,
+        workspace: &mut Workspace,
+    ) -> Result<(), Massless> {
         let n = model.topology.dofs();
-        let Self { rows, space, scaled, basis, momenta, factor, passive_spins, .. } = self;
+        self.is_sparse = false;
+        let Self { rows, mass, space, scaled, basis, momenta, factor, passive_spins, .. } = self;
+        data.masses.matrix_into(&model.topology, &data.bodies, mass);
         rows.scale_into(&model.columns, scaled);
         space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
         space.null_space_into(basis);
@@ -99,7 +140,7 @@ impl Balance {
         passive_spins.clear();
         let may_lack_inertia = |rates: &[f64]| fastest_body(model, data, rates).1;
         let results = (passive_spins, momenta, factor);
-        cholesky::factor_into(&data.masses.matrix, basis, n, &may_lack_inertia, results)
+        cholesky::factor_into(mass, basis, n, &may_lack_inertia, results)
             .map_err(|rates| Massless { body: fastest_body(model, data, &rates).0 })?;
         self.check_passive_spins(model, data, None)?;
         let Self { rows, space, redundancy, .. } = self;
@@ -119,24 +160,48 @@ impl Balance {
         Ok(())
     }
 
-    /// Basis of the tree rates that the constraints allow, vector by vector.
+    /// Decomposes the balance densely if the sparse solution holds, reusing the buffers.
+    ///
+    /// # Errors
+    /// See [`Self::new`].
+    pub(super) fn make_dense(&mut self, model: &Forward, data: &Data) -> Result<(), Massless> {
+        if self.is_sparse {
+            self.rows.fill_matrix(&model.topology, &model.parameters, &data.bodies);
+            self.update_densely(model, data, &mut Workspace::default())?;
+        }
+        Ok(())
+    }
+
+    /// The sparse solution, if it holds.
+    fn sparse(&self) -> Option<&SparseBalance> {
+        self.sparse.as_deref().filter(|_| self.is_sparse)
+    }
+
+    /// Returns whether the balance is solved sparsely.
+    pub(super) fn is_sparse(&self) -> bool {
+        self.is_sparse
+    }
+
+    /// Basis of the tree rates that the constraints allow, vector by vector; requires a dense
+    /// decomposition.
     pub(super) fn null_space(&self) -> &[f64] {
         &self.basis
     }
 
     /// Number of DOFs left by the constraints; `n` is that of the tree.
     pub(super) fn mobility(&self, n: usize) -> usize {
-        n - self.space.rank()
+        self.sparse().map_or_else(|| n - self.space.rank(), SparseBalance::mobility)
     }
 
     /// Singularity distance of the rows, between zero and one.
     pub(super) fn distance(&self) -> f64 {
-        self.space.least_part()
+        self.sparse().map_or_else(|| self.space.least_part(), SparseBalance::distance)
     }
 
     /// Number of redundant constraints.
     pub(super) fn redundant(&self) -> usize {
-        self.redundancy.self_stresses.len()
+        let dense = || self.redundancy.self_stresses.len();
+        self.sparse().map_or_else(dense, SparseBalance::redundant)
     }
 
     /// Returns whether constraints are redundant.

@@ -3,6 +3,8 @@
 use super::cholesky::solve_factored;
 use super::redundancy;
 use super::response::Response;
+use super::sparse::SparseWorkspace;
+use super::stages::Stages;
 use super::{Balance, dot, fill};
 use crate::forward::Forward;
 use crate::forward::constraint_jacobian::each_dof;
@@ -14,43 +16,13 @@ use crate::topology::{Link, Role};
 /// Corresponding values of four responses, one per lane.
 pub(in crate::forward) type Four = Lanes<f64, 4>;
 
-/// Response with its intermediate quantities.
-#[derive(Clone, Debug)]
-struct Stages<T> {
-    /// Generalised forces on the tree: first all, then the component that the constraints must
-    /// balance.
-    forces: Vec<T>,
-    /// Accelerations along the null space.
-    along: Vec<T>,
-    accelerations: Vec<T>,
-    multipliers: Vec<T>,
-    /// Change of each body's acceleration.
-    twists: Vec<Twist<T>>,
-    /// Wrench that joints must exert on each body.
-    demand: Vec<Wrench<T>>,
-    wrenches: Vec<Wrench<T>>,
-}
-
-impl<T> Default for Stages<T> {
-    fn default() -> Self {
-        Self {
-            forces: Vec::new(),
-            along: Vec::new(),
-            accelerations: Vec::new(),
-            multipliers: Vec::new(),
-            twists: Vec::new(),
-            demand: Vec::new(),
-            wrenches: Vec::new(),
-        }
-    }
-}
-
 /// Buffers for responses.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Workspace {
     right: Vec<f64>,
     one: Stages<f64>,
     four: Stages<Four>,
+    sparse: SparseWorkspace,
     redundancy: redundancy::Workspace,
 }
 
@@ -81,36 +53,45 @@ impl Balance {
         response: &mut Response,
     ) {
         let n = model.topology.dofs();
-        let Workspace { right, one, redundancy, .. } = workspace;
+        let Workspace { right, one, .. } = &mut *workspace;
         fill(&mut one.forces, n, 0.0);
         if whole {
             one.forces.iter_mut().zip(&data.masses.bias).for_each(|(f, b)| *f = -b);
             one.demand.clone_from(&data.masses.bias_wrenches);
+        } else {
+            fill(&mut one.demand, data.bodies.pose.len(), Wrench::zero());
+        }
+        fill(&mut one.accelerations, n, 0.0);
+        if whole && !self.is_sparse() {
             right.clear();
             right.extend(self.rows.rows.iter().map(|r| r.right * r.scale));
             self.space.shortest_into(right, &mut one.accelerations);
             one.accelerations.iter_mut().zip(&model.columns).for_each(|(a, c)| *a *= c);
-            for (row, force) in data.masses.matrix.chunks_exact(n.max(1)).zip(&mut one.forces) {
+            for (row, force) in self.mass.chunks_exact(n.max(1)).zip(&mut one.forces) {
                 *force -= dot(row, &one.accelerations);
             }
-        } else {
-            fill(&mut one.demand, data.bodies.pose.len(), Wrench::zero());
-            fill(&mut one.accelerations, n, 0.0);
         }
         for &(joint, wrench) in efforts {
             each_dof(&model.topology, joint, |tree_dof, sign| {
                 one.forces[tree_dof] += sign * data.bodies.screws[tree_dof].power(wrench);
             });
         }
-        self.accelerate(model, data, efforts, whole, one);
+        match self.sparse() {
+            Some(sparse) => {
+                let buffers = (&mut workspace.one, &mut workspace.sparse);
+                self.respond_sparse(sparse, (model, data), efforts, whole, buffers);
+            }
+            None => self.accelerate(model, data, efforts, whole, one),
+        }
+        let Workspace { one, redundancy, .. } = workspace;
         response.accelerations.clone_from(&one.accelerations);
         response.multipliers.clone_from(&one.multipliers);
         response.wrenches.clone_from(&one.wrenches);
         self.redundancy.apply((model, data), &self.rows, whole, redundancy, response);
     }
 
-    /// Joint wrenches and multipliers in response to up to four joint wrenches, separately; requires a balance
-    /// without redundant constraints.
+    /// Joint wrenches and multipliers in response to up to four joint wrenches, separately; requires a dense
+    /// decomposition without redundant constraints.
     pub(in crate::forward) fn respond_to_four<'s>(
         &self,
         model: &Forward,
@@ -196,7 +177,7 @@ impl Balance {
 
     /// Computes the wrenches of all joints from accelerations, multipliers, and the required wrench
     /// on each body.
-    fn load_joints<T: Scalar>(
+    pub(super) fn load_joints<T: Scalar>(
         &self,
         model: &Forward,
         data: &Data,

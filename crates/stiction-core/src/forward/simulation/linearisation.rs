@@ -4,10 +4,12 @@
 //! present modes of the friction interfaces. Steps are quartered until two successive estimates
 //! agree best; their difference estimates the error.
 
+use super::scratch::Scratch;
 use super::{Method, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{Inputs, View};
+use crate::forward::solve::Unsolved;
 use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
 use crate::spatial::Vec3;
@@ -207,7 +209,10 @@ impl Simulation<'_> {
             return Err(LinearisationError::Singular { distance: now.distance });
         }
         let n = model.topology.dofs();
-        let basis = self.workspace.solved.balance.null_space().to_vec();
+        let Scratch { situation, solved, .. } = &mut *self.workspace;
+        let dense = solved.balance.make_dense(model, situation).map_err(Unsolved::Massless);
+        dense.map_err(|u| model.unsolved(time, u))?;
+        let basis = solved.balance.null_space().to_vec();
         let (coordinates, directions, local) = self.independent(&basis)?;
         if coordinates.is_empty() {
             let sticks = self.modes.iter().filter(|mode| **mode == InterfaceMode::Sticks).count();

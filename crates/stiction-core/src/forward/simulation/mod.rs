@@ -126,6 +126,12 @@ impl<'a> Simulation<'a> {
         &self.shown().now
     }
 
+    /// Returns whether the last balance was solved sparsely.
+    #[doc(hidden)]
+    pub fn is_sparse(&self) -> bool {
+        self.workspace.solved.balance.is_sparse()
+    }
+
     /// Events since the start up to the present instant, in the order of time.
     pub fn events(&self) -> &[Event] {
         let time = self.instant().time;

@@ -4,6 +4,7 @@ use crate::forward::Forward;
 use crate::forward::balance::DEPENDENT;
 use crate::forward::constraint_jacobian::StickingDof;
 use crate::forward::constraint_jacobian::{ConstrainedDof, ConstraintRows};
+use crate::forward::sparse::rows::SparseRows;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
 
@@ -16,6 +17,7 @@ pub(super) struct Ranks {
     rows: ConstraintRows,
     scaled: Vec<f64>,
     space: RowSpace,
+    sparse: Option<SparseRows>,
     /// Motion of the prescribed joints.
     pub(super) targets: Vec<Target<f64>>,
 }
@@ -30,6 +32,7 @@ impl Ranks {
             rows: ConstraintRows::default(),
             scaled: Vec::new(),
             space: RowSpace::default(),
+            sparse: SparseRows::new(model),
             targets: Vec::new(),
         }
     }
@@ -37,11 +40,17 @@ impl Ranks {
     /// Rank of the constraints and singularity distance, see [`RowSpace::least_part`].
     pub(super) fn at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
         let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { bodies, constrained, sticking, rows, scaled, space, targets } = self;
+        let Self { bodies, constrained, sticking, rows, scaled, space, sparse, targets } = self;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
         model.constrain(targets, &[], (&[], &[]), constrained, sticking);
-        rows.update(topology, parameters, bodies, constrained);
+        rows.update_rows(topology, parameters, bodies, constrained);
+        if let Some(sparse) = sparse
+            && sparse.decompose(model, bodies, rows, &[])
+        {
+            return (sparse.rank(), sparse.distance());
+        }
+        rows.fill_matrix(topology, parameters, bodies);
         let n = topology.dofs();
         rows.scale_into(&model.columns, scaled);
         space.decompose(scaled, rows.rows.len(), n, DEPENDENT);

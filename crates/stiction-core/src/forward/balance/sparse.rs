@@ -1,0 +1,312 @@
+//! Sparse solution of the balance: elimination of the tree, then of the loop closures.
+
+use super::stages::Stages;
+use super::{Balance, fill};
+use crate::forward::Forward;
+use crate::forward::constraint_jacobian::{ConstraintRow, ConstraintRows};
+use crate::forward::data::Data;
+use crate::forward::sparse::articulated::Articulated;
+use crate::forward::sparse::closures::{Buffers, Closures, Place, largest};
+use crate::linalg::{BLOCK, Part, dot};
+use crate::spatial::{Vec3, Wrench};
+use crate::topology::{Link, Role};
+
+/// Relative change of the multipliers at which the least reactions are found, and the largest
+/// number of changes. The first one leaves the round-off of the added matrix.
+const LEAST: f64 = 1e-12;
+const CHANGES: usize = 4;
+
+/// Balance, eliminated at one position under given constraints.
+#[derive(Clone, Debug)]
+pub(super) struct SparseBalance {
+    tree: Articulated,
+    closures: Closures,
+    /// DOFs of the tree whose acceleration a row prescribes, and these rows.
+    prescribed: Vec<bool>,
+    rows: Vec<(usize, usize)>,
+    /// True if constraints were redundant at the last position.
+    is_redundant: bool,
+    /// True if static friction or actuators constrain DOFs of cut joints.
+    holds_cuts: bool,
+}
+
+/// Buffers of responses.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SparseWorkspace {
+    carried: Vec<Part>,
+    reduced: Vec<f64>,
+    multipliers: Vec<Part>,
+    change: Vec<Part>,
+    rest: Vec<Part>,
+    along: Vec<f64>,
+    correction: Vec<f64>,
+    closures: Buffers,
+}
+
+impl SparseBalance {
+    /// Prepares the balance of a model whose structure it suits.
+    pub(super) fn new(model: &Forward) -> Option<Self> {
+        let closures = Closures::clone(model.closures.as_ref()?);
+        Some(Self {
+            tree: Articulated::default(),
+            closures,
+            prescribed: Vec::new(),
+            rows: Vec::new(),
+            is_redundant: false,
+            holds_cuts: false,
+        })
+    }
+
+    /// Eliminates the balance. Returns false if the dense decomposition must decide: about motions
+    /// without inertia, singular positions, and redundant constraints among which are efforts or
+    /// static frictions.
+    pub(super) fn update(&mut self, model: &Forward, data: &Data, rows: &ConstraintRows) -> bool {
+        let (topology, parameters) = (&model.topology, &model.parameters);
+        let Self { tree, closures, prescribed, rows: of_tree, is_redundant, holds_cuts } = self;
+        if !closures.assign(topology, &rows.rows) {
+            return false;
+        }
+        fill(prescribed, topology.dofs(), false);
+        of_tree.clear();
+        let first = topology.closures();
+        for (index, row) in rows.rows.iter().enumerate() {
+            let Role::Tree { node } = topology.role[row.joint] else { continue };
+            let Some(dof) = row.dof else { return false };
+            let tree_dof = topology.nodes[node].tree_dofs.start + dof;
+            if prescribed[tree_dof] {
+                return false;
+            }
+            prescribed[tree_dof] = true;
+            of_tree.push((tree_dof, index));
+        }
+        if !tree.update((topology, parameters), (&data.bodies, &data.masses), prescribed) {
+            return false;
+        }
+        for (row, place) in rows.rows.iter().zip(0..) {
+            let Some(at) = closures.places[place] else { continue };
+            let (predecessor, successor) = topology.ends[row.joint];
+            for (body, wrench) in [(successor, row.covector), (predecessor, -row.covector)] {
+                tree.reduce(topology, body, wrench, |d, force| closures.add(d, at, force));
+            }
+        }
+        let weights = || tree.pivots.iter().map(|pivot| 1.0 / pivot);
+        let definite = |put: &mut dyn FnMut(Place, Place, f64)| {
+            each_pair(model, data, &rows.rows, put);
+        };
+        let done = !*is_redundant && {
+            let done = closures.factor(weights(), None);
+            if !done {
+                closures.unscale();
+            }
+            done
+        };
+        if !done && !closures.factor(weights(), Some(&definite)) {
+            return false;
+        }
+        let in_cuts = closures.places.iter().flatten().count();
+        *holds_cuts = in_cuts > topology.constraints;
+        *is_redundant = closures.rank < in_cuts;
+        !*is_redundant || (rows.rows.len() == first && parameters.compliance.is_none())
+    }
+
+    /// Number of DOFs that the constraints leave.
+    pub(super) fn mobility(&self) -> usize {
+        self.prescribed.len() - self.rows.len() - self.closures.rank
+    }
+
+    /// Number of redundant constraints.
+    pub(super) fn redundant(&self) -> usize {
+        self.closures.places.iter().flatten().count() - self.closures.rank
+    }
+
+    /// See [`Balance::distance`].
+    pub(super) fn distance(&self) -> f64 {
+        self.closures.distance
+    }
+}
+
+impl Balance {
+    /// Computes a response from generalised forces, efforts included, and the wrenches that joints
+    /// must exert on each body at zero acceleration.
+    pub(super) fn respond_sparse(
+        &self,
+        sparse: &SparseBalance,
+        (model, data): (&Forward, &Data),
+        efforts: &[(usize, Wrench<f64>)],
+        whole: bool,
+        (one, buffers): (&mut Stages<f64>, &mut SparseWorkspace),
+    ) {
+        let (topology, rows) = (&model.topology, &self.rows.rows);
+        let SparseBalance { tree, closures, .. } = sparse;
+        let SparseWorkspace {
+            carried,
+            reduced,
+            multipliers,
+            change,
+            rest,
+            along,
+            correction,
+            closures: more,
+        } = buffers;
+        for &(tree_dof, row) in &sparse.rows {
+            one.accelerations[tree_dof] = if whole { rows[row].right } else { 0.0 };
+        }
+        reduced.clone_from(&one.forces);
+        tree.reduce_all(topology, &one.accelerations, reduced, carried);
+        fill(multipliers, topology.cuts.len(), [0.0; BLOCK]);
+        if whole {
+            for (row, place) in rows.iter().zip(&closures.places) {
+                if let Some(at) = place {
+                    multipliers[at.block][at.row] = row.right;
+                }
+            }
+        }
+        closures.scaled(multipliers);
+        let pivots = &tree.pivots;
+        let known = |d: usize| match pivots[d].is_finite() {
+            true => reduced[d] / pivots[d],
+            false => one.accelerations[d],
+        };
+        closures.add_product(known, -1.0, multipliers);
+        closures.solve(multipliers, more);
+        one.demand_at_rest.clone_from(&one.demand);
+        for changes in 0.. {
+            along.clear();
+            along.extend((0..pivots.len()).map(|d| reduced[d] + closures.along(d, multipliers)));
+            tree.accelerate(topology, along, &mut one.accelerations, carried);
+            if sparse.holds_cuts {
+                // Where friction holds a mechanism its accelerations vanish, and their round-off is
+                // that of the much larger ones without constraints.
+                fill(rest, multipliers.len(), [0.0; BLOCK]);
+                let of = (&**topology, &model.parameters);
+                for (index, place) in closures.places.iter().enumerate() {
+                    if let Some(at) = place {
+                        let right = if whole { rows[index].right } else { 0.0 };
+                        let own = self.rows.product(of, &data.bodies, index, &one.accelerations);
+                        rest[at.block][at.row] = right - own;
+                    }
+                }
+                closures.scaled(rest);
+                closures.solve(rest, more);
+                along.clear();
+                along.extend((0..pivots.len()).map(|d| closures.along(d, rest)));
+                fill(correction, pivots.len(), 0.0);
+                tree.accelerate(topology, along, correction, carried);
+                one.accelerations.iter_mut().zip(&*correction).for_each(|(a, c)| *a += c);
+                for (sum, rest) in multipliers.iter_mut().zip(&*rest) {
+                    (0..BLOCK).for_each(|k| sum[k] += rest[k]);
+                }
+            }
+            one.multipliers.clear();
+            one.multipliers.extend(
+                closures
+                    .places
+                    .iter()
+                    .map(|place| place.map_or(0.0, |at| closures.unscaled(multipliers, at))),
+            );
+            one.demand.clone_from(&one.demand_at_rest);
+            self.load_joints(model, data, efforts, whole, one);
+            if !sparse.is_redundant || changes == CHANGES {
+                break;
+            }
+            // Self-stresses that make the reactions least, then a correction in the row space,
+            // where the added matrix has changed the multipliers.
+            fill(change, multipliers.len(), [0.0; BLOCK]);
+            gradient((model, data), rows, &closures.places, one, change);
+            closures.scaled(change);
+            change.iter_mut().flatten().for_each(|x| *x *= -closures.added);
+            closures.solve_once(change, more);
+            fill(rest, multipliers.len(), [0.0; BLOCK]);
+            closures.add_system(change, -1.0, rest, along);
+            closures.solve(rest, more);
+            for ((sum, change), rest) in multipliers.iter_mut().zip(&mut *change).zip(&*rest) {
+                (0..BLOCK).for_each(|k| change[k] += rest[k]);
+                (0..BLOCK).for_each(|k| sum[k] += change[k]);
+            }
+            if largest(change) <= LEAST * largest(multipliers) {
+                break;
+            }
+        }
+        // Efforts of the rows in the tree: what the wrench of the joint does not have otherwise.
+        for &(tree_dof, row) in &sparse.rows {
+            let joint = rows[row].joint;
+            let Role::Tree { node } = topology.role[joint] else { continue };
+            let demand = one.demand[topology.nodes[node].body];
+            let given = one.forces[tree_dof] + if whole { data.masses.bias[tree_dof] } else { 0.0 };
+            one.multipliers[row] = data.bodies.screws[tree_dof].power(demand) - given;
+        }
+    }
+}
+
+/// Weighted components of a wrench at a joint: the sum of their squares is what redundant
+/// constraints minimise.
+fn weighed(model: &Forward, data: &Data, joint: usize, wrench: &Wrench<f64>) -> Part {
+    let moment = wrench.moment_about(data.bodies.frame_j[joint].position);
+    let moment: Vec3<f64> = moment * (1.0 / model.parameters.length);
+    let force = wrench.force;
+    [force.x, force.y, force.z, moment.x, moment.y, moment.z]
+}
+
+/// Calls `put` with the entries of the second derivatives of the sum of squares of all reactions,
+/// by multipliers of rows at cut joints.
+fn each_pair(
+    model: &Forward,
+    data: &Data,
+    rows: &[ConstraintRow],
+    put: &mut dyn FnMut(Place, Place, f64),
+) {
+    let topology = &model.topology;
+    let mut of_cut = vec![Vec::new(); topology.cuts.len()];
+    for row in rows {
+        if let Role::Cut { cut } = topology.role[row.joint] {
+            of_cut[cut].push(row.covector);
+        }
+    }
+    let mut through = vec![Vec::new(); topology.nodes.len()];
+    for (block, cut) in topology.cuts.iter().enumerate() {
+        cut.path.iter().for_each(|(node, sign)| through[*node].push((block, *sign)));
+    }
+    let mut add = |joint: usize, (a, of_a): (usize, f64), (b, of_b): (usize, f64)| {
+        for (i, first) in of_cut[a].iter().enumerate() {
+            let first = weighed(model, data, joint, first);
+            for (j, second) in of_cut[b].iter().enumerate() {
+                let entry = of_a * of_b * dot(&first, &weighed(model, data, joint, second));
+                put(Place { block: a, row: i }, Place { block: b, row: j }, entry);
+            }
+        }
+    };
+    for (block, cut) in topology.cuts.iter().enumerate() {
+        add(cut.joint, (block, 1.0), (block, 1.0));
+    }
+    for (node, own) in topology.nodes.iter().zip(&through) {
+        let Link::Joint { joint, .. } = node.link else { continue };
+        for (k, a) in own.iter().enumerate() {
+            own[..=k].iter().for_each(|b| add(joint, *a, *b));
+        }
+    }
+}
+
+/// Adds half the gradient of the sum of squares of all reactions, by multipliers of rows at cut
+/// joints.
+fn gradient(
+    (model, data): (&Forward, &Data),
+    rows: &[ConstraintRow],
+    places: &[Option<Place>],
+    one: &Stages<f64>,
+    to: &mut [Part],
+) {
+    let topology = &model.topology;
+    for (row, place) in rows.iter().zip(places) {
+        let (Some(at), Role::Cut { cut }) = (place, topology.role[row.joint]) else { continue };
+        let joint = row.joint;
+        let own = weighed(model, data, joint, &one.wrenches[joint]);
+        let mut sum = dot(&own, &weighed(model, data, joint, &row.covector));
+        for &(node, sign) in &topology.cuts[cut].path {
+            // The wrench that a joint of the tree exerts on its outer body balances the multiplier.
+            let Link::Joint { joint, .. } = topology.nodes[node].link else { continue };
+            let demand = weighed(model, data, joint, &one.demand[topology.nodes[node].body]);
+            sum -= sign * dot(&demand, &weighed(model, data, joint, &row.covector));
+        }
+        to[at.block][at.row] += sum;
+    }
+}

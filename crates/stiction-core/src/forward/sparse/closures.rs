@@ -1,0 +1,411 @@
+//! Sparse system of the loop closures: `S = V W V^T` with a row of `V` for each constraint.
+//!
+//! `V` has a column for each DOF of the tree. It is the constraint matrix itself for projections,
+//! or the matrix reduced by the elimination of the tree for accelerations, when `W` are the inverse
+//! pivots. Rows of one cut joint form a block; two blocks meet only if their loops share bodies.
+//! Where constraints are redundant `S` is singular: a small multiple of a definite matrix makes it
+//! definite, its pivots tell which rows are dependent, and corrections remove the error.
+
+use crate::forward::constraint_jacobian::ConstraintRow;
+use crate::linalg::{BLOCK, BlockCholesky, Part, Slot, add_outer, dot};
+use crate::topology::{Role, Topology};
+
+/// Size of a row relative to the largest, by its diagonal entry, that counts as round-off.
+const ZERO: f64 = 1e-20;
+/// Size of the added matrix relative to the scaled system, whose diagonal is one.
+const ADDED: f64 = 1e-8;
+/// Pivots of independent rows exceed this, and those of dependent ones are less than [`DEPENDENT`].
+const INDEPENDENT: f64 = 1e-5;
+const DEPENDENT: f64 = 2e-7;
+/// Distance above which a solution without an added matrix needs no correction: its round-off is
+/// that of the system over the square of the distance.
+const REGULAR: f64 = 0.03;
+/// Residual relative to the right-hand side at which corrections end.
+const SETTLED: f64 = 1e-15;
+/// Largest number of corrections.
+const CORRECTIONS: usize = 6;
+
+/// DOFs that the rows of a cut joint reach.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::forward) enum Reach {
+    /// Those between the bodies of the joint.
+    Loop,
+    /// All between its bodies and their roots.
+    Roots,
+}
+
+/// Definite matrix over the rows: calls its argument with each pair of rows and their entry.
+pub(in crate::forward) type Definite<'a> = &'a dyn Fn(&mut dyn FnMut(Place, Place, f64));
+
+/// Position of a row among the blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::forward) struct Place {
+    pub(in crate::forward) block: usize,
+    pub(in crate::forward) row: usize,
+}
+
+/// System of the loop closures.
+#[derive(Clone, Debug)]
+pub(in crate::forward) struct Closures {
+    /// Place of each constraint row; `None` in joints of the tree.
+    pub(in crate::forward) places: Vec<Option<Place>>,
+    /// Number of rows of each block.
+    counts: Vec<usize>,
+    /// Factor that makes errors of angles and lengths comparable, for each row.
+    units: Vec<Part>,
+    /// First of the blocks that reach each node, followed by their total number.
+    starts: Vec<usize>,
+    /// Blocks that reach each node, ascending.
+    blocks: Vec<usize>,
+    /// First of the slots of the pairs of blocks that reach each node.
+    pairs: Vec<usize>,
+    slots: Vec<Slot>,
+    /// First of the values of each DOF.
+    firsts: Vec<usize>,
+    /// Node of each DOF.
+    nodes: Vec<usize>,
+    /// Part of a column of `V`, for each DOF and each block that reaches it.
+    values: Vec<Part>,
+    /// Factor that makes the diagonal of `S` one.
+    scales: Vec<Part>,
+    weights: Vec<f64>,
+    matrix: BlockCholesky,
+    /// Multiple of the definite matrix that is added.
+    pub(in crate::forward) added: f64,
+    /// Number of independent rows.
+    pub(in crate::forward) rank: usize,
+    /// Smallest component of an independent row beyond the span of those before it, relative to its
+    /// size; one without rows.
+    pub(in crate::forward) distance: f64,
+}
+
+/// Buffers of solutions.
+#[derive(Clone, Debug, Default)]
+pub(in crate::forward) struct Buffers {
+    residual: Vec<Part>,
+    solution: Vec<Part>,
+    along: Vec<f64>,
+    one: Vec<Part>,
+}
+
+impl Closures {
+    /// Prepares the system of a topology.
+    pub(in crate::forward) fn new(topology: &Topology, reach: Reach) -> Self {
+        let mut of_node = vec![Vec::new(); topology.nodes.len()];
+        for (block, cut) in topology.cuts.iter().enumerate() {
+            match reach {
+                Reach::Loop => cut.path.iter().for_each(|(node, _)| of_node[*node].push(block)),
+                Reach::Roots => {
+                    let (predecessor, successor) = topology.ends[cut.joint];
+                    for body in [predecessor, successor] {
+                        topology.ancestors(body).into_iter().for_each(|n| of_node[n].push(block));
+                    }
+                }
+            }
+        }
+        let (mut starts, mut blocks) = (vec![0], Vec::new());
+        for own in &mut of_node {
+            own.dedup();
+            blocks.extend_from_slice(own);
+            starts.push(blocks.len());
+        }
+        let meetings = of_node.iter().flat_map(|own| {
+            own.iter().enumerate().flat_map(move |(k, a)| own[..k].iter().map(move |b| (*a, *b)))
+        });
+        let matrix = BlockCholesky::new(topology.cuts.len(), meetings);
+        let (mut pairs, mut slots) = (vec![0], Vec::new());
+        for own in &of_node {
+            for (k, a) in own.iter().enumerate() {
+                slots.extend(own[..=k].iter().filter_map(|b| matrix.slot(*a, *b)));
+            }
+            pairs.push(slots.len());
+        }
+        let (mut firsts, mut nodes, mut count) = (Vec::new(), Vec::new(), 0);
+        for (index, node) in topology.nodes.iter().enumerate() {
+            for _ in node.tree_dofs.clone() {
+                firsts.push(count);
+                nodes.push(index);
+                count += of_node[index].len();
+            }
+        }
+        Self {
+            places: Vec::new(),
+            counts: vec![0; topology.cuts.len()],
+            units: vec![[1.0; BLOCK]; topology.cuts.len()],
+            starts,
+            blocks,
+            pairs,
+            slots,
+            firsts,
+            nodes,
+            values: vec![[0.0; BLOCK]; count],
+            scales: vec![[1.0; BLOCK]; topology.cuts.len()],
+            weights: Vec::new(),
+            matrix,
+            added: 0.0,
+            rank: 0,
+            distance: 1.0,
+        }
+    }
+
+    /// Number of blocks.
+    pub(in crate::forward) fn count(&self) -> usize {
+        self.counts.len()
+    }
+
+    /// Assigns rows to blocks and sets all values to zero. Returns false if a block has too many
+    /// rows, or a row is of a gearing.
+    pub(in crate::forward) fn assign(
+        &mut self,
+        topology: &Topology,
+        rows: &[ConstraintRow],
+    ) -> bool {
+        self.counts.fill(0);
+        self.places.clear();
+        for row in rows {
+            if row.gearing.is_some() {
+                return false;
+            }
+            let Role::Cut { cut: block } = topology.role[row.joint] else {
+                self.places.push(None);
+                continue;
+            };
+            let next = self.counts[block];
+            if next == BLOCK {
+                return false;
+            }
+            self.counts[block] += 1;
+            self.units[block][next] = row.scale;
+            self.places.push(Some(Place { block, row: next }));
+        }
+        self.values.fill([0.0; BLOCK]);
+        true
+    }
+
+    /// Adds to a value of a DOF that a block reaches.
+    pub(in crate::forward) fn add(&mut self, tree_dof: usize, at: Place, value: f64) {
+        let node = self.nodes[tree_dof];
+        let own = &self.blocks[self.starts[node]..self.starts[node + 1]];
+        if let Ok(k) = own.binary_search(&at.block) {
+            self.values[self.firsts[tree_dof] + k][at.row] += value;
+        }
+    }
+
+    /// Computes and factors the system with a weight for each DOF, zero for excluded ones. `definite`
+    /// adds the definite matrix: it calls its argument with pairs of rows and their entry; without
+    /// it, redundant rows are refused. Returns false if the pivots do not decide about ranks.
+    pub(in crate::forward) fn factor(
+        &mut self,
+        weights: impl Iterator<Item = f64>,
+        definite: Option<Definite<'_>>,
+    ) -> bool {
+        self.weights.clear();
+        self.weights.extend(weights);
+        self.scale();
+        self.matrix.clear();
+        for d in 0..self.weights.len() {
+            let weight = self.weights[d];
+            let node = self.nodes[d];
+            let count = self.starts[node + 1] - self.starts[node];
+            if weight == 0.0 || count == 0 {
+                continue;
+            }
+            let own = &self.values[self.firsts[d]..self.firsts[d] + count];
+            let mut slots = self.slots[self.pairs[node]..self.pairs[node + 1]].iter();
+            for (k, a) in own.iter().enumerate() {
+                let weighted = a.map(|x| x * weight);
+                for (b, slot) in own[..=k].iter().zip(&mut slots) {
+                    match self.matrix.block(*slot) {
+                        (block, false) => add_outer(block, &weighted, b),
+                        (block, true) => add_outer(block, b, &weighted),
+                    }
+                }
+            }
+        }
+        self.added = 0.0;
+        if let Some(definite) = definite {
+            let Self { scales, matrix, added, .. } = self;
+            let scale = |at: Place| scales[at.block][at.row];
+            let mut largest = f64::MIN_POSITIVE;
+            definite(&mut |a, b, entry| {
+                if a == b {
+                    largest = largest.max((entry * scale(a) * scale(a)).abs());
+                }
+            });
+            *added = ADDED / largest;
+            definite(&mut |a, b, entry| {
+                if let Some(slot) = matrix.slot(a.block, b.block) {
+                    let entry = *added * entry * scale(a) * scale(b);
+                    match matrix.block(slot) {
+                        (block, false) => block[a.row][b.row] += entry,
+                        (block, true) => block[b.row][a.row] += entry,
+                    }
+                }
+            });
+        }
+        for (block, &count) in self.counts.iter().enumerate() {
+            if let Some(slot) = self.matrix.slot(block, block) {
+                let (own, _) = self.matrix.block(slot);
+                (count..BLOCK).for_each(|k| own[k][k] = 1.0);
+            }
+        }
+        self.matrix.factor() && self.count_independent(definite.is_some())
+    }
+
+    /// Scales the rows so that the diagonal of the system is one.
+    fn scale(&mut self) {
+        self.scales.fill([0.0; BLOCK]);
+        let Self { values, scales, units, weights, nodes, starts, blocks, firsts, .. } = self;
+        for (d, weight) in weights.iter().enumerate() {
+            let own = &blocks[starts[nodes[d]]..starts[nodes[d] + 1]];
+            for (block, value) in own.iter().zip(&values[firsts[d]..]) {
+                (0..BLOCK).for_each(|k| scales[*block][k] += weight * value[k] * value[k]);
+            }
+        }
+        let units = || units.iter().flatten();
+        let size = |(scale, unit): (&f64, &f64)| scale * unit * unit;
+        let each = scales.iter().flatten().zip(units()).map(size);
+        let largest = each.fold(f64::MIN_POSITIVE, f64::max);
+        for (scale, unit) in scales.iter_mut().flatten().zip(units()) {
+            // The scale must not make round-off of a vanishing row one.
+            *scale = if size((scale, unit)) > ZERO * largest {
+                1.0 / scale.sqrt()
+            } else {
+                unit / largest.sqrt()
+            };
+        }
+        for d in 0..weights.len() {
+            let own = &blocks[starts[nodes[d]]..starts[nodes[d] + 1]];
+            for (block, value) in own.iter().zip(&mut values[firsts[d]..]) {
+                (0..BLOCK).for_each(|k| value[k] *= scales[*block][k]);
+            }
+        }
+    }
+
+    /// Removes the scales of the rows, so that the system can be factored again.
+    pub(in crate::forward) fn unscale(&mut self) {
+        let Self { values, scales, nodes, starts, blocks, firsts, .. } = self;
+        for (d, &node) in nodes.iter().enumerate() {
+            let own = &blocks[starts[node]..starts[node + 1]];
+            for (block, value) in own.iter().zip(&mut values[firsts[d]..]) {
+                (0..BLOCK).for_each(|k| value[k] /= scales[*block][k]);
+            }
+        }
+    }
+
+    /// Counts the independent rows by their pivots.
+    fn count_independent(&mut self, some_dependent: bool) -> bool {
+        let (mut least, mut rank) = (1.0_f64, 0);
+        for (block, &count) in self.counts.iter().enumerate() {
+            for pivot in &self.matrix.pivots(block)[..count] {
+                if *pivot > INDEPENDENT {
+                    least = least.min(*pivot);
+                    rank += 1;
+                } else if !some_dependent || *pivot > DEPENDENT || pivot.is_nan() {
+                    return false;
+                }
+            }
+        }
+        (self.rank, self.distance) = (rank, least.sqrt());
+        true
+    }
+
+    /// Scales a right-hand side: one part for each block.
+    pub(in crate::forward) fn scaled(&self, right: &mut [Part]) {
+        for (right, scale) in right.iter_mut().zip(&self.scales) {
+            (0..BLOCK).for_each(|k| right[k] *= scale[k]);
+        }
+    }
+
+    /// Physical value of a solution at a place.
+    pub(in crate::forward) fn unscaled(&self, solution: &[Part], at: Place) -> f64 {
+        solution[at.block][at.row] * self.scales[at.block][at.row]
+    }
+
+    /// Adds `V x`, with scaled rows, times `factor` to `to`.
+    pub(in crate::forward) fn add_product(
+        &self,
+        x: impl Fn(usize) -> f64,
+        factor: f64,
+        to: &mut [Part],
+    ) {
+        for d in 0..self.nodes.len() {
+            let node = self.nodes[d];
+            let own = &self.blocks[self.starts[node]..self.starts[node + 1]];
+            if own.is_empty() {
+                continue;
+            }
+            let amount = factor * x(d);
+            for (block, value) in own.iter().zip(&self.values[self.firsts[d]..]) {
+                (0..BLOCK).for_each(|k| to[*block][k] += amount * value[k]);
+            }
+        }
+    }
+
+    /// Component of `V^T y` along a DOF.
+    pub(in crate::forward) fn along(&self, tree_dof: usize, y: &[Part]) -> f64 {
+        let node = self.nodes[tree_dof];
+        let own = &self.blocks[self.starts[node]..self.starts[node + 1]];
+        let values = &self.values[self.firsts[tree_dof]..];
+        own.iter().zip(values).map(|(block, value)| dot(value, &y[*block])).sum()
+    }
+
+    /// Adds `S y` times `factor` to `to`.
+    pub(in crate::forward) fn add_system(
+        &self,
+        y: &[Part],
+        factor: f64,
+        to: &mut [Part],
+        along: &mut Vec<f64>,
+    ) {
+        along.clear();
+        along.extend((0..self.nodes.len()).map(|d| match self.weights[d] {
+            0.0 => 0.0,
+            weight => weight * self.along(d, y),
+        }));
+        self.add_product(|d| along[d], factor, to);
+    }
+
+    /// Solves `S y = right` in the row space; a component of `right` beyond it, which is round-off,
+    /// is left. `right` becomes the solution.
+    pub(in crate::forward) fn solve(&self, right: &mut [Part], buffers: &mut Buffers) {
+        let Buffers { residual, solution, along, one } = buffers;
+        let size = largest(right);
+        if size == 0.0 {
+            return;
+        }
+        residual.clear();
+        residual.extend_from_slice(right);
+        solution.clear();
+        solution.resize(right.len(), [0.0; BLOCK]);
+        let mut before = f64::INFINITY;
+        if self.added == 0.0 && self.distance > REGULAR {
+            self.matrix.solve_with(right, one);
+            return;
+        }
+        for _ in 0..CORRECTIONS {
+            self.matrix.solve_with(residual, one);
+            for (sum, change) in solution.iter_mut().zip(&*residual) {
+                (0..BLOCK).for_each(|k| sum[k] += change[k]);
+            }
+            residual.copy_from_slice(right);
+            self.add_system(solution, -1.0, residual, along);
+            let left = largest(residual);
+            // Round-off, or a component beyond the row space.
+            if left <= SETTLED * size || left > 0.5 * before || left.is_nan() {
+                break;
+            }
+            before = left;
+        }
+        right.copy_from_slice(solution);
+    }
+
+    /// Solves once with the matrix that includes the added one, in place.
+    pub(in crate::forward) fn solve_once(&self, right: &mut [Part], buffers: &mut Buffers) {
+        self.matrix.solve_with(right, &mut buffers.one);
+    }
+}
+
+pub(in crate::forward) fn largest(parts: &[Part]) -> f64 {
+    parts.iter().flatten().fold(0.0, |m, x| if x.is_nan() { f64::NAN } else { x.abs().max(m) })
+}

@@ -1,0 +1,135 @@
+//! Sparse projection onto the constraint rows: shortest changes of the tree, rank of the rows.
+
+use super::closures::{Buffers, Closures, Place};
+use crate::forward::Forward;
+use crate::forward::constraint_jacobian::{ConstraintRows, each_dof};
+use crate::kinematics::Bodies;
+use crate::linalg::{BLOCK, Part};
+use crate::topology::Role;
+
+/// Rows of all constraints at a position, decomposed in linear time for rows of loops.
+#[derive(Clone, Debug)]
+pub(in crate::forward) struct SparseRows {
+    closures: Closures,
+    /// One for each DOF of the tree that may change, zero for others.
+    weights: Vec<f64>,
+    /// DOFs of the tree whose change a row prescribes, and these rows.
+    prescribed: Vec<(usize, usize)>,
+    /// True if rows depended on others at the last position.
+    is_redundant: bool,
+    right: Vec<Part>,
+    buffers: Buffers,
+}
+
+impl SparseRows {
+    /// Prepares the rows of a model whose structure they suit.
+    pub(in crate::forward) fn new(model: &Forward) -> Option<Self> {
+        Some(Self {
+            closures: Closures::clone(model.projections.as_ref()?),
+            weights: Vec::new(),
+            prescribed: Vec::new(),
+            is_redundant: false,
+            right: Vec::new(),
+            buffers: Buffers::default(),
+        })
+    }
+
+    /// Decomposes the rows; they need no matrix. `frozen` DOFs do not change; an empty list means
+    /// none. Returns false if the dense decomposition must decide.
+    pub(in crate::forward) fn decompose(
+        &mut self,
+        model: &Forward,
+        bodies: &Bodies<f64>,
+        rows: &ConstraintRows,
+        frozen: &[bool],
+    ) -> bool {
+        let topology = &model.topology;
+        let Self { closures, weights, prescribed, is_redundant, .. } = self;
+        if !closures.assign(topology, &rows.rows) {
+            return false;
+        }
+        weights.clear();
+        weights.resize(topology.dofs(), 1.0);
+        weights.iter_mut().zip(frozen).filter(|(_, f)| **f).for_each(|(weight, _)| *weight = 0.0);
+        prescribed.clear();
+        for (index, row) in rows.rows.iter().enumerate() {
+            if let Some(at) = closures.places[index] {
+                each_dof(topology, row.joint, |d, sign| {
+                    let entry = sign * bodies.screws[d].power(row.covector);
+                    closures.add(d, at, entry * model.columns[d]);
+                });
+                continue;
+            }
+            let (Role::Tree { node }, Some(dof)) = (topology.role[row.joint], row.dof) else {
+                return false;
+            };
+            let tree_dof = topology.nodes[node].tree_dofs.start + dof;
+            if weights[tree_dof] == 0.0 {
+                return false;
+            }
+            weights[tree_dof] = 0.0;
+            prescribed.push((tree_dof, index));
+        }
+        let each = || weights.iter().copied();
+        let places = closures.places.clone();
+        let units = |put: &mut dyn FnMut(Place, Place, f64)| {
+            // In comparable units the rows are of order one.
+            for (row, place) in rows.rows.iter().zip(&places) {
+                place.iter().for_each(|at| put(*at, *at, 1.0 / (row.scale * row.scale)));
+            }
+        };
+        let done = !*is_redundant && {
+            let done = closures.factor(each(), None);
+            if !done {
+                closures.unscale();
+            }
+            done
+        };
+        if !done && !closures.factor(each(), Some(&units)) {
+            return false;
+        }
+        *is_redundant = closures.rank + prescribed.len() < rows.rows.len();
+        true
+    }
+
+    /// Number of independent rows.
+    pub(in crate::forward) fn rank(&self) -> usize {
+        self.closures.rank + self.prescribed.len()
+    }
+
+    /// Singularity distance of the rows, between zero and one.
+    pub(in crate::forward) fn distance(&self) -> f64 {
+        self.closures.distance
+    }
+
+    /// Computes the minimum-norm change of the tree, by scaled DOFs, for which the rows take these
+    /// values.
+    pub(in crate::forward) fn shortest(
+        &mut self,
+        columns: &[f64],
+        values: &[f64],
+        step: &mut Vec<f64>,
+    ) {
+        let Self { closures, weights, prescribed, right, buffers, .. } = self;
+        step.clear();
+        step.resize(columns.len(), 0.0);
+        for &(tree_dof, row) in &*prescribed {
+            step[tree_dof] = values[row];
+        }
+        right.clear();
+        right.resize(closures.count(), [0.0; BLOCK]);
+        for (value, place) in values.iter().zip(&closures.places) {
+            if let Some(at) = place {
+                right[at.block][at.row] = *value;
+            }
+        }
+        closures.scaled(right);
+        closures.add_product(|d| step[d] / columns[d], -1.0, right);
+        closures.solve(right, buffers);
+        for (d, (step, column)) in step.iter_mut().zip(columns).enumerate() {
+            if weights[d] > 0.0 {
+                *step = column * closures.along(d, right);
+            }
+        }
+    }
+}

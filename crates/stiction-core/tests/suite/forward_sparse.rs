@@ -1,0 +1,199 @@
+//! The sparse solution of the balance against the dense one: chains, rows of loops with redundant
+//! constraints, random mechanisms of all classes.
+
+use crate::common::random::*;
+use crate::common::{along, diagonal, friction, v};
+use stiction_core::forward::{ConstantEfforts, Forward, Instant, Settings, Simulation};
+use stiction_core::joint::JointType;
+use stiction_core::kinematics::{Coordinate, State, Target};
+use stiction_core::mechanism::{BodySpec, JointId, JointSpec, Mechanism, MechanismBuilder};
+use stiction_core::spatial::Pose;
+
+/// Largest difference of all results of two instants, relative to the largest value of each kind.
+fn difference(a: &Instant, b: &Instant) -> f64 {
+    let wrenches = |instant: &Instant| -> Vec<f64> {
+        let each = instant.reactions();
+        each.iter().flat_map(|(f, m)| [f.x, f.y, f.z, m.x, m.y, m.z]).collect()
+    };
+    let loads = |instant: &Instant| -> Vec<f64> {
+        instant.interfaces.iter().map(|interface| interface.load).collect()
+    };
+    let pairs = [
+        (a.state.accelerations.clone(), b.state.accelerations.clone()),
+        (wrenches(a), wrenches(b)),
+        (loads(a), loads(b)),
+        (a.drives.clone(), b.drives.clone()),
+    ];
+    let each = pairs.iter().map(|(a, b)| {
+        let size = a.iter().chain(b).fold(1e-9_f64, |m, x| m.max(x.abs()));
+        a.iter().zip(b).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / size
+    });
+    each.fold(0.0, f64::max)
+}
+
+/// Starts a simulation with each of the solutions; `None` if neither starts.
+fn both(
+    mechanism: &Mechanism,
+    prescribed: &[usize],
+    start: impl Fn(&Forward) -> Option<State<f64>>,
+    mut check: impl FnMut(&Simulation<'_>, &Simulation<'_>),
+) -> Option<()> {
+    let mut dense = Forward::new(mechanism.clone(), prescribed);
+    dense.solve_densely();
+    let mut sparse = dense.clone();
+    sparse.solve_sparsely();
+    let mut inputs = ConstantEfforts(vec![0.3; mechanism.actuators().count()]);
+    let at = start(&dense)?;
+    let a = dense.start(0.0, at.clone(), Settings::default(), &mut inputs);
+    let b = sparse.start(0.0, at, Settings::default(), &mut inputs);
+    match (a, b) {
+        (Ok(mut a), Ok(mut b)) => {
+            // A short way, so that errors of the integrator do not enter.
+            a.advance(1e-6, &mut inputs).ok()?;
+            b.advance(1e-6, &mut inputs).ok()?;
+            check(&a, &b);
+            Some(())
+        }
+        (Err(_), Err(_)) => None,
+        (a, b) => panic!("only one starts: {:?} {:?}", a.err(), b.err()),
+    }
+}
+
+#[test]
+fn random_mechanisms_agree_with_the_dense_solution() {
+    let (mut compared, mut sparse, mut worst) = (0, 0, 0.0_f64);
+    for class in CLASSES {
+        for seed in 300..312 {
+            let (_, case) = case(class, seed, 0.2);
+            let start =
+                |model: &Forward| model.assemble(&[], &case.coordinates, &case.targets).ok();
+            let _ = both(&case.mechanism, &[], start, |a, b| {
+                if !a.events().is_empty() {
+                    // Impacts: the instants of events, and with them all results, have the error
+                    // of the integrator.
+                    return;
+                }
+                let apart = difference(a.instant(), b.instant());
+                println!("{class:?} {seed} sparse {} {apart:.1e}", b.is_sparse());
+                assert_eq!(a.instant().mobility, b.instant().mobility, "{class:?} {seed}");
+                assert_eq!(a.instant().redundant, b.instant().redundant, "{class:?} {seed}");
+                compared += 1;
+                sparse += usize::from(b.is_sparse());
+                worst = worst.max(apart);
+                // Both have the round-off of their systems, whose condition is at most 1e5 here.
+                assert!(apart < 1e-9, "{class:?} {seed}: {apart:e}");
+            });
+        }
+    }
+    println!("{compared} compared, {sparse} sparse, {worst:.1e}");
+    assert!(compared >= 40 && 2 * sparse >= compared, "{compared} {sparse}");
+}
+
+fn body(name: String, com: f64) -> BodySpec {
+    let inertia = diagonal(1e-3, 2e-3, 1.5e-3);
+    BodySpec::new(name).mass(1.0).com(v(com, 0.0, 0.0)).inertia(inertia)
+}
+
+/// Pendulums in a chain, with motors and load-dependent friction.
+fn chain(count: usize) -> Mechanism {
+    let mut builder = MechanismBuilder::new("chain").gravity(v(0.0, 0.0, -9.81));
+    for k in 0..count {
+        let before = if k == 0 { "ground".into() } else { format!("b{}", k - 1) };
+        let at = v(if k == 0 { 0.0 } else { 0.1 }, 0.0, 0.0);
+        let axis = if k % 3 == 2 { v(0.0, 0.6, 0.8) } else { v(0.0, 1.0, 0.0) };
+        builder = builder.body(body(format!("b{k}"), 0.05)).joint(
+            JointSpec::new(format!("j{k}"), JointType::Revolute, before, format!("b{k}"))
+                .frames(along(at, axis), along(v(0.0, 0.0, 0.0), axis))
+                .actuated()
+                .friction(friction(0.1, 0.0, Some(0.01))),
+        );
+    }
+    builder.build().unwrap()
+}
+
+/// Planar four-bars in a row: each rocker is the crank of the next. Two of three closure equations
+/// of each loop are redundant in space.
+fn row(count: usize) -> Mechanism {
+    let mut builder = MechanismBuilder::new("row").gravity(v(0.0, 0.0, -9.81));
+    let y = v(0.0, 1.0, 0.0);
+    let origin = v(0.0, 0.0, 0.0);
+    let joint = |name: String, from: String, to: String, at, to_at| {
+        JointSpec::new(name, JointType::Revolute, from, to)
+            .frames(along(at, y), along(to_at, y))
+            .friction(friction(0.05, 0.0, Some(0.005)))
+    };
+    for k in 0..=count {
+        let at = v(k as f64, 0.0, 0.0);
+        builder = builder.body(body(format!("c{k}"), 0.0)).joint(joint(
+            format!("g{k}"),
+            "ground".into(),
+            format!("c{k}"),
+            at,
+            origin,
+        ));
+        if k > 0 {
+            let (before, coupler) = (format!("c{}", k - 1), format!("k{k}"));
+            builder = builder
+                .body(body(coupler.clone(), 0.5))
+                .joint(joint(format!("p{k}"), before, coupler.clone(), v(0.0, 0.0, 0.2), origin))
+                .joint(joint(
+                    format!("q{k}"),
+                    coupler,
+                    format!("c{k}"),
+                    v(1.0, 0.0, 0.0),
+                    v(0.0, 0.0, 0.2),
+                ));
+        }
+    }
+    builder.build().unwrap()
+}
+
+fn target(value: f64, rate: f64) -> Target<f64> {
+    Target { value, rate, acceleration: 0.0 }
+}
+
+#[test]
+fn chains_agree_with_the_dense_solution() {
+    for (count, prescribed) in [(1, 0), (7, 0), (40, 0), (40, 3)] {
+        let mechanism = chain(count);
+        let coordinates: Vec<_> =
+            (0..count).map(|k| Coordinate::Joint { joint: JointId(k), dof: 0 }).collect();
+        let targets: Vec<_> =
+            (0..count).map(|k| target(0.1 + 0.01 * k as f64, 0.2 - 0.03 * k as f64)).collect();
+        let prescribed: Vec<usize> = (0..prescribed).map(|k| 11 * k).collect();
+        let start = |model: &Forward| model.assemble(&[], &coordinates, &targets).ok();
+        let done = both(&mechanism, &prescribed, start, |a, b| {
+            assert!(b.is_sparse() && !a.is_sparse());
+            let apart = difference(a.instant(), b.instant());
+            // Round-off of the dense mass matrix, whose condition grows with the square of the length.
+            assert!(apart < 1e-11, "{count}: {apart:e}");
+        });
+        assert!(done.is_some());
+    }
+}
+
+#[test]
+fn rows_of_loops_agree_with_the_dense_solution() {
+    for count in [1, 2, 6] {
+        let mechanism = row(count);
+        let poses: Vec<_> = (1..=count)
+            .map(|k| {
+                let body = mechanism.bodies().iter().position(|b| b.name == format!("k{k}"));
+                let pose = Pose::at(v(k as f64 - 1.0, 0.0, 0.2));
+                (stiction_core::mechanism::BodyId(body.unwrap()), pose)
+            })
+            .collect();
+        let crank = [Coordinate::Joint { joint: JointId(0), dof: 0 }];
+        let start = |model: &Forward| model.assemble(&poses, &crank, &[target(0.3, 1.7)]).ok();
+        let done = both(&mechanism, &[], start, |a, b| {
+            assert!(b.is_sparse() && !a.is_sparse());
+            let (a, b) = (a.instant(), b.instant());
+            assert_eq!((a.redundant, a.mobility), (3 * count, 1));
+            assert_eq!((b.redundant, b.mobility), (3 * count, 1));
+            let apart = difference(a, b);
+            // Self-stresses follow from a system that is nearly singular, in few corrections.
+            assert!(apart < 1e-10, "{count}: {apart:e}");
+        });
+        assert!(done.is_some());
+    }
+}
