@@ -216,7 +216,8 @@ impl Forward {
             coupling.need_influence((self, data), balance, sticking, workspace);
             *coupling_bound = Some(coupling.bound(self, data));
         }
-        let iterated = known.is_some_and(|known| {
+        // Where the influence matrix is small, Newton's method takes less time.
+        let iterated = known.filter(|_| balance.is_sparse()).is_some_and(|known| {
             let results = (&mut *workspace, &mut *coupled);
             coupling.iterate((self, data), frictions, balance, known, results)
         });
