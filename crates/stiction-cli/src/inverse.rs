@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::{Error, FrictionMode, Robot};
+use stiction_run::Indices;
 use stiction_run::comparison::{EffortCurves, Headline};
 use stiction_run::inverse::{Animation, Curves, Summary, Tables, draw_report, write_summary};
 
@@ -150,6 +151,9 @@ pub(crate) fn along(
     interrupted: &AtomicBool,
     show: impl FnOnce(&Run) -> Result<(), Failure>,
 ) -> Result<Run, Failure> {
+    // Only tables and plots show the indices of all samples.
+    let indices = if folder.is_some() { Indices::All } else { Indices::Least };
+    let request = &request.clone().indices(indices);
     let job = request.job()?;
     sources::refuse_filter(&choice.filter, Some((&job.motion_name, job.motion)))?;
     let friction = job.friction;

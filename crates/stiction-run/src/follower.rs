@@ -56,12 +56,12 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Moves to another instant, s, at which the coordinates of the tree are known from an earlier
-    /// visit; false, without a move, if they do not fit.
-    pub(crate) fn return_to(&mut self, time: f64, coordinates: &[f64]) -> bool {
+    /// Moves to another instant, s, at which coordinates, rates and accelerations of the tree are known
+    /// from an earlier visit; false, without a move, if they do not fit.
+    pub(crate) fn return_to(&mut self, time: f64, known: [&[f64]; 3]) -> bool {
         let targets: Vec<Target<f64>> = self.motion.at(time).collect();
         let finite = check_finite(self.motion.signals(), time).is_ok();
-        let arrived = finite && self.solver.return_to(coordinates, &targets);
+        let arrived = finite && self.solver.return_to(known, &targets);
         if arrived {
             self.time = time;
         }

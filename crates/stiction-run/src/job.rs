@@ -27,6 +27,19 @@ pub struct Job<'a> {
     pub step: Option<f64>,
     /// True to compute the friction margin to jamming.
     pub friction_margin: bool,
+    /// Samples at which the singularity indices are computed.
+    pub indices: Indices,
+}
+
+/// Samples at which a run along a motion computes the singularity indices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Indices {
+    /// All samples.
+    #[default]
+    All,
+    /// Samples that may have the least index of the motion. Elsewhere the indices are NaN. Enough for
+    /// summaries.
+    Least,
 }
 
 impl<'a> Job<'a> {
@@ -45,6 +58,7 @@ impl<'a> Job<'a> {
             friction: FrictionMode::Converged,
             step: None,
             friction_margin: false,
+            indices: Indices::All,
         }
     }
 

@@ -75,7 +75,7 @@ mod view;
 pub use error::{Error, Missing, SinkError};
 pub use follower::Follower;
 pub use instants::{Instants, InstantsError};
-pub use job::Job;
+pub use job::{Indices, Job};
 pub use portrait::Portrait;
 pub use sink::Sink;
 pub use stiction_draw::figure::Figure;

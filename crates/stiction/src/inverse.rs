@@ -10,7 +10,7 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_core::mechanism::Motor;
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_run::inverse::{Phase, Sample as Record, Verdict};
-use stiction_run::{Job, Sink, SinkError};
+use stiction_run::{Indices, Job, Sink, SinkError};
 
 /// Inverse dynamics of a robot along a motion: options, then [`samples`](Request::samples),
 /// [`each`](Request::each) or [`collect`](Request::collect).
@@ -23,6 +23,7 @@ pub type Inverse = Request<InverseDynamics>;
 pub struct InverseDynamics {
     friction: FrictionMode,
     friction_margin: bool,
+    indices: Indices,
     threads: NonZeroUsize,
 }
 
@@ -32,7 +33,10 @@ impl Inverse {
     pub(crate) fn of(robot: &Robot) -> Self {
         let friction = robot.model().default_friction.unwrap_or_default();
         let threads = NonZeroUsize::MIN;
-        Self::new(robot, InverseDynamics { friction, friction_margin: false, threads })
+        Self::new(
+            robot,
+            InverseDynamics { friction, friction_margin: false, indices: Indices::All, threads },
+        )
     }
 
     /// Sets how friction is coupled with the reactions that cause it: converged, one pass, or off.
@@ -54,12 +58,20 @@ impl Inverse {
         self
     }
 
+    /// Sets where the singularity indices are computed. Default: at all samples. A summary needs only the
+    /// least ones, which takes less time; elsewhere they are then NaN.
+    pub fn indices(mut self, at: Indices) -> Self {
+        self.task.indices = at;
+        self
+    }
+
     /// Converts the request to that of `stiction_run`, as its tables, plots and summaries require.
     ///
     /// # Errors
     /// The model has no default motion, and none was given.
     pub fn job(&self) -> Result<Job<'_>, Error> {
-        Ok(Job { friction_margin: self.task.friction_margin, ..self.along(self.task.friction)? })
+        let InverseDynamics { friction, friction_margin, indices, .. } = self.task;
+        Ok(Job { friction_margin, indices, ..self.along(friction)? })
     }
 
     /// Computes all samples and hands them to a sink: tables, plots and summaries of `stiction_run`. Reports

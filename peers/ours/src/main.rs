@@ -16,11 +16,15 @@ use subject::Subject;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [model, file] = arguments.as_slice() else {
-        eprintln!("usage: stiction-peers MODEL MODEL.ours.txt");
-        return ExitCode::from(2);
+    let (model, file) = match arguments.as_slice() {
+        [model] => (model, None),
+        [model, file] => (model, Some(file)),
+        _ => {
+            eprintln!("usage: stiction-peers MODEL [MODEL.ours.txt]");
+            return ExitCode::from(2);
+        }
     };
-    match run(model, file) {
+    match run(model, file.map(String::as_str)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(what) => {
             eprintln!("{what}");
@@ -29,8 +33,12 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(model: &str, file: &str) -> Result<(), String> {
-    let expected = Expected::read(file)?;
+/// Without a file of expected forces, those of the general solver at instants of the default motion.
+fn run(model: &str, file: Option<&str>) -> Result<(), String> {
+    let expected = match file {
+        Some(file) => Expected::read(file)?,
+        None => robot::solved(model)?,
+    };
     let robot = Robot::new(model, &expected)?;
     let mut subjects = programs::subjects(&robot, &expected);
     subjects.extend(kernels::subjects(&robot, &expected));

@@ -11,21 +11,70 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+/// Our own programs.
+pub(crate) struct Programs {
+    /// The program `stiction`.
+    pub(crate) program: PathBuf,
+    ours: PathBuf,
+    /// Folder of the harnesses, the files of states, and other results.
+    pub(crate) place: PathBuf,
+    /// Core on which all timed programs run; `None` if they cannot be pinned.
+    pub(crate) core: Option<usize>,
+}
+
+impl Programs {
+    /// Builds the programs.
+    pub(crate) fn build() -> Result<Self, Trouble> {
+        let packages = ["--package", "stiction-cli", "--package", "stiction-peers"];
+        if !succeeds(cargo(&["build", "--release"]).args(packages)) {
+            return Err(Trouble::Failed("cargo cannot build our programs".into()));
+        }
+        // The folder of release builds lies beside that of this program.
+        let built = env::current_exe().ok().and_then(|own| Some(own.parent()?.parent()?.into()));
+        let built: PathBuf =
+            built.ok_or_else(|| Trouble::Failed("the folder of builds is unknown".into()))?;
+        let programs = Self {
+            program: built.join("release/stiction"),
+            ours: built.join("release/stiction-peers"),
+            place: built.join("peers"),
+            core: last_core(),
+        };
+        for program in [&programs.program, &programs.ours] {
+            if !program.is_file() {
+                return Err(Trouble::Failed(format!("cargo has not built {}", program.display())));
+            }
+        }
+        fs::create_dir_all(&programs.place)
+            .map_err(|error| Trouble::Failed(format!("{}: {error}", programs.place.display())))?;
+        Ok(programs)
+    }
+
+    pub(crate) fn ours(&self) -> Runs {
+        self.on_core(&self.ours)
+    }
+
+    pub(crate) fn program(&self) -> Runs {
+        self.on_core(&self.program)
+    }
+
+    fn on_core(&self, program: &Path) -> Runs {
+        let Some(core) = self.core else { return Runs(Command::new(program)) };
+        let mut command = Command::new("taskset");
+        command.args(["--cpu-list", &core.to_string()]).arg(program);
+        Runs(command)
+    }
+}
+
 /// Paths of the tools and programs of a comparison.
-pub(crate) struct Tools {
+pub(crate) struct Tools<'a> {
+    /// Our own programs.
+    pub(crate) programs: &'a Programs,
     /// Python interpreter of the environment.
     pub(crate) python: PathBuf,
     /// Folder `peers` of the repository.
     pub(crate) sources: PathBuf,
-    /// The program `stiction`.
-    pub(crate) program: PathBuf,
     /// C++ compiler and its version line.
     pub(crate) compiler: (String, String),
-    /// Folder of the harnesses and the files of states.
-    place: PathBuf,
-    ours: PathBuf,
-    /// Core on which all timed programs run; `None` if they cannot be pinned.
-    pub(crate) core: Option<usize>,
 }
 
 /// Optimisation flags of the compiler for all harnesses.
@@ -39,8 +88,8 @@ const PINOCCHIO: [&str; 4] = [
     "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
 ];
 
-impl Tools {
-    pub(crate) fn find() -> Result<Self, Trouble> {
+impl<'a> Tools<'a> {
+    pub(crate) fn find(programs: &'a Programs) -> Result<Self, Trouble> {
         if cfg!(windows) {
             return Err(Trouble::Missing("the harnesses need Linux or macOS".into()));
         }
@@ -53,35 +102,12 @@ impl Tools {
         })?;
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let python = engines(&root.join("validation")).map_err(Trouble::Missing)?;
-        let packages = ["--package", "stiction-cli", "--package", "stiction-peers"];
-        if !succeeds(cargo(&["build", "--release"]).args(packages)) {
-            return Err(Trouble::Failed("cargo cannot build our programs".into()));
-        }
-        // The folder of release builds lies beside that of this program.
-        let built = env::current_exe().ok().and_then(|own| Some(own.parent()?.parent()?.into()));
-        let built: PathBuf =
-            built.ok_or_else(|| Trouble::Failed("the folder of builds is unknown".into()))?;
-        let tools = Self {
-            python,
-            sources: root.join("peers"),
-            program: built.join("release/stiction"),
-            compiler,
-            ours: built.join("release/stiction-peers"),
-            place: built.join("peers"),
-            core: last_core(),
-        };
-        for program in [&tools.program, &tools.ours] {
-            if !program.is_file() {
-                return Err(Trouble::Failed(format!("cargo has not built {}", program.display())));
-            }
-        }
+        let tools = Self { programs, python, sources: root.join("peers"), compiler };
         tools.build_harnesses()?;
         Ok(tools)
     }
 
     fn build_harnesses(&self) -> Result<(), Trouble> {
-        fs::create_dir_all(&self.place)
-            .map_err(|error| Trouble::Failed(format!("{}: {error}", self.place.display())))?;
         let site = "import sysconfig; print(sysconfig.get_path('platlib'))";
         let site = output(Command::new(&self.python).args(["-c", site]))?;
         let site = Path::new(site.trim());
@@ -109,7 +135,8 @@ impl Tools {
         };
         let texts = read(&source)? + &read(&self.sources.join("harness.hpp"))?;
         let expected = format!("{:?} {FLAGS:?} {flags:?}\n{texts}", self.compiler);
-        let (program, stamp) = (self.place.join(name), self.place.join(format!("{name}.stamp")));
+        let (program, stamp) =
+            (self.programs.place.join(name), self.programs.place.join(format!("{name}.stamp")));
         if program.is_file() && fs::read_to_string(&stamp).is_ok_and(|built| built == expected) {
             return Ok(());
         }
@@ -126,26 +153,15 @@ impl Tools {
 
     /// Writes models and states for the engines; returns their folder.
     pub(crate) fn states(&self, models: &[&str]) -> Result<PathBuf, Trouble> {
-        let folder = self.place.join("states");
+        let folder = self.programs.place.join("states");
         let mut command = Command::new(&self.python);
-        command.arg(self.sources.join("states.py")).arg("--stiction").arg(&self.program);
+        command.arg(self.sources.join("states.py")).arg("--stiction").arg(&self.programs.program);
         command.arg("--out").arg(&folder).args(models);
         output(&mut command).map(|_| folder)
     }
 
     pub(crate) fn harness(&self, name: &str) -> Runs {
-        self.on_core(&self.place.join(name))
-    }
-
-    pub(crate) fn ours(&self) -> Runs {
-        self.on_core(&self.ours)
-    }
-
-    fn on_core(&self, program: &Path) -> Runs {
-        let Some(core) = self.core else { return Runs(Command::new(program)) };
-        let mut command = Command::new("taskset");
-        command.args(["--cpu-list", &core.to_string()]).arg(program);
-        Runs(command)
+        self.programs.on_core(&self.programs.place.join(name))
     }
 
     /// Versions of the engines, libraries and compilers.

@@ -1,6 +1,6 @@
 //! Description of the machine without its host name.
 
-use super::build::Tools;
+use super::build::Programs;
 use serde_json::{Value, json};
 use std::fs;
 use std::process::{Command, Stdio};
@@ -15,13 +15,13 @@ pub(crate) fn last_core() -> Option<usize> {
     command.status().is_ok_and(|status| status.success()).then_some(core)
 }
 
-pub(crate) fn machine(tools: &Tools) -> Value {
+pub(crate) fn machine(programs: &Programs) -> Value {
     json!({
         "cpu": cpu(),
         "cores": available_parallelism().map_or(0, |n| n.get()),
         "caches": caches(),
         "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        "on_one_core": tools.core.is_some(),
+        "on_one_core": programs.core.is_some(),
         "load": load(),
     })
 }

@@ -1,6 +1,7 @@
 //! `cargo xtask peers`: compares speed with other engines, see `peers/README.md`.
 //!
-//! Builds a harness for each engine and checks its forces against ours. Then runs batches of a
+//! Measures the commands that users type beside our recorded program; this part needs no other engine.
+//! Then builds a harness for each engine and checks its forces against ours, and runs batches of a
 //! millisecond of all engines in rotation, so that a slow period of the machine affects all of
 //! them.
 
@@ -8,11 +9,13 @@ mod build;
 mod machine;
 mod page;
 mod process;
+mod product;
 mod report;
 mod rounds;
 
-use build::Tools;
+use build::{Programs, Tools};
 use process::Process;
+use product::Product;
 use report::ModelResult;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -73,36 +76,65 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, Strin
 }
 
 fn run(options: &Options) -> Result<(), Trouble> {
-    let tools = Tools::find()?;
+    let programs = Programs::build()?;
+    let products = product::measure(&programs)?;
+    let tools = match Tools::find(&programs) {
+        Ok(tools) => tools,
+        Err(trouble) => {
+            // Our own commands need no other engine.
+            print!("{}", product::text(&products));
+            let machine = machine::machine(&programs);
+            let data = json!({
+                "ratios": product::ratios(&products),
+                "commands": product::json(&products),
+                "machine": machine,
+            });
+            save(options, &data)?;
+            return Err(trouble);
+        }
+    };
+    compare(options, &tools, &products)
+}
+
+/// Compares with the other engines.
+fn compare(options: &Options, tools: &Tools<'_>, products: &[Product]) -> Result<(), Trouble> {
     let states = tools.states(&MODELS)?;
     let mut results = Vec::new();
     for model in MODELS {
-        let mut processes = processes(&tools, &states, model)?;
+        let mut processes = processes(tools, &states, model)?;
         check(&processes)?;
         eprintln!("== {model}: {} rounds", options.rounds);
         let timings = rounds::run(&mut processes, options.rounds).map_err(Trouble::Failed)?;
         results.push(ModelResult { model, timings });
     }
-    let python = python_level(&tools, &states)?;
-    let (machine, versions) = (machine::machine(&tools), tools.versions()?);
+    let python = python_level(tools, &states)?;
+    let (machine, versions) = (machine::machine(tools.programs), tools.versions()?);
     let text = report::text(&results, &python, &machine, &versions);
-    print!("{text}");
-    let data = report::json(&results, &python, machine, versions, options.rounds);
-    if let Some(path) = &options.json {
-        let written = std::fs::write(path, format!("{data:#}\n"));
-        written.map_err(|error| Trouble::Failed(format!("{}: {error}", path.display())))?;
+    print!("{text}{}", product::text(products));
+    let mut data = report::json(&results, &python, machine, versions, options.rounds);
+    if let Some(ratios) = data["ratios"].as_object_mut() {
+        ratios.extend(product::ratios(products));
     }
+    data["commands"] = product::json(products);
+    save(options, &data)?;
     if options.write {
-        page::write(&tools, &data).map_err(Trouble::Failed)?;
+        page::write(tools, &data).map_err(Trouble::Failed)?;
     }
     Ok(())
 }
 
+/// Writes the file of `--json`.
+fn save(options: &Options, data: &Value) -> Result<(), Trouble> {
+    let Some(path) = &options.json else { return Ok(()) };
+    std::fs::write(path, format!("{data:#}\n"))
+        .map_err(|error| Trouble::Failed(format!("{}: {error}", path.display())))
+}
+
 /// Starts our program and the harnesses of a model.
-fn processes(tools: &Tools, states: &Path, model: &str) -> Result<Vec<Process>, Trouble> {
+fn processes(tools: &Tools<'_>, states: &Path, model: &str) -> Result<Vec<Process>, Trouble> {
     let file = |what: &str| states.join(format!("{model}.{what}"));
     let mut commands = vec![
-        ("stiction", tools.ours().arg(model).arg(file("ours.txt"))),
+        ("stiction", tools.programs.ours().arg(model).arg(file("ours.txt"))),
         ("mujoco", tools.harness("mujoco").arg(file("mujoco.xml")).arg(file("mujoco.txt"))),
         ("pinocchio", tools.harness("pinocchio").arg(file("pinocchio.txt"))),
     ];
@@ -135,11 +167,16 @@ fn check(processes: &[Process]) -> Result<(), Trouble> {
 }
 
 /// Times of calls from Python.
-fn python_level(tools: &Tools, states: &Path) -> Result<Value, Trouble> {
+fn python_level(tools: &Tools<'_>, states: &Path) -> Result<Value, Trouble> {
     eprintln!("== from Python");
     let mut command = Command::new(&tools.python);
     command.arg(tools.sources.join("python_level.py"));
-    command.arg("--stiction").arg(&tools.program).arg("--states").arg(states).arg(MODELS[0]);
+    command
+        .arg("--stiction")
+        .arg(&tools.programs.program)
+        .arg("--states")
+        .arg(states)
+        .arg(MODELS[0]);
     let output = build::output(&mut command)?;
     serde_json::from_str(&output)
         .map_err(|error| Trouble::Failed(format!("python_level.py: {error}")))

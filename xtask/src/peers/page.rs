@@ -9,7 +9,7 @@ const BEGIN: &str = "<!-- cargo xtask peers -->";
 const END: &str = "<!-- end of cargo xtask peers -->";
 
 /// Replaces the text between the markers.
-pub(crate) fn write(tools: &Tools, data: &Value) -> Result<(), String> {
+pub(crate) fn write(tools: &Tools<'_>, data: &Value) -> Result<(), String> {
     let path = tools.sources.join("../docs/src/speed.md");
     let fault = |error: std::io::Error| format!("{}: {error}", path.display());
     let page = fs::read_to_string(&path).map_err(fault)?;

@@ -5,6 +5,7 @@
 
 use super::interfaces::InterfaceState;
 use super::inverse::Inverse;
+use super::load_history::LoadHistory;
 use super::model::Model;
 use super::responses::Responses;
 use crate::friction::{OwnFriction, Resistance};
@@ -57,7 +58,10 @@ pub(super) enum Start<'a> {
     Uncoupled,
     /// Those of the last solution, if the same interfaces act.
     Last,
-    /// Those of the opposite frictions, mirrored at the ones without friction.
+    /// Those expected from the positions before, for the present motion.
+    Expected,
+    /// Those expected from the positions before, for the opposite motion; otherwise those of the
+    /// opposite frictions, mirrored at the ones without friction.
     Opposite(&'a [InterfaceState<f64>]),
 }
 
@@ -75,6 +79,8 @@ pub(super) struct FrictionCoupling {
     /// Interfaces whose friction depends on their normal loads, and these loads.
     unknowns: Vec<usize>,
     loads: Vec<f64>,
+    /// Loads at the positions before, in the present and in the opposite motion.
+    history: [LoadHistory; 2],
     /// Friction of each component, N.
     frictions: Vec<f64>,
     start: Vec<Wrench<f64>>,
@@ -239,11 +245,24 @@ impl FrictionCoupling {
             Start::Last if self.loads.len() == self.unknowns.len() => {
                 self.newton(at) || self.newton_from_uncoupled(at, None)
             }
-            Start::Opposite(states) => self.newton_from_uncoupled(at, Some(states)),
+            Start::Expected => {
+                self.newton_from_expected(at, 0) || self.newton_from_uncoupled(at, None)
+            }
+            Start::Opposite(states) => {
+                self.newton_from_expected(at, 1) || self.newton_from_uncoupled(at, Some(states))
+            }
             Start::Last | Start::Uncoupled => self.newton_from_uncoupled(at, None),
         };
         if !found {
             return false;
+        }
+        let history = match start {
+            Start::Expected => Some(0),
+            Start::Opposite(_) => Some(1),
+            Start::Last | Start::Uncoupled => None,
+        };
+        if let Some(history) = history {
+            self.history[history].add(&self.unknowns, &self.loads);
         }
         self.frictions.clear();
         self.frictions.resize(self.responses.len(), 0.0);
@@ -256,6 +275,41 @@ impl FrictionCoupling {
             }
         }
         true
+    }
+
+    /// Newton's method, started from the normal loads that the positions before let expect.
+    fn newton_from_expected(&mut self, at: Configuration<'_>, history: usize) -> bool {
+        let Self { history: all, unknowns, loads, .. } = self;
+        all[history].predict(unknowns, loads) && self.newton(at)
+    }
+
+    /// Solves for the present motion after [`Self::begin`], where the bound proves the solution unique;
+    /// [`Self::total_wrenches`] and [`Self::present_loads`] are then the result. Returns false if
+    /// there is no solution, or too many interfaces for a dense problem.
+    pub(super) fn solve_present(&mut self, at: Configuration<'_>) -> bool {
+        let settled = self.is_stored && self.settle(at, Start::Expected);
+        if settled {
+            self.joint_wrenches();
+        }
+        settled
+    }
+
+    /// Wrenches of the last [`Self::joint_wrenches`].
+    pub(super) fn total_wrenches(&self) -> &[Wrench<f64>] {
+        &self.start
+    }
+
+    /// Interfaces whose friction depends on their normal loads, with these loads.
+    pub(super) fn present_loads(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.unknowns.iter().copied().zip(self.loads.iter().copied())
+    }
+
+    /// True if no interface at rest could have friction.
+    pub(super) fn has_only_sliding_friction(&self) -> bool {
+        self.acting.iter().all(|acting| {
+            let Resistance { coefficient, constant } = acting.resistance;
+            acting.parts[0] == 1.0 || (coefficient == 0.0 && constant == 0.0)
+        })
     }
 
     /// Newton's method, started from the normal loads without friction or, if `opposite`, from the

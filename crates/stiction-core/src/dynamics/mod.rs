@@ -16,6 +16,7 @@ mod error;
 mod forces;
 mod interfaces;
 mod inverse;
+mod load_history;
 mod model;
 mod plan;
 mod power;

@@ -126,6 +126,15 @@ impl BalanceStructure {
         structure
     }
 
+    /// True if the wrenches at the cuts determine all forces: the balance is determined, without
+    /// gearings, local degrees of freedom and actuators at cuts.
+    pub(super) fn is_plain(&self, topology: &Topology) -> bool {
+        self.weighting == Weighting::Determined
+            && self.gearings.is_empty()
+            && self.spin_nodes.is_empty()
+            && topology.cut_actuators.is_empty()
+    }
+
     /// Number of columns without Lagrange multipliers: wrenches, local degrees of freedom and gearings.
     pub(super) fn unknowns(&self) -> usize {
         self.first_gearing() + self.gearings.len()

@@ -1,7 +1,7 @@
 //! Influence operator: from friction unknowns to the wrenches at the joints of all friction
 //! interfaces.
 
-use super::small_system::{Four, blocks_of};
+use super::small_system::{Four, blocks_of, by_width};
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 
@@ -46,15 +46,66 @@ impl InfluenceMatrix {
 
     /// Wrench at the joint of an interface for unknowns in blocks of four.
     pub(super) fn apply(&self, interface: usize, unknowns: &[Four]) -> Wrench<f64> {
+        let width = blocks_of(self.count);
+        let rows = &self.blocks[6 * width * interface..6 * width * (interface + 1)];
         let mut sums = [0.0; 6];
-        for (sum, row) in sums.iter_mut().zip(self.rows(interface)) {
-            let mut lanes = Four::zero();
-            row.iter().zip(unknowns).for_each(|(u, x)| lanes += *u * *x);
+        let fold = |lanes: Four| {
             let [a, b, c, d] = lanes.0;
-            *sum = (a + b) + (c + d);
-        }
+            (a + b) + (c + d)
+        };
+        by_width!(
+            width,
+            W => {
+                let (rows, _) = rows.as_chunks::<W>();
+                if let (Some(rows), Some(x)) = (rows.first_chunk::<6>(), unknowns.first_chunk::<W>()) {
+                    for (sum, row) in sums.iter_mut().zip(rows) {
+                        let mut lanes = Four::zero();
+                        for k in 0..W {
+                            lanes += row[k] * x[k];
+                        }
+                        *sum = fold(lanes);
+                    }
+                }
+            },
+            for (sum, row) in sums.iter_mut().zip(rows.chunks_exact(width)) {
+                let mut lanes = Four::zero();
+                row.iter().zip(unknowns).for_each(|(u, x)| lanes += *u * *x);
+                *sum = fold(lanes);
+            }
+        );
         let [force, moment] = [0, 3].map(|i| Vec3::new(sums[i], sums[i + 1], sums[i + 2]));
         Wrench { force, moment }
+    }
+
+    /// Sums the six rows of an interface, each multiplied by its factor.
+    pub(super) fn combine(&self, interface: usize, factors: [f64; 6], sums: &mut [Four]) {
+        let width = blocks_of(self.count);
+        let rows = &self.blocks[6 * width * interface..6 * width * (interface + 1)];
+        by_width!(
+            width,
+            W => {
+                let (rows, _) = rows.as_chunks::<W>();
+                if let (Some(rows), Some(sums)) =
+                    (rows.first_chunk::<6>(), sums.first_chunk_mut::<W>())
+                {
+                    let mut total = [Four::zero(); W];
+                    for (row, factor) in rows.iter().zip(factors) {
+                        let factor = Four::from_f64(factor);
+                        for k in 0..W {
+                            total[k] += row[k] * factor;
+                        }
+                    }
+                    *sums = total;
+                }
+            },
+            {
+                sums.fill(Four::zero());
+                for (row, factor) in rows.chunks_exact(width).zip(factors) {
+                    let factor = Four::from_f64(factor);
+                    sums.iter_mut().zip(row).for_each(|(sum, u)| *sum += factor * *u);
+                }
+            }
+        );
     }
 }
 

@@ -43,7 +43,6 @@ impl LoadProblem {
         for _ in 0..STEPS {
             pack(loads, blocks);
             change.clear();
-            matrix.clear();
             matrix.resize(width * loads.len(), Four::zero());
             for (k, row) in matrix.chunks_exact_mut(width).enumerate() {
                 let unknown = &self.unknowns[k];
@@ -52,10 +51,7 @@ impl LoadProblem {
                 change.push(loads[k] - state.value);
                 let Twist { angular, linear } = state.gradient;
                 let slopes = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
-                for (slope, influence) in slopes.into_iter().zip(self.influence.rows(k)) {
-                    let slope = Four::from_f64(-part * slope);
-                    row.iter_mut().zip(influence).for_each(|(m, u)| *m += slope * *u);
-                }
+                self.influence.combine(k, slopes.map(|slope| -part * slope), row);
                 row[k / 4].0[k % 4] += 1.0;
             }
             let positive = solve_in_place(matrix, change)?;

@@ -11,6 +11,7 @@ mod coordinate;
 mod dof;
 mod error;
 mod finite_motion;
+mod floating;
 mod gearing;
 mod least_squares;
 mod legs;

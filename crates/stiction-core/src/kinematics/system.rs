@@ -56,6 +56,8 @@ pub struct Kinematics<T> {
     closures: usize,
     /// Sign of the determinant at the last position.
     sign: T,
+    /// True if factors and sign are those of the present position.
+    is_factored: bool,
 }
 
 impl<T: Scalar> Kinematics<T> {
@@ -77,6 +79,7 @@ impl<T: Scalar> Kinematics<T> {
             step: zeros(topology.dofs()),
             closures: motion_constraints.closures,
             sign: T::one(),
+            is_factored: false,
         }
     }
 
@@ -218,18 +221,26 @@ impl<T: Scalar> Kinematics<T> {
         state: &mut State<T>,
         targets: &[Target<T>],
     ) {
-        let KinematicModel { topology, constraints, rates: program } = model;
+        let KinematicModel { topology, constraints, .. } = model;
         self.place(topology, parameters, constraints, state, targets);
-        self.linearise(topology, parameters, constraints);
-        program.factor(&self.entries, &mut self.factors);
-        for (right, error) in self.right.iter_mut().zip(&self.errors) {
-            *right = -*error;
-        }
-        program.solve(&self.factors, &mut self.right, &mut self.step);
-        state.advance(topology, &self.step);
+        self.approach_here(model, parameters, state);
     }
 
-    /// Takes another step with the matrix of the last [`Self::approach`]; needs [`Self::place`].
+    /// Takes one Newton step from the position of the last [`Self::place`].
+    pub(super) fn approach_here(
+        &mut self,
+        model: &KinematicModel,
+        parameters: &Parameters<T>,
+        state: &mut State<T>,
+    ) {
+        let KinematicModel { topology, constraints, rates: program } = model;
+        self.linearise(topology, parameters, constraints);
+        program.factor(&self.entries, &mut self.factors);
+        self.is_factored = false;
+        self.approach_again(model, state);
+    }
+
+    /// Takes another step with the last factored matrix; needs [`Self::place`].
     pub(super) fn approach_again(&mut self, model: &KinematicModel, state: &mut State<T>) {
         for (right, error) in self.right.iter_mut().zip(&self.errors) {
             *right = -*error;
@@ -262,6 +273,7 @@ impl<T: Scalar> Kinematics<T> {
         let KinematicModel { topology, constraints, rates: program } = model;
         self.linearise(topology, parameters, constraints);
         self.sign = program.factor(&self.entries, &mut self.factors);
+        self.is_factored = true;
 
         self.right_of_rates(constraints, targets);
         self.solve(constraints, program, &mut state.rates);
@@ -270,6 +282,28 @@ impl<T: Scalar> Kinematics<T> {
         self.right_of_accelerations(topology, parameters, constraints, targets);
         self.solve(constraints, program, &mut state.accelerations);
         self.bodies.accelerate(topology, &state.accelerations);
+    }
+
+    /// Moves the bodies with known rates and accelerations at the position of the last [`Self::place`],
+    /// without the factors of the equations.
+    pub(super) fn move_with(&mut self, topology: &Topology, state: &State<T>) {
+        self.is_factored = false;
+        self.bodies.move_with(topology, &state.rates);
+        self.bodies.accelerate(topology, &state.accelerations);
+    }
+
+    /// Factors the equations at the present position, unless that has been done.
+    pub(crate) fn factor_here(&mut self, model: &KinematicModel, parameters: &Parameters<T>) {
+        if !self.is_factored {
+            self.linearise(&model.topology, parameters, &model.constraints);
+            self.sign = model.rates.factor(&self.entries, &mut self.factors);
+            self.is_factored = true;
+        }
+    }
+
+    /// True if the factors are those of a position at which the rates were computed.
+    pub(super) fn is_factored(&self) -> bool {
+        self.is_factored
     }
 
     /// Solves for the right-hand side. Derivatives follow from the residual of the equations with

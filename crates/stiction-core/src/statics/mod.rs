@@ -17,7 +17,7 @@ pub(crate) use load::demand_of_motion;
 pub use load::{AppliedLoad, LoadAxes};
 pub(crate) use rank::DETERMINED;
 pub(crate) use rank::InfeasibleLoad;
-pub use singularity_distances::SingularityDistances;
+pub use singularity_distances::{SingularityDistances, SingularityIndex};
 pub(crate) use weakest::IdleAxis;
 
 // Used by the project's other crates; no part of the stable interface.

@@ -72,6 +72,11 @@ impl Prediction {
         self.vector.extend_from_slice(vector);
     }
 
+    /// Replaces the expectation at the next position.
+    pub(super) fn expect(&mut self, eigenvalue: f64) {
+        (self.last, self.before) = (Some(eigenvalue), None);
+    }
+
     /// Forgets all positions.
     pub(super) fn forget(&mut self) {
         (self.last, self.before, self.missed) = (None, None, None);

@@ -48,6 +48,10 @@ pub struct SingularityDistances {
     joint_slots: Vec<Meeting>,
     /// Scaled unit wrenches of each joint, constraints first, on its predecessor and its successor.
     on: Vec<[[Part; BLOCK]; 2]>,
+    /// The same at the position of the last [`Self::travel`].
+    passed: Vec<[[Part; BLOCK]; 2]>,
+    /// Sums of magnitudes in the rows of each body, for [`Self::travel`]: of constraints, of all.
+    row_sums: Vec<[Part; 2]>,
     /// Transposed constraints: for each component of the wrench one number for each constraint.
     across: Vec<[[Part; BLOCK]; 2]>,
     actuation: Prediction,
@@ -55,6 +59,15 @@ pub struct SingularityDistances {
     /// Constraint forces on each body.
     carried: Vec<Part>,
     lanczos: Lanczos,
+}
+
+/// One of the [`Distances`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SingularityIndex {
+    /// [`Distances::actuation`].
+    Actuation,
+    /// [`Distances::constraint`].
+    Constraint,
 }
 
 #[derive(Clone, Debug)]
@@ -142,6 +155,8 @@ impl SingularityDistances {
             by_joints,
             joint_slots,
             on: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
+            passed: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
+            row_sums: vec![[[0.0; BLOCK]; 2]; bodies],
             across: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
             actuation: Prediction::default(),
             constraint: Prediction::default(),
@@ -158,21 +173,109 @@ impl SingularityDistances {
         bodies: &Bodies<f64>,
     ) -> Distances {
         let largest = self.place(parameters, bodies);
-        let trusted = |value: &f64| *value > SMALL * largest;
-        let refined = |value: &f64| *value > TINY * largest;
-        let actuation = self.smallest_between_bodies().filter(trusted).or_else(|| {
-            self.actuation.forget();
-            self.smallest_between_bodies_at(None).filter(refined)
-        });
-        if let Some(actuation) = actuation {
-            let constraint = self.smallest_between_joints().filter(trusted).or_else(|| {
-                self.constraint.forget();
-                self.smallest_between_joints_at(None).filter(refined)
-            });
-            if let Some(constraint) = constraint {
-                return Distances { actuation, constraint };
+        let actuation = self.between_bodies(largest);
+        let constraint = actuation.and_then(|_| self.between_joints(largest));
+        match (actuation, constraint) {
+            (Some(actuation), Some(constraint)) => Distances { actuation, constraint },
+            _ => self.measure_dense(mechanism, parameters, bodies),
+        }
+    }
+
+    /// Computes one of the indices at the position of `bodies`, near a known value if there is one.
+    pub fn measure_one(
+        &mut self,
+        index: SingularityIndex,
+        expected: Option<f64>,
+        (mechanism, parameters, bodies): (&Mechanism, &Parameters<f64>, &Bodies<f64>),
+    ) -> f64 {
+        let largest = self.place(parameters, bodies);
+        let prediction = match index {
+            SingularityIndex::Actuation => &mut self.actuation,
+            SingularityIndex::Constraint => &mut self.constraint,
+        };
+        if let Some(expected) = expected {
+            prediction.expect(expected * expected);
+        }
+        let found = match index {
+            SingularityIndex::Actuation => self.between_bodies(largest),
+            SingularityIndex::Constraint => self.between_joints(largest),
+        };
+        found.unwrap_or_else(|| {
+            let distances = self.measure_dense(mechanism, parameters, bodies);
+            match index {
+                SingularityIndex::Actuation => distances.actuation,
+                SingularityIndex::Constraint => distances.constraint,
+            }
+        })
+    }
+
+    /// Upper bounds on the changes of the indices since the last call. By Weyl's inequality a singular
+    /// value changes by at most the norm of the change of the matrix, which is at most the geometric
+    /// mean of its largest sums of magnitudes in a column and in a row.
+    pub fn travel(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> Distances {
+        std::mem::swap(&mut self.on, &mut self.passed);
+        self.place(parameters, bodies);
+        let Self { row_sums, .. } = self;
+        row_sums.fill([[0.0; BLOCK]; 2]);
+        // Largest sums in a column: of constraints, of all unknowns.
+        let mut columns = [0.0_f64; 2];
+        for ((joint, on), passed) in self.joints.iter().zip(&self.on).zip(&self.passed) {
+            let mut sums = [0.0; BLOCK];
+            for end in 0..2 {
+                let Some(body) = joint.ends[end].checked_sub(1) else { continue };
+                let mut rows = [[0.0; BLOCK]; 2];
+                for unknown in 0..joint.unknowns {
+                    let kind = usize::from(unknown >= joint.constraints);
+                    let (now, before) = (&on[end][unknown], &passed[end][unknown]);
+                    let change: Part = core::array::from_fn(|i| (now[i] - before[i]).abs());
+                    (0..BLOCK).for_each(|i| rows[kind][i] += change[i]);
+                    sums[unknown] += change.iter().sum::<f64>();
+                }
+                for (kind, rows) in rows.iter().enumerate() {
+                    (0..BLOCK).for_each(|i| row_sums[body][kind][i] += rows[i]);
+                }
+            }
+            let (constraints, others) = sums.split_at(joint.constraints);
+            columns[0] = constraints.iter().fold(columns[0], |most, sum| most.max(*sum));
+            columns[1] = others.iter().fold(columns[1], |most, sum| most.max(*sum));
+        }
+        let mut rows = [0.0_f64; 2];
+        for [constraints, drives] in row_sums {
+            for i in 0..BLOCK {
+                rows[0] = rows[0].max(constraints[i]);
+                rows[1] = rows[1].max(constraints[i] + drives[i]);
             }
         }
+        Distances {
+            constraint: (columns[0] * rows[0]).sqrt(),
+            actuation: (columns[0].max(columns[1]) * rows[1]).sqrt(),
+        }
+    }
+
+    /// Index of actuation at the placed position; `None` if the product has lost its digits.
+    fn between_bodies(&mut self, largest: f64) -> Option<f64> {
+        let trusted = |value: &f64| *value > SMALL * largest;
+        self.smallest_between_bodies().filter(trusted).or_else(|| {
+            self.actuation.forget();
+            self.smallest_between_bodies_at(None).filter(|value| *value > TINY * largest)
+        })
+    }
+
+    /// Index of the constraints at the placed position; `None` if the product has lost its digits.
+    fn between_joints(&mut self, largest: f64) -> Option<f64> {
+        let trusted = |value: &f64| *value > SMALL * largest;
+        self.smallest_between_joints().filter(trusted).or_else(|| {
+            self.constraint.forget();
+            self.smallest_between_joints_at(None).filter(|value| *value > TINY * largest)
+        })
+    }
+
+    fn measure_dense(
+        &self,
+        mechanism: &Mechanism,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+    ) -> Distances {
         let types: Vec<JointType> = self.joints.iter().map(|joint| joint.joint_type).collect();
         Distances::of_square(&NewtonEuler::new(mechanism, parameters, bodies), &types)
     }
@@ -225,11 +328,6 @@ impl SingularityDistances {
                     }
                     for entry in column {
                         largest = if entry.abs() > largest { entry.abs() } else { largest };
-                    }
-                }
-                for (k, column) in columns[..joint.constraints].iter().enumerate() {
-                    for (row, entry) in self.across[index][end].iter_mut().zip(column) {
-                        row[k] = *entry;
                     }
                 }
             }
@@ -295,6 +393,13 @@ impl SingularityDistances {
 
     /// Index of constraints alone with the matrix shifted; with refined solutions without a shift.
     fn smallest_between_joints_at(&mut self, shift: Option<Shift>) -> Option<f64> {
+        for ((joint, on), across) in self.joints.iter().zip(&self.on).zip(&mut self.across) {
+            for (on, across) in on.iter().zip(across) {
+                for (k, column) in on[..joint.constraints].iter().enumerate() {
+                    across.iter_mut().zip(column).for_each(|(row, entry)| row[k] = *entry);
+                }
+            }
+        }
         let matrix = &mut self.by_joints;
         matrix.clear();
         for Meeting { joints: [a, b], ends: [end_a, end_b], slot } in &self.joint_slots {

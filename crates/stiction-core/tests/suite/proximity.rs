@@ -74,12 +74,20 @@ fn values_along_motions_agree_with_decompositions() {
                     .map(|target| Target { value: target.value + away, ..*target })
                     .collect()
             };
+            let (mut traveller, mut last) = (proximity.clone(), None::<Distances>);
             for k in 0..24 {
                 if solver.move_to(&motion(k)).is_err() {
                     continue;
                 }
                 let statics = solver.statics();
                 let expected = Distances::new(&statics, coordinates.len(), 0);
+                let travel = traveller.travel(solver.parameters(), solver.bodies());
+                if let Some(last) = last.replace(expected) {
+                    // Up to the rounding of the decompositions.
+                    let within = |change: f64, bound: f64| change.abs() <= bound + 1e-12;
+                    assert!(within(expected.actuation - last.actuation, travel.actuation));
+                    assert!(within(expected.constraint - last.constraint, travel.constraint));
+                }
                 let singular = expected.actuation.min(expected.constraint) < 1e-5;
                 if statics.redundancy() > 0 || singular {
                     continue;

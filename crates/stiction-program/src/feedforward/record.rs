@@ -140,7 +140,8 @@ impl Feedforward {
                 return true;
             };
             // From these coordinates: another assembly mode has other forces.
-            if !solver.return_to(&state.coordinates, targets) {
+            let known = [&state.coordinates, &state.rates, &state.accelerations];
+            if !solver.return_to(known.map(Vec::as_slice), targets) {
                 return true;
             }
             let Ok(forces) = solver.solve(&[]) else { return true };

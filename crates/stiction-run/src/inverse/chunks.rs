@@ -137,7 +137,7 @@ impl<'a, W: Work> Walk<'a, W> {
             }
             let next = self.instants.at(sample + 1);
             let known = self.track.at(sample + 1);
-            if !known.is_some_and(|coordinates| follower.return_to(next, coordinates)) {
+            if !known.is_some_and(|known| follower.return_to(next, known.state)) {
                 follower.go_to(next)?;
             }
         }

@@ -5,12 +5,14 @@ use super::joints::Turns;
 use super::motors::Motors;
 use super::sample::Sample;
 use super::sides::Sides;
-use super::solving::SampleResult;
+use super::solving::{ChunkResults, SampleResult};
 use super::verdict::Verdict;
 use crate::error::{Error, Missing, SinkError};
 use crate::job::Job;
 use stiction_core::dynamics::InverseError;
 use stiction_core::mechanism::Mechanism;
+use stiction_core::parameters::Parameters;
+use stiction_core::statics::{Distances, SingularityDistances};
 
 /// Results along the motion so far.
 pub(super) struct Gathered<'a> {
@@ -20,6 +22,9 @@ pub(super) struct Gathered<'a> {
     motors: Motors,
     /// Singularity index of actuation at the last sample.
     last_distance: f64,
+    /// Calculator of postponed singularity indices, and the least ones so far.
+    calculator: Option<SingularityDistances>,
+    least: Distances,
     certainty: Certainty,
     missing: Option<Missing>,
     failed: Option<(f64, InverseError)>,
@@ -27,8 +32,15 @@ pub(super) struct Gathered<'a> {
 
 impl<'a> Gathered<'a> {
     /// Creates an empty result; `verdict` holds the results of the motion scan.
-    pub(super) fn new(job: &Job<'a>, verdict: Verdict, motors: Motors) -> Self {
+    pub(super) fn new(
+        job: &Job<'a>,
+        calculator: Option<SingularityDistances>,
+        verdict: Verdict,
+        motors: Motors,
+    ) -> Self {
         Self {
+            calculator,
+            least: Distances { actuation: f64::INFINITY, constraint: f64::INFINITY },
             verdict,
             sides: Sides::default(),
             turns: Turns::new(job),
@@ -38,6 +50,19 @@ impl<'a> Gathered<'a> {
             missing: None,
             failed: None,
         }
+    }
+
+    /// Completes the results of a piece before its samples are taken. Pieces come in the order of time, so
+    /// that results do not depend on the number of threads.
+    pub(super) fn complete(
+        &mut self,
+        at: (&Mechanism, &Parameters<f64>),
+        mut piece: ChunkResults,
+    ) -> Vec<SampleResult> {
+        if let Some(calculator) = &mut self.calculator {
+            piece.least.compute(calculator, &mut self.least, at, &mut piece.samples);
+        }
+        piece.samples
     }
 
     /// Adds a sample and passes it to `receive`, unless a sample without forces has occurred.
@@ -71,7 +96,8 @@ impl<'a> Gathered<'a> {
         self.turns.add(time, &mut found.sample.joints);
         let passage = self.sides.see(found.side, time);
         // At singular poses only rounding determines the sign of the determinant.
-        if self.last_distance != 0.0 && actuation > 0.0 {
+        // NaN stands for an index that was not computed, because it is above the least one.
+        if self.last_distance != 0.0 && actuation != 0.0 {
             verdict.passed_singularities.extend(passage);
         }
         self.last_distance = actuation;

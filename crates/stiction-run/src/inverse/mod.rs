@@ -9,6 +9,7 @@ mod figures;
 mod gathered;
 mod headlines;
 mod joints;
+mod least_indices;
 mod motion_scan;
 mod motor_curves;
 mod motor_summary;

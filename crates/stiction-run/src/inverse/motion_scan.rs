@@ -68,7 +68,8 @@ impl Work for Following {
         };
         let fastest = fastest_interface(solver);
         extremes.add(MotionExtremes { fastest, actuators, mobility, ..MotionExtremes::none() });
-        extremes.track.add(&solver.state().coordinates);
+        let side = solver.side();
+        extremes.track.add(solver.state(), side);
         Ok(())
     }
 }

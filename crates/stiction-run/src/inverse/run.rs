@@ -58,6 +58,7 @@ impl Job<'_> {
         let instants = self.instants()?;
         let count = instants.count();
         let mut follower = self.assemble(instants.at(0))?;
+        follower.solver.extrapolate();
 
         // The first pass scans the motion.
         let mut extremes = MotionExtremes::none();
@@ -95,11 +96,14 @@ impl Job<'_> {
             singular: None,
         };
         let dofs = dofs_of(&self.model.mechanism);
-        let solving = Solving { job: self, uniqueness: Uniqueness::new(start, meant), dofs };
-        let mut gathered = Gathered::new(self, verdict, Motors::new(self, rest_rates));
+        let uniqueness = Uniqueness::new(start, meant);
+        let solving = Solving { job: self, track: &extremes.track, uniqueness, dofs };
+        let calculator = solving.uniqueness.proximity.clone();
+        let motors = Motors::new(self, rest_rates);
+        let mut gathered = Gathered::new(self, calculator, verdict, motors);
         let solving = (&solving, &extremes.track);
         chunks::carry_out(self, &follower, solving, threads, |range, piece: ChunkResults| {
-            for result in piece.samples {
+            for result in gathered.complete((start.mechanism(), start.parameters()), piece) {
                 gathered.take(start.mechanism(), result, &mut receive)?;
             }
             range.into_iter().try_for_each(|k| go_on(progress(Phase::Forces, k + 1, count)))

@@ -25,7 +25,7 @@ pub struct Sample {
     pub loads: Vec<AppliedLoad<f64>>,
     /// Largest loop-closure error, m (angles times the characteristic length).
     pub closure: f64,
-    /// Singularity indices.
+    /// Singularity indices; NaN where they are not asked for, see [`Indices`](crate::Indices).
     pub distances: Distances,
     /// True for each component of each joint's reaction (force, then moment) that statics
     /// determines.

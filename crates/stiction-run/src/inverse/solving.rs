@@ -4,17 +4,20 @@ use super::certainty::Asked;
 use super::chunks::Work;
 use super::efficiency::look_back;
 use super::joints::joint_motions;
+use super::least_indices::LeastIndices;
 use super::sample::Sample;
+use super::track::Track;
 use super::uniqueness::{Singular, Uniqueness};
 use crate::dofs::Dof;
 use crate::error::Error;
-use crate::job::Job;
+use crate::job::{Indices, Job};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, InverseError, Mirror};
 use stiction_format::Side;
 
 /// Computes forces and verdicts at each sample.
 pub(super) struct Solving<'a> {
     pub(super) job: &'a Job<'a>,
+    pub(super) track: &'a Track,
     /// Buffers for each chunk, copied at its start.
     pub(super) uniqueness: Uniqueness,
     /// Degrees of freedom of [`Sample::joints`].
@@ -25,6 +28,7 @@ pub(super) struct Solving<'a> {
 pub(super) struct ChunkResults {
     pub(super) samples: Vec<SampleResult>,
     uniqueness: Uniqueness,
+    pub(super) least: LeastIndices,
     mirror: Mirror,
     has_failed: bool,
 }
@@ -52,6 +56,7 @@ impl Work for Solving<'_> {
         ChunkResults {
             samples: Vec::new(),
             uniqueness: self.uniqueness.clone(),
+            least: LeastIndices::default(),
             mirror: Mirror::default(),
             has_failed: false,
         }
@@ -61,7 +66,7 @@ impl Work for Solving<'_> {
         &self,
         piece: &mut ChunkResults,
         solver: &mut InverseDynamics,
-        _sample: usize,
+        sample: usize,
         time: f64,
     ) -> Result<(), Error> {
         // Forces jump where a part is picked up or placed; the results include both sides.
@@ -78,7 +83,7 @@ impl Work for Solving<'_> {
                 // After a failure the other samples are unnecessary.
                 Ok(_) if piece.has_failed => {}
                 Ok(_) => {
-                    let found = self.find(piece, solver, loads, time);
+                    let found = self.find(piece, solver, loads, (sample, time));
                     piece.samples.push(SampleResult { time, found: Ok(Box::new(found)) });
                 }
             }
@@ -94,16 +99,22 @@ impl Solving<'_> {
         piece: &mut ChunkResults,
         solver: &mut InverseDynamics,
         loads: Vec<AppliedLoad<f64>>,
-        time: f64,
+        (sample, time): (usize, f64),
     ) -> Solved {
-        let side = solver.side();
+        let side = match self.track.at(sample) {
+            Some(known) => known.side,
+            None => solver.side(),
+        };
         let mut backward = Vec::new();
         if self.job.friction != FrictionMode::Off && !solver.forces().interfaces.is_empty() {
             look_back(solver, &mut piece.mirror, &loads, &mut backward);
         }
         let shares = solver.shares().clone();
         let uniqueness = &mut piece.uniqueness;
-        uniqueness.observe(solver, time);
+        let postpones = self.job.indices == Indices::Least;
+        if let Some(travel) = uniqueness.observe(solver, time, postpones) {
+            piece.least.postpone(piece.samples.len(), travel);
+        }
         let asked = Asked::of(solver, &loads, self.job.friction_margin);
         let sample = Sample {
             time,

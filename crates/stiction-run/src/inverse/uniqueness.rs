@@ -12,7 +12,8 @@ pub(super) struct Uniqueness {
     /// Mobility intended by the design, local rotations included.
     mobility: usize,
     /// Calculator of the indices; `None` unless statics has as many unknowns as equations.
-    proximity: Option<SingularityDistances>,
+    pub(super) proximity: Option<SingularityDistances>,
+    /// NaN if they are postponed.
     pub(super) distances: Distances,
     pub(super) redundancy: usize,
     pub(super) reactions: Vec<[bool; 6]>,
@@ -63,8 +64,14 @@ impl Uniqueness {
         }
     }
 
-    /// Examines the current pose.
-    pub(super) fn observe(&mut self, solver: &InverseDynamics, time: f64) {
+    /// Examines the current pose. If `postpones` and only the indices must be computed, returns bounds
+    /// on their changes instead, see [`SingularityDistances::travel`].
+    pub(super) fn observe(
+        &mut self,
+        solver: &InverseDynamics,
+        time: f64,
+        postpones: bool,
+    ) -> Option<Distances> {
         (self.is_singular, self.singular) = (false, None);
         if is_determined(solver)
             && let Some(proximity) = &mut self.proximity
@@ -75,9 +82,13 @@ impl Uniqueness {
             self.gearings.fill(true);
             self.loads.fill(true);
             self.drives.fill(true);
+            if postpones {
+                self.distances = Distances { actuation: f64::NAN, constraint: f64::NAN };
+                return Some(proximity.travel(solver.parameters(), solver.bodies()));
+            }
             self.distances =
                 proximity.measure(solver.mechanism(), solver.parameters(), solver.bodies());
-            return;
+            return None;
         }
         let spins = solver.constraints().spins().len();
         let statics: Statics = solver.statics();
@@ -92,6 +103,7 @@ impl Uniqueness {
             self.singular = singular(solver, &statics, time);
             self.reported = self.singular.is_some();
         }
+        None
     }
 }
 

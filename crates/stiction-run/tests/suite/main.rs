@@ -42,3 +42,4 @@ mod stored;
 mod symmetry;
 mod threads;
 mod verdicts;
+mod warm_starts;

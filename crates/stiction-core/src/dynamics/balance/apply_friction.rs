@@ -27,6 +27,8 @@ impl<T: Scalar> Balance<T> {
         self.tilted.copy_from_slice(&self.columns);
         self.constants.fill(T::zero());
         self.cut_constants.fill(Wrench::zero());
+        // The caller factors the matrix next.
+        self.is_frictionless = coupling == Coupling::None;
         if coupling == Coupling::None {
             return;
         }

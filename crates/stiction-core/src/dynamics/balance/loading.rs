@@ -23,6 +23,7 @@ impl<T: Scalar> Balance<T> {
         loads: &[AppliedLoad<T>],
     ) {
         let topology = &plan.topology;
+        self.is_frictionless = false;
         for (demand, node) in self.demand.iter_mut().zip(&topology.nodes) {
             *demand = demand_of_motion(parameters, bodies, node.body);
         }

@@ -39,6 +39,8 @@ pub(crate) struct Balance<T> {
     cut_wrenches: Vec<Wrench<T>>,
     entries: Vec<T>,
     factors: Vec<T>,
+    /// True if entries and factors are those of the frictionless balance at the present position.
+    is_frictionless: bool,
     right: Vec<T>,
     correction: Vec<T>,
     pub(super) unknowns: Vec<T>,
@@ -63,6 +65,7 @@ impl<T: Scalar> Balance<T> {
             cut_wrenches: wrenches(topology.cuts.len()),
             entries: zeros(structure.entries.len()),
             factors: zeros(program.values()),
+            is_frictionless: false,
             right: zeros(structure.rows()),
             correction: zeros(structure.size()),
             unknowns: zeros(structure.size()),
@@ -127,6 +130,26 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
+    /// Computes all wrenches from those at the cuts, without local degrees of freedom.
+    pub(super) fn carry_plainly(
+        &mut self,
+        plan: &BalancePlan,
+        cuts: impl Iterator<Item = Wrench<T>>,
+    ) {
+        let topology = &plan.topology;
+        self.node_wrenches.copy_from_slice(&self.demand);
+        self.cut_wrenches.fill(Wrench::zero());
+        for (cut, wrench) in cuts.enumerate() {
+            self.add_at_cut(topology, cut, wrench);
+        }
+        self.collect(topology);
+    }
+
+    /// Sets the generalised friction forces on the DOFs of the tree, which the residual contains.
+    pub(super) fn set_constants(&mut self, constants: &[T]) {
+        self.constants.copy_from_slice(constants);
+    }
+
     /// Sets the unknowns to zero and all wrenches to those that do not depend on them.
     fn begin_wrenches(&mut self, topology: &Topology) {
         self.unknowns.fill(T::zero());
@@ -174,6 +197,11 @@ impl<T: Scalar> Balance<T> {
         }
         self.rows.copy_from_slice(&bodies.screws);
         self.tilted.copy_from_slice(&self.columns);
+        if other.is_frictionless {
+            self.entries.copy_from_slice(&other.entries);
+            self.factors.copy_from_slice(&other.factors);
+            return;
+        }
         self.assemble(plan, parameters, bodies);
         plan.program.factor(&self.entries, &mut self.factors);
     }

@@ -4,6 +4,7 @@
 
 use super::Balance;
 use crate::dynamics::plan::BalancePlan;
+use crate::dynamics::structure::Weighting;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::scalar::{Lanes, Scalar};
@@ -119,6 +120,19 @@ impl Balance<f64> {
         cut_wrenches.fill(Wrench::zero());
         for (lane, unit) in units.iter().enumerate() {
             let interface = &parameters.interfaces[unit.interface];
+            if let Role::Tree { node } = topology.role[interface.joint]
+                && structure.weighting == Weighting::Determined
+            {
+                // Such a friction enters the equations of its own DOFs only.
+                let first = topology.nodes[node].tree_dofs.start;
+                for (&against, dof) in unit.against.iter().zip(interface.shape.dofs()) {
+                    constants[first + dof].0[lane] = against;
+                    if let Ok(equation) = structure.passive.binary_search(&(first + dof)) {
+                        right[structure.first_balance_row() + equation].0[lane] = -against;
+                    }
+                }
+                continue;
+            }
             self.set_friction_alone(topology, bodies, interface, (unit.against, 1.0));
             self.begin_wrenches(topology);
             self.measure(plan, parameters, bodies);

@@ -23,6 +23,42 @@ impl<T: Scalar> Inverse<T> {
         self.interfaces.update_normal_forces(parameters, bodies, wrenches);
     }
 
+    /// Adopts a solution of the coupling: the wrenches of all joints, and the normal forces of the
+    /// interfaces whose friction depends on them. Returns false, after [`Self::restart_from`], if
+    /// it is none to round-off or the model is not as simple. Requires [`Self::begin`] at this
+    /// motion, all other interfaces without friction, and a coupling whose bound is below one: the
+    /// determinant then has the sign of the frictionless one.
+    pub(in crate::dynamics) fn adopt(
+        &mut self,
+        model: &Model,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        settings: &Settings,
+        (wrenches, loads): (&[Wrench<T>], impl Iterator<Item = (usize, T)>),
+    ) -> bool {
+        let plan = &*model.balance;
+        if !plan.structure.is_plain(&plan.topology) {
+            self.restart_from(parameters, bodies, wrenches);
+            return false;
+        }
+        let cuts = plan.topology.cuts.iter().map(|cut| wrenches[cut.joint]);
+        self.balance.carry_plainly(plan, cuts);
+        self.interfaces.update_normal_forces(parameters, bodies, &self.balance.joint_wrenches);
+        let (mut change, mut largest) = (T::zero(), T::zero());
+        for (interface, load) in loads {
+            let now = self.interfaces.states[interface].load.value;
+            let moved = (now - load).abs();
+            // Comparisons ignore NaN, sums propagate it.
+            change = (moved - change).if_positive(moved, change) + now * T::zero();
+            largest = (now - largest).if_positive(now, largest);
+        }
+        (self.friction_change, self.friction_steps) = (change, 1);
+        self.finish_friction(model, parameters, bodies);
+        self.balance.set_constants(&self.friction_efforts);
+        settings.is_settled(change.largest(), largest.largest())
+            && self.is_balanced(model, parameters)
+    }
+
     /// Updates slip and friction laws, with all friction coefficients multiplied by `part`.
     pub(in crate::dynamics) fn apply_friction_at(
         &mut self,

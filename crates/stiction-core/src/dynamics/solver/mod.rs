@@ -269,6 +269,7 @@ impl InverseDynamics {
         if count == 0 || count != topology.actuators.len() {
             return None;
         }
+        kinematics.factor_here(model, &self.parameters);
         // Compiled again elsewhere, the program has another constant.
         let own = match Arc::ptr_eq(&model.rates, &self.first_rates) {
             true => kinematics.sign(),
@@ -445,12 +446,20 @@ impl InverseDynamics {
         self.assembly.follow_in_one_step(&self.parameters, step, targets)
     }
 
-    /// Moves to known coordinates of the tree, those of [`Self::state`] at an earlier visit, and to
-    /// the targets there. Returns false, and keeps the present position, if they do not fit.
+    /// Moves to known coordinates, rates and accelerations of the tree, those of [`Self::state`] at an
+    /// earlier visit, and to the targets there. Returns false, and keeps the present position, if they
+    /// do not fit.
     #[doc(hidden)]
     #[must_use = "it may have stayed where it was"]
-    pub fn return_to(&mut self, coordinates: &[f64], targets: &[Target<f64>]) -> bool {
-        self.assembly.return_to(&self.parameters, coordinates, targets)
+    pub fn return_to(&mut self, known: [&[f64]; 3], targets: &[Target<f64>]) -> bool {
+        self.assembly.return_to(&self.parameters, known, targets)
+    }
+
+    /// Extrapolates from the last two positions while following a motion, which saves Newton steps.
+    /// Results then depend on the positions before, within round-off.
+    #[doc(hidden)]
+    pub fn extrapolate(&mut self) {
+        self.assembly.extrapolate();
     }
 
     /// Newton-Euler equations of all bodies at the present position.

@@ -14,6 +14,7 @@ use crate::dynamics::settings::FrictionMode;
 use crate::dynamics::spring::SpringFault;
 use crate::friction::InterfaceShape;
 use crate::friction_problem::continuation::Lock;
+use crate::friction_problem::normal_load::Configuration;
 use crate::mechanism::Mechanism;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::statics::{AppliedLoad, InfeasibleLoad};
@@ -112,7 +113,18 @@ impl InverseDynamics {
         {
             let bodies = &kinematics.bodies;
             self.strength = coupling.begin(inverse, model, parameters, bodies);
+            let at = Configuration { parameters, bodies };
+            if self.strength < 1.0 && coupling.solve_present(at) {
+                let found = (coupling.total_wrenches(), coupling.present_loads());
+                // Static friction is not part of this solution.
+                let is_whole = coupling.has_only_sliding_friction();
+                let adopted = inverse.adopt(model, parameters, bodies, settings, found);
+                if adopted && is_whole {
+                    return true;
+                }
+            }
         }
+        // From the normal loads found, the kernel takes one step.
         inverse.complete(model, parameters, kinematics, settings);
         inverse.is_balanced(model, parameters)
     }

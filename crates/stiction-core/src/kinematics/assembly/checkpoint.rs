@@ -21,6 +21,7 @@ impl Assembly {
         parameters: &Parameters<f64>,
         numbers: &'n [f64],
     ) -> Option<&'n [f64]> {
+        self.extrapolation.forget();
         let (coordinates, rest) = numbers.split_at_checked(self.state.coordinates.len())?;
         let (rates, rest) = rest.split_at_checked(self.state.rates.len())?;
         let (accelerations, rest) = rest.split_at_checked(self.state.accelerations.len())?;
@@ -49,6 +50,7 @@ impl Assembly {
 
     /// Places all bodies at other coordinates of the tree, with the current targets.
     pub(crate) fn place_at(&mut self, parameters: &Parameters<f64>, coordinates: &[f64]) {
+        self.extrapolation.forget();
         self.state.coordinates.copy_from_slice(coordinates);
         self.differentiate(parameters);
     }

@@ -2,7 +2,7 @@
 
 use super::Assembly;
 use super::check::check_targets;
-use crate::kinematics::bodies::Bodies;
+use crate::kinematics::bodies::{Bodies, State};
 use crate::kinematics::coordinate::Target;
 use crate::kinematics::error::AssemblyError;
 use crate::parameters::Parameters;
@@ -125,13 +125,27 @@ impl Assembly {
         step: f64,
         may_search: bool,
     ) -> Result<(), AssemblyError> {
-        self.before.clone_from(&self.state);
-        for (move_by, (v, a)) in
-            self.step.iter_mut().zip(self.state.rates.iter().zip(&self.state.accelerations))
-        {
-            *move_by = step * (v + 0.5 * step * a);
+        // The change of the accelerations in the last step gives the third derivatives.
+        let third = self.extrapolation.take();
+        let third = third.filter(|_| self.is_determined());
+        let third = third.map_or(0.0, |last| step * step * step / (6.0 * last));
+        let motion = self.state.rates.iter().zip(&self.state.accelerations);
+        let motion = motion.zip(&self.before.accelerations);
+        for (move_by, ((v, a), a_before)) in self.step.iter_mut().zip(motion) {
+            *move_by = step * (v + 0.5 * step * a) + third * (a - a_before);
         }
-        self.state.advance(&self.model.topology, &self.step);
+        let topology = &self.model.topology;
+        let is_determined = self.is_determined();
+        if is_determined {
+            let turning = (&self.state.accelerations[..], &self.state.rates[..]);
+            State::add_bracket(topology, &mut self.step, step * step * step / 12.0, turning);
+        }
+        self.before.clone_from(&self.state);
+        if is_determined {
+            self.state.advance_far(topology, &self.step);
+        } else {
+            self.state.advance(topology, &self.step);
+        }
         if may_search {
             self.settle(parameters)?;
         } else if !self.newton(parameters) || !self.differentiates_here(parameters) {
@@ -144,9 +158,13 @@ impl Assembly {
         for ((move_by, (v0, v1)), (a0, a1)) in self.step.iter_mut().zip(ends).zip(bends) {
             *move_by = 0.5 * step * (v0 + v1) + step * step / 12.0 * (a0 - a1);
         }
+        let topology = &self.model.topology;
+        let turning = (&self.state.rates[..], &self.before.rates[..]);
+        State::add_bracket(topology, &mut self.step, step * step / 12.0, turning);
         self.predicted.clone_from(&self.before);
-        self.predicted.advance(&self.model.topology, &self.step);
+        self.predicted.advance_far(topology, &self.step);
         if self.is_near_prediction(parameters) {
+            self.extrapolation.stepped(step);
             return Ok(());
         }
         let length = parameters.length;
@@ -166,6 +184,13 @@ impl Assembly {
             });
         }
         Ok(())
+    }
+
+    /// Returns `true` if the prescribed coordinates determine the position. The angles of local degrees of
+    /// freedom, whose rates are zero, depend on the steps along a motion; a better prediction would
+    /// change them.
+    pub(super) fn is_determined(&self) -> bool {
+        self.model.constraints.spins().is_empty()
     }
 
     /// Returns `true` if the coordinates of the tree are so near the predicted ones that no body can

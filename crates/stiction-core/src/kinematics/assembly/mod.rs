@@ -4,6 +4,7 @@
 
 mod check;
 mod checkpoint;
+mod extrapolation;
 mod following;
 mod known_poses;
 mod locks;
@@ -30,6 +31,7 @@ use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::Topology;
 use check::{check_existence, check_targets};
+use extrapolation::Extrapolation;
 use following::on_the_way;
 use std::sync::Arc;
 
@@ -64,6 +66,7 @@ pub(crate) struct Assembly {
     targets: Vec<Target<f64>>,
     /// Targets at the position before the last step.
     passed: Vec<Target<f64>>,
+    extrapolation: Extrapolation,
     row_scales: Vec<f64>,
     /// The tree's coordinates at which the rate equations were compiled.
     planned_at: Vec<f64>,
@@ -139,6 +142,7 @@ impl Assembly {
             model,
             targets: targets.to_vec(),
             passed: targets.to_vec(),
+            extrapolation: Extrapolation::default(),
             row_scales: Vec::new(),
             planned_at: Vec::new(),
             body_names,
@@ -153,6 +157,12 @@ impl Assembly {
         assembly.differentiate(parameters);
         assembly.agree(parameters)?;
         Ok(assembly)
+    }
+
+    /// Extrapolates from the last two positions while following a motion. Results then depend on the
+    /// positions before, within round-off.
+    pub(crate) fn extrapolate(&mut self) {
+        self.extrapolation.activate();
     }
 
     /// Comparison of the first configuration with the reference.
@@ -200,12 +210,14 @@ impl Assembly {
     /// Copies the position of another assembly with the same plan; [`Self::reverse`] updates the
     /// rates.
     pub(crate) fn go_to(&mut self, other: &Self) {
+        self.extrapolation.forget();
         self.state.clone_from(&other.state);
         self.targets.copy_from_slice(&other.targets);
     }
 
     /// Reverses all rates at the current position; accelerations do not change.
     pub(crate) fn reverse(&mut self, parameters: &Parameters<f64>) {
+        self.extrapolation.forget();
         self.targets.iter_mut().for_each(|target| target.rate = -target.rate);
         self.differentiate(parameters);
     }
@@ -224,6 +236,7 @@ impl Assembly {
         targets: &[Target<f64>],
     ) -> Result<(), AssemblyError> {
         check_targets(&self.body_names, self.model.constraints.coordinates(), targets)?;
+        self.extrapolation.forget();
         self.before.clone_from(&self.state);
         self.passed.copy_from_slice(&self.targets);
         self.targets.copy_from_slice(targets);
@@ -241,27 +254,39 @@ impl Assembly {
         outcome
     }
 
-    /// Moves to known coordinates of the tree at which the loops are closed and these targets hold;
-    /// `false`, and no move, if they do not, or if the rates are not unique there.
+    /// Moves to known coordinates, rates and accelerations of the tree, at which the loops are closed and
+    /// these targets hold; `false`, and no move, if the loops are open.
     pub(crate) fn return_to(
         &mut self,
         parameters: &Parameters<f64>,
-        coordinates: &[f64],
+        [coordinates, rates, accelerations]: [&[f64]; 3],
         targets: &[Target<f64>],
     ) -> bool {
         let count = self.model.constraints.coordinates().len();
-        if coordinates.len() != self.state.coordinates.len() || targets.len() != count {
+        let dofs = self.state.rates.len();
+        if coordinates.len() != self.state.coordinates.len()
+            || targets.len() != count
+            || [rates.len(), accelerations.len()] != [dofs; 2]
+        {
             return false;
         }
+        self.extrapolation.forget();
         self.before.clone_from(&self.state);
         self.passed.copy_from_slice(&self.targets);
         self.state.coordinates.copy_from_slice(coordinates);
         self.targets.copy_from_slice(targets);
         let closed = CLOSED_AT_WORST.max(self.state.round_off());
-        let arrived = self.place(parameters) < closed
-            && self.differentiates_here(parameters)
-            && self.agree(parameters).is_ok();
-        if !arrived {
+        let arrived = self.place(parameters) < closed;
+        if arrived {
+            self.state.rates.copy_from_slice(rates);
+            self.state.accelerations.copy_from_slice(accelerations);
+            let Self { kinematics, model, state, .. } = self;
+            kinematics.move_with(&model.topology, state);
+            if !model.constraints.spins().is_empty() {
+                // Dynamics needs their responses.
+                kinematics.factor_here(model, parameters);
+            }
+        } else {
             self.state.clone_from(&self.before);
             self.targets.copy_from_slice(&self.passed);
             self.differentiate(parameters);
@@ -271,6 +296,7 @@ impl Assembly {
 
     /// Sets all rates and accelerations to zero at the present position.
     pub(crate) fn stop(&mut self, parameters: &Parameters<f64>) {
+        self.extrapolation.forget();
         for target in &mut self.targets {
             (target.rate, target.acceleration) = (0.0, 0.0);
         }
@@ -358,9 +384,34 @@ impl Assembly {
     fn newton(&mut self, parameters: &Parameters<f64>) -> bool {
         let closed = CLOSED.max(self.state.round_off());
         let mut error = f64::INFINITY;
+        let mut is_placed = false;
+        if self.extrapolation.is_active() && self.is_determined() && self.kinematics.is_factored() {
+            // The matrix of the position before is almost that of this one.
+            error = self.place(parameters);
+            if error < closed {
+                return true;
+            }
+            is_placed = true;
+            if self.extrapolation.suffices(error, ROUNDED * closed) {
+                self.sound.clone_from(&self.state);
+                self.kinematics.approach_again(&self.model, &mut self.state);
+                let before = std::mem::replace(&mut error, self.place(parameters));
+                self.extrapolation.add(before, error, ROUNDED * closed);
+                if error < closed {
+                    return true;
+                }
+                if !error.is_finite() {
+                    self.state.clone_from(&self.sound);
+                    is_placed = false;
+                }
+            }
+        }
         for _ in 0..NEWTON_STEPS {
             self.sound.clone_from(&self.state);
-            self.kinematics.approach(&self.model, parameters, &mut self.state, &self.targets);
+            if !std::mem::take(&mut is_placed) {
+                self.place(parameters);
+            }
+            self.kinematics.approach_here(&self.model, parameters, &mut self.state);
             if !self.state.coordinates.iter().all(|q| q.is_finite()) {
                 // Singular: the next method starts at the last finite state.
                 self.state.clone_from(&self.sound);

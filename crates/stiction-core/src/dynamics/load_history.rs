@@ -1,0 +1,72 @@
+//! Normal loads at the last positions of a motion, and their prediction at the next.
+
+/// Number of positions kept: the prediction is a parabola through them.
+const KEPT: usize = 3;
+
+/// Normal loads at the last positions.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LoadHistory {
+    /// Interfaces whose normal loads are kept.
+    unknowns: Vec<usize>,
+    /// Loads at the positions, newest first.
+    loads: [Vec<f64>; KEPT],
+    count: usize,
+}
+
+impl LoadHistory {
+    /// Writes the expected loads of these interfaces; `false` if other ones were slipping at the last
+    /// position, or none.
+    pub(super) fn predict(&self, unknowns: &[usize], loads: &mut Vec<f64>) -> bool {
+        if self.count == 0 || self.unknowns != unknowns {
+            return false;
+        }
+        loads.clone_from(&self.loads[0]);
+        let [last, before, first] = &self.loads;
+        // Coefficients of the polynomial through equidistant positions.
+        for (k, load) in loads.iter_mut().enumerate() {
+            let expected = match self.count {
+                1 => last[k],
+                2 => 2.0 * last[k] - before[k],
+                _ => 3.0 * (last[k] - before[k]) + first[k],
+            };
+            *load = expected.max(0.0);
+        }
+        true
+    }
+
+    /// Adds the loads at the next position.
+    pub(super) fn add(&mut self, unknowns: &[usize], loads: &[f64]) {
+        if self.unknowns != unknowns {
+            self.unknowns.clear();
+            self.unknowns.extend_from_slice(unknowns);
+            self.count = 0;
+        }
+        self.loads.rotate_right(1);
+        self.loads[0].clear();
+        self.loads[0].extend_from_slice(loads);
+        self.count = (self.count + 1).min(KEPT);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LoadHistory;
+
+    #[test]
+    fn parabolas_are_continued_exactly() {
+        let mut history = LoadHistory::default();
+        let load = |t: f64| vec![1.0 + 2.0 * t + 3.0 * t * t, 5.0 - t];
+        let mut found = Vec::new();
+        assert!(!history.predict(&[4, 7], &mut found));
+        for t in 0..3 {
+            history.add(&[4, 7], &load(f64::from(t)));
+        }
+        assert!(history.predict(&[4, 7], &mut found));
+        assert_eq!(found, load(3.0));
+        // With other slipping interfaces nothing is known.
+        assert!(!history.predict(&[4], &mut found));
+        history.add(&[4], &[2.0]);
+        assert!(history.predict(&[4], &mut found));
+        assert_eq!(found, [2.0]);
+    }
+}

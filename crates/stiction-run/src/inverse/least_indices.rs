@@ -1,0 +1,231 @@
+//! Least singularity indices of a piece of the motion, without those of every sample.
+//!
+//! Between two samples a singular value changes by at most the norm of the change of its matrix (Weyl). The sum of these
+//! norms along the motion bounds the index between two samples at which it is known, so that only samples that
+//! may have the least index are computed (Piyavskii 1972, Shubert 1972).
+
+use super::solving::SampleResult;
+use std::ops::Range;
+use stiction_core::mechanism::Mechanism;
+use stiction_core::parameters::Parameters;
+use stiction_core::statics::{Distances, SingularityDistances, SingularityIndex};
+
+/// Relative error of an index for certain, with the rounding of bounds.
+const CERTAIN: f64 = 1e-8;
+
+/// Sample whose indices are not computed yet: its place in the piece, and the bounds on the changes of
+/// the indices since the first sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Postponed {
+    place: usize,
+    passed: Distances,
+}
+
+/// Samples of a piece whose indices are not computed yet.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LeastIndices {
+    postponed: Vec<Postponed>,
+    passed: Option<Distances>,
+}
+
+impl LeastIndices {
+    /// Postpones the indices of a sample; `travel` bounds their changes since the last call.
+    pub(super) fn postpone(&mut self, place: usize, travel: Distances) {
+        let passed = match self.passed {
+            // The position before the first call is unknown.
+            None => Distances { actuation: 0.0, constraint: 0.0 },
+            Some(passed) => Distances {
+                actuation: passed.actuation + travel.actuation,
+                constraint: passed.constraint + travel.constraint,
+            },
+        };
+        self.passed = Some(passed);
+        self.postponed.push(Postponed { place, passed });
+    }
+
+    /// Computes the indices of all samples of the piece that may be less than the least of those before,
+    /// `known`, and updates it; those of the others remain NaN.
+    pub(super) fn compute(
+        &self,
+        calculator: &mut SingularityDistances,
+        known: &mut Distances,
+        (mechanism, parameters): (&Mechanism, &Parameters<f64>),
+        samples: &mut [SampleResult],
+    ) {
+        for index in [SingularityIndex::Actuation, SingularityIndex::Constraint] {
+            let passed: Vec<f64> = self
+                .postponed
+                .iter()
+                .map(|postponed| *of(index, &mut { postponed.passed }))
+                .collect();
+            let known = of(index, known);
+            let found = least(&passed, known, |k, expected| {
+                // Only samples with forces are postponed.
+                let found = samples[self.postponed[k].place].found.as_ref();
+                found.map_or(f64::INFINITY, |solved| {
+                    let at = (mechanism, parameters, &solved.sample.bodies);
+                    calculator.measure_one(index, expected, at)
+                })
+            });
+            for (postponed, found) in self.postponed.iter().zip(found) {
+                let solved = samples[postponed.place].found.as_mut();
+                let (Some(value), Ok(solved)) = (found, solved) else { continue };
+                *of(index, &mut solved.sample.distances) = value;
+            }
+        }
+    }
+}
+
+fn of(index: SingularityIndex, distances: &mut Distances) -> &mut f64 {
+    match index {
+        SingularityIndex::Actuation => &mut distances.actuation,
+        SingularityIndex::Constraint => &mut distances.constraint,
+    }
+}
+
+/// Values of a function at all places where it may be less than `least`, which becomes the least value. It
+/// changes by at most the difference of `passed` between two places. `compute` gets a place and the
+/// expected value, if there is one.
+fn least(
+    passed: &[f64],
+    least: &mut f64,
+    mut compute: impl FnMut(usize, Option<f64>) -> f64,
+) -> Vec<Option<f64>> {
+    let mut found = vec![None; passed.len()];
+    if passed.is_empty() {
+        return found;
+    }
+    // From one value in the middle of the way, pieces far above the least value are left out.
+    let half = 0.5 * passed[passed.len() - 1];
+    let middle = passed.partition_point(|p| *p < half);
+    let value = compute(middle, None);
+    found[middle] = Some(value);
+    *least = least.min(value);
+    let mut gaps = vec![
+        Gap { from: None, to: Some((middle, value)), inner: 0..middle },
+        Gap { from: Some((middle, value)), to: None, inner: middle + 1..passed.len() },
+    ];
+    gaps.retain(|gap| !gap.inner.is_empty());
+    let bound = |gap: &Gap| gap.bound(passed);
+    while let Some(lowest) =
+        (0..gaps.len()).min_by(|a, b| bound(&gaps[*a]).total_cmp(&bound(&gaps[*b])))
+    {
+        let gap = gaps.swap_remove(lowest);
+        if bound(&gap) > *least * (1.0 + CERTAIN) {
+            break;
+        }
+        if let Some(value) = gap.constant(passed) {
+            found[gap.inner].fill(Some(value));
+            continue;
+        }
+        let (k, expected) = gap.next(passed);
+        let value = compute(k, Some(expected));
+        found[k] = Some(value);
+        *least = least.min(value);
+        let known = Some((k, value));
+        let parts = [
+            Gap { from: gap.from, to: known, inner: gap.inner.start..k },
+            Gap { from: known, to: gap.to, inner: k + 1..gap.inner.end },
+        ];
+        gaps.extend(parts.into_iter().filter(|gap| !gap.inner.is_empty()));
+    }
+    found
+}
+
+/// Places without values, and the known values around them, of which one at least exists.
+#[derive(Clone, Debug)]
+struct Gap {
+    from: Option<(usize, f64)>,
+    to: Option<(usize, f64)>,
+    inner: Range<usize>,
+}
+
+impl Gap {
+    /// Lower bound of the values.
+    fn bound(&self, passed: &[f64]) -> f64 {
+        let inner = &passed[self.inner.clone()];
+        match (self.from, self.to) {
+            (Some(from), Some(to)) => 0.5 * (from.1 + to.1 - (passed[to.0] - passed[from.0])),
+            (Some(from), None) => from.1 - (inner[inner.len() - 1] - passed[from.0]),
+            (None, Some(to)) => to.1 - (passed[to.0] - inner[0]),
+            (None, None) => f64::NEG_INFINITY,
+        }
+    }
+
+    /// Value of all places if the function cannot change between them and a known value.
+    fn constant(&self, passed: &[f64]) -> Option<f64> {
+        let inner = &passed[self.inner.clone()];
+        let known = self.from.or(self.to)?;
+        let ends = [inner[0], inner[inner.len() - 1]];
+        ends.iter().all(|end| *end == passed[known.0]).then_some(known.1)
+    }
+
+    /// Place at which the bound is attained, and the expected value there.
+    fn next(&self, passed: &[f64]) -> (usize, f64) {
+        match (self.from, self.to) {
+            (Some(from), Some(to)) => {
+                let crossing = 0.5 * (from.1 - to.1 + passed[from.0] + passed[to.0]);
+                let inner = &passed[self.inner.clone()];
+                let place = inner.partition_point(|p| *p < crossing).min(inner.len() - 1);
+                let k = self.inner.start + place;
+                let travel = passed[to.0] - passed[from.0];
+                let part = (passed[k] - passed[from.0]) / travel;
+                (k, from.1 + part * (to.1 - from.1))
+            }
+            (Some(from), None) => (self.inner.end - 1, from.1),
+            (None, to) => (self.inner.start, to.map_or(0.0, |to| to.1)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::least;
+
+    /// The least value is among the computed ones, with its first place, and most values are not computed.
+    #[test]
+    fn the_least_value_is_always_computed() {
+        let count = 256;
+        let functions: [fn(f64) -> f64; 5] = [
+            |t| 2.0 - t,
+            |t| 1.0 + (t - 0.3).powi(2),
+            |t| 0.5 + 0.1 * (9.0 * t).sin(),
+            |t| (t - 0.7).abs(),
+            |t| 0.3 + 0.01 * (40.0 * t).cos() + 0.2 * t,
+        ];
+        for (number, function) in functions.into_iter().enumerate() {
+            let values: Vec<f64> = (0..count).map(|k| function(f64::from(k) / 255.0)).collect();
+            // Ten times the change, as matrices change more than their singular values.
+            let mut passed = vec![0.0];
+            for pair in values.windows(2) {
+                passed.push(passed[passed.len() - 1] + 10.0 * (pair[1] - pair[0]).abs() + 1e-6);
+            }
+            let expected = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let first = values.iter().position(|value| *value == expected).unwrap();
+            let mut known = f64::INFINITY;
+            let found = least(&passed, &mut known, |k, _| values[k]);
+            assert_eq!((found[first], known), (Some(expected), expected), "{number}");
+            let computed = found.iter().flatten().count();
+            assert!(computed < 200, "{number}: {computed}");
+            // Where all is above a known value, one computation is enough to see it.
+            let mut below = expected - 12.0 * passed[passed.len() - 1];
+            let found = least(&passed, &mut below, |k, _| values[k]);
+            assert_eq!(found.iter().flatten().count(), 1, "{number}");
+        }
+    }
+
+    /// Where nothing moves, one computation is enough, and all samples have the value.
+    #[test]
+    fn a_dwell_is_computed_once() {
+        let mut calls = 0;
+        let mut known = f64::INFINITY;
+        let found = least(&[1.0; 100], &mut known, |_, _| {
+            calls += 1;
+            0.25
+        });
+        assert_eq!((calls, found), (1, vec![Some(0.25); 100]));
+        assert_eq!(least(&[], &mut known, |_, _| 0.0), []);
+        assert_eq!(least(&[0.0], &mut known, |_, _| 0.125), [Some(0.125)]);
+        assert_eq!(known, 0.125);
+    }
+}

@@ -1,0 +1,96 @@
+//! Samples along a motion start from those before, and the singularity indices of a run without tables are
+//! computed only where they may be least. Neither changes results or verdicts.
+
+use crate::common::*;
+use serde_json::Value;
+use stiction_core::dynamics::{FrictionMode, Settings};
+use stiction_core::kinematics::Target;
+use stiction_run::inverse::{Sample, Summary};
+use stiction_run::{Indices, Job, Sink};
+
+/// Samples of a run, and its summary.
+fn run(job: &Job<'_>) -> (Vec<Sample>, Value, f64) {
+    let (mut samples, mut summary) = (Vec::new(), Summary::new(job));
+    let receive = |sample: &Sample| {
+        samples.push(sample.clone());
+        summary.add(sample)
+    };
+    let verdict = job.run(receive, |_, _, _| true).unwrap();
+    (samples, summary.json(job, &verdict), verdict.rest_speed)
+}
+
+/// The kernel alone, from the home position of each sample, without any knowledge of other samples: efforts
+/// with and without friction.
+#[test]
+fn efforts_are_those_of_the_kernel() {
+    let mut compared = 0;
+    for name in regular() {
+        let model = model(name);
+        for (motion, load) in cases(&model) {
+            let friction = FrictionMode::Converged;
+            let job = job(&model, motion, load, friction);
+            let (samples, _, rest_speed) = run(&job);
+            let mut follower = job.assemble(samples[0].time).unwrap();
+            let every = (samples.len() / 6).max(1);
+            for sample in samples.iter().step_by(every) {
+                follower.go_to(sample.time).unwrap();
+                // At rest the kernel converges without static friction, as the run does.
+                let settings = Settings { friction, rest_speed, ..Settings::default() };
+                let Ok(compiled) = follower.solver.model() else { continue };
+                let mut data = compiled.data(follower.solver.state(), settings);
+                let targets: Vec<Target<f64>> = job.motion.at(sample.time).collect();
+                let parameters = follower.solver.parameters();
+                compiled.evaluate(parameters, &mut data, &targets, &sample.loads);
+                if sample.coupling.is_none_or(|coupling| coupling >= 1.0) {
+                    continue;
+                }
+                let pairs = [
+                    (data.inverse.efforts(), &sample.forces.efforts),
+                    (data.inverse.efforts_frictionless(), &sample.forces.efforts_frictionless),
+                ];
+                for (expected, found) in pairs {
+                    let largest = found.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
+                    for (expected, found) in expected.iter().zip(found) {
+                        let error = (expected - found).abs() / largest;
+                        // Rounding of a balance is below 1e-13; loops are closed to 1e-14.
+                        assert!(error < 1e-12, "{name} {motion} {}: {error:.1e}", sample.time);
+                        compared += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(compared > 100, "{compared}");
+}
+
+/// The least indices and their instants are those of a run that computes all of them.
+#[test]
+fn the_least_indices_are_those_of_all_samples() {
+    let (mut left_out, mut total) = (0, 0);
+    for name in regular() {
+        let model = model(name);
+        for (motion, load) in cases(&model) {
+            let all = job(&model, motion, load, FrictionMode::Off);
+            let least = Job { indices: Indices::Least, ..all.clone() };
+            let [(_, all, _), (samples, least, _)] = [run(&all), run(&least)];
+            for (key, expected) in all["verdicts"].as_object().unwrap() {
+                let found = &least["verdicts"][key];
+                let numbers =
+                    |value: &Value| Some((value["least"].as_f64()?, value["time"].as_f64()));
+                match (numbers(expected), numbers(found)) {
+                    (Some((expected, at)), Some((found, time))) => {
+                        // Values are certain to 1e-9, so that close instants can change places.
+                        let error = (found - expected).abs() / expected.max(f64::MIN_POSITIVE);
+                        assert!(error < 1e-9, "{name} {motion} {key}: {found} {expected}");
+                        assert!(error > 0.0 || time == at, "{name} {motion} {key}");
+                    }
+                    _ => assert_eq!(found, expected, "{name} {motion} {key}"),
+                }
+            }
+            total += samples.len();
+            left_out += samples.iter().filter(|sample| sample.distances.actuation.is_nan()).count();
+        }
+    }
+    // Otherwise the test shows nothing.
+    assert!(left_out * 100 > total, "{left_out} of {total}");
+}
