@@ -40,6 +40,11 @@ impl LoadHistory {
             self.unknowns.clear();
             self.unknowns.extend_from_slice(unknowns);
             self.count = 0;
+            // All buffers at once: later positions allocate nothing.
+            for kept in &mut self.loads {
+                kept.clear();
+                kept.extend_from_slice(loads);
+            }
         }
         self.loads.rotate_right(1);
         self.loads[0].clear();

@@ -52,81 +52,37 @@ macro_rules! by_width {
 }
 pub(super) use by_width;
 
-/// Row of a matrix in blocks: an array, or a slice if it is long.
-pub(super) trait BlockRow: AsRef<[Four]> + AsMut<[Four]> {
-    /// Subtracts a multiple of a row with the same number of blocks.
-    fn subtract(&mut self, row: &[Four], amount: f64);
-}
-
-impl<const W: usize> BlockRow for [Four; W] {
-    #[inline(always)]
-    fn subtract(&mut self, row: &[Four], amount: f64) {
-        let Some(row) = row.first_chunk::<W>() else { return };
-        let amount = Four::from_f64(amount);
-        for k in 0..W {
-            self[k] -= amount * row[k];
-        }
-    }
-}
-
 /// Solves a small dense system in place by Gaussian elimination with row pivoting; `right` becomes
 /// the solution. Returns true if the determinant is positive, and `None` if the matrix is singular.
 pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<bool> {
     let width = blocks_of(right.len());
-    by_width!(
-        width,
-        W => eliminate(matrix.as_chunks_mut::<W>().0, right),
-        {
-            let mut rows: Vec<LongRow<'_>> = matrix.chunks_exact_mut(width).map(LongRow).collect();
-            eliminate(&mut rows, right)
-        }
-    )
+    by_width!(width, W => eliminate(matrix, W, right), eliminate(matrix, width, right))
 }
 
-/// Row of more blocks than have a constant.
-struct LongRow<'a>(&'a mut [Four]);
-
-impl AsRef<[Four]> for LongRow<'_> {
-    fn as_ref(&self) -> &[Four] {
-        self.0
-    }
-}
-
-impl AsMut<[Four]> for LongRow<'_> {
-    fn as_mut(&mut self) -> &mut [Four] {
-        self.0
-    }
-}
-
-impl BlockRow for LongRow<'_> {
-    fn subtract(&mut self, row: &[Four], amount: f64) {
-        let amount = Four::from_f64(amount);
-        self.0.iter_mut().zip(row).for_each(|(x, r)| *x -= amount * *r);
-    }
-}
-
+/// Inlined with a constant width, so that loops over the blocks of a row are unrolled.
 #[inline(always)]
-fn eliminate<R: BlockRow>(rows: &mut [R], right: &mut [f64]) -> Option<bool> {
+fn eliminate(matrix: &mut [Four], width: usize, right: &mut [f64]) -> Option<bool> {
     let n = right.len();
-    let rows = rows.get_mut(..n)?;
+    let matrix = matrix.get_mut(..n * width)?;
     let mut positive = true;
     for k in 0..n {
         let (block, lane) = (k / 4, k % 4);
-        let entry = |row: &R| row.as_ref()[block].0[lane];
-        let mut best = (k, entry(&rows[k]).abs());
-        for (row, content) in rows.iter().enumerate().skip(k + 1) {
-            let size = entry(content).abs();
+        let mut best = (k, 0.0);
+        for (row, content) in matrix.chunks_exact(width).enumerate().skip(k) {
+            let size = content[block].0[lane].abs();
             if size > best.1 {
                 best = (row, size);
             }
         }
         if best.0 != k {
-            rows.swap(k, best.0);
+            for column in 0..width {
+                matrix.swap(k * width + column, best.0 * width + column);
+            }
             right.swap(k, best.0);
             positive = !positive;
         }
-        let (above, below) = rows.split_at_mut(k + 1);
-        let row = above[k].as_ref();
+        let (above, below) = matrix.split_at_mut((k + 1) * width);
+        let row = &above[k * width..];
         let pivot = row[block].0[lane];
         if pivot == 0.0 || pivot.is_nan() {
             return None;
@@ -134,20 +90,20 @@ fn eliminate<R: BlockRow>(rows: &mut [R], right: &mut [f64]) -> Option<bool> {
         positive ^= pivot < 0.0;
         let over = 1.0 / pivot;
         let (solved, rest) = right.split_at_mut(k + 1);
-        for (other, right) in below.iter_mut().zip(rest) {
+        for (other, right) in below.chunks_exact_mut(width).zip(rest) {
             // Entries before the pivot are not used again.
-            let amount = entry(other) * over;
-            other.subtract(row, amount);
+            let amount = other[block].0[lane] * over;
+            let amounts = Four::from_f64(amount);
+            other.iter_mut().zip(row).for_each(|(x, r)| *x -= amounts * *r);
             *right -= amount * solved[k];
         }
     }
     for k in (0..n).rev() {
         let (block, lane) = (k / 4, k % 4);
-        let entry = |row: &R| row.as_ref()[block].0[lane];
         let (above, own) = right.split_at_mut(k);
-        own[0] /= entry(&rows[k]);
-        for (row, right) in rows.iter().zip(above) {
-            *right -= entry(row) * own[0];
+        own[0] /= matrix[k * width + block].0[lane];
+        for (row, right) in matrix.chunks_exact(width).zip(above) {
+            *right -= row[block].0[lane] * own[0];
         }
     }
     Some(positive)
