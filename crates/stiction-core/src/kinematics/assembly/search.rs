@@ -326,7 +326,7 @@ impl Assembly {
         let rows = self.model.constraints.row_scales(parameters.length);
         let (closures, dofs) = (self.model.topology.closures(), self.model.topology.dofs());
         let columns = column_scales(&self.model.topology, parameters.length);
-        let all = self.kinematics.scaled_matrix(&self.model.constraints, &rows, &columns);
+        let all = self.kinematics.scaled_matrix(&self.model.constraints, &rows, &columns).to_dense();
         let scaled = all.rows(0, closures).into_owned();
         let rank = if closures == 0 { 0 } else { Svd::new(&scaled).rank_of_order_one(dof::OPEN) };
         let (prescribed, mobility) = (self.model.constraints.coordinates().len(), dofs - rank);
