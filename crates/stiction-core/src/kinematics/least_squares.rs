@@ -13,6 +13,7 @@ use super::system::{Kinematics, column_scales};
 use crate::linalg::{ColumnOrder, SparseMatrix, SparseQr};
 use crate::parameters::Parameters;
 use crate::topology::Topology;
+use core::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
 /// Initial damping, its limits, and its factors after a successful and a failed step.
@@ -158,6 +159,7 @@ impl<'a> PositionEquations<'a> {
         let mut sizes = Vec::with_capacity(2);
         let mut moved = vec![0.0; self.topology.dofs()];
         let mut is_undefined = false;
+        let damped = DampedSteps::default();
         for count in 0..most {
             if errors.is_empty() || self.columns.is_empty() || errors.amax() < close {
                 break;
@@ -169,14 +171,14 @@ impl<'a> PositionEquations<'a> {
             }
             let mut improved = false;
             while damping < GREATEST_DAMPING {
-                let Some(mut step) = damped_step(&jacobian, &errors, damping) else {
+                let Some(mut step) = damped.step(&jacobian, &errors, damping) else {
                     damping *= 10.0;
                     continue;
                 };
                 if count >= SLOW {
                     let half =
                         self.half_acceleration(kinematics, state, (&jacobian, &errors), &step);
-                    match damped_step(&jacobian, &half, damping) {
+                    match damped.step(&jacobian, &half, damping) {
                         Some(bend) if bend.norm() <= BEND * step.norm() => step += bend,
                         _ => {
                             damping *= TIGHTEN;
@@ -217,17 +219,26 @@ impl<'a> PositionEquations<'a> {
 }
 
 /// Number of columns from which sparse factors are faster than the dense normal matrix.
-const LARGE: usize = 40;
+const LARGE: usize = 60;
 
-/// Damped step `-(J^T J + d 1)^-1 J^T e`; `None` if it cannot be computed.
-pub(super) fn damped_step(
-    jacobian: &SparseMatrix,
-    errors: &DVector<f64>,
-    damping: f64,
-) -> Option<DVector<f64>> {
-    match jacobian.ncols() < LARGE {
-        true => by_normal_matrix(&jacobian.to_dense(), errors, damping),
-        false => by_triangular_factor(jacobian, errors, damping),
+/// Damped steps of equations with one pattern of their derivatives.
+#[derive(Default)]
+pub(super) struct DampedSteps {
+    order: OnceCell<ColumnOrder>,
+}
+
+impl DampedSteps {
+    /// Damped step `-(J^T J + d 1)^-1 J^T e`; `None` if it cannot be computed.
+    pub(super) fn step(
+        &self,
+        jacobian: &SparseMatrix,
+        errors: &DVector<f64>,
+        damping: f64,
+    ) -> Option<DVector<f64>> {
+        match jacobian.ncols() < LARGE {
+            true => by_normal_matrix(&jacobian.to_dense(), errors, damping),
+            false => by_triangular_factor(jacobian, errors, damping, &self.order),
+        }
     }
 }
 
@@ -257,6 +268,7 @@ fn by_triangular_factor(
     jacobian: &SparseMatrix,
     errors: &DVector<f64>,
     damping: f64,
+    order: &OnceCell<ColumnOrder>,
 ) -> Option<DVector<f64>> {
     let is_wide = jacobian.nrows() < jacobian.ncols();
     let transposed = is_wide.then(|| jacobian.transpose());
@@ -264,7 +276,9 @@ fn by_triangular_factor(
     let (rows, columns) = (narrow.nrows(), narrow.ncols());
     let damped = (0..columns).map(|k| (rows + k, k, damping.sqrt()));
     let matrix = SparseMatrix::new((rows + columns, columns), narrow.entries().chain(damped));
-    let factor = SparseQr::new(&matrix, &ColumnOrder::one_by_one(&matrix), 0.0);
+    // Any order is correct; one for a pattern with more zeros may be slower.
+    let order = order.get_or_init(|| ColumnOrder::one_by_one(&matrix));
+    let factor = SparseQr::new(&matrix, order, 0.0);
     let inverse = |right: Vec<f64>| factor.solve(&factor.solve_transposed(right));
     let step = match is_wide {
         true => narrow.times(&inverse(errors.as_slice().to_vec())),

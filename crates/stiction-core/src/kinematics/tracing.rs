@@ -5,7 +5,7 @@
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};
 use super::finite_motion::{Path, farthest};
-use super::least_squares::damped_step;
+use super::least_squares::DampedSteps;
 use super::motion_constraints::MotionConstraints;
 use super::system::{Kinematics, column_scales};
 use crate::linalg::{Decomposition, Limit, SparseMatrix, SparseVector, StaticLu, Svd, complement};
@@ -51,6 +51,7 @@ pub(super) struct Loops<'a> {
     kinematics: Kinematics<f64>,
     rows: Vec<f64>,
     columns: Vec<f64>,
+    pub(super) damped: DampedSteps,
 }
 
 /// Decomposed loop equations at a position.
@@ -217,11 +218,14 @@ impl<'a> LoopsAt<'a> {
         with.errors(self.state);
         let jacobian = with.jacobian();
         let first = jacobian.nrows() - coordinates.len();
-        let rates: Vec<_> = basis
-            .iter()
-            .map(|motion| DVector::from_row_slice(&jacobian.times(motion.as_slice())[first..]))
-            .collect();
-        Some(Svd::new(&DMatrix::from_columns(&rates)).singular_values.min())
+        let entries = basis.iter().enumerate().flat_map(|(column, motion)| {
+            let rates = jacobian.times(motion.as_slice()).split_off(first);
+            rates.into_iter().enumerate().map(move |(row, rate)| (row, column, rate))
+        });
+        let rates = SparseMatrix::new((coordinates.len(), basis.len()), entries);
+        let motions: Vec<usize> = (0..basis.len()).collect();
+        let rates = Decomposition::new(rates, &motions, Limit::OfOrderOne(self.negligible));
+        Some(rates.value(motions.len() - 1))
     }
 
     /// Motions open to first order and blocked at second order.
@@ -327,7 +331,17 @@ impl<'a> Loops<'a> {
         let rows = motion_constraints.row_scales(parameters.length);
         let columns = column_scales(topology, parameters.length);
         let targets = targets.to_vec();
-        Self { topology, parameters, motion_constraints, targets, kinematics, rows, columns }
+        let damped = DampedSteps::default();
+        Self {
+            topology,
+            parameters,
+            motion_constraints,
+            targets,
+            kinematics,
+            rows,
+            columns,
+            damped,
+        }
     }
 
     /// Places the bodies and returns the scaled loop errors.
@@ -401,7 +415,7 @@ impl<'a> Loops<'a> {
                 return Some((state, moved));
             }
             let jacobian = self.jacobian();
-            let Some(correction) = damped_step(&jacobian, &errors, damping) else {
+            let Some(correction) = self.damped.step(&jacobian, &errors, damping) else {
                 damping *= 10.0;
                 continue;
             };

@@ -23,11 +23,11 @@ const ACCURACY_OF_SMALLEST: f64 = 1e-11;
 const ROUND_OFF: f64 = 1e-14;
 
 /// Components of a vector that are not zero: indices and values.
-pub(crate) type SparseVector = Vec<(usize, f64)>;
+pub type SparseVector = Vec<(usize, f64)>;
 
 /// A matrix with what is known about its singular value decomposition.
 #[derive(Clone, Debug)]
-pub(crate) struct Decomposition {
+pub struct Decomposition {
     matrix: SparseMatrix,
     sparse: Option<SparseRank>,
     dense: OnceLock<Svd>,
@@ -50,7 +50,7 @@ struct SparseRank {
 
 /// Limit below which singular values count as zero.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Limit {
+pub enum Limit {
     /// Relative to the largest singular value.
     OfLargest(f64),
     /// Relative to the largest singular value or to one, whichever is greater: for matrices whose
@@ -86,7 +86,7 @@ impl Decomposition {
     }
 
     /// Decomposes a matrix by sparse factors, and densely if these leave doubt.
-    pub(crate) fn sparse(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
+    pub fn sparse(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
         match SparseRank::new(&matrix, groups, limit) {
             Some(sparse) => {
                 let rank = sparse.upper.rank();
@@ -97,8 +97,7 @@ impl Decomposition {
     }
 
     /// True if sparse factors decided the rank.
-    #[cfg(test)]
-    pub(crate) fn is_sparse(&self) -> bool {
+    pub fn is_sparse(&self) -> bool {
         self.sparse.is_some()
     }
 
@@ -112,21 +111,21 @@ impl Decomposition {
     }
 
     /// Number of singular values above the limit.
-    pub(crate) fn rank(&self) -> usize {
+    pub fn rank(&self) -> usize {
         self.rank
     }
 
     /// Largest singular value.
-    pub(crate) fn largest(&self) -> f64 {
+    pub fn largest(&self) -> f64 {
         self.sparse.as_ref().map_or_else(|| self.svd().largest(), |sparse| sparse.largest)
     }
 
     /// Singular value by its index, largest first, one for each column; upper bounds for those that
     /// count as zero.
-    pub(crate) fn value(&self, index: usize) -> f64 {
+    pub fn value(&self, index: usize) -> f64 {
         match &self.sparse {
-            Some(sparse) if index == 0 && self.rank > 0 => sparse.largest,
             Some(sparse) if index + 1 == self.rank => sparse.smallest,
+            Some(sparse) if index == 0 && self.rank > 0 => sparse.largest,
             Some(sparse) if index >= self.rank => sparse.upper.dropped(),
             _ => self.svd().singular_values[index],
         }
@@ -151,13 +150,13 @@ impl Decomposition {
 
     /// Right singular vector of the smallest singular value that is not zero, if it is known
     /// without the others.
-    pub(crate) fn weakest(&self) -> Option<&[f64]> {
+    pub fn weakest(&self) -> Option<&[f64]> {
         self.sparse.as_ref().map(|sparse| sparse.weakest.as_slice())
     }
 
     /// Basis of the null space, given the rank, of unit vectors: orthonormal from a dense
     /// decomposition, otherwise each with as few components as its dependent column allows.
-    pub(crate) fn null_space(&self, rank: usize) -> Vec<SparseVector> {
+    pub fn null_space(&self, rank: usize) -> Vec<SparseVector> {
         let Some(sparse) = self.sparse.as_ref().filter(|_| rank == self.rank) else {
             let dense = |vector: &DVector<f64>| vector.iter().copied().enumerate().collect();
             return self.svd().null_space(rank).iter().map(dense).collect();
@@ -171,7 +170,7 @@ impl Decomposition {
     }
 
     /// Orthonormal basis of the null space, given the rank.
-    pub(crate) fn orthonormal_null_space(&self, rank: usize) -> Vec<DVector<f64>> {
+    pub fn orthonormal_null_space(&self, rank: usize) -> Vec<DVector<f64>> {
         if self.sparse.is_none() || rank != self.rank {
             return self.svd().null_space(rank);
         }
@@ -197,7 +196,7 @@ impl Decomposition {
     }
 
     /// Shortest least-squares solution.
-    pub(crate) fn solve(&self, right: &[f64]) -> Vec<f64> {
+    pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let Some(sparse) = &self.sparse else {
             let right = DVector::from_column_slice(right);
             return self.svd().solve(&right, self.rank).as_slice().to_vec();
@@ -244,7 +243,8 @@ impl SparseRank {
                 (square.rank() == rank).then_some(Some((transposed, square)))?
             }
         };
-        let mut made = Self { upper, square, largest, smallest: largest, weakest: vec![0.0; columns] };
+        let mut made =
+            Self { upper, square, largest, smallest: largest, weakest: vec![0.0; columns] };
         if rank > 0 {
             let inverse = |x: &[f64]| made.core().solve(&made.core().solve_transposed(x.to_vec()));
             let (value, vector) = greatest(rank, ACCURACY_OF_SMALLEST, inverse)?;

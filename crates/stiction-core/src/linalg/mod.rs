@@ -14,7 +14,8 @@ mod svd;
 mod twofold;
 
 pub(crate) use blocks::{BLOCK, BlockCholesky, Part, Slot, add_outer, dot};
-pub(crate) use decomposition::{Decomposition, Limit, SparseVector, to_dense};
+pub(crate) use decomposition::to_dense;
+pub use decomposition::{Decomposition, Limit, SparseVector};
 pub(crate) use lanczos::Lanczos;
 pub(crate) use plan::{Entry, Plan, RankDeficient, Scales};
 pub(crate) use row_space::RowSpace;

@@ -19,23 +19,33 @@ impl SparseMatrix {
         (rows, columns): (usize, usize),
         entries: impl Iterator<Item = (usize, usize, f64)>,
     ) -> Self {
-        let mut entries: Vec<_> = entries.filter(|(.., value)| *value != 0.0).collect();
-        entries.sort_by_key(|&(row, column, _)| (column, row));
-        let mut made = Self { rows, starts: vec![0; columns + 1], ..Self::default() };
-        let mut last = None;
+        let entries: Vec<_> = entries.filter(|(.., value)| *value != 0.0).collect();
+        let mut starts = vec![0; columns + 1];
+        entries.iter().for_each(|(_, column, _)| starts[column + 1] += 1);
+        for column in 0..columns {
+            starts[column + 1] += starts[column];
+        }
+        let mut places = vec![(0, 0.0); entries.len()];
+        let mut next = starts.clone();
         for (row, column, value) in entries {
-            match made.values.last_mut() {
-                Some(sum) if last == Some((row, column)) => *sum += value,
-                _ => {
-                    made.indices.push(row);
-                    made.values.push(value);
-                    made.starts[column + 1] += 1;
+            places[next[column]] = (row, value);
+            next[column] += 1;
+        }
+        let mut made = Self { rows, starts: vec![0], ..Self::default() };
+        for column in 0..columns {
+            let own = &mut places[starts[column]..starts[column + 1]];
+            // Stable, so that sums do not depend on the order of other entries.
+            own.sort_by_key(|(row, _)| *row);
+            for (k, &(row, value)) in own.iter().enumerate() {
+                match made.values.last_mut() {
+                    Some(sum) if k > 0 && own[k - 1].0 == row => *sum += value,
+                    _ => {
+                        made.indices.push(row);
+                        made.values.push(value);
+                    }
                 }
             }
-            last = Some((row, column));
-        }
-        for column in 0..columns {
-            made.starts[column + 1] += made.starts[column];
+            made.starts.push(made.values.len());
         }
         made
     }
@@ -78,8 +88,8 @@ impl SparseMatrix {
     #[must_use]
     pub fn select_columns(&self, columns: &[usize]) -> Self {
         let each = columns.iter().enumerate();
-        let entries =
-            each.flat_map(|(to, &from)| self.column(from).map(move |(row, value)| (row, to, value)));
+        let entries = each
+            .flat_map(|(to, &from)| self.column(from).map(move |(row, value)| (row, to, value)));
         Self::new((self.rows, columns.len()), entries)
     }
 

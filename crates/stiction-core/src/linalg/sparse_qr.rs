@@ -37,7 +37,8 @@ impl ColumnOrder {
         let order = EliminationOrder::new(count, pairs.into_iter());
         let mut members = vec![Vec::new(); count];
         groups.iter().enumerate().for_each(|(column, group)| members[*group].push(column));
-        let mut made = Self { columns: Vec::new(), places: vec![0; groups.len()], steps: Vec::new() };
+        let mut made =
+            Self { columns: Vec::new(), places: vec![0; groups.len()], steps: Vec::new() };
         for (step, group) in order.nodes.iter().enumerate() {
             for &column in &members[*group] {
                 made.places[column] = made.columns.len();
@@ -226,15 +227,19 @@ impl SparseQr {
         let each = self.dependent.iter().map(|&dependent| {
             let mut vector = Vec::new();
             let mut open = std::collections::BTreeSet::new();
-            let mut place = |column: usize, amount: f64, sums: &mut [f64], open: &mut std::collections::BTreeSet<usize>| {
-                for (row, value) in by_columns.column(column) {
-                    if row != row_of[column] {
-                        sums[row] += value * amount;
-                        open.insert(row);
+            let mut place =
+                |column: usize,
+                 amount: f64,
+                 sums: &mut [f64],
+                 open: &mut std::collections::BTreeSet<usize>| {
+                    for (row, value) in by_columns.column(column) {
+                        if row != row_of[column] {
+                            sums[row] += value * amount;
+                            open.insert(row);
+                        }
                     }
-                }
-                vector.push((column, amount));
-            };
+                    vector.push((column, amount));
+                };
             place(dependent, 1.0, &mut sums, &mut open);
             // Later rows first: those above them depend on their pivots.
             while let Some(row) = open.pop_last() {
@@ -253,7 +258,8 @@ impl SparseQr {
 impl Front {
     /// Stacks the rows of several fronts; the columns `own` come first.
     fn merged(own: core::ops::Range<usize>, parts: Vec<Self>) -> Self {
-        let mut places: Vec<usize> = parts.iter().flat_map(|part| part.places.iter().copied()).collect();
+        let mut places: Vec<usize> =
+            parts.iter().flat_map(|part| part.places.iter().copied()).collect();
         places.extend(own);
         places.sort_unstable();
         places.dedup();
@@ -321,7 +327,8 @@ impl Front {
             }
             end = done + rest;
         }
-        let columns = (own..self.places.len()).map(|k| &self.values[k * self.rows..(k + 1) * self.rows]);
+        let columns =
+            (own..self.places.len()).map(|k| &self.values[k * self.rows..(k + 1) * self.rows]);
         Self {
             values: columns.flat_map(|column| column[done..end].iter().copied()).collect(),
             places: self.places.split_off(own),

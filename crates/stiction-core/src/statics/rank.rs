@@ -297,9 +297,8 @@ impl Statics {
 
     /// Minimum-norm least-squares solution for a scaled demand.
     fn particular(&self, scaled: &DVector<f64>) -> DVector<f64> {
-        let solve = |right: &DVector<f64>| {
-            DVector::from_vec(self.decomposition.solve(right.as_slice()))
-        };
+        let solve =
+            |right: &DVector<f64>| DVector::from_vec(self.decomposition.solve(right.as_slice()));
         let first = solve(scaled);
         // One step of iterative refinement.
         let residual = scaled - self.apply(&first);

@@ -92,11 +92,8 @@ impl Statics {
             return Some(self.described(&self.scale_rows(&in_place(motion))));
         }
         let svd = transposed.svd();
-        let basis: Vec<DVector<f64>> = svd
-            .null_space(kept)
-            .iter()
-            .map(|vector| in_place(vector.as_slice()))
-            .collect();
+        let basis: Vec<DVector<f64>> =
+            svd.null_space(kept).iter().map(|vector| in_place(vector.as_slice())).collect();
         let distinct = svd.singular_values[kept] > zero;
         let motion = if distinct || basis.len() == 1 {
             basis.first()?.clone()
