@@ -101,39 +101,6 @@ fn random_mechanisms() {
     assert!(all > 200 && doubtful * 20 < all, "{doubtful} of {all} left to dense decompositions");
 }
 
-/// Block chains: each block has four random columns over two neighbouring block rows, and two
-/// combinations of them.
-#[test]
-fn chains_with_dependent_columns() {
-    const SIZE: usize = 4;
-    const COMBINED: usize = 2;
-    let mut random = Random(3);
-    for blocks in [1, 2, 7, 30] {
-        let mut entries = Vec::new();
-        for block in 0..blocks {
-            let base = DMatrix::from_fn(2 * SIZE, SIZE, |_, _| random.signed());
-            let combined = &base * DMatrix::from_fn(SIZE, COMBINED, |_, _| random.signed());
-            let (row, column) = (block * SIZE, block * (SIZE + COMBINED));
-            for (k, part) in base.column_iter().chain(combined.column_iter()).enumerate() {
-                entries.extend(part.iter().enumerate().map(|(i, x)| (row + i, column + k, *x)));
-            }
-        }
-        let size = ((blocks + 1) * SIZE, blocks * (SIZE + COMBINED));
-        let matrix = SparseMatrix::new(size, entries.into_iter());
-        assert!(agree(&matrix, &groups_of_columns(size.1), &format!("{blocks} blocks")));
-        let groups: Vec<usize> = (0..matrix.nrows()).map(|row| row / SIZE).collect();
-        assert!(agree(&matrix.transpose(), &groups, &format!("{blocks} blocks transposed")));
-        let found = Decomposition::sparse(matrix, &groups_of_columns(size.1), LIMIT);
-        assert_eq!(found.rank(), blocks * SIZE);
-        // Each dependency involves the columns of one block only.
-        assert!(found.null_space(found.rank()).iter().all(|vector| vector.len() <= SIZE + 1));
-    }
-}
-
-fn groups_of_columns(count: usize) -> Vec<usize> {
-    (0..count).collect()
-}
-
 /// Matrices without entries, columns or rows.
 #[test]
 fn empty_matrices() {
