@@ -69,7 +69,7 @@ fn samples(c: &mut Criterion) {
 
         // Largest square part of the dense system: all rows, all reactions and actuator forces.
         let statics = solver.statics();
-        let matrix = statics.scaled_matrix();
+        let matrix = statics.scaled_matrix().to_dense();
         if matrix.nrows() == matrix.ncols() {
             let right = nalgebra::DVector::from_fn(matrix.nrows(), |row, _| row as f64);
             group.bench_function(BenchmarkId::new("dense LU", matrix.nrows()), |b| {

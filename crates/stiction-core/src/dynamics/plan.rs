@@ -5,7 +5,9 @@ use super::error::InverseError;
 use super::interfaces::{Coupling, Interfaces};
 use super::structure::{BalanceStructure, Weighting};
 use crate::kinematics::Bodies;
-use crate::linalg::{Plan, Scales, StaticLu, Svd};
+use crate::linalg::{
+    Decomposition, Limit, Plan, Scales, SparseMatrix, SparseVector, StaticLu, Svd,
+};
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 use nalgebra::DMatrix;
@@ -45,7 +47,7 @@ impl BalancePlan {
         // As many unknowns as equations and no small pivot: the balance is neither redundant nor
         // singular. This avoids a decomposition, whose cost grows with the cube of the unknowns.
         if plain.passive.len() == plain.unknowns() && spin_bodies.is_empty() {
-            let nothing = DMatrix::zeros(0, 0);
+            let nothing = SparseMatrix::new((0, 0), core::iter::empty());
             let (rows, columns) = scales(topology, parameters, &plain, &nothing);
             let scales = Scales { rows: &rows, columns: &columns };
             let plan = Plan::new(plain.rows(), plain.size(), &plain.entries, &entries, scales);
@@ -53,10 +55,9 @@ impl BalancePlan {
                 return Ok(sample.plan(plain, plan.compile()));
             }
         }
-        let mut matrix = DMatrix::zeros(plain.passive.len(), plain.unknowns());
-        for (entry, value) in plain.entries.iter().zip(entries) {
-            matrix[(entry.row, entry.column)] += value;
-        }
+        let entries = plain.entries.iter().zip(entries);
+        let entries = entries.map(|(entry, value)| (entry.row, entry.column, value));
+        let matrix = SparseMatrix::new((plain.passive.len(), plain.unknowns()), entries);
         let weighting = weighting(&sample, &plain, &matrix)?;
         let structure = BalanceStructure::new(topology, weighting, &spin_bodies);
         let numbers = sample.entries(&structure);
@@ -143,7 +144,7 @@ fn scales(
     topology: &Topology,
     parameters: &Parameters<f64>,
     structure: &BalanceStructure,
-    matrix: &DMatrix<f64>,
+    matrix: &SparseMatrix,
 ) -> (Vec<f64>, Vec<f64>) {
     let length = parameters.length;
     let row = |&tree_dof: &usize| {
@@ -164,7 +165,7 @@ fn scales(
     for spin in 0..structure.spin_nodes.len() {
         // Inertias have no natural scale: their columns are normalised to size one.
         let column = matrix.column(structure.wrench_columns + spin);
-        let size = column.iter().zip(&equations).map(|(x, s)| (x * s).abs()).fold(0.0, f64::max);
+        let size = column.map(|(row, x)| (x * equations[row]).abs()).fold(0.0, f64::max);
         unknowns.push(if size > 0.0 { 1.0 / size } else { 1.0 });
     }
     for gearing in &structure.gearings {
@@ -187,22 +188,21 @@ fn scales(
 fn weighting(
     sample: &Sample<'_>,
     structure: &BalanceStructure,
-    matrix: &DMatrix<f64>,
+    matrix: &SparseMatrix,
 ) -> Result<Weighting, InverseError> {
     let &Sample { topology, parameters, .. } = sample;
     let (rows, columns) = scales(topology, parameters, structure, matrix);
-    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        matrix[(i, j)] * rows[i] * columns[j]
-    });
+    let scaled = matrix.scaled(&rows, &columns);
     if scaled.ncols() < scaled.nrows() {
         return Err(InverseError::Singular);
     }
     if scaled.nrows() == 0 && scaled.ncols() == 0 {
         return Ok(Weighting::Determined);
     }
-    let svd = Svd::new(&scaled);
-    let null = svd.null_space(svd.rank(NEGLIGIBLE));
     let redundant = scaled.ncols() - scaled.nrows();
+    let unknowns: Vec<usize> = (0..scaled.ncols()).collect();
+    let decomposition = Decomposition::new(scaled, &unknowns, Limit::OfLargest(NEGLIGIBLE));
+    let null = decomposition.null_space(decomposition.rank());
     if null.len() > redundant {
         return Err(InverseError::Singular);
     }
@@ -210,7 +210,8 @@ fn weighting(
         return Ok(Weighting::Determined);
     }
     let driven = effort_response(sample, structure, &null, &columns);
-    let singular_values = Svd::new(&driven).singular_values;
+    // There are far more null vectors than efforts; the transpose has the same singular values.
+    let singular_values = Svd::new(&driven.transpose()).singular_values;
     match singular_values.iter().filter(|&&s| s > NEGLIGIBLE).count() {
         0 if parameters.compliance.is_some() => Ok(Weighting::LeastEnergy),
         0 => Ok(Weighting::LeastReactions),
@@ -225,7 +226,7 @@ fn weighting(
 fn effort_response(
     sample: &Sample<'_>,
     structure: &BalanceStructure,
-    null: &[nalgebra::DVector<f64>],
+    null: &[SparseVector],
     column_scales: &[f64],
 ) -> DMatrix<f64> {
     let &Sample { topology, parameters, bodies, .. } = sample;
@@ -235,7 +236,8 @@ fn effort_response(
     // Wrenches of the null vectors alone.
     let mut driven = DMatrix::zeros(topology.actuators.len(), null.len());
     for (k, vector) in null.iter().enumerate() {
-        let unknowns: Vec<f64> = vector.iter().zip(column_scales).map(|(x, s)| x * s).collect();
+        let mut unknowns = vec![0.0; column_scales.len()];
+        vector.iter().for_each(|&(k, x)| unknowns[k] = x * column_scales[k]);
         let efforts = balance.efforts_of(&plan, parameters, bodies, &unknowns);
         for (actuator, effort) in efforts.into_iter().enumerate() {
             let content = topology.actuators[actuator];

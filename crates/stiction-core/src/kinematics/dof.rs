@@ -3,7 +3,7 @@
 use super::bodies::Bodies;
 use super::error::OpenDof;
 use super::motion_constraints::Spin;
-use crate::linalg::Svd;
+use crate::linalg::{Decomposition, Limit, SparseMatrix, Svd};
 use crate::mechanism::BodyId;
 use crate::parameters::Parameters;
 use crate::spatial::{Twist, Vec3, describe_motion};
@@ -40,11 +40,12 @@ pub(super) fn open_motions(
     topology: &Topology,
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,
-    scaled: &DMatrix<f64>,
+    scaled: SparseMatrix,
     column_scales: &[f64],
 ) -> OpenMotion {
-    let svd = Svd::new(scaled);
-    let null = svd.null_space(svd.rank_of_order_one(OPEN));
+    let columns: Vec<usize> = (0..scaled.ncols()).collect();
+    let decomposition = Decomposition::new(scaled, &columns, Limit::OfOrderOne(OPEN));
+    let null = decomposition.orthonormal_null_space(decomposition.rank());
     // Rates of the tree for each open direction, then twists of the bodies.
     let rates: Vec<DVector<f64>> = null
         .iter()

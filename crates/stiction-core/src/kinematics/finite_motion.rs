@@ -3,7 +3,6 @@
 //! Equation (M3) of the book's theory.
 
 use super::bodies::{Bodies, State};
-use super::least_squares::damped_step;
 use super::tracing::Loops;
 use nalgebra::DVector;
 
@@ -71,7 +70,8 @@ impl Loops<'_> {
         self.advance(&mut state, step);
         let mut errors = self.errors(&state);
         for _ in 0..CORRECTIONS {
-            let correction = damped_step(&self.jacobian(), &errors, DAMPING)?;
+            let jacobian = self.jacobian();
+            let correction = self.damped.step(&jacobian, &errors, DAMPING)?;
             let mut next = state.clone();
             self.advance(&mut next, &correction);
             let next_errors = self.errors(&next);

@@ -10,8 +10,10 @@ use super::bodies::State;
 use super::coordinate::Target;
 use super::motion_constraints::MotionConstraints;
 use super::system::{Kinematics, column_scales};
+use crate::linalg::{ColumnOrder, SparseMatrix, SparseQr};
 use crate::parameters::Parameters;
 use crate::topology::Topology;
+use core::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
 /// Initial damping, its limits, and its factors after a successful and a failed step.
@@ -103,20 +105,19 @@ impl<'a> PositionEquations<'a> {
     }
 
     /// Scaled derivatives of the errors at the last placement of the bodies.
-    pub(super) fn jacobian(&self, kinematics: &mut Kinematics<f64>) -> DMatrix<f64> {
+    pub(super) fn jacobian(&self, kinematics: &mut Kinematics<f64>) -> SparseMatrix {
         kinematics.linearise(self.topology, self.parameters, self.constraints);
         let mut row_of = vec![usize::MAX; self.constraints.row_count()];
         self.rows.iter().enumerate().for_each(|(place, (row, _))| row_of[*row] = place);
         let mut column_of = vec![usize::MAX; self.topology.dofs()];
         self.columns.iter().enumerate().for_each(|(place, (column, _))| column_of[*column] = place);
-        let mut matrix = DMatrix::zeros(self.rows.len(), self.columns.len());
-        for (entry, value) in self.constraints.entries().iter().zip(&kinematics.entries) {
+        let entries = self.constraints.entries().iter().zip(&kinematics.entries);
+        let own = entries.filter_map(|(entry, value)| {
             let (row, column) = (row_of[entry.row], column_of[entry.column]);
-            if row != usize::MAX && column != usize::MAX {
-                matrix[(row, column)] += value * self.rows[row].1 * self.columns[column].1;
-            }
-        }
-        matrix
+            let is_own = row != usize::MAX && column != usize::MAX;
+            is_own.then(|| (row, column, value * self.rows[row].1 * self.columns[column].1))
+        });
+        SparseMatrix::new((self.rows.len(), self.columns.len()), own)
     }
 
     /// Rates of the tree for a scaled step.
@@ -135,13 +136,13 @@ impl<'a> PositionEquations<'a> {
         &self,
         kinematics: &mut Kinematics<f64>,
         state: &State<f64>,
-        (jacobian, errors): (&DMatrix<f64>, &DVector<f64>),
+        (jacobian, errors): (&SparseMatrix, &DVector<f64>),
         step: &DVector<f64>,
     ) -> DVector<f64> {
         let mut probe = state.clone();
         probe.advance(self.topology, &self.unscaled(&(step * PROBE)));
         let slope = (self.errors(kinematics, &probe) - errors) / PROBE;
-        (slope - jacobian * step) / PROBE
+        (slope - DVector::from_vec(jacobian.times(step.as_slice()))) / PROBE
     }
 
     /// Moves `state` until all scaled errors are below `close`, at most `most` steps, or until the
@@ -158,25 +159,26 @@ impl<'a> PositionEquations<'a> {
         let mut sizes = Vec::with_capacity(2);
         let mut moved = vec![0.0; self.topology.dofs()];
         let mut is_undefined = false;
+        let damped = DampedSteps::default();
         for count in 0..most {
             if errors.is_empty() || self.columns.is_empty() || errors.amax() < close {
                 break;
             }
             let jacobian = self.jacobian(kinematics);
-            if !jacobian.iter().all(|slope| slope.is_finite()) {
+            if !jacobian.entries().all(|(.., slope)| slope.is_finite()) {
                 is_undefined = true;
                 break;
             }
             let mut improved = false;
             while damping < GREATEST_DAMPING {
-                let Some(mut step) = damped_step(&jacobian, &errors, damping) else {
+                let Some(mut step) = damped.step(&jacobian, &errors, damping) else {
                     damping *= 10.0;
                     continue;
                 };
                 if count >= SLOW {
                     let half =
                         self.half_acceleration(kinematics, state, (&jacobian, &errors), &step);
-                    match damped_step(&jacobian, &half, damping) {
+                    match damped.step(&jacobian, &half, damping) {
                         Some(bend) if bend.norm() <= BEND * step.norm() => step += bend,
                         _ => {
                             damping *= TIGHTEN;
@@ -216,9 +218,33 @@ impl<'a> PositionEquations<'a> {
     }
 }
 
-/// Damped step `-(J^T J + d 1)^-1 J^T e`, by the smaller of the normal matrices `J^T J` and `J
-/// J^T`; `None` if the matrix is numerically not positive definite.
-pub(super) fn damped_step(
+/// Number of columns from which sparse factors are faster than the dense normal matrix.
+const LARGE: usize = 60;
+
+/// Damped steps of equations with one pattern of their derivatives.
+#[derive(Default)]
+pub(super) struct DampedSteps {
+    order: OnceCell<ColumnOrder>,
+}
+
+impl DampedSteps {
+    /// Damped step `-(J^T J + d 1)^-1 J^T e`; `None` if it cannot be computed.
+    pub(super) fn step(
+        &self,
+        jacobian: &SparseMatrix,
+        errors: &DVector<f64>,
+        damping: f64,
+    ) -> Option<DVector<f64>> {
+        match jacobian.ncols() < LARGE {
+            true => by_normal_matrix(&jacobian.to_dense(), errors, damping),
+            false => by_triangular_factor(jacobian, errors, damping, &self.order),
+        }
+    }
+}
+
+/// Damped step by the smaller of the normal matrices `J^T J` and `J J^T`; `None` if the matrix is
+/// numerically not positive definite.
+fn by_normal_matrix(
     jacobian: &DMatrix<f64>,
     errors: &DVector<f64>,
     damping: f64,
@@ -234,4 +260,30 @@ pub(super) fn damped_step(
         true => -jacobian.tr_mul(&factor.solve(errors)),
         false => -factor.solve(&jacobian.tr_mul(errors)),
     })
+}
+
+/// Damped step by the triangular factor of the rows `J` and `sqrt(d) 1` together, `R^T R = J^T J +
+/// d 1`, or of `J^T` and `sqrt(d) 1`. The cost is proportional to the size of chains and of rows of loops.
+fn by_triangular_factor(
+    jacobian: &SparseMatrix,
+    errors: &DVector<f64>,
+    damping: f64,
+    order: &OnceCell<ColumnOrder>,
+) -> Option<DVector<f64>> {
+    let is_wide = jacobian.nrows() < jacobian.ncols();
+    let transposed = is_wide.then(|| jacobian.transpose());
+    let narrow = transposed.as_ref().unwrap_or(jacobian);
+    let (rows, columns) = (narrow.nrows(), narrow.ncols());
+    let damped = (0..columns).map(|k| (rows + k, k, damping.sqrt()));
+    let matrix = SparseMatrix::new((rows + columns, columns), narrow.entries().chain(damped));
+    // Any order is correct; one for a pattern with more zeros may be slower.
+    let order = order.get_or_init(|| ColumnOrder::one_by_one(&matrix));
+    let factor = SparseQr::new(&matrix, order, 0.0);
+    let inverse = |right: Vec<f64>| factor.solve(&factor.solve_transposed(right));
+    let step = match is_wide {
+        true => narrow.times(&inverse(errors.as_slice().to_vec())),
+        false => inverse(narrow.transposed_times(errors.as_slice())),
+    };
+    let is_finite = factor.dependent().is_empty() && step.iter().all(|x| x.is_finite());
+    is_finite.then(|| -DVector::from_vec(step))
 }

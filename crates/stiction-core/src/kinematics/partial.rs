@@ -91,7 +91,7 @@ pub(crate) fn assemble_partly(
             break;
         }
         let by_rows: Vec<f64> =
-            equations.jacobian(&mut kinematics).transpose().iter().copied().collect();
+            equations.jacobian(&mut kinematics).transpose().to_dense().iter().copied().collect();
         space.decompose(&by_rows, errors.len(), topology.dofs(), DEPENDENT);
         let step = -DVector::from_vec(space.shortest(errors.as_slice()));
         let mut next = state.clone();
@@ -143,7 +143,7 @@ impl RateRows {
         let jacobian = kinematics.scaled_matrix(&motion_constraints, &scales, &columns);
         let mut rights = vec![0.0; first];
         rights.extend(rates.iter().zip(&scales[first..]).map(|(rate, scale)| rate * scale));
-        let matrix = jacobian.transpose().iter().copied().collect();
+        let matrix = jacobian.transpose().to_dense().iter().copied().collect();
         Self { matrix, rights, scales }
     }
 

@@ -2,7 +2,7 @@
 
 use super::bodies::State;
 use super::tracing::Loops;
-use crate::linalg::Svd;
+use crate::linalg::{Decomposition, Limit};
 use crate::parameters::Parameters;
 use crate::random::Random;
 use crate::topology::Topology;
@@ -43,8 +43,8 @@ impl RandomConfiguration {
             // A random walk keeps returning; one direction per position does not.
             let mut heading: Option<DVector<f64>> = None;
             for _ in 0..STRIDES {
-                let svd = loops.svd(&at);
-                let open = svd.null_space(svd.rank(OPEN));
+                let decomposition = loops.decompose(&at, Limit::OfLargest(OPEN));
+                let open = decomposition.orthonormal_null_space(decomposition.rank());
                 if open.is_empty() {
                     break;
                 }
@@ -97,8 +97,10 @@ fn stride(
 
 impl Loops<'_> {
     /// Decomposes the equations at a position.
-    pub(super) fn svd(&mut self, state: &State<f64>) -> Svd {
+    pub(super) fn decompose(&mut self, state: &State<f64>, limit: Limit) -> Decomposition {
         self.errors(state);
-        Svd::new(&self.jacobian())
+        let jacobian = self.jacobian();
+        let columns: Vec<usize> = (0..jacobian.ncols()).collect();
+        Decomposition::new(jacobian, &columns, limit)
     }
 }

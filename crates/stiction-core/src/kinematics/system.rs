@@ -12,12 +12,11 @@ use super::measure;
 use super::model::KinematicModel;
 use super::motion_constraints::MotionConstraints;
 use super::rotation_vector::{Orientation, RotationVector};
-use crate::linalg::{Plan, RankDeficient, Scales, StaticLu};
+use crate::linalg::{Entry, Plan, RankDeficient, Scales, SparseMatrix, StaticLu};
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::Topology;
-use nalgebra::DMatrix;
 
 /// Orientation prescribed by three targets.
 fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
@@ -479,18 +478,18 @@ impl Kinematics<f64> {
         Plan::new(count, dofs, motion_constraints.entries(), &self.entries, scales)
     }
 
-    /// The system as a dense matrix, rows and columns scaled; needs [`Self::linearise`].
+    /// The matrix of the system, rows and columns scaled; needs [`Self::linearise`].
     pub(super) fn scaled_matrix(
         &self,
         motion_constraints: &MotionConstraints,
         rows: &[f64],
         columns: &[f64],
-    ) -> DMatrix<f64> {
-        let mut matrix = DMatrix::zeros(rows.len(), columns.len());
-        for (entry, value) in motion_constraints.entries.iter().zip(&self.entries) {
-            matrix[(entry.row, entry.column)] += value * rows[entry.row] * columns[entry.column];
-        }
-        matrix
+    ) -> SparseMatrix {
+        let entries = motion_constraints.entries.iter().zip(&self.entries).map(|(entry, value)| {
+            let &Entry { row, column, .. } = entry;
+            (row, column, value * rows[row] * columns[column])
+        });
+        SparseMatrix::new((rows.len(), columns.len()), entries)
     }
 }
 

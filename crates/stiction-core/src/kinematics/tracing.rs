@@ -5,10 +5,10 @@
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};
 use super::finite_motion::{Path, farthest};
-use super::least_squares::damped_step;
+use super::least_squares::DampedSteps;
 use super::motion_constraints::MotionConstraints;
 use super::system::{Kinematics, column_scales};
-use crate::linalg::{StaticLu, Svd, complement};
+use crate::linalg::{Decomposition, Limit, SparseMatrix, SparseVector, StaticLu, Svd, complement};
 use crate::parameters::Parameters;
 use crate::random::Random;
 use crate::topology::Topology;
@@ -51,6 +51,7 @@ pub(super) struct Loops<'a> {
     kinematics: Kinematics<f64>,
     rows: Vec<f64>,
     columns: Vec<f64>,
+    pub(super) damped: DampedSteps,
 }
 
 /// Decomposed loop equations at a position.
@@ -59,7 +60,7 @@ pub(crate) struct LoopsAt<'a> {
     state: &'a State<f64>,
     /// Decomposition of the scaled derivatives of the errors with respect to the degrees of freedom
     /// of the tree.
-    svd: Svd,
+    decomposition: Decomposition,
     /// Number of independent equations.
     pub(crate) rank: usize,
     negligible: f64,
@@ -78,30 +79,41 @@ impl<'a> LoopsAt<'a> {
         negligible: f64,
     ) -> Self {
         let mut loops = Loops::new(topology, parameters, &[], &[]);
-        let svd = loops.svd(state);
         // In a loop without constraints, such as two prismatic joints along one axis, all entries
         // are round-off.
-        let rank = svd.rank_of_order_one(negligible);
-        let open = svd.null_space(rank);
-        Self { loops, state, svd, rank, negligible, open, traced: None }
+        let decomposition = loops.decompose(state, Limit::OfOrderOne(negligible));
+        let rank = decomposition.rank();
+        let open = decomposition.orthonormal_null_space(rank);
+        Self { loops, state, decomposition, rank, negligible, open, traced: None }
     }
 
     /// The singular values, largest first, of the loops' equations and those of `coordinates`
-    /// together at a position: one for each degree of freedom of the tree.
+    /// together at a position: one for each degree of freedom of the tree. Large systems know few
+    /// of them, see [`Decomposition::values`]; `negligible` then decides the rank.
     pub(crate) fn singular_values_with(
         topology: &Topology,
         parameters: &Parameters<f64>,
         state: &State<f64>,
         coordinates: &[Coordinate],
         targets: &[Target<f64>],
+        negligible: f64,
     ) -> Vec<f64> {
         let mut loops = Loops::new(topology, parameters, coordinates, targets);
-        loops.svd(state).singular_values.as_slice().to_vec()
+        loops.decompose(state, Limit::OfOrderOne(negligible)).values()
     }
 
-    /// The singular values, largest first, one for each degree of freedom of the tree.
-    pub(crate) fn singular_values(&self) -> &[f64] {
-        self.svd.singular_values.as_slice()
+    /// Smallest non-zero and largest zero singular value, both relative to the largest; `None` if no
+    /// such value exists.
+    pub(crate) fn gap(&self) -> (Option<f64>, Option<f64>) {
+        let Some(last) = self.rank.checked_sub(1) else { return (None, None) };
+        let relative = |k| self.decomposition.value(k) / self.decomposition.largest();
+        let dropped = (self.rank < self.loops.columns.len()).then(|| relative(self.rank));
+        (Some(relative(last)), dropped)
+    }
+
+    /// Instantaneous mobility.
+    pub(crate) fn mobility(&self) -> usize {
+        self.loops.columns.len() - self.rank
     }
 
     /// Finite mobility by tracing: takes small steps from a generic position in all directions open
@@ -126,10 +138,11 @@ impl<'a> LoopsAt<'a> {
             if moved <= 0.5 * MOVES {
                 continue;
             }
-            let svd = loops.svd(&reached);
             // Positions are closed to 1e-13, so singular values of a double root are accurate to
             // its square root.
-            let open = svd.null_space(svd.rank_of_order_one(self.negligible.max(1e-6)));
+            let limit = Limit::OfOrderOne(self.negligible.max(1e-6));
+            let decomposition = loops.decompose(&reached, limit);
+            let open = decomposition.orthonormal_null_space(decomposition.rank());
             match branches.iter_mut().find(|known| known.open.len() == open.len()) {
                 Some(known) if known.moved >= moved => {}
                 Some(known) => *known = Branch { moved, displacement, reached, open },
@@ -204,9 +217,15 @@ impl<'a> LoopsAt<'a> {
         let mut with = Loops::new(loops.topology, loops.parameters, coordinates, targets);
         with.errors(self.state);
         let jacobian = with.jacobian();
-        let rows = jacobian.rows(jacobian.nrows() - coordinates.len(), coordinates.len());
-        let rates = rows * DMatrix::from_columns(&basis);
-        Some(Svd::new(&rates).singular_values.min())
+        let first = jacobian.nrows() - coordinates.len();
+        let entries = basis.iter().enumerate().flat_map(|(column, motion)| {
+            let rates = jacobian.times(motion.as_slice()).split_off(first);
+            rates.into_iter().enumerate().map(move |(row, rate)| (row, column, rate))
+        });
+        let rates = SparseMatrix::new((coordinates.len(), basis.len()), entries);
+        let motions: Vec<usize> = (0..basis.len()).collect();
+        let rates = Decomposition::new(rates, &motions, Limit::OfOrderOne(self.negligible));
+        Some(rates.value(motions.len() - 1))
     }
 
     /// Motions open to first order and blocked at second order.
@@ -231,7 +250,16 @@ impl<'a> LoopsAt<'a> {
         let Self { loops, state, open, .. } = self;
         loops.errors(state);
         let count = open.len();
-        let stresses = Svd::new(&loops.jacobian().transpose()).null_space(self.rank);
+        let transposed = loops.jacobian().transpose();
+        let equations: Vec<usize> = (0..transposed.ncols()).collect();
+        let limit = Limit::OfOrderOne(self.negligible);
+        let stresses: Vec<SparseVector> = match self.rank < equations.len() {
+            true => Decomposition::new(transposed, &equations, limit).null_space(self.rank),
+            false => Vec::new(),
+        };
+        if stresses.is_empty() {
+            return open.clone();
+        }
         let pure: Vec<DVector<f64>> = open.iter().map(|d| loops.second_derivatives(d)).collect();
         // One quadratic form for each self-stress, stacked.
         let mut forms = DMatrix::zeros(count * stresses.len(), count);
@@ -245,7 +273,7 @@ impl<'a> LoopsAt<'a> {
                     (sum - &pure[i] - &pure[j]) * 0.5
                 };
                 for (k, stress) in stresses.iter().enumerate() {
-                    let value = stress.dot(&mixed);
+                    let value = stress.iter().map(|&(row, x)| x * mixed[row]).sum::<f64>();
                     forms[(k * count + i, j)] = value;
                     forms[(k * count + j, i)] = value;
                 }
@@ -303,7 +331,17 @@ impl<'a> Loops<'a> {
         let rows = motion_constraints.row_scales(parameters.length);
         let columns = column_scales(topology, parameters.length);
         let targets = targets.to_vec();
-        Self { topology, parameters, motion_constraints, targets, kinematics, rows, columns }
+        let damped = DampedSteps::default();
+        Self {
+            topology,
+            parameters,
+            motion_constraints,
+            targets,
+            kinematics,
+            rows,
+            columns,
+            damped,
+        }
     }
 
     /// Places the bodies and returns the scaled loop errors.
@@ -315,7 +353,7 @@ impl<'a> Loops<'a> {
     }
 
     /// Scaled derivatives of the errors at the last placement of the bodies.
-    pub(super) fn jacobian(&mut self) -> DMatrix<f64> {
+    pub(super) fn jacobian(&mut self) -> SparseMatrix {
         self.kinematics.linearise(self.topology, self.parameters, &self.motion_constraints);
         self.kinematics.scaled_matrix(&self.motion_constraints, &self.rows, &self.columns)
     }
@@ -377,7 +415,7 @@ impl<'a> Loops<'a> {
                 return Some((state, moved));
             }
             let jacobian = self.jacobian();
-            let Some(correction) = damped_step(&jacobian, &errors, damping) else {
+            let Some(correction) = self.damped.step(&jacobian, &errors, damping) else {
                 damping *= 10.0;
                 continue;
             };

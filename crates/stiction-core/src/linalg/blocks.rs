@@ -1,6 +1,6 @@
 //! Cholesky decomposition of sparse symmetric positive definite block matrices.
 
-use std::collections::BTreeSet;
+use super::elimination_order::EliminationOrder;
 
 /// Number of rows and columns of a block.
 pub(crate) const BLOCK: usize = 6;
@@ -54,30 +54,11 @@ impl BlockCholesky {
     /// Prepares a matrix of `count` block rows with blocks at `pairs`, at their mirror images, and
     /// along the diagonal.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
-        let mut neighbours = vec![BTreeSet::new(); count];
-        for (a, b) in pairs.filter(|(a, b)| a != b) {
-            neighbours[a].insert(b);
-            neighbours[b].insert(a);
-        }
-        // The block with the fewest neighbours is eliminated first; its neighbours become
-        // neighbours of each other.
-        let mut queue: BTreeSet<(usize, usize)> =
-            (0..count).map(|block| (neighbours[block].len(), block)).collect();
+        let order = EliminationOrder::new(count, pairs);
         let mut place = vec![0; count];
-        let mut columns: Vec<Vec<usize>> = Vec::with_capacity(count);
-        while let Some((_, block)) = queue.pop_first() {
-            place[block] = columns.len();
-            let around = core::mem::take(&mut neighbours[block]);
-            for &a in &around {
-                queue.remove(&(neighbours[a].len(), a));
-                neighbours[a].remove(&block);
-                neighbours[a].extend(around.iter().copied().filter(|b| *b != a));
-                queue.insert((neighbours[a].len(), a));
-            }
-            columns.push(around.into_iter().collect());
-        }
+        order.nodes.iter().enumerate().for_each(|(step, block)| place[*block] = step);
         let (mut starts, mut rows) = (vec![0], Vec::new());
-        for column in &columns {
+        for column in &order.neighbours {
             let mut steps: Vec<usize> = column.iter().map(|block| place[*block]).collect();
             steps.sort_unstable();
             rows.extend(steps);

@@ -1,19 +1,27 @@
 //! Linear algebra: static elimination for kernels, dense decompositions for analysis.
 
 mod blocks;
+mod decomposition;
+mod elimination_order;
 mod lanczos;
 mod plan;
 mod row_space;
 mod smallest;
+mod sparse;
+mod sparse_qr;
 mod static_lu;
 mod svd;
 mod twofold;
 
 pub(crate) use blocks::{BLOCK, BlockCholesky, Part, Slot, add_outer, dot};
+pub(crate) use decomposition::to_dense;
+pub use decomposition::{Decomposition, Limit, SparseVector};
 pub(crate) use lanczos::Lanczos;
 pub(crate) use plan::{Entry, Plan, RankDeficient, Scales};
 pub(crate) use row_space::RowSpace;
 pub use smallest::smallest_singular_value;
+pub use sparse::SparseMatrix;
+pub(crate) use sparse_qr::{ColumnOrder, SparseQr};
 pub(crate) use static_lu::StaticLu;
 pub use svd::Svd;
 pub(crate) use svd::complement;

@@ -69,6 +69,7 @@ impl Architecture {
                     state,
                     coordinates,
                     targets,
+                    ROOT_OF_ZERO,
                 );
                 (values, || {
                     LoopsAt::new(topology, parameters, state, ROOT_OF_ZERO).blocked_motions().len()

@@ -98,6 +98,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
                 .zip(&openings)
                 .fold(DVector::zeros(stresses[0].len()), |sum: DVector<f64>, (s, q)| sum + s * *q);
             let opening: f64 = openings.iter().map(|q| q * q).sum();
+            let combined: Vec<_> = combined.iter().copied().enumerate().collect();
             let loads = constraints.loads(&combined);
             let strongest = loads
                 .iter()

@@ -113,13 +113,11 @@ impl Mobility {
             FiniteMotion { body: names[body].name.clone(), moved, turned, closure }
         });
         let blocked = loops.blocked_motions().len();
-        let is_explained = traced + blocked == loops.singular_values().len() - loops.rank;
+        let is_explained = traced + blocked == loops.mobility();
         let play = if is_explained { play(solver, &mut loops) } else { Vec::new() };
-        let (rank, values) = (loops.rank, loops.singular_values());
-        let relative = |index: usize| values.get(index).map(|value| value / values[0]);
-        let gap = if rank == 0 { (None, None) } else { (relative(rank - 1), relative(rank)) };
+        let gap = loops.gap();
         let gruebler = solver.mechanism().gruebler();
-        let instantaneous = topology.dofs() - rank;
+        let instantaneous = loops.mobility();
         let is_clear = gap.0.is_none_or(|kept| kept > DOUBTFUL)
             && gap.1.is_none_or(|dropped| dropped < ROUND_OFF);
         let greatest = if is_clear && traced + blocked >= instantaneous {

@@ -85,9 +85,13 @@ fn basis(vectors: &[DVector<f64>]) -> Vec<DVector<f64>> {
     if vectors.is_empty() {
         return Vec::new();
     }
-    let svd = Svd::new(&DMatrix::from_columns(vectors));
+    let matrix = DMatrix::from_columns(vectors);
+    // The decomposition has a vector for each column: few for the shorter side.
+    let is_wide = matrix.ncols() > matrix.nrows();
+    let svd = if is_wide { Svd::new(&matrix.transpose()) } else { Svd::new(&matrix) };
+    let basis = if is_wide { &svd.v } else { &svd.u };
     let count = svd.singular_values.iter().filter(|&&value| value > NONE).count();
-    (0..count).map(|k| svd.u.column(k).into_owned()).collect()
+    (0..count).map(|k| basis.column(k).into_owned()).collect()
 }
 
 /// Describes the span of the given motions: translations first, then rotations and screws, along

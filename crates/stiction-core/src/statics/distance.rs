@@ -9,12 +9,12 @@
 //! Equation (M5) of the book's theory.
 
 use super::newton_euler::{NewtonEuler, Unknown};
-use super::rank::{RANK_TOLERANCE, Statics};
+use super::rank::{RANK_LIMIT, Statics};
 use crate::joint::JointType;
-use crate::linalg::{Svd, smallest_singular_value};
+use crate::linalg::{Decomposition, smallest_singular_value};
 use crate::mechanism::JointId;
-use crate::spatial::{Vec3, Wrench};
-use nalgebra::{DMatrix, DVector};
+use crate::spatial::Vec3;
+use nalgebra::DVector;
 
 /// Minimum number of joints of a hub, a body at which legs end.
 const HUB: usize = 3;
@@ -35,7 +35,7 @@ impl Distances {
     /// redundancy, no passive spins, and one actuator per degree of freedom. Much faster than dense
     /// decompositions.
     pub(super) fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
-        let scaled = system.scaled_matrix(joint_types);
+        let scaled = system.scaled_matrix(joint_types).to_dense();
         let is_constraint = |k: &usize| !matches!(system.unknowns[*k], Unknown::Drive { .. });
         let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();
         let only_constraints = scaled.select_columns(&constraints);
@@ -76,11 +76,9 @@ pub struct Constraints<'a> {
     statics: &'a Statics,
     /// Indices of the constraints among the unknowns of the balance.
     unknowns: Vec<usize>,
-    /// Constraint part of the scaled balance: a row for each constraint, a column for each
-    /// equation.
-    transposed: DMatrix<f64>,
-    /// Singular values of this part, one for each equation, largest first.
-    singular_values: Vec<f64>,
+    /// Constraint part of the scaled balance, transposed: a row for each constraint, a column for
+    /// each equation.
+    transposed: Decomposition,
 }
 
 impl<'a> Constraints<'a> {
@@ -91,29 +89,44 @@ impl<'a> Constraints<'a> {
             .filter(|&k| !matches!(statics.system().unknowns[k], Unknown::Drive { .. }))
             .collect();
         let transposed = all.select_columns(&unknowns).transpose();
-        let singular_values = one_for_each_column(&transposed);
-        Self { statics, unknowns, transposed, singular_values }
+        let bodies = statics.system().bodies_of_rows();
+        let transposed = Decomposition::new(transposed, &bodies, RANK_LIMIT);
+        Self { statics, unknowns, transposed }
     }
 
     pub(super) fn statics(&self) -> &Statics {
         self.statics
     }
 
-    /// Returns a row for each constraint, a column for each equation of the scaled balance.
-    pub(super) fn transposed(&self) -> &DMatrix<f64> {
+    /// Returns the decomposition of the transposed constraints: a row for each constraint, a column
+    /// for each equation of the scaled balance.
+    pub(super) fn transposed(&self) -> &Decomposition {
         &self.transposed
     }
 
     /// Basis of the self-stress states (null space of the equilibrium matrix): for each the loaded
     /// joints and their wrenches, unscaled.
     pub fn self_stresses(&self) -> Vec<Vec<JointLoad>> {
-        self.stress_vectors().iter().map(|stress| self.loads(&(stress / stress.amax()))).collect()
+        let own = self.equilibrium();
+        let each = own.null_space(own.rank()).into_iter().map(|mut stress| {
+            let size = stress.iter().map(|(_, x)| x.abs()).fold(0.0, f64::max);
+            stress.iter_mut().for_each(|(_, x)| *x /= size);
+            self.loads(&stress)
+        });
+        each.collect()
     }
 
     /// Orthonormal basis of the self-stresses, as scaled values of [`Self::unknowns`].
     pub(crate) fn stress_vectors(&self) -> Vec<DVector<f64>> {
-        let own = Svd::new(&self.transposed.transpose());
-        own.null_space(own.rank(RANK_TOLERANCE))
+        let own = self.equilibrium();
+        own.orthonormal_null_space(own.rank())
+    }
+
+    /// The equilibrium matrix: a row for each equation, a column for each constraint.
+    fn equilibrium(&self) -> Decomposition {
+        let joints = self.statics.system().joints_of_unknowns();
+        let joints: Vec<usize> = self.unknowns.iter().map(|&k| joints[k]).collect();
+        Decomposition::new(self.transposed.matrix().transpose(), &joints, RANK_LIMIT)
     }
 
     /// The unknowns that are constraints.
@@ -128,23 +141,20 @@ impl<'a> Constraints<'a> {
     }
 
     /// Wrenches of the loaded joints for scaled values of [`Self::unknowns`].
-    pub(crate) fn loads(&self, scaled: &DVector<f64>) -> Vec<JointLoad> {
-        let (statics, system) = (self.statics, self.statics.system());
-        let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
-        let amounts = self.amounts(scaled);
-        for unit in &system.wrenches {
-            // Efforts are no constraints.
-            if let Ok(own) = self.unknowns.binary_search(&unit.unknown) {
-                wrenches[unit.joint] += unit.wrench * amounts[own];
-            }
-        }
-        let places = wrenches.iter().zip(statics.joint_origins()).enumerate();
+    pub(crate) fn loads(&self, scaled: &[(usize, f64)]) -> Vec<JointLoad> {
+        let statics = self.statics;
+        let amounts = scaled.iter().map(|&(own, x)| {
+            let unknown = self.unknowns[own];
+            (unknown, statics.column_scales()[unknown] * x)
+        });
+        let wrenches = statics.system().sparse_wrenches(amounts);
         let size = |load: &JointLoad| load.force.norm() + load.moment.norm() / statics.length();
-        let loads: Vec<JointLoad> = places
-            .map(|(joint, (wrench, origin))| JointLoad {
+        let loads: Vec<JointLoad> = wrenches
+            .into_iter()
+            .map(|(joint, wrench)| JointLoad {
                 joint: JointId(joint),
                 force: wrench.force,
-                moment: wrench.moment_about(origin),
+                moment: wrench.moment_about(statics.joint_origin(joint)),
             })
             .collect();
         let most = loads.iter().map(size).fold(0.0, f64::max);
@@ -156,31 +166,36 @@ impl<'a> Constraints<'a> {
     /// hubs.
     pub fn leg_distance(&self, idle_spins: usize) -> Option<f64> {
         let of_legs = of_legs(self.statics.system());
-        if of_legs.is_empty() || of_legs.len() == self.transposed.ncols() {
+        let last = of_legs.len().checked_sub(idle_spins + 1)?;
+        if of_legs.len() == self.transposed.matrix().ncols() {
             return None;
         }
-        let values = one_for_each_column(&self.transposed.select_columns(&of_legs));
-        let last = values.len().checked_sub(idle_spins + 1)?;
-        Some(zero_or(&values, last))
+        Some(zero_or(&self.legs(&of_legs), last))
+    }
+
+    /// The columns of the equations of the bodies between hubs.
+    pub(super) fn legs(&self, of_legs: &[usize]) -> Decomposition {
+        // A leg is a group of its own if its bodies are next to each other.
+        let groups: Vec<usize> = (0..of_legs.len()).map(|k| k / 6).collect();
+        let own = self.transposed.matrix().select_columns(of_legs);
+        Decomposition::new(own, &groups, RANK_LIMIT)
     }
 
     /// Instantaneous mobility of the constraints at this position.
     pub fn mobility(&self) -> usize {
-        let largest = self.singular_values.first().copied().unwrap_or(0.0);
-        self.singular_values.iter().filter(|&&s| s <= RANK_TOLERANCE * largest).count()
+        self.transposed.matrix().ncols() - self.transposed.rank()
     }
 
     /// Constraint singularity index: zero if the constraints leave more than `mobility` motions.
     pub fn distance(&self, mobility: usize) -> f64 {
-        let held = self.singular_values.len().saturating_sub(mobility);
-        held.checked_sub(1).map_or(1.0, |last| zero_or(&self.singular_values, last))
+        let held = self.transposed.matrix().ncols().saturating_sub(mobility);
+        held.checked_sub(1).map_or(1.0, |last| zero_or(&self.transposed, last))
     }
 }
 
-/// The singular value with this index; zero if the matrix has fewer singular values.
-fn zero_or(values: &[f64], index: usize) -> f64 {
-    let largest = values.first().copied().unwrap_or(0.0);
-    values.get(index).copied().filter(|value| *value > RANK_TOLERANCE * largest).unwrap_or(0.0)
+/// The singular value with this index; zero if it does not count towards the rank.
+fn zero_or(decomposition: &Decomposition, index: usize) -> f64 {
+    if index < decomposition.rank() { decomposition.value(index) } else { 0.0 }
 }
 
 /// Rows of the equations of the bodies between hubs.
@@ -191,11 +206,6 @@ pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
         .collect()
 }
 
-/// Singular values of a matrix, largest first, one per column.
-fn one_for_each_column(matrix: &DMatrix<f64>) -> Vec<f64> {
-    Svd::new(matrix).singular_values.as_slice().to_vec()
-}
-
 impl Statics {
     /// Type 2 (actuation) singularity index: zero if a motion other than passive spins is resisted
     /// by neither constraints nor actuators.
@@ -203,7 +213,7 @@ impl Statics {
         let resisted = self.system().matrix.nrows().saturating_sub(idle_spins);
         match resisted.checked_sub(1) {
             None => 1.0,
-            Some(last) => zero_or(self.singular_values(), last),
+            Some(last) => zero_or(self.decomposition(), last),
         }
     }
 }

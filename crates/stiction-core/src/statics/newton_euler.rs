@@ -1,4 +1,4 @@
-//! Balance of all bodies as one dense system: the unknowns are all constraint reactions and
+//! Balance of all bodies as one system: the unknowns are all constraint reactions and
 //! actuator efforts, with six equations per body. Slow, but simple.
 //!
 //! It is the test oracle of the kernels and the dense fallback: it determines statically
@@ -11,11 +11,13 @@
 use super::load::AppliedLoad;
 use crate::joint::JointType;
 use crate::kinematics::Bodies;
+use crate::linalg::SparseMatrix;
 use crate::mechanism::Mechanism;
 use crate::parameters::{Blocks, BushingParameters, Parameters, SpringParameters};
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::Topology;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
+use std::collections::BTreeMap;
 
 /// One unknown of the system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +57,7 @@ pub struct UnitWrench {
     pub wrench: Wrench<f64>,
 }
 
-/// The dense system `matrix * unknowns = demand` (required wrenches) at one position.
+/// The system `matrix * unknowns = demand` (required wrenches) at one position.
 ///
 /// Rows: for each body but the ground force x y z, then moment x y z about the centre of mass,
 /// world axes, N and N m.
@@ -67,7 +69,7 @@ pub struct NewtonEuler {
     /// of a gearing.
     pub wrenches: Vec<UnitWrench>,
     /// The coefficients.
-    pub matrix: DMatrix<f64>,
+    pub matrix: SparseMatrix,
     /// The ends of all joints.
     ends: Vec<(usize, usize)>,
     /// Centres of mass relative to the reference point, world axes, m.
@@ -117,7 +119,7 @@ impl NewtonEuler {
             unknowns.push(Unknown::Drive { actuator, joint, dof });
         }
         let mut system = Self {
-            matrix: DMatrix::zeros(6 * (com.len() - 1), unknowns.len()),
+            matrix: SparseMatrix::default(),
             unknowns,
             wrenches,
             ends,
@@ -126,12 +128,18 @@ impl NewtonEuler {
             moments: mechanism.gearings().iter().map(|gearing| !gearing.is_length()).collect(),
             spinning: (!parameters.rotors.is_empty()).then(|| Topology::new(mechanism)),
         };
-        for index in 0..system.wrenches.len() {
-            let UnitWrench { unknown, joint, wrench } = system.wrenches[index];
-            let mut on_bodies = system.matrix.column(unknown).into_owned();
-            system.add_joint_wrench(&mut on_bodies, joint, wrench);
-            system.matrix.set_column(unknown, &on_bodies);
-        }
+        let size = (6 * (system.com.len() - 1), system.unknowns.len());
+        let entries = system.wrenches.iter().flat_map(|unit| {
+            let (predecessor, successor) = system.ends[unit.joint];
+            let ends = [(successor, unit.wrench), (predecessor, -unit.wrench)];
+            let moving = ends.into_iter().filter(|(body, _)| *body > 0);
+            let com = &system.com;
+            moving.flat_map(move |(body, wrench)| {
+                let six = components(wrench, com[body]).into_iter().enumerate();
+                six.map(move |(k, value)| (6 * (body - 1) + k, unit.unknown, value))
+            })
+        });
+        system.matrix = SparseMatrix::new(size, entries);
         system
     }
 
@@ -156,9 +164,7 @@ impl NewtonEuler {
         if body == 0 {
             return;
         }
-        let moment = wrench.moment_about(self.com[body]);
-        let six = [wrench.force.to_array(), moment.to_array()].concat();
-        for (k, value) in six.into_iter().enumerate() {
+        for (k, value) in components(wrench, self.com[body]).into_iter().enumerate() {
             rows[6 * (body - 1) + k] += value;
         }
     }
@@ -245,11 +251,23 @@ impl NewtonEuler {
 
     /// Dimensionless matrix: rows of moments divided, and columns of moments multiplied, by the
     /// characteristic length, so that singular values are comparable.
-    pub fn scaled_matrix(&self, joint_types: &[JointType]) -> DMatrix<f64> {
-        let columns = self.column_scales(joint_types);
-        DMatrix::from_fn(self.matrix.nrows(), self.matrix.ncols(), |i, j| {
-            self.matrix[(i, j)] * self.row_scale(i) * columns[j]
-        })
+    pub fn scaled_matrix(&self, joint_types: &[JointType]) -> SparseMatrix {
+        let rows: Vec<f64> = (0..self.matrix.nrows()).map(|row| self.row_scale(row)).collect();
+        self.matrix.scaled(&rows, &self.column_scales(joint_types))
+    }
+
+    /// Index of the body of each row; the ground is not counted.
+    pub(super) fn bodies_of_rows(&self) -> Vec<usize> {
+        (0..self.matrix.nrows()).map(|row| row / 6).collect()
+    }
+
+    /// Index of the joint or gearing of each unknown, gearings behind joints.
+    pub(super) fn joints_of_unknowns(&self) -> Vec<usize> {
+        let joint = |unknown: &Unknown| match *unknown {
+            Unknown::Constraint { joint, .. } | Unknown::Drive { joint, .. } => joint,
+            Unknown::Gearing { gearing } => self.ends.len() + gearing,
+        };
+        self.unknowns.iter().map(joint).collect()
     }
 
     /// See [`Self::scaled_matrix`].
@@ -269,6 +287,22 @@ impl NewtonEuler {
         self.unknowns.iter().map(|u| if is_moment(u) { self.length } else { 1.0 }).collect()
     }
 
+    /// Wrenches of the joints that some unknowns load, in the order of the joints; `unknowns` are
+    /// indices, in ascending order, and values.
+    pub(super) fn sparse_wrenches(
+        &self,
+        unknowns: impl Iterator<Item = (usize, f64)>,
+    ) -> Vec<(usize, Wrench<f64>)> {
+        let mut sums = BTreeMap::new();
+        for (unknown, value) in unknowns {
+            let first = self.wrenches.partition_point(|unit| unit.unknown < unknown);
+            for unit in self.wrenches[first..].iter().take_while(|unit| unit.unknown == unknown) {
+                *sums.entry(unit.joint).or_insert(Wrench::zero()) += unit.wrench * value;
+            }
+        }
+        sums.into_iter().collect()
+    }
+
     /// The complete wrench of each joint for these unknowns and friction wrenches.
     pub fn joint_wrenches(
         &self,
@@ -281,6 +315,12 @@ impl NewtonEuler {
         }
         sums
     }
+}
+
+/// Force, and moment about a body's centre of mass.
+fn components(wrench: Wrench<f64>, com: Vec3<f64>) -> [f64; 6] {
+    let (force, moment) = (wrench.force, wrench.moment_about(com));
+    [force.x, force.y, force.z, moment.x, moment.y, moment.z]
 }
 
 /// The two ends of a spring relative to the reference point, world axes, and the forces on them.

@@ -5,7 +5,7 @@
 use super::distance::JointLoad;
 use super::newton_euler::{NewtonEuler, Unknown};
 use super::weakest::GainedTwist;
-use crate::linalg::Svd;
+use crate::linalg::{Decomposition, Limit, SparseMatrix, SparseVector, Svd, to_dense};
 use crate::mechanism::{JointId, Mechanism};
 use crate::parameters::Weights;
 use crate::spatial::{Pose, Vec3, Wrench};
@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 /// Relative singular values below this count as zero. The matrix is scaled to entries of order one
 /// and positions are exact to 1e-13, so exact zeros appear below 1e-12. Larger values are
 /// near-singular; the system is solved and the singularity index reported.
-pub(crate) const RANK_TOLERANCE: f64 = 1e-10;
+pub(super) const RANK_LIMIT: Limit = Limit::OfLargest(1e-10);
 
 /// Decomposed balance of all bodies at one position.
 #[derive(Clone, Debug)]
@@ -22,10 +22,10 @@ pub struct Statics {
     system: NewtonEuler,
     row_scales: Vec<f64>,
     column_scales: Vec<f64>,
-    svd: Svd,
-    rank: usize,
+    /// Decomposition of the scaled balance.
+    decomposition: Decomposition,
     /// Self-stresses: scaled unknowns without a resultant on any body.
-    null: Vec<DVector<f64>>,
+    null: Vec<SparseVector>,
     drive_weights: Vec<f64>,
     /// Frame J of each joint relative to the reference point.
     frames: Vec<Pose<f64>>,
@@ -67,9 +67,9 @@ impl Statics {
         let scaled = system.scaled_matrix(&types);
         let row_scales: Vec<f64> = (0..scaled.nrows()).map(|i| system.row_scale(i)).collect();
         let column_scales = system.column_scales(&types);
-        let svd = Svd::new(&scaled);
-        let rank = svd.rank(RANK_TOLERANCE);
-        let null = svd.null_space(rank);
+        let joints = system.joints_of_unknowns();
+        let decomposition = Decomposition::new(scaled, &joints, RANK_LIMIT);
+        let null = decomposition.null_space(decomposition.rank());
         let length = mechanism.characteristic_length();
         let drive_weights = mechanism
             .actuators()
@@ -82,8 +82,7 @@ impl Statics {
             system,
             row_scales,
             column_scales,
-            svd,
-            rank,
+            decomposition,
             null,
             drive_weights,
             frames,
@@ -93,11 +92,12 @@ impl Statics {
     }
 
     /// The system's dimensionless matrix.
-    pub fn scaled_matrix(&self) -> DMatrix<f64> {
-        let matrix = &self.system.matrix;
-        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-            matrix[(i, j)] * self.row_scales[i] * self.column_scales[j]
-        })
+    pub fn scaled_matrix(&self) -> &SparseMatrix {
+        self.decomposition.matrix()
+    }
+
+    pub(super) fn decomposition(&self) -> &Decomposition {
+        &self.decomposition
     }
 
     /// Scale of each unknown: the characteristic length for moments, 1 for forces.
@@ -105,9 +105,9 @@ impl Statics {
         &self.column_scales
     }
 
-    /// Origins of all joints relative to the reference point, m.
-    pub(super) fn joint_origins(&self) -> impl ExactSizeIterator<Item = Vec3<f64>> {
-        self.frames.iter().map(|frame| frame.position)
+    /// Origin of a joint relative to the reference point, m.
+    pub(super) fn joint_origin(&self, joint: usize) -> Vec3<f64> {
+        self.frames[joint].position
     }
 
     /// The characteristic length, m.
@@ -122,12 +122,12 @@ impl Statics {
 
     /// Number of independent equations.
     pub fn rank(&self) -> usize {
-        self.rank
+        self.decomposition.rank()
     }
 
-    /// Singular values of the scaled system, largest first.
+    /// Singular values of the scaled system, largest first, by a dense decomposition.
     pub fn singular_values(&self) -> &[f64] {
-        self.svd.singular_values.as_slice()
+        self.decomposition.svd().singular_values.as_slice()
     }
 
     /// Degree of static indeterminacy: number of redundant constraints and actuators.
@@ -137,7 +137,7 @@ impl Statics {
 
     /// Number of unconstrained motions.
     pub fn open_motions(&self) -> usize {
-        self.row_scales.len() - self.rank
+        self.row_scales.len() - self.rank()
     }
 
     /// Coefficients of `units` (further demands, one per passive spin) with which a demand becomes
@@ -184,8 +184,9 @@ impl Statics {
     /// Flags of the unknowns: `true` for a statically determinate unknown.
     pub fn determined(&self) -> Vec<bool> {
         // Null vectors have unit norm: a component of rounding size counts as zero.
-        let free = |k: usize| self.null.iter().map(|n| n[k] * n[k]).sum::<f64>().sqrt();
-        (0..self.column_scales.len()).map(|k| free(k) < DETERMINED).collect()
+        let mut free = vec![0.0; self.column_scales.len()];
+        self.null.iter().flatten().for_each(|(k, x)| free[*k] += x * x);
+        free.into_iter().map(|square: f64| square.sqrt() < DETERMINED).collect()
     }
 
     /// Flags of the actuator efforts: `true` for a statically determinate effort.
@@ -206,24 +207,20 @@ impl Statics {
     /// about the joint's origin, world axes), `true` if the balance alone determines it.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {
         let mut determined = vec![[true; 6]; self.frames.len()];
-        for stress in self.self_stresses() {
-            for ((flags, wrench), origin) in
-                determined.iter_mut().zip(stress).zip(self.joint_origins())
-            {
-                let moment = wrench.moment_about(origin) * (1.0 / self.length);
-                let six = [wrench.force.to_array(), moment.to_array()].concat();
-                for (flag, component) in flags.iter_mut().zip(six) {
-                    *flag &= component.abs() < DETERMINED;
-                }
+        for (joint, wrench) in self.self_stresses().flatten() {
+            let moment = wrench.moment_about(self.frames[joint].position) * (1.0 / self.length);
+            let six = [wrench.force.to_array(), moment.to_array()].concat();
+            for (flag, component) in determined[joint].iter_mut().zip(six) {
+                *flag &= component.abs() < DETERMINED;
             }
         }
         determined
     }
 
-    /// Basis of the self-stress states: for each the wrench at each joint, about the reference
-    /// point. The unknowns of each state have unit norm.
-    pub fn self_stresses(&self) -> Vec<Vec<Wrench<f64>>> {
-        self.null.iter().map(|vector| self.wrenches_of(vector)).collect()
+    /// Basis of the self-stress states: for each the loaded joints with their wrenches about the
+    /// reference point. The unknowns of each state have unit norm.
+    pub fn self_stresses(&self) -> impl Iterator<Item = Vec<(usize, Wrench<f64>)>> + '_ {
+        self.null.iter().map(|vector| self.wrenches_of(vector))
     }
 
     /// Null space of the balance: for each direction the actuator efforts and the wrenches of the
@@ -231,17 +228,21 @@ impl Statics {
     pub fn null_directions(&self) -> Vec<NullDirection> {
         let count = self.drive_weights.len();
         let each = self.null.iter().map(|vector| {
-            let scaled = vector / vector.amax();
-            let wrenches = self.wrenches_of(&scaled);
-            let loads = wrenches.iter().zip(&self.frames).enumerate();
-            let drives = scaled.len() - count..scaled.len();
+            let size = vector.iter().map(|(_, x)| x.abs()).fold(0.0, f64::max);
+            let scaled: SparseVector = vector.iter().map(|&(k, x)| (k, x / size)).collect();
+            let mut drives = vec![0.0; count];
+            let first = self.column_scales.len() - count;
+            for &(k, x) in scaled.iter().filter(|(k, _)| *k >= first) {
+                drives[k - first] = clean(x) * self.column_scales[k];
+            }
+            let loads = self.wrenches_of(&scaled).into_iter();
             NullDirection {
-                drives: drives.map(|k| clean(scaled[k]) * self.column_scales[k]).collect(),
+                drives,
                 joints: loads
-                    .map(|(joint, (wrench, frame))| JointLoad {
+                    .map(|(joint, wrench)| JointLoad {
                         joint: JointId(joint),
                         force: wrench.force,
-                        moment: wrench.moment_about(frame.position),
+                        moment: wrench.moment_about(self.frames[joint].position),
                     })
                     .filter(|l| l.force.norm() + l.moment.norm() / self.length > DETERMINED)
                     .collect(),
@@ -250,12 +251,9 @@ impl Statics {
         each.collect()
     }
 
-    fn wrenches_of(&self, scaled: &DVector<f64>) -> Vec<Wrench<f64>> {
-        let unknowns = DVector::from_iterator(
-            scaled.len(),
-            scaled.iter().zip(&self.column_scales).map(|(x, s)| x * s),
-        );
-        self.system.joint_wrenches(&unknowns, &vec![Wrench::zero(); self.frames.len()])
+    /// Wrenches of the joints that scaled unknowns load, about the reference point.
+    fn wrenches_of(&self, scaled: &[(usize, f64)]) -> Vec<(usize, Wrench<f64>)> {
+        self.system.sparse_wrenches(scaled.iter().map(|&(k, x)| (k, x * self.column_scales[k])))
     }
 
     /// Solves the balance for a demand ([`NewtonEuler::demand`]). If it is statically
@@ -299,15 +297,18 @@ impl Statics {
 
     /// Minimum-norm least-squares solution for a scaled demand.
     fn particular(&self, scaled: &DVector<f64>) -> DVector<f64> {
-        let first = self.svd.solve(scaled, self.rank);
+        let solve =
+            |right: &DVector<f64>| DVector::from_vec(self.decomposition.solve(right.as_slice()));
+        let first = solve(scaled);
         // One step of iterative refinement.
         let residual = scaled - self.apply(&first);
-        &first + self.svd.solve(&residual, self.rank)
+        &first + solve(&residual)
     }
 
     fn apply(&self, scaled: &DVector<f64>) -> DVector<f64> {
         let unknowns = scaled.iter().zip(&self.column_scales).map(|(x, s)| x * s);
-        self.scale_rows(&(&self.system.matrix * DVector::from_iterator(scaled.len(), unknowns)))
+        let unknowns: Vec<f64> = unknowns.collect();
+        self.scale_rows(&DVector::from_vec(self.system.matrix.times(&unknowns)))
     }
 
     fn check_range(
@@ -335,7 +336,9 @@ impl Statics {
         if self.null.is_empty() {
             return;
         }
-        let mut open = DMatrix::from_columns(&self.null);
+        let null: Vec<_> =
+            self.null.iter().map(|vector| to_dense(vector, solution.len())).collect();
+        let mut open = DMatrix::from_columns(&null);
         let drives: Vec<usize> = (0..self.system.unknowns.len())
             .filter(|&k| matches!(self.system.unknowns[k], Unknown::Drive { .. }))
             .collect();

@@ -578,7 +578,7 @@ mod tests {
             parameters.length = length;
             let system = NewtonEuler::new(mechanism, &parameters, solver.bodies());
             let types: Vec<_> = mechanism.joints().iter().map(|joint| joint.joint_type).collect();
-            let scaled = system.scaled_matrix(&types);
+            let scaled = system.scaled_matrix(&types).to_dense();
             let is_constraint =
                 |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
             let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();

@@ -2,8 +2,8 @@
 //! there.
 
 use super::distance::{Constraints, of_legs};
-use super::rank::Statics;
-use crate::linalg::Svd;
+use super::rank::{RANK_LIMIT, Statics};
+use crate::linalg::{Decomposition, Svd};
 use crate::mechanism::Mechanism;
 use crate::spatial::{Twist, Vec3, describe_direction, describe_motion};
 use nalgebra::{DMatrix, DVector};
@@ -62,7 +62,9 @@ impl Statics {
     /// at a zero of [`Statics::actuation_distance`]. `None` for an immobile mechanism.
     pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let transposed = self.scaled_matrix().transpose();
-        let equations: Vec<usize> = (0..transposed.ncols()).collect();
+        let bodies = self.system().bodies_of_rows();
+        let transposed = Decomposition::new(transposed, &bodies, RANK_LIMIT);
+        let equations: Vec<usize> = (0..bodies.len()).collect();
         self.weakest(&transposed, &equations, idle.len(), idle)
     }
 
@@ -70,23 +72,29 @@ impl Statics {
     /// apart from `others` known motions with less resistance.
     fn weakest(
         &self,
-        transposed: &DMatrix<f64>,
+        transposed: &Decomposition,
         equations: &[usize],
         others: usize,
         idle: &[IdleAxis],
     ) -> Option<GainedTwist> {
-        let svd = Svd::new(transposed);
         let kept = equations.len().checked_sub(others + 1)?;
-        let basis: Vec<DVector<f64>> = svd
-            .null_space(kept)
-            .iter()
-            .map(|vector| {
-                let mut all = DVector::zeros(self.system().matrix.nrows());
-                equations.iter().zip(vector.iter()).for_each(|(&row, &x)| all[row] = x);
-                all
-            })
-            .collect();
-        let distinct = svd.singular_values[kept] > MIXED * svd.largest().max(f64::MIN_POSITIVE);
+        let zero = MIXED * transposed.largest().max(f64::MIN_POSITIVE);
+        let in_place = |vector: &[f64]| {
+            let mut all = DVector::zeros(self.system().matrix.nrows());
+            equations.iter().zip(vector).for_each(|(&row, &x)| all[row] = x);
+            all
+        };
+        if let Some(motion) = transposed.weakest()
+            && transposed.rank() == kept + 1
+            && transposed.value(kept) > zero
+        {
+            // All others with less resistance are known.
+            return Some(self.described(&self.scale_rows(&in_place(motion))));
+        }
+        let svd = transposed.svd();
+        let basis: Vec<DVector<f64>> =
+            svd.null_space(kept).iter().map(|vector| in_place(vector.as_slice())).collect();
+        let distinct = svd.singular_values[kept] > zero;
         let motion = if distinct || basis.len() == 1 {
             basis.first()?.clone()
         } else {
@@ -95,7 +103,6 @@ impl Statics {
             let amounts = Svd::new(&DMatrix::from_columns(&rest)).v.column(0).into_owned();
             DMatrix::from_columns(&basis) * amounts
         };
-        let zero = MIXED * svd.largest().max(f64::MIN_POSITIVE);
         let open = svd.singular_values.iter().filter(|&&value| value <= zero).count();
         let of = open.saturating_sub(others).max(1);
         Some(GainedTwist { of, ..self.described(&self.scale_rows(&motion)) })
@@ -134,15 +141,14 @@ impl Statics {
 impl Constraints<'_> {
     /// Least-constrained motion beyond the `mobility` generic motions of the constraints.
     pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<GainedTwist> {
-        let equations: Vec<usize> = (0..self.transposed().ncols()).collect();
+        let equations: Vec<usize> = (0..self.transposed().matrix().ncols()).collect();
         self.statics().weakest(self.transposed(), &equations, mobility, idle)
     }
 
     /// Least-constrained motion of the bodies between hubs with fixed hubs.
     pub fn weakest_leg_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations = of_legs(self.statics().system());
-        let own = self.transposed().select_columns(&equations);
-        self.statics().weakest(&own, &equations, idle.len(), idle)
+        self.statics().weakest(&self.legs(&equations), &equations, idle.len(), idle)
     }
 }
 

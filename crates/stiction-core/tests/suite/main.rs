@@ -42,6 +42,7 @@ mod reference_3rps;
 mod reference_planar;
 mod reference_twin;
 mod singular;
+mod sparse;
 mod springs;
 mod svd;
 mod sweep;

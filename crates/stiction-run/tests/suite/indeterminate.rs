@@ -56,9 +56,9 @@ fn answers(name: &str, scale: f64, body: &str, force: Vec3<f64>, moment: Vec3<f6
 
     let balance = solver.balance();
     let demand = balance.demand(solver.parameters(), solver.bodies(), &[load]);
-    let svd = Svd::new(&balance.matrix);
+    let svd = Svd::new(&balance.matrix.to_dense());
     let unknowns: DVector<f64> = svd.solve(&demand, solver.statics().rank());
-    let residual = (&balance.matrix * &unknowns - &demand).amax();
+    let residual = (balance.matrix.to_dense() * &unknowns - &demand).amax();
     assert!(residual < 1e-8 * demand.amax(), "{name}: a solution, {residual:e}");
     let none = vec![Wrench::zero(); solver.mechanism().joints().len()];
     let origins = solver.bodies().frame_j.iter().map(|frame| frame.position);

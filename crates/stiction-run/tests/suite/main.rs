@@ -24,6 +24,7 @@ mod gearings;
 mod identities;
 mod indeterminate;
 mod joints;
+mod large;
 mod laws;
 #[path = "../../../stiction-core/tests/suite/common/mod.rs"]
 mod mechanisms;

@@ -2,9 +2,10 @@
 //!
 //! Equation (R5) of the book's theory.
 
-use super::map::{FrictionMap, unit};
+use super::map::FrictionMap;
 use super::outer::greatest_frictions;
 use crate::linalg::Svd;
+use core::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
 /// Result of the test for self-locking: whether static friction holds a position while some
@@ -57,6 +58,12 @@ pub(super) struct Demand {
     missing: DVector<f64>,
 }
 
+/// Bounds of the normal forces relative to zero friction, the same for all demands at a position.
+#[derive(Default)]
+pub(super) struct LoadBounds {
+    couplings: OnceCell<DMatrix<f64>>,
+}
+
 /// Distribution of friction over interfaces, with an optimality certificate.
 struct Share {
     frictions: Vec<f64>,
@@ -105,9 +112,28 @@ impl Demand {
             .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
     }
 
-    /// Equations restricted to interfaces with a weight; `None` if they cannot be satisfied.
+    /// The only friction that satisfies independent equations, if these are as many as components.
+    fn unique(&self) -> Option<Vec<f64>> {
+        if self.slopes.nrows() != self.slopes.ncols() {
+            return None;
+        }
+        let factors = self.slopes.clone().lu();
+        let mut frictions = factors.solve(&self.missing)?;
+        for _ in 0..REFINEMENTS {
+            let left = &self.missing - &self.slopes * &frictions;
+            frictions += factors.solve(&left)?;
+        }
+        let left = (&self.missing - &self.slopes * &frictions).norm();
+        (left <= MET * self.missing.norm()).then(|| frictions.as_slice().to_vec())
+    }
+
+    /// Independent equations restricted to interfaces with a weight; `None` if they cannot be
+    /// satisfied.
     fn borne_by(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Self> {
         let mut borne = Self { slopes: self.slopes.clone(), missing: self.missing.clone() };
+        if weights.iter().all(|weight| *weight != [0.0; 2]) {
+            return Some(borne);
+        }
         for (k, owner) in map.owners().enumerate() {
             if weights[owner] == [0.0; 2] {
                 borne.slopes.column_mut(k).fill(0.0);
@@ -211,7 +237,7 @@ fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
 }
 
 /// Decides whether admissible friction forces satisfy the equations.
-pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
+pub(super) fn hold(map: &FrictionMap<'_>, bounds: &LoadBounds, demand: &Demand) -> Holding {
     let nothing = vec![0.0; map.len()];
     if demand.missing.norm() == 0.0 {
         return Holding {
@@ -226,8 +252,18 @@ pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
         frictions: Vec::new(),
     };
     let Some(demand) = demand.independent() else { return slips };
-    let (enough, frictions) = follow_loads(map, &demand);
-    let not_enough = greatest_insufficient(map, &demand, enough, &frictions).min(enough);
+    let unique = demand.unique();
+    let (enough, frictions) = match &unique {
+        Some(frictions) => {
+            let own = limits(map, &map.loads(frictions));
+            let part = ratio(&map.sizes(frictions), &of_sign(map, frictions, &own));
+            (part, frictions.clone())
+        }
+        None => follow_loads(map, &demand),
+    };
+    let known = (enough, frictions.as_slice());
+    let not_enough =
+        greatest_insufficient(map, bounds, &demand, known, unique.is_some()).min(enough);
     let (verdict, frictions) = match (not_enough, enough) {
         (_, enough) if enough <= 1.0 + 1e-12 => (Verdict::Holds, split(map, &frictions)),
         (not_enough, _) if not_enough > 1.0 => (Verdict::Slips, Vec::new()),
@@ -273,25 +309,39 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
 /// All solutions equal one solution, `known`, plus frictions without effect on the equations.
 /// Normal forces are therefore bounded relative to `known` as well as to zero friction; only
 /// directions without effect change them.
-fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, known: &[f64]) -> f64 {
-    let svd = Svd::new(&demand.slopes);
+///
+/// `known` follows the fraction that it needs; it may be the only solution.
+fn greatest_insufficient(
+    map: &FrictionMap<'_>,
+    bounds: &LoadBounds,
+    demand: &Demand,
+    (most, known): (f64, &[f64]),
+    is_unique: bool,
+) -> f64 {
+    // The transpose has few columns, so few singular vectors.
+    let svd = Svd::new(&demand.slopes.transpose());
     let rank = svd.rank(NOTHING);
-    let reach = svd.v.columns(0, rank);
+    let reach = svd.u.columns(0, rank);
     let without_effect = |vector: &[f64]| {
         let vector = DVector::from_column_slice(vector);
         let rest = &vector - reach * reach.tr_mul(&vector);
         rest.iter().copied().collect::<Vec<f64>>()
     };
     let plain_loads: Vec<f64> = (0..map.interfaces()).map(|c| map.load_without(c)).collect();
-    let plain = map.couplings(|k| unit(map.len(), k));
+    let plain = bounds.couplings.get_or_init(|| map.couplings(&[]));
     let least: Vec<f64> = match known.iter().any(|x| *x != 0.0) {
         true => known.iter().zip(without_effect(known)).map(|(a, b)| a - b).collect(),
-        false => svd.solve(&demand.missing, rank).iter().copied().collect(),
+        false => {
+            let amounts = svd.v.columns(0, rank).tr_mul(&demand.missing);
+            let amounts = amounts.component_div(&svd.singular_values.rows(0, rank));
+            (reach * amounts).iter().copied().collect()
+        }
     };
     let bound_loads = map.loads(&least);
-    let bound = map.couplings(|k| without_effect(&unit(map.len(), k)));
+    let reached: Vec<&[f64]> = svd.u.as_slice().chunks_exact(map.len()).take(rank).collect();
+    let bound = &map.couplings(&reached);
     let falls_short = |part: f64| {
-        let frictions = [(&plain_loads, &plain), (&bound_loads, &bound)]
+        let frictions = [(&plain_loads, plain), (&bound_loads, bound)]
             .map(|(loads, couplings)| greatest_frictions(map, loads, couplings, part));
         let greatest = match frictions {
             [Some(a), Some(b)] => {
@@ -301,6 +351,9 @@ fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, know
             [Some(one), None] | [None, Some(one)] => one,
             [None, None] => return false,
         };
+        if is_unique {
+            return ratio(&map.sizes(known), &of_sign(map, known, &greatest)) > 1.0;
+        }
         match demand.borne_by(map, &greatest) {
             None => true,
             Some(borne) => borne.share(map, &greatest).is_some_and(|share| share.least > 1.0),

@@ -102,32 +102,37 @@ impl<'a> FrictionMap<'a> {
                 let content = &self.parameters.interfaces[interface];
                 let wrench = self.inverse.joint_wrenches()[content.joint];
                 let change = self.change(content.joint, frictions);
-                self.load_of(interface, &content.load, wrench + change, frictions)
-            })
-            .collect()
-    }
-
-    /// Largest change of each normal force for these changes of friction, independent of the
-    /// initial frictions: normal forces are norms of the reaction, up to constants.
-    pub(super) fn most_changes(&self, frictions: &[f64]) -> Vec<f64> {
-        (0..self.interfaces())
-            .map(|interface| {
-                let content = &self.parameters.interfaces[interface];
-                let (map, change) =
-                    (content.load.seminorm(), self.change(content.joint, frictions));
-                if self.coupled { self.load_of(interface, &map, change, frictions) } else { 0.0 }
+                let own = self.own(interface).map_or(0.0, |k| frictions[k]);
+                self.load_of(interface, &content.load, wrench + change, own)
             })
             .collect()
     }
 
     /// Entry (i, j): largest change of the normal force at interface i with a friction of one
-    /// newton at interface j, in any direction, after `filter` maps it to its admissible part.
-    pub(super) fn couplings(&self, filter: impl Fn(usize) -> Vec<f64>) -> DMatrix<f64> {
-        let mut matrix = DMatrix::zeros(self.interfaces(), self.interfaces());
-        for (k, owner) in self.owners().enumerate() {
-            // By the triangle and Cauchy-Schwarz inequalities.
-            for (i, change) in self.most_changes(&filter(k)).into_iter().enumerate() {
-                matrix[(i, owner)] = f64::hypot(matrix[(i, owner)], change);
+    /// newton at interface j, in any direction, less its part in the span of the orthonormal vectors
+    /// `without`. It is independent of the initial frictions: normal forces are norms of the
+    /// reaction, up to constants.
+    pub(super) fn couplings(&self, without: &[&[f64]]) -> DMatrix<f64> {
+        let count = self.interfaces();
+        let mut matrix = DMatrix::zeros(count, count);
+        if !self.coupled || without.len() == self.len() {
+            return matrix;
+        }
+        for i in 0..count {
+            let content = &self.parameters.interfaces[i];
+            let (map, joint, own) = (content.load.seminorm(), content.joint, self.own(i));
+            let removed: Vec<Wrench<f64>> =
+                without.iter().map(|vector| self.change(joint, vector)).collect();
+            for (k, owner) in self.owners().enumerate() {
+                let mut change = self.responses.wrench(k, joint);
+                let mut friction = if own == Some(k) { 1.0 } else { 0.0 };
+                for (vector, removed) in without.iter().zip(&removed) {
+                    change += *removed * -vector[k];
+                    friction -= own.map_or(0.0, |own| vector[own] * vector[k]);
+                }
+                // By the triangle and Cauchy-Schwarz inequalities.
+                let most = self.load_of(i, &map, change, friction);
+                matrix[(i, owner)] = f64::hypot(matrix[(i, owner)], most);
             }
         }
         matrix
@@ -142,16 +147,20 @@ impl<'a> FrictionMap<'a> {
         sum
     }
 
+    /// The first component of an interface.
+    fn own(&self, interface: usize) -> Option<usize> {
+        self.responses.components(interface).next()
+    }
+
+    /// Normal force for a wrench of the joint. The friction of a thread, its only component, carries
+    /// part of it: `constant`.
     fn load_of(
         &self,
         interface: usize,
         map: &NormalLoadMap<f64>,
         wrench: Wrench<f64>,
-        frictions: &[f64],
+        constant: f64,
     ) -> f64 {
-        // The friction of a thread carries part of its normal force; it has one component.
-        let own = self.responses.components(interface).next();
-        let constant = own.map_or(0.0, |k| frictions[k]);
         let state = &self.inverse.interfaces()[interface];
         let direction = if state.sliding > 0.0 { state.sense } else { 1.0 };
         let own = OwnFriction { coefficient: 0.0, constant, direction };
@@ -159,9 +168,4 @@ impl<'a> FrictionMap<'a> {
         let pitch = self.parameters.pitch[content.joint];
         normal_load(map, content, pitch, self.bodies, wrench, own).value
     }
-}
-
-/// Unit vector of this length with a one at index `place`.
-pub(super) fn unit(length: usize, place: usize) -> Vec<f64> {
-    (0..length).map(|k| if k == place { 1.0 } else { 0.0 }).collect()
 }

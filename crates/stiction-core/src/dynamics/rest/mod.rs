@@ -20,7 +20,7 @@ use super::forces::{Bounds, Forces};
 use super::inverse::Inverse;
 use crate::joint::Motion;
 use bounds::{Position, StaticFriction, resolve, set_static_frictions};
-use holding::Demand;
+use holding::{Demand, LoadBounds};
 use map::FrictionMap;
 
 /// Static friction at a position under a load.
@@ -116,8 +116,9 @@ pub(super) fn examine(
     let forces = wrenches.map(|wrench| wrench.force.norm());
     let largest = forces.chain(efforts.iter().map(|(_, drive, scale)| (drive * scale).abs()));
     let largest = largest.fold(0.0, f64::max);
+    let bounds = LoadBounds::default();
     let hold = |efforts: &[(usize, f64, f64)]| {
-        holding::hold(&map, &Demand::new(&map, efforts, spins, largest))
+        holding::hold(&map, &bounds, &Demand::new(&map, efforts, spins, largest))
     };
     Rest {
         breakaway,

@@ -2,7 +2,7 @@
 //!
 //! Equations (R2) and (R3) of the book's theory.
 
-use super::map::{FrictionMap, unit};
+use super::map::FrictionMap;
 use crate::friction_problem::uniqueness::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
@@ -33,7 +33,7 @@ pub(super) fn greatest_frictions(
         if map.rests(interface) { coefficient(interface) * loads[interface] } else { 0.0 }
     };
     let constants = DVector::from_fn(count, |interface, _| alone(interface));
-    let greatest = (DMatrix::identity(count, count) - coupled).lu().solve(&constants)?;
+    let greatest = fixed_point(coupled, &constants)?;
     let sound = greatest.iter().all(|x| x.is_finite() && *x >= -1e-12 * greatest.amax());
     let limit = |(interface, greatest): (usize, &f64)| {
         let [forward, backward] = map.coefficients(interface);
@@ -46,12 +46,30 @@ pub(super) fn greatest_frictions(
     sound.then(|| greatest.iter().enumerate().map(limit).collect())
 }
 
+/// Number of steps after which a factorisation is faster.
+const STEPS: usize = 16;
+
+/// Solution of `x = constants + coupled x` for a spectral radius below one.
+fn fixed_point(coupled: DMatrix<f64>, constants: &DVector<f64>) -> Option<DVector<f64>> {
+    let mut solution = constants.clone();
+    // Weak couplings converge in few steps.
+    for _ in 0..STEPS {
+        let next = constants + &coupled * &solution;
+        let change = (&next - &solution).amax();
+        solution = next;
+        if change <= f64::EPSILON * solution.amax() {
+            return Some(solution);
+        }
+    }
+    (DMatrix::identity(coupled.nrows(), coupled.ncols()) - coupled).lu().solve(constants)
+}
+
 /// Guaranteed bounds of the change of each effort by static friction. `None` if the coupling is too
 /// strong.
 pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> =
         (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();
-    let couplings = map.couplings(|k| unit(map.len(), k));
+    let couplings = map.couplings(&[]);
     let greatest = greatest_frictions(map, &loads, &couplings, 1.0)?;
     let owners: Vec<usize> = map.owners().collect();
     let bounds = (0..efforts).map(|actuator| {

@@ -477,11 +477,13 @@ impl InverseDynamics {
     pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
         let mut determined = vec![true; self.parameters.interfaces.len()];
         let at = Configuration { parameters: &self.parameters, bodies: self.bodies() };
-        for stress in statics.self_stresses() {
-            for (interface, flag) in determined.iter_mut().enumerate() {
+        let mut own = vec![Vec::new(); self.mechanism.joints().len()];
+        (0..determined.len()).for_each(|interface| own[at.joint(interface)].push(interface));
+        for (joint, wrench) in statics.self_stresses().flatten() {
+            for &interface in &own[joint] {
                 // Normal load under the self-stress alone.
-                let change = at.largest_load_change(interface, stress[at.joint(interface)], 0.0);
-                *flag &= change < DETERMINED;
+                let change = at.largest_load_change(interface, wrench, 0.0);
+                determined[interface] &= change < DETERMINED;
             }
         }
         determined

@@ -12,6 +12,8 @@ use crate::spatial::Pose;
 const NEGLIGIBLE: f64 = 1e-6;
 /// Maximum number of halvings of a step of the motion.
 const HALVINGS: u32 = 12;
+/// Part of a motion above which a step that does not converge is halved without a search.
+const LONG: f64 = 1.0 / 16.0;
 
 impl Assembly {
     /// Moves along a motion from time `from` (the current position) to `to` within the same
@@ -40,6 +42,7 @@ impl Assembly {
             // The last piece ends exactly at `to`.
             let last = (to - now).abs() <= step.abs() * (1.0 + 1e-9);
             let next = if last { to } else { now + step };
+            let is_long = (next - now).abs() > LONG * (to - from).abs();
             let mut targets = core::mem::take(&mut self.targets);
             motion(next, &mut targets);
             self.targets = targets;
@@ -48,8 +51,13 @@ impl Assembly {
                 self.model.constraints.coordinates(),
                 &self.targets,
             )
-            .and_then(|()| self.step_smoothly(parameters, next - now, true));
+            .and_then(|()| self.step_smoothly(parameters, next - now, !is_long));
             match outcome {
+                // Half the step costs less than a search from a poor prediction.
+                Err(_) if is_long && now + 0.5 * (next - now) != now => {
+                    self.state.clone_from(&self.before);
+                    step = 0.5 * (next - now);
+                }
                 Ok(()) => {
                     now = next;
                     self.passed.copy_from_slice(&self.targets);

@@ -43,7 +43,7 @@ impl Given<'_> {
         let mut kinematics = Kinematics::new(topology, &constraints, &StaticLu::default());
         let equations = PositionEquations::new(topology, parameters, &constraints, &targets);
         equations.errors(&mut kinematics, &state);
-        let jacobian = equations.jacobian(&mut kinematics);
+        let jacobian = equations.jacobian(&mut kinematics).to_dense();
         let first = topology.closures() + self.coordinates.len();
         let svd = Svd::new(&jacobian.rows(0, first).into_owned());
         let open = svd.null_space(svd.rank_of_order_one(dof::OPEN));
@@ -79,7 +79,7 @@ impl Given<'_> {
             PositionEquations::new(topology, self.parameters, &constraints, self.targets);
         let mut at = |state: &State<f64>| {
             let errors = equations.errors(&mut kinematics, state);
-            (errors, equations.jacobian(&mut kinematics))
+            (errors, equations.jacobian(&mut kinematics).to_dense())
         };
         let moved = |state: &State<f64>, step: &DVector<f64>| {
             let mut state = state.clone();

@@ -6,10 +6,9 @@ use super::super::error::AssemblyError;
 use super::super::motion_constraints::{MotionConstraints, Spin};
 use super::super::system::{Kinematics, column_scales};
 use super::Assembly;
-use crate::linalg::Svd;
+use crate::linalg::{Decomposition, Limit, SparseMatrix, Svd};
 use crate::parameters::Parameters;
 use crate::spatial::Vec3;
-use nalgebra::DMatrix;
 use std::sync::Arc;
 
 /// Pivots of the scaled system below this require singular values to determine the rank.
@@ -43,7 +42,7 @@ impl Assembly {
             &self.model.topology,
             parameters,
             &self.kinematics.bodies,
-            &self.scaled_jacobian(parameters),
+            self.scaled_jacobian(parameters),
             &column_scales(&self.model.topology, parameters.length),
         );
         let open = match found {
@@ -72,7 +71,7 @@ impl Assembly {
         self.kinematics.place(topology, parameters, constraints, &self.state, &self.targets);
         self.kinematics.linearise(topology, parameters, constraints);
         let bodies = &self.kinematics.bodies;
-        let all = self.scaled_jacobian(parameters);
+        let all = self.scaled_jacobian(parameters).to_dense();
         let svd = Svd::new(&all.rows(0, all.nrows() - spins).into_owned());
         let columns = column_scales(&self.model.topology, parameters.length);
         for motion in svd.null_space(self.model.topology.dofs() - spins) {
@@ -114,8 +113,10 @@ impl Assembly {
         // A small pivot does not imply a small singular value, but without small pivots all
         // singular values are large.
         if plan.smallest_pivot < SUSPICIOUS_PIVOT {
-            let svd = Svd::new(&self.scaled_jacobian(parameters));
-            if svd.rank_of_order_one(dof::OPEN) < self.model.topology.dofs() {
+            let jacobian = self.scaled_jacobian(parameters);
+            let columns: Vec<usize> = (0..jacobian.ncols()).collect();
+            let limit = Limit::OfOrderOne(dof::OPEN);
+            if Decomposition::new(jacobian, &columns, limit).rank() < columns.len() {
                 return false;
             }
         }
@@ -125,7 +126,7 @@ impl Assembly {
         true
     }
 
-    pub(super) fn scaled_jacobian(&self, parameters: &Parameters<f64>) -> DMatrix<f64> {
+    pub(super) fn scaled_jacobian(&self, parameters: &Parameters<f64>) -> SparseMatrix {
         let columns = column_scales(&self.model.topology, parameters.length);
         self.kinematics.scaled_matrix(&self.model.constraints, &self.row_scales, &columns)
     }

@@ -12,7 +12,7 @@ use super::Assembly;
 use super::metric::Metric;
 use super::reference::{Given, Reference};
 use super::report::{FAR, NEARLY_AS_NEAR};
-use crate::linalg::Svd;
+use crate::linalg::{Decomposition, Limit, SparseMatrix};
 use crate::parameters::Parameters;
 use crate::random::Random;
 use crate::spatial::Mat3;
@@ -327,8 +327,10 @@ impl Assembly {
         let (closures, dofs) = (self.model.topology.closures(), self.model.topology.dofs());
         let columns = column_scales(&self.model.topology, parameters.length);
         let all = self.kinematics.scaled_matrix(&self.model.constraints, &rows, &columns);
-        let scaled = all.rows(0, closures).into_owned();
-        let rank = if closures == 0 { 0 } else { Svd::new(&scaled).rank_of_order_one(dof::OPEN) };
+        let of_loops = all.entries().filter(|(row, ..)| *row < closures);
+        let scaled = SparseMatrix::new((closures, dofs), of_loops);
+        let groups: Vec<usize> = (0..dofs).collect();
+        let rank = Decomposition::new(scaled, &groups, Limit::OfOrderOne(dof::OPEN)).rank();
         let (prescribed, mobility) = (self.model.constraints.coordinates().len(), dofs - rank);
         (prescribed > mobility).then_some((prescribed, mobility))
     }

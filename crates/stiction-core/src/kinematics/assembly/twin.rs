@@ -27,7 +27,7 @@ impl Assembly {
         if jacobian.nrows() <= last {
             return None;
         }
-        let svd = Svd::new(&jacobian);
+        let svd = Svd::new(&jacobian.to_dense());
         let (u, v) = (svd.u.column(last).into_owned(), svd.v.column(last).into_owned());
         let mut moved = |by: f64| {
             let mut state = self.state.clone();

@@ -1,0 +1,316 @@
+//! Ranks, null spaces and extreme singular values of sparse matrices.
+//!
+//! Small matrices are decomposed densely. Large ones by sparse triangular factors, if these decide
+//! the rank beyond doubt; otherwise densely, too.
+
+use super::blocks::{BLOCK, Part};
+use super::sparse::SparseMatrix;
+use super::sparse_qr::{ColumnOrder, SparseQr};
+use super::{Lanczos, Svd};
+use nalgebra::DVector;
+use std::sync::OnceLock;
+
+/// Number of columns from which sparse factors replace dense decompositions. They are faster from
+/// about 60 columns on; their solutions, by seminormal equations, have fewer digits near locks.
+pub(crate) const LARGE: usize = 260;
+/// Factor by which the smallest non-zero singular value has to exceed the limit of the rank, and by
+/// which the limit has to exceed the remainders that count as zero.
+const CLEAR: f64 = 10.0;
+/// Relative residuals of the largest and of the smallest singular value squared. The errors of the
+/// values are of the order of the squares of these.
+const ACCURACY_OF_LARGEST: f64 = 1e-3;
+const ACCURACY_OF_SMALLEST: f64 = 1e-11;
+/// Components of null vectors below this are round-off.
+const ROUND_OFF: f64 = 1e-14;
+
+/// Components of a vector that are not zero: indices and values.
+pub type SparseVector = Vec<(usize, f64)>;
+
+/// A matrix with what is known about its singular value decomposition.
+#[derive(Clone, Debug)]
+pub struct Decomposition {
+    matrix: SparseMatrix,
+    sparse: Option<SparseRank>,
+    dense: OnceLock<Svd>,
+    rank: usize,
+}
+
+/// Sparse factors of a matrix with a clear rank.
+#[derive(Clone, Debug)]
+struct SparseRank {
+    /// `A P = Q R`.
+    upper: SparseQr,
+    /// If columns are dependent: `R^T`, and the factor of `R^T P' = Q' T`, which has the singular
+    /// values of `A` that are not zero.
+    square: Option<(SparseMatrix, SparseQr)>,
+    largest: f64,
+    /// Smallest singular value that is not zero, and its right singular vector.
+    smallest: f64,
+    weakest: Vec<f64>,
+}
+
+/// Limit below which singular values count as zero.
+#[derive(Clone, Copy, Debug)]
+pub enum Limit {
+    /// Relative to the largest singular value.
+    OfLargest(f64),
+    /// Relative to the largest singular value or to one, whichever is greater: for matrices whose
+    /// entries are of order one or round-off.
+    OfOrderOne(f64),
+}
+
+impl Limit {
+    fn value(self, largest: f64) -> f64 {
+        match self {
+            Self::OfLargest(part) => part * largest,
+            Self::OfOrderOne(part) => part * largest.max(1.0),
+        }
+    }
+}
+
+impl Decomposition {
+    /// Decomposes a matrix; `groups` are indices for columns that have neighbours in common, such
+    /// as the unknowns of one joint.
+    pub(crate) fn new(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
+        match matrix.ncols() < LARGE {
+            true => Self::dense(matrix, limit),
+            false => Self::sparse(matrix, groups, limit),
+        }
+    }
+
+    /// Decomposes a matrix densely.
+    pub(crate) fn dense(matrix: SparseMatrix, limit: Limit) -> Self {
+        let svd = Svd::new(&matrix.to_dense());
+        let negligible = limit.value(svd.largest());
+        let rank = svd.singular_values.iter().filter(|&&s| s > negligible).count();
+        Self { matrix, sparse: None, dense: OnceLock::from(svd), rank }
+    }
+
+    /// Decomposes a matrix by sparse factors, and densely if these leave doubt.
+    pub fn sparse(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
+        match SparseRank::new(&matrix, groups, limit) {
+            Some(sparse) => {
+                let rank = sparse.upper.rank();
+                Self { matrix, sparse: Some(sparse), dense: OnceLock::new(), rank }
+            }
+            None => Self::dense(matrix, limit),
+        }
+    }
+
+    /// True if sparse factors decided the rank.
+    pub fn is_sparse(&self) -> bool {
+        self.sparse.is_some()
+    }
+
+    pub(crate) fn matrix(&self) -> &SparseMatrix {
+        &self.matrix
+    }
+
+    /// Dense decomposition.
+    pub(crate) fn svd(&self) -> &Svd {
+        self.dense.get_or_init(|| Svd::new(&self.matrix.to_dense()))
+    }
+
+    /// Number of singular values above the limit.
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Largest singular value.
+    pub fn largest(&self) -> f64 {
+        self.sparse.as_ref().map_or_else(|| self.svd().largest(), |sparse| sparse.largest)
+    }
+
+    /// Singular value by its index, largest first, one for each column; upper bounds for those that
+    /// count as zero.
+    pub fn value(&self, index: usize) -> f64 {
+        match &self.sparse {
+            Some(sparse) if index + 1 == self.rank => sparse.smallest,
+            Some(sparse) if index == 0 && self.rank > 0 => sparse.largest,
+            Some(sparse) if index >= self.rank => sparse.upper.dropped(),
+            _ => self.svd().singular_values[index],
+        }
+    }
+
+    /// Singular values, largest first, one for each column. Sparse factors know the largest, the
+    /// smallest that is not zero, which stands for all between, and an upper bound of those that
+    /// count as zero.
+    pub(crate) fn values(&self) -> Vec<f64> {
+        match &self.sparse {
+            None => self.svd().singular_values.as_slice().to_vec(),
+            Some(sparse) => {
+                let value = |k| match k {
+                    0 if self.rank > 0 => sparse.largest,
+                    k if k < self.rank => sparse.smallest,
+                    _ => sparse.upper.dropped(),
+                };
+                (0..self.matrix.ncols()).map(value).collect()
+            }
+        }
+    }
+
+    /// Right singular vector of the smallest singular value that is not zero, if it is known
+    /// without the others.
+    pub fn weakest(&self) -> Option<&[f64]> {
+        self.sparse.as_ref().map(|sparse| sparse.weakest.as_slice())
+    }
+
+    /// Basis of the null space, given the rank, of unit vectors: orthonormal from a dense
+    /// decomposition, otherwise each with as few components as its dependent column allows.
+    pub fn null_space(&self, rank: usize) -> Vec<SparseVector> {
+        let Some(sparse) = self.sparse.as_ref().filter(|_| rank == self.rank) else {
+            let dense = |vector: &DVector<f64>| vector.iter().copied().enumerate().collect();
+            return self.svd().null_space(rank).iter().map(dense).collect();
+        };
+        let mut vectors = sparse.upper.null_vectors(ROUND_OFF);
+        for vector in &mut vectors {
+            let norm = vector.iter().map(|(_, x)| x * x).sum::<f64>().sqrt();
+            vector.iter_mut().for_each(|(_, x)| *x /= norm);
+        }
+        vectors
+    }
+
+    /// Orthonormal basis of the null space, given the rank.
+    pub fn orthonormal_null_space(&self, rank: usize) -> Vec<DVector<f64>> {
+        if self.sparse.is_none() || rank != self.rank {
+            return self.svd().null_space(rank);
+        }
+        let mut basis: Vec<SparseVector> = Vec::new();
+        let mut work = vec![0.0; self.matrix.ncols()];
+        for vector in self.null_space(rank) {
+            work.fill(0.0);
+            vector.into_iter().for_each(|(k, x)| work[k] = x);
+            // Gram and Schmidt; the second pass removes the rounding of the first.
+            for _ in 0..2 {
+                for known in &basis {
+                    let amount: f64 = known.iter().map(|&(k, x)| x * work[k]).sum();
+                    if amount != 0.0 {
+                        known.iter().for_each(|&(k, x)| work[k] -= amount * x);
+                    }
+                }
+            }
+            let norm = work.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let parts = work.iter().enumerate().filter(|(_, x)| x.abs() > ROUND_OFF * norm);
+            basis.push(parts.map(|(k, x)| (k, x / norm)).collect());
+        }
+        basis.iter().map(|vector| to_dense(vector, self.matrix.ncols())).collect()
+    }
+
+    /// Shortest least-squares solution.
+    pub fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let Some(sparse) = &self.sparse else {
+            let right = DVector::from_column_slice(right);
+            return self.svd().solve(&right, self.rank).as_slice().to_vec();
+        };
+        let once = |right: &[f64]| sparse.solve(&self.matrix.transposed_times(right));
+        let mut solution = once(right);
+        // Seminormal equations square the condition number; refinement recovers it (Bjorck 1987).
+        for _ in 0..2 {
+            let image = self.matrix.times(&solution);
+            let rest: Vec<f64> = right.iter().zip(&image).map(|(r, i)| r - i).collect();
+            solution.iter_mut().zip(once(&rest)).for_each(|(x, more)| *x += more);
+        }
+        solution
+    }
+}
+
+/// The vector of a length with these components.
+pub(crate) fn to_dense(vector: &[(usize, f64)], length: usize) -> DVector<f64> {
+    let mut dense = DVector::zeros(length);
+    vector.iter().for_each(|&(k, x)| dense[k] = x);
+    dense
+}
+
+impl SparseRank {
+    /// `None` if the rank is in doubt.
+    fn new(matrix: &SparseMatrix, groups: &[usize], limit: Limit) -> Option<Self> {
+        let columns = matrix.ncols();
+        let square = |x: &[f64]| matrix.transposed_times(&matrix.times(x));
+        let largest = match matrix.entries().next() {
+            None => 0.0,
+            Some(_) => match greatest(columns, ACCURACY_OF_LARGEST, square) {
+                Some((value, _)) => value.sqrt(),
+                None => bound_of_largest(matrix),
+            },
+        };
+        let negligible = limit.value(largest);
+        let upper = SparseQr::new(matrix, &ColumnOrder::new(matrix, groups), negligible);
+        let rank = upper.rank();
+        let square = match upper.dependent() {
+            [] => None,
+            _ => {
+                let transposed = upper.transposed();
+                let square = SparseQr::new(&transposed, &ColumnOrder::one_by_one(&transposed), 0.0);
+                (square.rank() == rank).then_some(Some((transposed, square)))?
+            }
+        };
+        let mut made =
+            Self { upper, square, largest, smallest: largest, weakest: vec![0.0; columns] };
+        if rank > 0 {
+            let inverse = |x: &[f64]| made.core().solve(&made.core().solve_transposed(x.to_vec()));
+            let (value, vector) = greatest(rank, ACCURACY_OF_SMALLEST, inverse)?;
+            made.smallest = value.sqrt().recip();
+            made.weakest = match &made.square {
+                Some((transposed, _)) => transposed.times(&vector),
+                None => vector,
+            };
+            let norm = made.weakest.iter().map(|x| x * x).sum::<f64>().sqrt();
+            made.weakest.iter_mut().for_each(|x| *x /= norm);
+        }
+        let is_kept = rank == 0 || made.smallest > CLEAR * negligible;
+        (is_kept && CLEAR * made.upper.dropped() <= negligible).then_some(made)
+    }
+
+    /// The triangular factor with the singular values that are not zero.
+    fn core(&self) -> &SparseQr {
+        self.square.as_ref().map_or(&self.upper, |(_, square)| square)
+    }
+
+    /// Shortest solution of `A^T A x = right` for a right-hand side in the row space.
+    fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let amounts = self.upper.solve_transposed(right.to_vec());
+        match &self.square {
+            None => self.upper.solve(&amounts),
+            Some((transposed, square)) => {
+                transposed.times(&square.solve(&square.solve_transposed(amounts)))
+            }
+        }
+    }
+}
+
+/// Upper bound of the largest singular value: the geometric mean of the largest sums of magnitudes
+/// along rows and along columns.
+fn bound_of_largest(matrix: &SparseMatrix) -> f64 {
+    let (mut rows, mut columns) = (vec![0.0; matrix.nrows()], vec![0.0; matrix.ncols()]);
+    for (row, column, value) in matrix.entries() {
+        rows[row] += value.abs();
+        columns[column] += value.abs();
+    }
+    let most = |sums: Vec<f64>| sums.into_iter().fold(0.0, f64::max);
+    (most(rows) * most(columns)).sqrt()
+}
+
+/// Largest eigenvalue of a positive operator on vectors of a length, and its eigenvector; `None` if
+/// the iteration does not converge.
+fn greatest(
+    length: usize,
+    accuracy: f64,
+    apply: impl Fn(&[f64]) -> Vec<f64>,
+) -> Option<(f64, Vec<f64>)> {
+    // Any initial vector that is not orthogonal to the solution is suitable.
+    let start = (0..length.div_ceil(BLOCK)).map(|part| -> Part {
+        core::array::from_fn(|i| match BLOCK * part + i {
+            k if k < length => (1.0 + 0.7548 * k as f64).sin(),
+            _ => 0.0,
+        })
+    });
+    let mut lanczos = Lanczos::default();
+    let vector = lanczos.greatest(start, accuracy, |parts| {
+        let image = apply(&parts.as_flattened()[..length]);
+        parts.as_flattened_mut()[..length].copy_from_slice(&image);
+    })?;
+    let vector = vector.as_flattened()[..length].to_vec();
+    let image = apply(&vector);
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    Some((dot(&vector, &image) / dot(&vector, &vector), vector))
+}

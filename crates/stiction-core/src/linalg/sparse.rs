@@ -1,0 +1,126 @@
+//! Sparse matrices, column by column.
+
+use nalgebra::DMatrix;
+
+/// Sparse matrix, compressed column by column; rows of a column are in ascending order and distinct.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SparseMatrix {
+    rows: usize,
+    /// Index of the first entry of each column, followed by the number of entries.
+    starts: Vec<usize>,
+    indices: Vec<usize>,
+    values: Vec<f64>,
+}
+
+impl SparseMatrix {
+    /// Builds a matrix from entries `(row, column, value)`; adds entries at one place, and drops
+    /// zeros.
+    pub fn new(
+        (rows, columns): (usize, usize),
+        entries: impl Iterator<Item = (usize, usize, f64)>,
+    ) -> Self {
+        let entries: Vec<_> = entries.filter(|(.., value)| *value != 0.0).collect();
+        let mut starts = vec![0; columns + 1];
+        entries.iter().for_each(|(_, column, _)| starts[column + 1] += 1);
+        for column in 0..columns {
+            starts[column + 1] += starts[column];
+        }
+        let mut places = vec![(0, 0.0); entries.len()];
+        let mut next = starts.clone();
+        for (row, column, value) in entries {
+            places[next[column]] = (row, value);
+            next[column] += 1;
+        }
+        let mut made = Self { rows, starts: vec![0], ..Self::default() };
+        for column in 0..columns {
+            let own = &mut places[starts[column]..starts[column + 1]];
+            // Stable, so that sums do not depend on the order of other entries.
+            own.sort_by_key(|(row, _)| *row);
+            for (k, &(row, value)) in own.iter().enumerate() {
+                match made.values.last_mut() {
+                    Some(sum) if k > 0 && own[k - 1].0 == row => *sum += value,
+                    _ => {
+                        made.indices.push(row);
+                        made.values.push(value);
+                    }
+                }
+            }
+            made.starts.push(made.values.len());
+        }
+        made
+    }
+
+    /// Number of rows.
+    pub fn nrows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn ncols(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Rows and values of the entries of a column.
+    pub fn column(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let range = self.starts[column]..self.starts[column + 1];
+        self.indices[range.clone()].iter().copied().zip(self.values[range].iter().copied())
+    }
+
+    /// All entries `(row, column, value)`, column by column.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        (0..self.ncols()).flat_map(|k| self.column(k).map(move |(row, value)| (row, k, value)))
+    }
+
+    /// Multiplies each row and each column by a factor.
+    #[must_use]
+    pub fn scaled(&self, rows: &[f64], columns: &[f64]) -> Self {
+        let mut scaled = self.clone();
+        for (column, factor) in columns.iter().enumerate() {
+            for k in self.starts[column]..self.starts[column + 1] {
+                // The order of the factors is that of dense matrices.
+                scaled.values[k] = self.values[k] * rows[self.indices[k]] * factor;
+            }
+        }
+        scaled
+    }
+
+    /// The columns with these indices.
+    #[must_use]
+    pub fn select_columns(&self, columns: &[usize]) -> Self {
+        let each = columns.iter().enumerate();
+        let entries = each
+            .flat_map(|(to, &from)| self.column(from).map(move |(row, value)| (row, to, value)));
+        Self::new((self.rows, columns.len()), entries)
+    }
+
+    /// The transposed matrix.
+    #[must_use]
+    pub fn transpose(&self) -> Self {
+        let entries = self.entries().map(|(row, column, value)| (column, row, value));
+        Self::new((self.ncols(), self.rows), entries)
+    }
+
+    /// The product with a vector.
+    pub fn times(&self, vector: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; self.rows];
+        for (column, amount) in vector.iter().enumerate() {
+            if *amount != 0.0 {
+                self.column(column).for_each(|(row, value)| product[row] += value * amount);
+            }
+        }
+        product
+    }
+
+    /// The product of the transposed matrix with a vector.
+    pub fn transposed_times(&self, vector: &[f64]) -> Vec<f64> {
+        let product = |k| self.column(k).map(|(row, value)| value * vector[row]).sum();
+        (0..self.ncols()).map(product).collect()
+    }
+
+    /// The same matrix, dense.
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(self.rows, self.ncols());
+        self.entries().for_each(|(row, column, value)| matrix[(row, column)] = value);
+        matrix
+    }
+}

@@ -1,0 +1,338 @@
+//! Rank-revealing triangular factor of a sparse matrix.
+//!
+//! `A P = Q R` by Householder reflections of dense fronts (Duff and Reid 1983), without `Q`. Columns
+//! whose remainder vanishes are dependent and get no row of `R` (Heath 1982).
+
+use super::elimination_order::EliminationOrder;
+use super::sparse::SparseMatrix;
+
+/// Order of elimination of groups of columns, for all matrices of one pattern.
+#[derive(Clone, Debug)]
+pub(crate) struct ColumnOrder {
+    /// Columns in the order of their elimination.
+    columns: Vec<usize>,
+    /// Index of each column in this order.
+    places: Vec<usize>,
+    /// Step at which the column at each of these places is eliminated, together with its group.
+    steps: Vec<usize>,
+}
+
+impl ColumnOrder {
+    /// Orders the columns of a matrix; `groups` are indices of columns that are eliminated
+    /// together.
+    pub(crate) fn new(matrix: &SparseMatrix, groups: &[usize]) -> Self {
+        let count = groups.iter().max().map_or(0, |last| last + 1);
+        let rows = matrix.transpose();
+        let mut pairs = Vec::new();
+        for row in 0..rows.ncols() {
+            let mut own: Vec<usize> = rows.column(row).map(|(column, _)| groups[column]).collect();
+            own.sort_unstable();
+            own.dedup();
+            for (k, &a) in own.iter().enumerate() {
+                pairs.extend(own[k + 1..].iter().map(|&b| (a, b)));
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let order = EliminationOrder::new(count, pairs.into_iter());
+        let mut members = vec![Vec::new(); count];
+        groups.iter().enumerate().for_each(|(column, group)| members[*group].push(column));
+        let mut made =
+            Self { columns: Vec::new(), places: vec![0; groups.len()], steps: Vec::new() };
+        for (step, group) in order.nodes.iter().enumerate() {
+            for &column in &members[*group] {
+                made.places[column] = made.columns.len();
+                made.columns.push(column);
+                made.steps.push(step);
+            }
+        }
+        made
+    }
+
+    /// Orders the columns of a matrix one by one.
+    pub(crate) fn one_by_one(matrix: &SparseMatrix) -> Self {
+        Self::new(matrix, &(0..matrix.ncols()).collect::<Vec<_>>())
+    }
+}
+
+/// The triangular factor. Its rows are in the order of elimination.
+#[derive(Clone, Debug)]
+pub(crate) struct SparseQr {
+    columns: usize,
+    /// Column of the first entry of each row, its pivot.
+    pivots: Vec<usize>,
+    /// Dependent columns, in ascending order.
+    dependent: Vec<usize>,
+    /// Index of the first entry of each row, followed by the number of entries.
+    starts: Vec<usize>,
+    /// Columns and values of the entries, row by row.
+    indices: Vec<usize>,
+    values: Vec<f64>,
+    /// Frobenius norm of the remainders of the dependent columns.
+    dropped: f64,
+}
+
+/// Dense rows over a few columns.
+struct Front {
+    /// Places of the columns, in ascending order.
+    places: Vec<usize>,
+    rows: usize,
+    /// Entries, column by column.
+    values: Vec<f64>,
+}
+
+impl SparseQr {
+    /// Factorises a matrix; remainders of columns with a norm of at most `negligible` vanish.
+    pub(crate) fn new(matrix: &SparseMatrix, order: &ColumnOrder, negligible: f64) -> Self {
+        let steps = order.steps.last().map_or(0, |last| last + 1);
+        let mut waiting: Vec<Vec<Front>> = (0..steps).map(|_| Vec::new()).collect();
+        let by_rows = matrix.transpose();
+        for row in 0..by_rows.ncols() {
+            let mut own: Vec<(usize, f64)> =
+                by_rows.column(row).map(|(column, value)| (order.places[column], value)).collect();
+            own.sort_by_key(|(place, _)| *place);
+            let Some((first, _)) = own.first() else { continue };
+            let step = order.steps[*first];
+            let (places, values) = own.into_iter().unzip();
+            waiting[step].push(Front { places, rows: 1, values });
+        }
+        let mut made = Self {
+            columns: matrix.ncols(),
+            pivots: Vec::new(),
+            dependent: Vec::new(),
+            starts: vec![0],
+            indices: Vec::new(),
+            values: Vec::new(),
+            dropped: 0.0,
+        };
+        let mut place = 0;
+        for step in 0..steps {
+            let own = place..order.steps.partition_point(|s| *s <= step);
+            let mut front = Front::merged(own.clone(), core::mem::take(&mut waiting[step]));
+            let pivots = made.eliminate(&mut front, own.len(), order, negligible);
+            place = own.end;
+            let rest = front.remainder(pivots, own.len());
+            if let (Some(first), true) = (rest.places.first(), rest.rows > 0) {
+                waiting[order.steps[*first]].push(rest);
+            }
+        }
+        made.dropped = made.dropped.sqrt();
+        made.dependent.sort_unstable();
+        made
+    }
+
+    /// Eliminates the first columns of a front, the one with the largest remainder first; returns
+    /// the number of rows of the factor.
+    fn eliminate(
+        &mut self,
+        front: &mut Front,
+        own: usize,
+        order: &ColumnOrder,
+        negligible: f64,
+    ) -> usize {
+        let mut pivots = 0;
+        for done in 0..own {
+            let (best, norm) = (done..own)
+                .map(|k| (k, front.norm(k, pivots)))
+                .fold((done, 0.0), |a, b| if b.1 > a.1 { b } else { a });
+            // NaN ends here, too; it remains visible in the factor.
+            if norm <= negligible || pivots == front.rows {
+                for k in done..own {
+                    self.dropped += front.norm(k, pivots).powi(2);
+                    self.dependent.push(order.columns[front.places[k]]);
+                }
+                break;
+            }
+            front.swap(done, best);
+            // Columns that are not yet chosen keep their place among the own columns.
+            front.reflect(done, pivots, norm);
+            pivots += 1;
+        }
+        for row in 0..pivots {
+            self.pivots.push(order.columns[front.places[row]]);
+            for k in row..front.places.len() {
+                let value = front.values[k * front.rows + row];
+                if value != 0.0 {
+                    self.indices.push(order.columns[front.places[k]]);
+                    self.values.push(value);
+                }
+            }
+            self.starts.push(self.values.len());
+        }
+        pivots
+    }
+
+    /// Number of independent columns.
+    pub(crate) fn rank(&self) -> usize {
+        self.pivots.len()
+    }
+
+    /// The dependent columns, in ascending order.
+    pub(crate) fn dependent(&self) -> &[usize] {
+        &self.dependent
+    }
+
+    /// Frobenius norm of the remainders of the dependent columns: an upper bound of the singular
+    /// values that count as zero.
+    pub(crate) fn dropped(&self) -> f64 {
+        self.dropped
+    }
+
+    /// Columns and values of a row, the pivot first.
+    fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let range = self.starts[row]..self.starts[row + 1];
+        self.indices[range.clone()].iter().copied().zip(self.values[range].iter().copied())
+    }
+
+    /// The transposed factor: one column for each row of the factor.
+    pub(crate) fn transposed(&self) -> SparseMatrix {
+        let entries = (0..self.rank())
+            .flat_map(|row| self.row(row).map(move |(column, value)| (column, row, value)));
+        SparseMatrix::new((self.columns, self.rank()), entries)
+    }
+
+    /// Solves `R x = y` with zero for the dependent columns: `y` has one number for each row, `x`
+    /// one for each column.
+    pub(crate) fn solve(&self, y: &[f64]) -> Vec<f64> {
+        let mut x = vec![0.0; self.columns];
+        for row in (0..self.rank()).rev() {
+            let mut entries = self.row(row);
+            let Some((pivot, diagonal)) = entries.next() else { continue };
+            let sum: f64 = entries.map(|(column, value)| value * x[column]).sum();
+            x[pivot] = (y[row] - sum) / diagonal;
+        }
+        x
+    }
+
+    /// Solves `R^T y = x` for the independent columns: `x` has one number for each column, `y` one
+    /// for each row.
+    pub(crate) fn solve_transposed(&self, mut x: Vec<f64>) -> Vec<f64> {
+        let mut y = vec![0.0; self.rank()];
+        for row in 0..self.rank() {
+            let mut entries = self.row(row);
+            let Some((pivot, diagonal)) = entries.next() else { continue };
+            y[row] = x[pivot] / diagonal;
+            entries.for_each(|(column, value)| x[column] -= value * y[row]);
+        }
+        y
+    }
+
+    /// For each dependent column, the vector of the null space that contains it and independent
+    /// columns only, as columns and values; components below `negligible` are omitted.
+    pub(crate) fn null_vectors(&self, negligible: f64) -> Vec<Vec<(usize, f64)>> {
+        let mut row_of = vec![usize::MAX; self.columns];
+        self.pivots.iter().enumerate().for_each(|(row, pivot)| row_of[*pivot] = row);
+        let by_columns = self.transposed().transpose();
+        let mut sums = vec![0.0; self.rank()];
+        let each = self.dependent.iter().map(|&dependent| {
+            let mut vector = Vec::new();
+            let mut open = std::collections::BTreeSet::new();
+            let mut place =
+                |column: usize,
+                 amount: f64,
+                 sums: &mut [f64],
+                 open: &mut std::collections::BTreeSet<usize>| {
+                    for (row, value) in by_columns.column(column) {
+                        if row != row_of[column] {
+                            sums[row] += value * amount;
+                            open.insert(row);
+                        }
+                    }
+                    vector.push((column, amount));
+                };
+            place(dependent, 1.0, &mut sums, &mut open);
+            // Later rows first: those above them depend on their pivots.
+            while let Some(row) = open.pop_last() {
+                let amount = -core::mem::take(&mut sums[row]) / self.values[self.starts[row]];
+                if amount.abs() > negligible {
+                    place(self.pivots[row], amount, &mut sums, &mut open);
+                }
+            }
+            vector.sort_unstable_by_key(|(column, _)| *column);
+            vector
+        });
+        each.collect()
+    }
+}
+
+impl Front {
+    /// Stacks the rows of several fronts; the columns `own` come first.
+    fn merged(own: core::ops::Range<usize>, parts: Vec<Self>) -> Self {
+        let mut places: Vec<usize> =
+            parts.iter().flat_map(|part| part.places.iter().copied()).collect();
+        places.extend(own);
+        places.sort_unstable();
+        places.dedup();
+        let rows = parts.iter().map(|part| part.rows).sum();
+        let mut made = Self { values: vec![0.0; rows * places.len()], places, rows };
+        let mut first = 0;
+        for part in parts {
+            for (k, place) in part.places.iter().enumerate() {
+                let to = made.places.partition_point(|p| p < place) * rows + first;
+                made.values[to..to + part.rows]
+                    .copy_from_slice(&part.values[k * part.rows..(k + 1) * part.rows]);
+            }
+            first += part.rows;
+        }
+        made
+    }
+
+    /// Norm of a column from a row on.
+    fn norm(&self, column: usize, from: usize) -> f64 {
+        let part = &self.values[column * self.rows + from..(column + 1) * self.rows];
+        part.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+
+    fn swap(&mut self, a: usize, b: usize) {
+        if a != b {
+            self.places.swap(a, b);
+            let (before, from) = self.values.split_at_mut(b * self.rows);
+            before[a * self.rows..(a + 1) * self.rows].swap_with_slice(&mut from[..self.rows]);
+        }
+    }
+
+    /// Reflects the rows from `from` on, so that only the first entry of a column of this norm
+    /// remains; changes this column and those behind it.
+    fn reflect(&mut self, column: usize, from: usize, norm: f64) {
+        let rows = self.rows;
+        let (before, behind) = self.values.split_at_mut((column + 1) * rows);
+        let reflector = &mut before[column * rows + from..];
+        let new = if reflector[0] > 0.0 { -norm } else { norm };
+        reflector[0] -= new;
+        // |reflector|^2 / 2.
+        let half = -new * reflector[0];
+        if half > 0.0 {
+            for other in behind.chunks_exact_mut(rows) {
+                let other = &mut other[from..];
+                let sum: f64 = reflector.iter().zip(&*other).map(|(a, b)| a * b).sum();
+                let amount = sum / half;
+                other.iter_mut().zip(&*reflector).for_each(|(x, r)| *x -= amount * r);
+            }
+        }
+        reflector.fill(0.0);
+        reflector[0] = new;
+    }
+
+    /// The rows behind the first `done`, without the first `own` columns; triangular if they are
+    /// many.
+    fn remainder(mut self, done: usize, own: usize) -> Self {
+        let rest = self.places.len() - own;
+        let mut end = self.rows;
+        if end - done > rest {
+            for k in 0..rest {
+                let norm = self.norm(own + k, done + k);
+                if norm > 0.0 {
+                    self.reflect(own + k, done + k, norm);
+                }
+            }
+            end = done + rest;
+        }
+        let columns =
+            (own..self.places.len()).map(|k| &self.values[k * self.rows..(k + 1) * self.rows]);
+        Self {
+            values: columns.flat_map(|column| column[done..end].iter().copied()).collect(),
+            places: self.places.split_off(own),
+            rows: end - done,
+        }
+    }
+}

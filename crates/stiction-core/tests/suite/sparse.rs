@@ -1,0 +1,115 @@
+//! Sparse decompositions against dense ones, which they replace for large mechanisms.
+
+use crate::common::random::*;
+use nalgebra::{DMatrix, DVector};
+use stiction_core::dynamics::FrictionMode;
+use stiction_core::linalg::{Decomposition, Limit, SparseMatrix, Svd};
+
+const LIMIT: Limit = Limit::OfLargest(1e-10);
+/// Components of unit vectors of a null space below this are zero, as in verdicts.
+const DETERMINED: f64 = 1e-8;
+
+/// Asserts that both decompositions give the same verdicts; false if the sparse factors leave doubt.
+fn agree(matrix: &SparseMatrix, groups: &[usize], what: &str) -> bool {
+    let sparse = Decomposition::sparse(matrix.clone(), groups, LIMIT);
+    let dense = Svd::new(&matrix.to_dense());
+    let rank = dense.rank(1e-10);
+    assert_eq!(sparse.rank(), rank, "rank {what}");
+    if !sparse.is_sparse() {
+        return false;
+    }
+    assert!((sparse.largest() / dense.largest() - 1.0).abs() < 1e-2, "largest {what}");
+    let size = matrix.ncols();
+    if rank > 0 {
+        let smallest = dense.singular_values[rank - 1];
+        // Round-off of the factors is that of the matrix, divided by the value.
+        let error = 1e-10 + 1e-13 * dense.largest() / smallest;
+        let found = sparse.value(rank - 1);
+        assert!((found / smallest - 1.0).abs() < error, "smallest {what}");
+        let weakest = DVector::from_column_slice(sparse.weakest().unwrap());
+        assert!((weakest.norm() - 1.0).abs() < 1e-12, "{what}");
+        let image = (matrix.to_dense() * weakest).norm();
+        assert!((image - smallest).abs() < 1e-7 * dense.largest(), "weakest {what}");
+    }
+
+    // Both bases span the same space, and the same unknowns are determined.
+    let vectors = sparse.null_space(rank);
+    assert_eq!(vectors.len(), size - rank, "null space {what}");
+    let mut free = vec![0.0; size];
+    for vector in &vectors {
+        let mut full = DVector::zeros(size);
+        vector.iter().for_each(|&(k, x)| full[k] = x);
+        assert!((full.norm() - 1.0).abs() < 1e-12, "{what}");
+        assert!((matrix.to_dense() * full).norm() < 1e-10 * dense.largest().max(1.0), "{what}");
+        vector.iter().for_each(|&(k, x)| free[k] += x * x);
+    }
+    let orthonormal = sparse.orthonormal_null_space(rank);
+    if !orthonormal.is_empty() {
+        let basis = DMatrix::from_columns(&orthonormal);
+        let identity = DMatrix::identity(size - rank, size - rank);
+        assert!((basis.tr_mul(&basis) - identity).amax() < 1e-12, "orthonormal {what}");
+    }
+    for (k, free) in free.iter().enumerate() {
+        let own = (rank..size).map(|j| dense.v[(k, j)].powi(2)).sum::<f64>().sqrt();
+        assert_eq!(free.sqrt() < DETERMINED, own < DETERMINED, "unknown {k} {what}");
+    }
+
+    // Shortest least-squares solutions, of any right-hand side.
+    let right: Vec<f64> = (0..matrix.nrows()).map(|k| (1.0 + 0.3 * k as f64).sin()).collect();
+    let found = DVector::from_vec(sparse.solve(&right));
+    let expected = dense.solve(&DVector::from_vec(right), rank);
+    if rank > 0 {
+        let condition = dense.largest() / dense.singular_values[rank - 1];
+        let error = (found - &expected).norm();
+        assert!(error <= 1e-14 * condition * condition * expected.norm().max(1.0), "solve {what}");
+    }
+    true
+}
+
+/// Balances of random mechanisms of all classes: with loops, redundant constraints, redundant
+/// actuators and local degrees of freedom; all unknowns, and constraints alone, which leave motions
+/// open.
+#[test]
+fn random_mechanisms() {
+    let mut doubtful = 0;
+    let mut all = 0;
+    for class in CLASSES {
+        for seed in 0..12 {
+            let (_, case) = case(class, seed, 0.0);
+            let Some((solver, _)) = case.regular_solver(FrictionMode::Off) else { continue };
+            let system = solver.balance();
+            let types: Vec<_> = case.mechanism.joints().iter().map(|j| j.joint_type).collect();
+            let balance = system.scaled_matrix(&types);
+            let drives = case.mechanism.actuators().count();
+            let constraints: Vec<usize> = (0..balance.ncols() - drives).collect();
+            let alone = balance.select_columns(&constraints);
+            for (name, matrix) in [("all", &balance), ("constraints", &alone)] {
+                let bodies: Vec<usize> = (0..matrix.nrows()).map(|row| row / 6).collect();
+                let single: Vec<usize> = (0..matrix.ncols()).collect();
+                let what = format!("{class:?} {seed} {name}");
+                for is_decided in [
+                    agree(matrix, &single, &what),
+                    agree(&matrix.transpose(), &bodies, &format!("{what} transposed")),
+                ] {
+                    all += 1;
+                    doubtful += usize::from(!is_decided);
+                }
+            }
+        }
+    }
+    // Otherwise large mechanisms would be slow.
+    assert!(all > 200 && doubtful * 20 < all, "{doubtful} of {all} left to dense decompositions");
+}
+
+/// Matrices without entries, columns or rows.
+#[test]
+fn empty_matrices() {
+    for (rows, columns) in [(0, 0), (0, 5), (5, 0), (4, 6)] {
+        let matrix = SparseMatrix::new((rows, columns), std::iter::empty());
+        let groups: Vec<usize> = (0..columns).collect();
+        let found = Decomposition::sparse(matrix, &groups, LIMIT);
+        assert_eq!(found.rank(), 0);
+        assert_eq!(found.null_space(0).len(), columns);
+        assert_eq!(found.solve(&vec![1.0; rows]), vec![0.0; columns]);
+    }
+}
