@@ -176,10 +176,8 @@ impl Unit {
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error> {
         let state = &self.state;
         let (set, starts, from) = (state.plant.set.clone(), state.starts.clone(), state.plant.from);
-        let each = references.iter().zip(values);
-        let done = each
-            .map(|(reference, value)| self.set_real(*reference, *value))
-            .collect::<Result<_, _>>();
+        let mut each = references.iter().zip(values);
+        let done = each.try_for_each(|(reference, value)| self.set_real(*reference, *value));
         if done.is_err() {
             self.state.plant.set = set;
             if self.state.starts != starts {
