@@ -179,6 +179,7 @@ impl Coupling {
         known: &[f64],
         (workspace, coupled): (&mut Workspace, &mut Coupled),
     ) -> bool {
+        self.workspace.continuation_steps = 0;
         let has_gear = |i: &usize| model.parameters.interfaces[*i].load.gear.is_some();
         if self.interfaces.iter().any(has_gear) {
             return false;

@@ -217,7 +217,9 @@ impl Forward {
             *coupling_bound = Some(coupling.bound(self, data));
         }
         // Where the influence matrix is small, Newton's method takes less time.
-        let iterated = known.filter(|_| balance.is_sparse()).is_some_and(|known| {
+        // With a bound of one or more, other solutions may exist: Newton's method knows its branch.
+        let is_unique = !coupling_bound.is_some_and(|bound| bound >= 1.0);
+        let iterated = known.filter(|_| is_unique && balance.is_sparse()).is_some_and(|known| {
             let results = (&mut *workspace, &mut *coupled);
             coupling.iterate((self, data), frictions, balance, known, results)
         });

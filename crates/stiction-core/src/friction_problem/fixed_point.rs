@@ -50,7 +50,7 @@ impl FixedPoint {
             }
             let settled = change <= SETTLED * size;
             let stagnates = change >= 0.5 * smallest && change <= STAGNATED * size;
-            if settled || stagnates || size == 0.0 {
+            if settled || stagnates {
                 x.clone_from(mapped);
                 return true;
             }
@@ -146,6 +146,19 @@ mod tests {
             let apart = x.iter().zip(&out).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
             assert!(apart < 1e-13, "{factors:?}: {apart:e}");
         }
+    }
+
+    /// The last evaluation is that at the solution, also if all loads vanish.
+    #[test]
+    fn vanishing_loads_are_evaluated() {
+        let (mut x, mut last) = (vec![1.0; 3], Vec::new());
+        let solved = FixedPoint::default().solve(&mut x, |x, out| {
+            last = x.to_vec();
+            out.clear();
+            out.extend([0.0; 3]);
+        });
+        assert!(solved);
+        assert_eq!((&x, &last), (&vec![0.0; 3], &vec![0.0; 3]));
     }
 
     /// Anderson's method would find this solution, which is not on the branch of zero friction.

@@ -147,6 +147,8 @@ impl LoadProblem {
         workspace: &mut LoadWorkspace,
     ) -> f64 {
         let each = self.unknowns.iter().map(|unknown| (unknown.interface, unknown.own.coefficient));
+        // A resumed simulation knows no earlier bound.
+        workspace.bound.forget();
         coupling_bound(at, each, &mut &self.influence, &mut workspace.bound)
     }
 }

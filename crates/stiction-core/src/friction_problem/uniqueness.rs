@@ -42,6 +42,13 @@ pub(crate) struct RadiusWorkspace {
     shifted: Vec<Four>,
 }
 
+impl BoundWorkspace {
+    /// Forgets the last eigenvector, so that a bound does not depend on earlier ones.
+    pub(crate) fn forget(&mut self) {
+        self.vectors.known.clear();
+    }
+}
+
 /// Bound on the spectral radius of the coupling. Entry (i, j) of the coupling matrix bounds the
 /// change of the normal load of interface i per newton of change of that of interface j, through
 /// the friction at j. Load maps are seminorms of the wrench, and wrenches are affine in frictions.

@@ -48,7 +48,7 @@ pub struct SingularityDistances {
     joint_slots: Vec<Meeting>,
     /// Scaled unit wrenches of each joint, constraints first, on its predecessor and its successor.
     on: Vec<[[Part; BLOCK]; 2]>,
-    /// The same at the position of the last [`Self::travel`].
+    /// Scaled unit wrenches at the last travel.
     passed: Vec<[[Part; BLOCK]; 2]>,
     /// Sums of magnitudes in the rows of each body, for [`Self::travel`]: of constraints, of all.
     row_sums: Vec<[Part; 2]>,

@@ -127,7 +127,7 @@ impl Feedforward {
         self.operations_with(false)
     }
 
-    /// The same, also with the wrenches of all joints.
+    /// Operations as [`Self::operations`], optionally with the wrenches of all joints.
     pub(crate) fn operations_with(&self, wrenches: bool) -> [usize; 5] {
         let [a, b] = &self.source.position;
         let [c, d, e] = if wrenches { &self.wrenches } else { &self.source.forces };

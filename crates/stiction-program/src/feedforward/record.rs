@@ -237,7 +237,7 @@ impl RecordingSource<'_> {
     }
 }
 
-/// What the routines are compiled for.
+/// Options of the compiled routines.
 #[derive(Clone, Copy, Debug)]
 struct Detail {
     /// With fused operations.

@@ -63,7 +63,9 @@ pub struct Prediction {
     pub used_for_fit: bool,
     /// For each actuator: its name, and 100 rms(measured - predicted) / rms(measured), percent; none without rows.
     pub error_percent: Vec<(String, Option<f64>)>,
-    /// The same for the model as it was.
+    /// Root mean square of the residuals of each actuator, N or N m.
+    pub residual: Vec<f64>,
+    /// Errors of the model as it was.
     pub prior_percent: Vec<Option<f64>>,
 }
 
@@ -104,7 +106,7 @@ pub struct Identified {
 const SWEEPS: usize = 12;
 /// Change of values, in standard deviations, at which they agree.
 const SETTLED: f64 = 0.01;
-/// Change that is said, and change with which a fit is not identified.
+/// Change that is reported, and change with which a fit is not identified.
 const VISIBLE: f64 = 0.1;
 const UNSETTLED: f64 = 1.0;
 
@@ -226,6 +228,7 @@ pub fn identify(
                 .cloned()
                 .zip(errors(&log.block, &parameters, &estimate.values))
                 .collect(),
+            residual: residuals(&log.block, &parameters, &estimate.values),
             prior_percent,
         })
         .collect();
@@ -462,6 +465,13 @@ fn errors(block: &Block, parameters: &[Parameter], values: &[f64]) -> Vec<Option
         (size > 0.0).then(|| 100.0 * rows.residuals(&at).norm() / size)
     });
     each.collect()
+}
+
+/// Root mean square of the residuals of each effort.
+fn residuals(block: &Block, parameters: &[Parameter], values: &[f64]) -> Vec<f64> {
+    let at = differences(parameters, values);
+    let each = block.channels.iter();
+    each.map(|rows| rows.residuals(&at).norm() / (rows.len().max(1) as f64).sqrt()).collect()
 }
 
 /// Mean noise of each effort after the filter; none where no log is filtered.

@@ -15,6 +15,8 @@ const AGREES: f64 = 0.5;
 
 /// Error of the identified efforts, relative to the measured ones, up to which their sign is not in doubt.
 const REPRODUCED: f64 = 0.1;
+/// The same error if their friction opposes the motion.
+const FOLLOWED: f64 = 0.5;
 
 /// Doubt about the sign or the unit of an effort.
 #[derive(Debug)]
@@ -56,7 +58,8 @@ pub(super) fn wrong_efforts(
         // Friction takes up power, whatever its size in the model.
         let opposes = friction_agreement(logs, channel, (1.0, Some(&frictionless)));
         let mut doubt = |text: String, has_wrong_sign| found.push(Doubt { text, has_wrong_sign });
-        if agreement < -AGREES && (opposes > AGREES || (error < REPRODUCED && opposes > -AGREES)) {
+        let is_reproduced = error < REPRODUCED && opposes > -AGREES;
+        if agreement < -AGREES && (is_reproduced || (opposes > AGREES && error < FOLLOWED)) {
             doubt(
                 format!(
                     "efforts on {name} have the opposite sign of those of the model as it was ({agreement:.2}), but the \
@@ -249,10 +252,11 @@ pub(super) fn fit_verdict(
 ) -> FitVerdict {
     let mean = |p: &Prediction| {
         let all: Vec<f64> = p.error_percent.iter().filter_map(|(_, e)| *e).collect();
-        all.iter().sum::<f64>() / all.len().max(1) as f64
+        (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
     };
     let fits: Vec<&Prediction> = predictions.iter().filter(|p| p.used_for_fit).collect();
-    let error = fits.iter().map(|p| mean(p)).sum::<f64>() / fits.len().max(1) as f64;
+    let errors: Vec<f64> = fits.iter().filter_map(|p| mean(p)).collect();
+    let error = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     let mut verdict = FitVerdict::Identified;
     if estimate.left_out_ratio_plain > 1.3 * estimate.left_out_ratio {
         cautions.push(format!(
@@ -283,11 +287,11 @@ pub(super) fn fit_verdict(
         }
     }
     for p in predictions.iter().filter(|p| !p.used_for_fit) {
-        if mean(p) > 1.5 * error && mean(p) > 3.0 {
+        let Some(own) = mean(p) else { continue };
+        if own > 1.5 * error && own > 3.0 {
             cautions.push(format!(
                 "{}: the error is {:.1} %, against {error:.1} % of the fit: it does not hold there",
-                p.log,
-                mean(p)
+                p.log, own
             ));
             verdict = FitVerdict::FitsOnly;
         }
@@ -298,22 +302,21 @@ pub(super) fn fit_verdict(
         verdict = FitVerdict::NotExcited;
     }
     // The actuator that the model reproduces worst; efforts that are mostly noise are no error of the model.
-    let is_noise = |name: &String| {
-        let index = residuals.actuators.iter().position(|own| own == name);
-        let noise = index.and_then(|index| Some((residuals.noise?[index], estimate.noise[index])));
-        noise.is_some_and(|(noise, residual)| residual < 3.0 * noise)
-    };
-    let each = fits.iter().flat_map(|p| &p.error_percent);
-    let each = each.filter_map(|(name, error)| Some((name, (*error)?)));
-    let bad = each.filter(|(_, error)| error.is_nan() || *error > 70.0);
-    let (noisy, bad): (Vec<_>, Vec<_>) = bad.partition(|(name, _)| is_noise(name));
-    for (name, error) in noisy {
+    let is_noise =
+        |k: usize, residual: f64| residuals.noise.is_some_and(|noise| residual < 3.0 * noise[k]);
+    let each = fits.iter().flat_map(|p| p.error_percent.iter().zip(&p.residual).enumerate());
+    let each = each.filter_map(|(k, ((name, error), residual))| {
+        Some((name, (*error)?, is_noise(k, *residual)))
+    });
+    let bad = each.filter(|(_, error, _)| error.is_nan() || *error > 70.0);
+    let (noisy, bad): (Vec<_>, Vec<_>) = bad.partition(|(.., is_noise)| *is_noise);
+    for (name, error, _) in noisy {
         cautions.push(format!(
             "the efforts of {name} are mostly noise: the error is {error:.0} % of their root mean square, and residuals \
-             are as large as the noise"
+             are less than three times the noise"
         ));
     }
-    if let Some((name, error)) = bad.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
+    if let Some((name, error, _)) = bad.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
         cautions.push(format!(
             "the model does not reproduce the efforts of {name}: the error is {error:.0} % of their root mean square"
         ));

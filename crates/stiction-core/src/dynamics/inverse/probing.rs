@@ -25,7 +25,7 @@ impl<T: Scalar> Inverse<T> {
 
     /// Adopts a solution of the coupling: the wrenches of all joints, and the normal forces of the
     /// interfaces whose friction depends on them. Returns false, after [`Self::restart_from`], if
-    /// it is none to round-off or the model is not as simple. Requires [`Self::begin`] at this
+    /// it does not satisfy the balance to round-off, or the model is not plain. Requires [`Self::begin`] at this
     /// motion, all other interfaces without friction, and a coupling whose bound is below one: the
     /// determinant then has the sign of the frictionless one.
     pub(in crate::dynamics) fn adopt(

@@ -16,7 +16,7 @@ pub(super) struct Stages<T> {
     pub(super) twists: Vec<Twist<T>>,
     /// Wrench that joints must exert on each body.
     pub(super) demand: Vec<Wrench<T>>,
-    /// The same at zero acceleration and without multipliers.
+    /// Wrench that joints must exert on each body at zero acceleration, without multipliers.
     pub(super) demand_at_rest: Vec<Wrench<T>>,
     pub(super) wrenches: Vec<Wrench<T>>,
 }

@@ -226,12 +226,14 @@ impl Closures {
         if let Some(definite) = definite {
             let Self { scales, matrix, added, .. } = self;
             let scale = |at: Place| scales[at.block][at.row];
-            let mut largest = f64::MIN_POSITIVE;
+            // A row is the sum of contributions of all joints along its loop.
+            let mut diagonal = vec![[0.0; BLOCK]; scales.len()];
             definite(&mut |a, b, entry| {
                 if a == b {
-                    largest = largest.max((entry * scale(a) * scale(a)).abs());
+                    diagonal[a.block][a.row] += (entry * scale(a) * scale(a)).abs();
                 }
             });
+            let largest = diagonal.iter().flatten().copied().fold(f64::MIN_POSITIVE, f64::max);
             *added = ADDED / largest;
             definite(&mut |a, b, entry| {
                 if let Some(slot) = matrix.slot(a.block, b.block) {

@@ -469,7 +469,7 @@ int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm, const real q[CO
     int code;
     int k;
     if (warm == 0) {
-        return @GUARD@_BAD_INPUT;
+        return @NAME@_ff_towards(params, warm, q, NONE, NONE, direction, tau, info);
     }
     if (params == 0) {
         @NAME@_defaults(&at_rest);
@@ -483,6 +483,9 @@ int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm, const real q[CO
     if (code >= 0) {
         for (k = 0; k < TREE; ++k) {
             warm->tree[k] = copy.tree[k];
+        }
+        for (k = 0; k < DRIVES; ++k) {
+            warm->tau[k] = copy.tau[k];
         }
     }
     if (code == @GUARD@_UNDETERMINED) {

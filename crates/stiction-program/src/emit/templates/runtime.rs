@@ -369,12 +369,12 @@ impl State {
         let (code, info) = copy.ff::<M>(&at_rest, q, &still, &still, direction, tau);
         match code {
             Code::Done | Code::Undetermined => {
-                self.tree = copy.tree;
+                (self.tree, self.tau) = (copy.tree, copy.tau);
                 // The direction is given, or there is no friction.
                 (Code::Done, Info { undetermined: false, ..info })
             }
             Code::Frictionless => {
-                self.tree = copy.tree;
+                (self.tree, self.tau) = (copy.tree, copy.tau);
                 (code, info)
             }
             _ => (code, info),

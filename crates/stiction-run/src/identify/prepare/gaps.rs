@@ -2,10 +2,18 @@
 
 use super::motion::Used;
 
-/// Time between samples, relative to their mean, from which samples are missing.
+/// Time between samples, relative to the usual one, from which samples are missing.
 pub(super) const SAMPLES: f64 = 5.0;
 /// Periods of the cut-off frequency that the filter of a piece needs.
 pub(super) const PERIODS: f64 = 4.0;
+
+/// Part of the times between samples that may be long; more are bursts of samples, not gaps.
+const LONG: f64 = 0.05;
+
+/// True if a piece is long enough for the filter; a cut-off frequency may be chosen for its length.
+pub(super) fn is_long((start, end): (f64, f64), cutoff: f64) -> bool {
+    (end - start) * cutoff >= PERIODS * (1.0 - 1e-9)
+}
 
 /// Samples per second where none are missing.
 pub(super) fn rate(times: &[f64]) -> f64 {
@@ -16,6 +24,9 @@ pub(super) fn rate(times: &[f64]) -> f64 {
     let (count, sum) = steps()
         .filter(|step| *step <= most)
         .fold((0.0, 0.0), |(n, sum), step| (n + 1.0, sum + step));
+    if count < (1.0 - LONG) * sorted.len() as f64 {
+        return sorted.len() as f64 / (times[times.len() - 1] - times[0]);
+    }
     count / sum
 }
 
@@ -32,7 +43,7 @@ pub(super) fn longest(pieces: &[(f64, f64)]) -> f64 {
     pieces.iter().map(|(start, end)| end - start).fold(0.0, f64::max)
 }
 
-/// What is missing, and what is left out for being short, in words.
+/// Caution that names the longest gap and the pieces that are left out.
 pub(super) fn caution(used: &Used<'_>, pieces: &[(f64, f64)], cutoff: f64) -> Option<String> {
     let gaps = || pieces.windows(2).map(|pair| (pair[0].1, pair[1].0));
     let (from, until) = gaps().max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;
@@ -49,7 +60,7 @@ pub(super) fn caution(used: &Used<'_>, pieces: &[(f64, f64)], cutoff: f64) -> Op
         others => text += &format!(", and at {others} more places"),
     }
     text += "; nothing is interpolated there";
-    let is_short = |(start, end): &&(f64, f64)| (end - start) * cutoff < PERIODS;
+    let is_short = |piece: &&(f64, f64)| !is_long(**piece, cutoff);
     let short = pieces.iter().filter(is_short).count();
     if short > 0 {
         text += &format!(
@@ -70,6 +81,10 @@ mod tests {
         let mut times: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
         times.extend((0..100).map(|k| 50.0 + 0.01 * f64::from(k)));
         assert!((rate(&times) - 100.0).abs() < 1e-6);
+        // Bursts of ten samples have the mean rate.
+        let burst = |k: u32| 0.01 * f64::from(k / 10) + 1e-4 * f64::from(k % 10);
+        let bursts: Vec<f64> = (0..1000).map(burst).collect();
+        assert!((rate(&bursts) - 1000.0).abs() < 10.0, "{}", rate(&bursts));
         let found = pieces(&times, SAMPLES / rate(&times));
         assert_eq!(found, [(0.0, times[99]), (50.0, times[199])]);
     }

@@ -59,7 +59,7 @@ impl Motion {
                 [a, b].map(|t| reached.binary_search_by(|x| x.total_cmp(t)).is_ok()) == [true; 2]
             }) {
                 let (start, end) = (run[0], run[run.len() - 1]);
-                if (end - start) * cutoff >= gaps::PERIODS {
+                if gaps::is_long((start, end), cutoff) {
                     kept.push((start, end));
                 }
             }
@@ -135,9 +135,16 @@ pub(super) fn filtered(
     cautions: &mut Vec<String>,
 ) -> Result<Motion, Error> {
     let log = used.log;
+    let rate = gaps::rate(&used.times);
+    let stretches = gaps::pieces(&used.times, gaps::SAMPLES / rate);
     let mut measured: Vec<Vec<f64>> = chosen.iter().map(|c| used.pick(c.column())).collect();
     for ((values, chosen), is_angle) in measured.iter_mut().zip(chosen).zip(is_angle) {
-        let turns = if *is_angle && chosen.position.is_some() { unwrap(values) } else { 0 };
+        let mut turns = 0;
+        if *is_angle && chosen.position.is_some() {
+            // Across a gap a joint may move by more than half a turn.
+            let each = stretches.iter().map(|ends| filter::within(&used.times, *ends));
+            turns = each.map(|samples| unwrap(&mut values[samples])).sum();
+        }
         if turns > 0 {
             cautions.push(format!(
                 "{}: `{}` jumps by a turn {turns} times, as encoders do that count within one turn; the turns are \
@@ -147,8 +154,6 @@ pub(super) fn filtered(
             ));
         }
     }
-    let rate = gaps::rate(&used.times);
-    let stretches = gaps::pieces(&used.times, gaps::SAMPLES / rate);
     let longest = gaps::longest(&stretches);
     let (low, high) = (gaps::PERIODS / longest, 0.4 * rate);
     let cutoff = match filter {
@@ -174,15 +179,18 @@ pub(super) fn filtered(
     if let Some(caution) = gaps::caution(used, &all, cutoff) {
         cautions.push(caution);
     }
+    let first = all[0];
     let pieces: Vec<(f64, f64)> =
-        all.into_iter().filter(|(start, end)| (end - start) * cutoff >= gaps::PERIODS).collect();
+        all.into_iter().filter(|piece| gaps::is_long(*piece, cutoff)).collect();
+    // A short last piece is left out; the position after a gap is not known.
+    let is_whole = pieces.len() == 1 && pieces[0] == first;
     let is_integrated = chosen.iter().position(|chosen| chosen.position.is_none());
-    if let (Some(k), true) = (is_integrated, pieces.len() > 1) {
+    if let (Some(k), false) = (is_integrated, is_whole) {
         return Err(refuse(
             format!(
                 "{}: samples are missing at {:.4} s, so positions cannot be integrated from `{}`",
                 log.name,
-                pieces[0].1,
+                first.1,
                 log.log.columns[chosen[k].column()].name
             ),
             "log positions, or choose a part without gaps by `from` and `until`",

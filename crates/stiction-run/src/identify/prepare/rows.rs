@@ -1,6 +1,6 @@
 //! Rows of the regression: columns of the model and measured efforts, through the same filter.
 
-use super::filter::RowFilter;
+use super::filter::{RowFilter, within};
 use super::motion::{Motion, ROWS_PER_PERIOD, Used};
 use super::{gaps, saturation};
 use crate::identify::IdentifyError as Error;
@@ -189,7 +189,17 @@ pub(super) fn measured(
     let rows = motion.filter.apply(&used.times, raw.len() + 1, write, &motion.rows);
     let noise = motion.cutoff.map(|cutoff| {
         let left = (1.8 * cutoff / gaps::rate(&used.times)).sqrt();
-        raw.iter().map(|values| saturation::roughness(values) * left).collect()
+        let pieces = gaps::pieces(&used.times, gaps::SAMPLES / gaps::rate(&used.times));
+        let ends: Vec<_> = pieces.iter().map(|ends| within(&used.times, *ends)).collect();
+        let each = raw.iter().map(|values| {
+            let (sum, count) = ends.iter().fold((0.0, 0.0), |(sum, count), samples| {
+                let weight = samples.len() as f64;
+                let own = saturation::roughness(&values[samples.clone()]);
+                (sum + weight * own * own, count + weight)
+            });
+            (sum / f64::max(count, 1.0)).sqrt() * left
+        });
+        each.collect()
     });
     Ok(Measured { rows, noise })
 }
