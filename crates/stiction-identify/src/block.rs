@@ -35,6 +35,11 @@ impl Rows {
         self.len() == 0
     }
 
+    /// Efforts that these values predict; see [`Self::residuals`].
+    pub fn predicted(&self, values: &DVector<f64>) -> DVector<f64> {
+        &self.measured - self.residuals(values)
+    }
+
     /// Residuals for these values; those of inertial parameters are differences from the prior, because the
     /// model without friction is subtracted from `right`.
     pub fn residuals(&self, values: &DVector<f64>) -> DVector<f64> {

@@ -27,29 +27,38 @@ fn normal(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
+/// Rows of a table, of the first columns whose names begin so.
+fn columns<const N: usize>(table: &str, names: [&str; N]) -> Vec<[f64; N]> {
+    let mut lines = table.lines();
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let places = names.map(|name| head.iter().position(|own| own.starts_with(name)).unwrap());
+    let row = |line: &str| {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        places.map(|place| cells[place])
+    };
+    lines.map(row).collect()
+}
+
 /// A log of the five-bar with one percent of noise in the efforts and quantised positions.
 fn log(folder: &Folder, load: &str, seed: u64, sign: f64) -> String {
     let options =
         ["--motion", MOTION, "--load", load, "--step", "4 ms", "--report", "off", "-o", "out"];
     folder.stiction(&[&["inverse", "five-bar"], &options[..]].concat()).succeeds();
-    let table = folder.read("out/inverse.csv");
-    let mut lines = table.lines();
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let at = |name: &str| names.iter().position(|own| own.starts_with(name)).unwrap();
-    let columns = [
-        at("time"),
-        at("left_motor.position"),
-        at("right_motor.position"),
-        at("left_motor.drive ["),
-        at("right_motor.drive ["),
-    ];
+    let columns = columns(
+        &folder.read("out/inverse.csv"),
+        [
+            "time",
+            "left_motor.position",
+            "right_motor.position",
+            "left_motor.drive [",
+            "right_motor.drive [",
+        ],
+    );
     let mut normal = normal(seed);
     let mut text =
         "time [s],left_motor [rad],right_motor [rad],left_motor.effort [N m],right_motor.effort [N m]\n"
             .to_owned();
-    for line in lines {
-        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
-        let [t, left, right, a, b] = columns.map(|k| cells[k]);
+    for [t, left, right, a, b] in columns {
         let quantised = |x: f64| (x * 1e6).round() / 1e6;
         writeln!(
             text,

@@ -15,6 +15,7 @@ use std::fmt::Write;
 const RUNTIME: &str = include_str!("templates/runtime.rs");
 const KINEMATICS: &str = include_str!("templates/kinematics.rs");
 const REACTIONS: &str = include_str!("templates/reactions.rs");
+const STD_MATH: &str = include_str!("templates/std_math.rs");
 const SELFTEST: &str = include_str!("templates/selftest.rs");
 const MAKEFILE: &str = include_str!("templates/rust.Makefile");
 const README: &str = include_str!("templates/rust.README.md");
@@ -53,6 +54,7 @@ impl Rust<'_> {
         let head = lines(self.program, self.labels, self.options);
         let values: &[(&str, String)] = &[
             ("NAME", self.options.name.clone()),
+            ("STD_MATH", STD_MATH.to_owned()),
             ("REAL", if is_double { "f64" } else { "f32" }.to_owned()),
             (
                 "LINES",

@@ -173,7 +173,7 @@ pub fn identify(
     let prior = differences(&parameters, &priors);
     all.iter_mut().for_each(|log| log.keep_prior(&prior));
     let prior_errors: Vec<Vec<Option<f64>>> =
-        all.iter().map(|log| errors(&log.block, &parameters, &priors)).collect();
+        all.iter().map(|log| errors(&log.block, &prior).1).collect();
     let held = &options.held.clone();
     let structure = structure(&all, &parameters, held);
 
@@ -217,19 +217,19 @@ pub fn identify(
             },
         })
         .collect();
+    let at = differences(&parameters, &estimate.values);
     let predictions: Vec<Prediction> = all
         .iter()
         .zip(prior_errors)
-        .map(|(log, prior_percent)| Prediction {
-            log: log.name.clone(),
-            used_for_fit: !log.predict,
-            error_percent: actuators
-                .iter()
-                .cloned()
-                .zip(errors(&log.block, &parameters, &estimate.values))
-                .collect(),
-            residual: residuals(&log.block, &parameters, &estimate.values),
-            prior_percent,
+        .map(|(log, prior_percent)| {
+            let (residual, percent) = errors(&log.block, &at);
+            Prediction {
+                log: log.name.clone(),
+                used_for_fit: !log.predict,
+                error_percent: actuators.iter().cloned().zip(percent).collect(),
+                residual,
+                prior_percent,
+            }
         })
         .collect();
     let combinations = combinations(&structure.free, &parameters, &estimate);
@@ -243,7 +243,7 @@ pub fn identify(
     let asymmetries = asymmetry::of_efforts(&all, &actuators, mechanism);
     let left = match settings.offsets {
         true => Vec::new(),
-        false => asymmetry::left(&all, &actuators, &differences(&parameters, &estimate.values)),
+        false => asymmetry::left(&all, &actuators, &at),
     };
     // Residuals that depend on the direction are errors of the model.
     let is_settled = is_settled && left.is_empty();
@@ -457,21 +457,15 @@ pub(super) fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f
     DVector::from_iterator(values.len(), each)
 }
 
-/// Relative errors of all efforts, percent; none of those without rows.
-fn errors(block: &Block, parameters: &[Parameter], values: &[f64]) -> Vec<Option<f64>> {
-    let at = differences(parameters, values);
+/// Root mean squares of the residuals of all efforts, and these relative to the measured ones, percent; none of
+/// those without rows.
+fn errors(block: &Block, at: &DVector<f64>) -> (Vec<f64>, Vec<Option<f64>>) {
     let each = block.channels.iter().map(|rows| {
-        let size = rows.measured.norm();
-        (size > 0.0).then(|| 100.0 * rows.residuals(&at).norm() / size)
+        let (error, size) = (rows.residuals(at).norm(), rows.measured.norm());
+        let percent = (size > 0.0).then(|| 100.0 * error / size);
+        (error / (rows.len().max(1) as f64).sqrt(), percent)
     });
-    each.collect()
-}
-
-/// Root mean square of the residuals of each effort.
-fn residuals(block: &Block, parameters: &[Parameter], values: &[f64]) -> Vec<f64> {
-    let at = differences(parameters, values);
-    let each = block.channels.iter();
-    each.map(|rows| rows.residuals(&at).norm() / (rows.len().max(1) as f64).sqrt()).collect()
+    each.unzip()
 }
 
 /// Mean noise of each effort after the filter; none where no log is filtered.

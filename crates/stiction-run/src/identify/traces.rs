@@ -90,10 +90,10 @@ impl Traces {
             let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
             // Without forces, the loads before remain, as in the fit.
             let _ = prepared.update_loads(&priors, &groups);
-            let before = predicted(&prepared, &differences(&parameters, &priors));
+            let before = prepared.predicted(&differences(&parameters, &priors));
             let _ = prepared.update_loads(&values, &groups);
             let at = differences(&parameters, &values);
-            let after = predicted(&prepared, &at);
+            let after = prepared.predicted(&at);
             traces.logs.push(log_trace(&prepared, &before, &after));
             if !prepared.predict {
                 add_friction(&prepared, &parameters, &at, &mut traces.friction);
@@ -132,12 +132,6 @@ impl Traces {
         }
         text
     }
-}
-
-/// Predicted effort of every row of each effort.
-fn predicted(prepared: &Prepared, at: &DVector<f64>) -> Vec<DVector<f64>> {
-    let each = |rows: &Rows| &rows.measured - rows.residuals(at);
-    prepared.block.channels.iter().map(each).collect()
 }
 
 fn log_trace(prepared: &Prepared, before: &[DVector<f64>], after: &[DVector<f64>]) -> LogTrace {

@@ -214,7 +214,7 @@ mod tests {
         }
     }
 
-    /// Where nothing moves, one computation is enough, and all samples have the value.
+    /// During a dwell one sample is computed, and all have its value.
     #[test]
     fn a_dwell_is_computed_once() {
         let mut calls = 0;

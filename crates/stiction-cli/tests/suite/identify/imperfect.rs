@@ -1,6 +1,6 @@
 //! Logs with gaps, a slow beginning, and models whose efforts have another sign than the measured ones.
 
-use super::{Folder, json, log, normal, parameter};
+use super::{Folder, columns, json, log, normal, parameter};
 use std::fmt::Write as _;
 
 /// Keeps the rows of a log for which a time suits.
@@ -10,7 +10,7 @@ fn rows_at(text: &str, keep: impl Fn(f64) -> bool) -> String {
     kept.collect::<Vec<_>>().join("\n")
 }
 
-/// Where samples are missing nothing is interpolated: the robot moves a lot in the gaps, and the fit is as good as
+/// Missing samples are not interpolated: the robot moves far in the gaps, and the fit is as good as
 /// without them.
 #[test]
 fn gaps_are_named_and_not_interpolated() {
@@ -98,15 +98,10 @@ fn pendulum_log(folder: &Folder, sign: f64) -> String {
     let options = ["--motion", "swing", "--step", "5 ms", "--report", "off", "-o", "out"];
     folder.stiction(&[&["inverse", "true.toml"], &options[..]].concat()).succeeds();
     let table = folder.read("out/inverse.csv");
-    let mut lines = table.lines();
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let at = |name: &str| names.iter().position(|own| own.starts_with(name)).unwrap();
-    let columns = [at("time"), at("hinge.position"), at("M.motor_torque [")];
+    let rows = columns(&table, ["time", "hinge.position", "M.motor_torque ["]);
     let mut noise = normal(3);
     let mut text = "time [s],hinge [rad],M.motor_torque [N m]\n".to_owned();
-    for line in lines {
-        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
-        let [t, q, effort] = columns.map(|k| cells[k]);
+    for [t, q, effort] in rows {
         writeln!(text, "{t},{q},{}", sign * (effort + 0.01 * noise())).unwrap();
     }
     text

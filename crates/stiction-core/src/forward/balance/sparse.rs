@@ -89,18 +89,11 @@ impl SparseBalance {
                 tree.reduce(topology, body, wrench, |d, force| closures.add(d, at, force));
             }
         }
-        let weights = || tree.pivots.iter().map(|pivot| 1.0 / pivot);
+        let weights = tree.pivots.iter().map(|pivot| 1.0 / pivot);
         let definite = |put: &mut dyn FnMut(Place, Place, f64)| {
             each_pair(model, data, &rows.rows, put);
         };
-        let done = !*is_redundant && {
-            let done = closures.factor(weights(), None);
-            if !done {
-                closures.unscale();
-            }
-            done
-        };
-        if !done && !closures.factor(weights(), Some(&definite)) {
+        if !closures.factor(weights, *is_redundant, &definite) {
             return false;
         }
         let in_cuts = closures.places.iter().flatten().count();

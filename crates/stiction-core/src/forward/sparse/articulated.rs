@@ -35,7 +35,7 @@ pub(in crate::forward) struct Articulated {
 
 impl Articulated {
     /// Eliminates the tree. DOFs with `prescribed` acceleration stay rigid. Returns false if a
-    /// motion has no inertia, or too little to be told from round-off.
+    /// motion has no inertia, or less than round-off.
     pub(in crate::forward) fn update(
         &mut self,
         (topology, parameters): (&Topology, &Parameters<f64>),

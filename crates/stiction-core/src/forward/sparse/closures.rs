@@ -69,6 +69,8 @@ pub(in crate::forward) struct Closures {
     /// Factor that makes the diagonal of `S` one.
     scales: Vec<Part>,
     weights: Vec<f64>,
+    /// Diagonal of the definite matrix, scaled as the system.
+    diagonal: Vec<Part>,
     matrix: BlockCholesky,
     /// Multiple of the definite matrix that is added.
     pub(in crate::forward) added: f64,
@@ -141,6 +143,7 @@ impl Closures {
             values: vec![[0.0; BLOCK]; count],
             scales: vec![[1.0; BLOCK]; topology.cuts.len()],
             weights: Vec::new(),
+            diagonal: vec![[0.0; BLOCK]; topology.cuts.len()],
             matrix,
             added: 0.0,
             rank: 0,
@@ -191,10 +194,26 @@ impl Closures {
         }
     }
 
-    /// Computes and factors the system with a weight for each DOF, zero for excluded ones. `definite`
-    /// adds the definite matrix: it calls its argument with pairs of rows and their entry; without
-    /// it, redundant rows are refused. Returns false if the pivots do not decide about ranks.
+    /// Computes and factors the system with a weight for each DOF, zero for excluded ones. The definite
+    /// matrix is added if rows were redundant before (`is_redundant`), or if they are without it.
+    /// Returns false if the pivots do not decide about ranks.
     pub(in crate::forward) fn factor(
+        &mut self,
+        weights: impl Iterator<Item = f64> + Clone,
+        is_redundant: bool,
+        definite: Definite<'_>,
+    ) -> bool {
+        if !is_redundant {
+            if self.factor_with(weights.clone(), None) {
+                return true;
+            }
+            self.unscale();
+        }
+        self.factor_with(weights, Some(definite))
+    }
+
+    /// Factors the system with the definite matrix; without it, redundant rows are refused.
+    fn factor_with(
         &mut self,
         weights: impl Iterator<Item = f64>,
         definite: Option<Definite<'_>>,
@@ -224,10 +243,10 @@ impl Closures {
         }
         self.added = 0.0;
         if let Some(definite) = definite {
-            let Self { scales, matrix, added, .. } = self;
+            let Self { scales, matrix, added, diagonal, .. } = self;
             let scale = |at: Place| scales[at.block][at.row];
             // A row is the sum of contributions of all joints along its loop.
-            let mut diagonal = vec![[0.0; BLOCK]; scales.len()];
+            diagonal.fill([0.0; BLOCK]);
             definite(&mut |a, b, entry| {
                 if a == b {
                     diagonal[a.block][a.row] += (entry * scale(a) * scale(a)).abs();
@@ -285,7 +304,7 @@ impl Closures {
     }
 
     /// Removes the scales of the rows, so that the system can be factored again.
-    pub(in crate::forward) fn unscale(&mut self) {
+    fn unscale(&mut self) {
         let Self { values, scales, nodes, starts, blocks, firsts, .. } = self;
         for (d, &node) in nodes.iter().enumerate() {
             let own = &blocks[starts[node]..starts[node + 1]];

@@ -70,22 +70,17 @@ impl SparseRows {
             weights[tree_dof] = 0.0;
             prescribed.push((tree_dof, index));
         }
-        let each = || weights.iter().copied();
-        let places = closures.places.clone();
+        // The system keeps its places meanwhile; it does not need them to be factored.
+        let places = std::mem::take(&mut closures.places);
         let units = |put: &mut dyn FnMut(Place, Place, f64)| {
             // In comparable units the rows are of order one.
             for (row, place) in rows.rows.iter().zip(&places) {
                 place.iter().for_each(|at| put(*at, *at, 1.0 / (row.scale * row.scale)));
             }
         };
-        let done = !*is_redundant && {
-            let done = closures.factor(each(), None);
-            if !done {
-                closures.unscale();
-            }
-            done
-        };
-        if !done && !closures.factor(each(), Some(&units)) {
+        let is_factored = closures.factor(weights.iter().copied(), *is_redundant, &units);
+        closures.places = places;
+        if !is_factored {
             return false;
         }
         *is_redundant = closures.rank + prescribed.len() < rows.rows.len();

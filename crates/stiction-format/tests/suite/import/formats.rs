@@ -240,7 +240,7 @@ fn what_floats_is_said() {
     assert!(imported.notes.iter().any(|note| note.message.contains("it floats")));
 }
 
-/// What the model lacks is listed, and scenery is no reason to refuse a world.
+/// Notes list what the import leaves out, and worlds with scenery are read.
 #[test]
 fn what_is_left_out_is_listed() {
     let mjcf = "<mujoco><worldbody><body name='a' gravcomp='1'>

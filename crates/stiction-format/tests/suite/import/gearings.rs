@@ -6,6 +6,13 @@ use stiction_format::{Imported, ModelFile};
 
 const INERTIAL: &str = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>";
 
+/// Link of SDF.
+fn sdf_link(name: &str) -> String {
+    format!(
+        "<link name='{name}'><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"
+    )
+}
+
 /// Coefficients of a gearing by joint, and its offset, divided by the coefficient of `first`.
 fn gearing(mechanism: &Mechanism, first: &str) -> (Vec<(String, f64)>, f64) {
     let [gearing] = mechanism.gearings() else { panic!("{:?}", mechanism.gearings()) };
@@ -35,18 +42,13 @@ fn a_mimic_is_a_gearing() {
          <body name='a'><joint name='turn' ref='0.5'/><geom size='0.1'/></body>
          <body name='b'><joint name='push' type='slide' ref='0.01'/><geom size='0.1'/></body></worldbody>
          <equality><joint joint1='push' joint2='turn' polycoef='0.005 0.02 0 0 0'/></equality></mujoco>";
-    let link = |name: &str| {
-        format!(
-            "<link name='{name}'><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"
-        )
-    };
     let sdf = format!(
         "<sdf version='1.11'><model name='m'>{}{}
          <joint name='turn' type='revolute'><parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz></axis></joint>
          <joint name='push' type='prismatic'><parent>world</parent><child>b</child><axis><xyz>0 0 1</xyz>
          <mimic joint='turn'><multiplier>0.02</multiplier><offset>0.005</offset><reference>0.1</reference></mimic></axis></joint></model></sdf>",
-        link("a"),
-        link("b")
+        sdf_link("a"),
+        sdf_link("b")
     );
     let offsets = [0.005, 0.005 + 0.01 - 0.02 * 0.5, 0.005 - 0.02 * 0.1];
     for ((name, text), offset) in
@@ -135,11 +137,6 @@ fn motors_of_several_joints() {
 /// A gearbox of SDF couples the hinges between its links and its reference body; without them it is refused.
 #[test]
 fn a_gearbox_is_a_gearing() {
-    let link = |name: &str| {
-        format!(
-            "<link name='{name}'><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"
-        )
-    };
     // The second hinge runs from the link to the base, and its axis is reversed: theta_2 = -(-k) = k.
     let text = |reference: &str| {
         format!(
@@ -150,9 +147,9 @@ fn a_gearbox_is_a_gearing() {
              <joint name='g' type='gearbox'><parent>a</parent><child>b</child>
              <gearbox_reference_body>{reference}</gearbox_reference_body><gearbox_ratio>5</gearbox_ratio>
              <axis><xyz>0 1 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint></model></sdf>",
-            link("base"),
-            link("a"),
-            link("b")
+            sdf_link("base"),
+            sdf_link("a"),
+            sdf_link("b")
         )
     };
     let imported = convert("r.sdf", &text("base"));

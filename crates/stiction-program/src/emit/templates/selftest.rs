@@ -9,27 +9,7 @@ use code::{ACTUATORS, COORDINATES, Code, Math, Params, Real, State};
 /// Largest difference, relative to the largest effort of the sample.
 const TOLERANCE: f64 = @TOLERANCE@;
 
-/// The functions of the standard library.
-struct Std;
-
-impl Math for Std {
-    fn sqrt(x: Real) -> Real {
-        x.sqrt()
-    }
-    fn sin_cos(x: Real) -> (Real, Real) {
-        x.sin_cos()
-    }
-    fn exp(x: Real) -> Real {
-        x.exp()
-    }
-    fn ln(x: Real) -> Real {
-        x.ln()
-    }
-    fn atan2(y: Real, x: Real) -> Real {
-        y.atan2(x)
-    }
-}
-
+@STD_MATH@
 fn main() {
     let path = std::env::args().nth(1).unwrap_or_else(|| "vectors.csv".into());
     let text = std::fs::read_to_string(&path).expect("the file of test vectors");

@@ -25,6 +25,31 @@ fn text(output: &Output) -> String {
     read(&output.stdout) + &read(&output.stderr)
 }
 
+/// Writes files into an empty folder.
+fn written(folder: &str, files: &[SourceFile]) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(folder);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    for file in files {
+        fs::write(folder.join(&file.name), &file.text).unwrap();
+    }
+    folder
+}
+
+/// Runs a command in a folder; returns what it prints.
+fn run_in(folder: &Path, command: &mut Command) -> String {
+    let output = command.current_dir(folder).output().unwrap();
+    assert!(output.status.success(), "{}: {}", folder.display(), text(&output));
+    text(&output)
+}
+
+/// The Rust compiler, with warnings as errors.
+fn rustc() -> Command {
+    let mut command = Command::new(std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned()));
+    command.args(["--edition", "2021", "-D", "warnings"]);
+    command
+}
+
 impl Code {
     /// Writes the files into an empty folder; `None` without a compiler, which continuous
     /// integration has.
@@ -35,12 +60,7 @@ impl Code {
             println!("skipped: {compiler} is not installed");
             return None;
         }
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(folder);
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).unwrap();
-        for file in files {
-            fs::write(folder.join(&file.name), &file.text).unwrap();
-        }
+        let folder = written(folder, files);
         Some(Self { folder, name: name.to_owned() })
     }
 
@@ -105,46 +125,19 @@ impl Code {
 
 /// Compiles a main program beside code in Rust, and runs it.
 pub(crate) fn rust_program(folder: &str, files: &[SourceFile], main: &str) {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(folder);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    for file in files {
-        fs::write(folder.join(&file.name), &file.text).unwrap();
-    }
+    let folder = written(folder, files);
     fs::write(folder.join("main.rs"), main).unwrap();
-    let compiler = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
-    let arguments = ["--edition", "2021", "-D", "warnings", "-o", "program", "main.rs"];
-    for command in
-        [Command::new(compiler).args(arguments), &mut Command::new(folder.join("program"))]
-    {
-        let output = command.current_dir(&folder).output().unwrap();
-        assert!(output.status.success(), "{}: {}", folder.display(), text(&output));
-    }
+    run_in(&folder, rustc().args(["-o", "program", "main.rs"]));
+    run_in(&folder, &mut Command::new(folder.join("program")));
 }
 
-/// Compiles and runs the self-test of code in Rust, with warnings as errors; the module also as a
-/// library without the standard library.
+/// Compiles and runs the self-test of code in Rust; the module also as a library without the standard
+/// library.
 pub(crate) fn rust_selftest(folder: &str, name: &str, files: &[SourceFile]) {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(folder);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    for file in files {
-        fs::write(folder.join(&file.name), &file.text).unwrap();
-    }
-    let run = |command: &mut Command| {
-        let output = command.current_dir(&folder).output().unwrap();
-        assert!(output.status.success(), "{}: {}", folder.display(), text(&output));
-        text(&output)
-    };
-    let compiler = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
-    let rustc = || {
-        let mut command = Command::new(&compiler);
-        command.args(["--edition", "2021", "-O", "-D", "warnings"]);
-        command
-    };
+    let folder = written(folder, files);
     fs::write(folder.join("bare.rs"), format!("#![no_std]\npub mod {name};\n")).unwrap();
-    run(rustc().args(["--crate-type", "rlib", "bare.rs"]));
-    run(rustc().args(["-o", "selftest", "selftest.rs"]));
-    let said = run(Command::new(folder.join("selftest")).arg("vectors.csv"));
+    run_in(&folder, rustc().args(["-O", "--crate-type", "rlib", "bare.rs"]));
+    run_in(&folder, rustc().args(["-O", "-o", "selftest", "selftest.rs"]));
+    let said = run_in(&folder, Command::new(folder.join("selftest")).arg("vectors.csv"));
     assert!(said.contains(" 0 failures"), "{said}");
 }

@@ -103,6 +103,7 @@ fn generated_functions_in_rust_reproduce_the_solver() {
     let labels = labels("five-bar", &robot);
     let files = program.files(Language::Rust, &labels, &options, &[]).unwrap();
     let main = include_str!("functions_main.rs")
+        .replace("STD_MATH", include_str!("../../../src/emit/templates/std_math.rs"))
         .replace("WIDTH", &rows[0].len().to_string())
         .replace("ROWS", &rows.len().to_string())
         .replace("DATA", &table(&rows, ["[", "]"]));

@@ -4,26 +4,7 @@ mod five_bar;
 
 use five_bar::{ACTUATORS, BODIES, COORDINATES, Code, JOINTS, Math, Params, Real, State};
 
-struct Std;
-
-impl Math for Std {
-    fn sqrt(x: Real) -> Real {
-        x.sqrt()
-    }
-    fn sin_cos(x: Real) -> (Real, Real) {
-        x.sin_cos()
-    }
-    fn exp(x: Real) -> Real {
-        x.exp()
-    }
-    fn ln(x: Real) -> Real {
-        x.ln()
-    }
-    fn atan2(y: Real, x: Real) -> Real {
-        y.atan2(x)
-    }
-}
-
+STD_MATH
 static ALL: [[f64; WIDTH]; ROWS] = [
 DATA];
 

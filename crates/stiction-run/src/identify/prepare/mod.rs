@@ -15,7 +15,7 @@ use motion::{Motion, Used};
 use nalgebra::DVector;
 use stiction_core::kinematics::Coordinate;
 use stiction_format::{Drives, Log, ModelFile};
-use stiction_identify::{Block, Choice, Regressor, Rows};
+use stiction_identify::{Block, Choice, Regressor};
 
 /// A log with its options.
 #[derive(Clone, Debug)]
@@ -57,10 +57,14 @@ pub(super) struct Prepared {
 }
 
 impl Prepared {
+    /// Efforts that these values predict, for the rows of each actuator.
+    pub(super) fn predicted(&self, at: &DVector<f64>) -> Vec<DVector<f64>> {
+        self.block.channels.iter().map(|rows| rows.predicted(at)).collect()
+    }
+
     /// Keeps the efforts of these values, those of the model, before a fit changes the columns of friction.
     pub(super) fn keep_prior(&mut self, at: &DVector<f64>) {
-        let each = |rows: &Rows| &rows.measured - rows.residuals(at);
-        self.by_model = self.block.channels.iter().map(each).collect();
+        self.by_model = self.predicted(at);
     }
 
     pub(super) fn new(

@@ -75,6 +75,10 @@ pub(super) struct Used<'a> {
     pub(super) rows: Vec<usize>,
     /// Their times, s.
     pub(super) times: Vec<f64>,
+    /// Samples per second where none are missing.
+    pub(super) rate: f64,
+    /// First and last time of each stretch without missing samples.
+    pub(super) stretches: Vec<(f64, f64)>,
 }
 
 impl<'a> Used<'a> {
@@ -96,7 +100,9 @@ impl<'a> Used<'a> {
                 "check `from` and `until`",
             ));
         }
-        Ok(Self { log, rows, times })
+        let rate = gaps::rate(&times);
+        let stretches = gaps::pieces(&times, gaps::SAMPLES / rate);
+        Ok(Self { log, rows, times, rate, stretches })
     }
 
     pub(super) fn pick(&self, column: usize) -> Vec<f64> {
@@ -134,32 +140,25 @@ pub(super) fn filtered(
     (filter, is_angle): (Option<f64>, &[bool]),
     cautions: &mut Vec<String>,
 ) -> Result<Motion, Error> {
-    let log = used.log;
-    let rate = gaps::rate(&used.times);
-    let stretches = gaps::pieces(&used.times, gaps::SAMPLES / rate);
+    let Used { log, stretches, rate, .. } = used;
+    let rate = *rate;
     let mut measured: Vec<Vec<f64>> = chosen.iter().map(|c| used.pick(c.column())).collect();
-    for ((values, chosen), is_angle) in measured.iter_mut().zip(chosen).zip(is_angle) {
-        let mut turns = 0;
-        if *is_angle && chosen.position.is_some() {
-            // Across a gap a joint may move by more than half a turn.
-            let each = stretches.iter().map(|ends| filter::within(&used.times, *ends));
-            turns = each.map(|samples| unwrap(&mut values[samples])).sum();
-        }
-        if turns > 0 {
-            cautions.push(format!(
-                "{}: `{}` jumps by a turn {turns} times, as encoders do that count within one turn; the turns are \
-                 added",
-                log.name,
-                log.log.columns[chosen.column()].name
-            ));
-        }
-    }
-    let longest = gaps::longest(&stretches);
+    let is_encoder = |k: usize| is_angle[k] && chosen[k].position.is_some();
+    // Across a gap a joint may move by more than half a turn.
+    let continued = |measured: &mut [Vec<f64>], spans: &[(f64, f64)]| -> Vec<usize> {
+        let each = measured.iter_mut().enumerate().map(|(k, values)| {
+            let spans = spans.iter().filter(|_| is_encoder(k));
+            spans.map(|ends| unwrap(&mut values[filter::within(&used.times, *ends)])).sum()
+        });
+        each.collect()
+    };
+    let mut turns = continued(&mut measured, stretches);
+    let longest = gaps::longest(stretches);
     let (low, high) = (gaps::PERIODS / longest, 0.4 * rate);
     let cutoff = match filter {
         Some(cutoff) => cutoff,
         // Exact positions of a model suggest the highest frequency that the samples carry.
-        None => suggested(&used.times, &measured, &stretches)
+        None => suggested(&used.times, &measured, stretches)
             .unwrap_or(0.1 * rate)
             .max(low)
             .min(0.1 * rate),
@@ -178,6 +177,17 @@ pub(super) fn filtered(
     let all = gaps::pieces(&used.times, (0.5 / cutoff).max(gaps::SAMPLES / rate));
     if let Some(caution) = gaps::caution(used, &all, cutoff) {
         cautions.push(caution);
+    }
+    // Stretches of one piece follow each other.
+    let joined = continued(&mut measured, &all);
+    turns.iter_mut().zip(joined).for_each(|(turns, more)| *turns += more);
+    for (chosen, turns) in chosen.iter().zip(turns).filter(|(_, turns)| *turns > 0) {
+        cautions.push(format!(
+            "{}: `{}` jumps by a turn {turns} times, as encoders do that count within one turn; the turns are \
+             added",
+            log.name,
+            log.log.columns[chosen.column()].name
+        ));
     }
     let first = all[0];
     let pieces: Vec<(f64, f64)> =

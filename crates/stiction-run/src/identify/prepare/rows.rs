@@ -2,7 +2,7 @@
 
 use super::filter::{RowFilter, within};
 use super::motion::{Motion, ROWS_PER_PERIOD, Used};
-use super::{gaps, saturation};
+use super::saturation;
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::refuse;
 use nalgebra::{DMatrix, DVector};
@@ -188,9 +188,8 @@ pub(super) fn measured(
     };
     let rows = motion.filter.apply(&used.times, raw.len() + 1, write, &motion.rows);
     let noise = motion.cutoff.map(|cutoff| {
-        let left = (1.8 * cutoff / gaps::rate(&used.times)).sqrt();
-        let pieces = gaps::pieces(&used.times, gaps::SAMPLES / gaps::rate(&used.times));
-        let ends: Vec<_> = pieces.iter().map(|ends| within(&used.times, *ends)).collect();
+        let left = (1.8 * cutoff / used.rate).sqrt();
+        let ends: Vec<_> = used.stretches.iter().map(|ends| within(&used.times, *ends)).collect();
         let each = raw.iter().map(|values| {
             let (sum, count) = ends.iter().fold((0.0, 0.0), |(sum, count), samples| {
                 let weight = samples.len() as f64;
