@@ -74,7 +74,7 @@ pub(super) struct MassMatrix {
 }
 
 impl MassMatrix {
-    /// Computes inertia and bias; bodies must be placed and moved.
+    /// Computes inertia and bias; needs [`Bodies::place`] and [`Bodies::move_with`].
     pub(super) fn new(
         topology: &Topology,
         (parameters, rotors): (&Parameters<f64>, &[Rotor]),
@@ -86,7 +86,7 @@ impl MassMatrix {
         masses
     }
 
-    /// Recomputes in place, reusing the buffers; bodies must be placed and moved.
+    /// Recomputes in place, reusing the buffers; needs [`Bodies::place`] and [`Bodies::move_with`].
     pub(super) fn update(
         &mut self,
         topology: &Topology,

@@ -57,7 +57,8 @@ pub(super) struct TimeStep {
     /// Actuator efforts, averaged over the step, N or N m.
     pub(super) drives: Vec<f64>,
     pub(super) response: Response,
-    /// Largest rate of the tree at the end without friction, lengths in characteristic lengths.
+    /// Largest rate in the tree that the step would end with in the absence of friction, 1/s; lengths are in
+    /// units of the characteristic length.
     pub(super) free_rate: f64,
     /// Work in the step, J.
     pub(super) work: Energies,

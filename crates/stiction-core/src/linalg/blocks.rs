@@ -36,6 +36,9 @@ pub(crate) struct BlockCholesky {
     /// Blocks below the diagonal, transposed: all products are then sums of outer products, which
     /// compilers vectorise.
     below: Vec<Block>,
+    /// Copies of both from before the decomposition, see [`BlockCholesky::keep`].
+    kept_diagonal: Vec<Block>,
+    kept_below: Vec<Block>,
     solution: Vec<Part>,
 }
 
@@ -68,6 +71,8 @@ impl BlockCholesky {
             place,
             diagonal: vec![NOTHING; count],
             below: vec![NOTHING; rows.len()],
+            kept_diagonal: Vec::new(),
+            kept_below: Vec::new(),
             solution: Vec::new(),
             starts,
             rows,
@@ -124,11 +129,28 @@ impl BlockCholesky {
         }
     }
 
+    /// Keeps a copy of the matrix, so that it can be decomposed again.
+    pub(crate) fn keep(&mut self) {
+        self.kept_diagonal.clone_from(&self.diagonal);
+        self.kept_below.clone_from(&self.below);
+    }
+
+    /// Takes the matrix back that was kept.
+    pub(crate) fn restore(&mut self) {
+        self.diagonal.copy_from_slice(&self.kept_diagonal);
+        self.below.copy_from_slice(&self.kept_below);
+    }
+
     /// Decomposes in place; `false` if the matrix is not positive definite.
     pub(crate) fn factor(&mut self) -> bool {
+        self.factor_above(0.0)
+    }
+
+    /// Decomposes in place; stops and returns `false` at the first pivot that is not above `least`.
+    pub(crate) fn factor_above(&mut self, least: f64) -> bool {
         let mut next = 0;
         for step in 0..self.diagonal.len() {
-            let Some(inverse) = inverse_factor(&self.diagonal[step]) else { return false };
+            let Some(inverse) = inverse_factor(&self.diagonal[step], least) else { return false };
             self.diagonal[step] = inverse;
             let own = self.starts[step]..self.starts[step + 1];
             for k in own.clone() {
@@ -193,12 +215,12 @@ impl BlockCholesky {
     }
 }
 
-/// Inverse of the lower Cholesky factor; `None` if the block is not positive definite.
-fn inverse_factor(block: &Block) -> Option<Block> {
+/// Inverse of the lower Cholesky factor; `None` if a pivot is not above `least`.
+fn inverse_factor(block: &Block, least: f64) -> Option<Block> {
     let (mut left, mut inverse) = (*block, UNIT);
     for j in 0..BLOCK {
         let pivot = left[j][j];
-        if !(pivot > 0.0 && pivot.is_finite()) {
+        if !(pivot > least && pivot.is_finite()) {
             return None;
         }
         let over = 1.0 / pivot.sqrt();

@@ -61,6 +61,30 @@ fn five_bar_with_a_part() -> String {
     format!("{before}[[loads.payload.payload]]\nfrom = \"0.3 s\"\nuntil = \"0.62 s\"\n{part}")
 }
 
+/// Twelve parallelograms in a row: redundant constraints, and enough DOFs for sparse solutions.
+#[cfg(unix)]
+fn row_of_parallelograms() -> String {
+    const COUNT: usize = 12;
+    let friction = "friction = { mu = 0.05, radius = 0.005 }";
+    let mut text = String::from("gravity = [0, 0, -9.81]\n");
+    for k in 0..=COUNT {
+        text +=
+            &format!("[bodies.c{k}]\nmass = 1\ncom = [0, 0, 0.1]\ninertia = [1e-3, 1e-3, 1e-3]\n");
+        text += &format!("[joints.g{k}]\ntype = 'R'\nfrom = 'ground'\nto = 'c{k}'\n");
+        text += &format!("at = [{k}, 0, 0]\naxis = 'y'\nactuated = {}\n{friction}\n", k == 0);
+    }
+    for k in 0..COUNT {
+        let next = k + 1;
+        text +=
+            &format!("[bodies.k{k}]\nmass = 1\ncom = [0.5, 0, 0]\ninertia = [1e-2, 1e-2, 1e-2]\n");
+        text += &format!("[joints.p{k}]\ntype = 'R'\nfrom = 'c{k}'\nto = 'k{k}'\n");
+        text += &format!("at = [0, 0, 0.2]\naxis = 'y'\n{friction}\n");
+        text += &format!("[joints.q{k}]\ntype = 'R'\nfrom = 'k{k}'\nto = 'c{next}'\n");
+        text += &format!("at = [1, 0, 0]\nto_at = [0, 0, 0.2]\naxis = 'y'\n{friction}\n");
+    }
+    text
+}
+
 /// A part that is picked up and placed: the energy balance closes, and the impact is an event.
 #[test]
 fn a_part_is_picked_up_and_placed() {
@@ -83,7 +107,9 @@ fn a_part_is_picked_up_and_placed() {
 #[test]
 fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {
     let pid = "type = pid; period = 0; ki = 60 N m/(rad s); limit = 1.2 N m";
-    let cases: [&[&str]; 8] = [
+    let torque = "g0 = 3 N m*sin(9*t)";
+    let cases: [&[&str]; 9] = [
+        &["row.toml", "--drives", torque, "--from", "rest", "--step", "0.001", "--until", "0.4"],
         // A part is picked up and placed.
         &["pick.toml", "--controller", "pd", "--step", "0.002"],
         // The integral part of a continuous controller, its saturation, and a stop condition.
@@ -99,6 +125,7 @@ fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {
         let folder = |name: &str| {
             let folder = Folder::new(&format!("forward-resume-{index}-{name}"));
             folder.write("pick.toml", &five_bar_with_a_part());
+            folder.write("row.toml", &row_of_parallelograms());
             folder
         };
         let until: &[&str] = if case.contains(&"--until") { &[] } else { &["--until", "1"] };

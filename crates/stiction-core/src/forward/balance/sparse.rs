@@ -9,7 +9,7 @@ use crate::forward::sparse::articulated::Articulated;
 use crate::forward::sparse::closures::{Buffers, Closures, Place, largest};
 use crate::linalg::{BLOCK, Part, dot};
 use crate::spatial::{Vec3, Wrench};
-use crate::topology::{Link, Role};
+use crate::topology::{Link, Role, Topology};
 
 /// Relative change of the multipliers at which the least reactions are found, and the largest
 /// number of changes. The first one leaves the round-off of the added matrix.
@@ -24,10 +24,39 @@ pub(super) struct SparseBalance {
     /// DOFs of the tree whose acceleration a row prescribes, and these rows.
     prescribed: Vec<bool>,
     rows: Vec<(usize, usize)>,
-    /// True if constraints were redundant at the last position.
+    /// True if constraints are redundant.
     is_redundant: bool,
     /// True if static friction or actuators constrain DOFs of cut joints.
     holds_cuts: bool,
+    loops: Loops,
+}
+
+/// Rows of the loops, and the loops that pass each joint of the tree.
+#[derive(Clone, Debug)]
+struct Loops {
+    /// Covectors of the rows of each block.
+    covectors: Vec<Vec<Wrench<f64>>>,
+    /// Blocks whose loops pass each node, with the direction in which they do.
+    through: Vec<Vec<(usize, f64)>>,
+}
+
+impl Loops {
+    fn new(topology: &Topology) -> Self {
+        let mut through = vec![Vec::new(); topology.nodes.len()];
+        for (block, cut) in topology.cuts.iter().enumerate() {
+            cut.path.iter().for_each(|(node, sign)| through[*node].push((block, *sign)));
+        }
+        Self { covectors: vec![Vec::with_capacity(BLOCK); topology.cuts.len()], through }
+    }
+
+    fn update(&mut self, topology: &Topology, rows: &[ConstraintRow]) {
+        self.covectors.iter_mut().for_each(Vec::clear);
+        for row in rows {
+            if let Role::Cut { cut } = topology.role[row.joint] {
+                self.covectors[cut].push(row.covector);
+            }
+        }
+    }
 }
 
 /// Buffers of responses.
@@ -54,6 +83,7 @@ impl SparseBalance {
             rows: Vec::new(),
             is_redundant: false,
             holds_cuts: false,
+            loops: Loops::new(&model.topology),
         })
     }
 
@@ -62,7 +92,8 @@ impl SparseBalance {
     /// static frictions.
     pub(super) fn update(&mut self, model: &Forward, data: &Data, rows: &ConstraintRows) -> bool {
         let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { tree, closures, prescribed, rows: of_tree, is_redundant, holds_cuts } = self;
+        let Self { tree, closures, prescribed, rows: of_tree, is_redundant, holds_cuts, loops } =
+            self;
         if !closures.assign(topology, &rows.rows) {
             return false;
         }
@@ -90,10 +121,10 @@ impl SparseBalance {
             }
         }
         let weights = tree.pivots.iter().map(|pivot| 1.0 / pivot);
-        let definite = |put: &mut dyn FnMut(Place, Place, f64)| {
-            each_pair(model, data, &rows.rows, put);
-        };
-        if !closures.factor(weights, *is_redundant, &definite) {
+        loops.update(topology, &rows.rows);
+        let definite =
+            |put: &mut dyn FnMut(Place, Place, f64)| each_pair((model, data), loops, put);
+        if !closures.factor(weights, &definite) {
             return false;
         }
         let in_cuts = closures.places.iter().flatten().count();
@@ -243,22 +274,11 @@ fn weighed(model: &Forward, data: &Data, joint: usize, wrench: &Wrench<f64>) -> 
 /// Calls `put` with the entries of the second derivatives of the sum of squares of all reactions,
 /// by multipliers of rows at cut joints.
 fn each_pair(
-    model: &Forward,
-    data: &Data,
-    rows: &[ConstraintRow],
+    (model, data): (&Forward, &Data),
+    loops: &Loops,
     put: &mut dyn FnMut(Place, Place, f64),
 ) {
-    let topology = &model.topology;
-    let mut of_cut = vec![Vec::new(); topology.cuts.len()];
-    for row in rows {
-        if let Role::Cut { cut } = topology.role[row.joint] {
-            of_cut[cut].push(row.covector);
-        }
-    }
-    let mut through = vec![Vec::new(); topology.nodes.len()];
-    for (block, cut) in topology.cuts.iter().enumerate() {
-        cut.path.iter().for_each(|(node, sign)| through[*node].push((block, *sign)));
-    }
+    let (topology, of_cut) = (&model.topology, &loops.covectors);
     let mut add = |joint: usize, (a, of_a): (usize, f64), (b, of_b): (usize, f64)| {
         for (i, first) in of_cut[a].iter().enumerate() {
             let first = weighed(model, data, joint, first);
@@ -271,7 +291,7 @@ fn each_pair(
     for (block, cut) in topology.cuts.iter().enumerate() {
         add(cut.joint, (block, 1.0), (block, 1.0));
     }
-    for (node, own) in topology.nodes.iter().zip(&through) {
+    for (node, own) in topology.nodes.iter().zip(&loops.through) {
         let Link::Joint { joint, .. } = node.link else { continue };
         for (k, a) in own.iter().enumerate() {
             own[..=k].iter().for_each(|b| add(joint, *a, *b));

@@ -203,8 +203,8 @@ impl<'a> Simulation<'a> {
         self.switch(inputs)
     }
 
-    /// Time that the next step must not pass, s: the next change of the inputs or switch. While nothing
-    /// moves there is no step to interpolate.
+    /// Latest end of the next step, s: the next change of the inputs or the next switch. At rest, steps are not
+    /// interpolated: one ends at `until` if the inputs are constant up to then, else after the longest step at most.
     fn step_end(&mut self, until: f64, inputs: &mut dyn Inputs) -> f64 {
         let time = self.now.time;
         let change = inputs.next_change(time);

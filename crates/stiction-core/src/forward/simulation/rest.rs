@@ -39,7 +39,7 @@ pub(super) enum Approach {
 }
 
 impl Simulation<'_> {
-    /// Finds the decelerating plate or ball that is nearest to its stop.
+    /// How the plate or ball that comes to rest next approaches its stop; `None` if none decelerates.
     pub(super) fn approach(&self) -> Option<Approach> {
         let mut most = f64::INFINITY;
         for (interface, mode) in self.modes.iter().enumerate() {

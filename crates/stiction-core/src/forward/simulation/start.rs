@@ -44,7 +44,7 @@ fn check(model: &Forward, time: f64, state: &State<f64>) -> Result<(), ForwardEr
     let (found, expected) = (sizes(state), [model.topology.coordinates(), dofs, dofs]);
     assert!(
         found == expected,
-        "a state of {found:?} coordinates, rates and accelerations for a tree that has {expected:?}"
+        "the state has {found:?} coordinates, rates and accelerations for a tree that has {expected:?}"
     );
     let what = "a coordinate or a rate of the start";
     let mut values = state.coordinates.iter().chain(&state.rates);

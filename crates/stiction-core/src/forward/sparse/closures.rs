@@ -194,33 +194,32 @@ impl Closures {
         }
     }
 
-    /// Computes and factors the system with a weight for each DOF, zero for excluded ones. The definite
-    /// matrix is added if rows were redundant before (`is_redundant`), or if they are without it.
-    /// Returns false if the pivots do not decide about ranks.
+    /// Computes and factors the system with a weight for each DOF, zero for excluded ones. The
+    /// definite matrix is added where rows are redundant. Returns false if the pivots do not decide
+    /// about ranks.
     pub(in crate::forward) fn factor(
         &mut self,
-        weights: impl Iterator<Item = f64> + Clone,
-        is_redundant: bool,
-        definite: Definite<'_>,
-    ) -> bool {
-        if !is_redundant {
-            if self.factor_with(weights.clone(), None) {
-                return true;
-            }
-            self.unscale();
-        }
-        self.factor_with(weights, Some(definite))
-    }
-
-    /// Factors the system with the definite matrix; without it, redundant rows are refused.
-    fn factor_with(
-        &mut self,
         weights: impl Iterator<Item = f64>,
-        definite: Option<Definite<'_>>,
+        definite: Definite<'_>,
     ) -> bool {
         self.weights.clear();
         self.weights.extend(weights);
         self.scale();
+        self.assemble();
+        self.added = 0.0;
+        self.matrix.keep();
+        // The first dependent row ends it: redundancy costs little more than being known before,
+        // and the result depends on the position alone.
+        if self.matrix.factor_above(INDEPENDENT) {
+            return self.count_independent(false);
+        }
+        self.matrix.restore();
+        self.add_definite(definite);
+        self.matrix.factor() && self.count_independent(true)
+    }
+
+    /// Computes the system from the scaled rows.
+    fn assemble(&mut self) {
         self.matrix.clear();
         for d in 0..self.weights.len() {
             let weight = self.weights[d];
@@ -241,36 +240,36 @@ impl Closures {
                 }
             }
         }
-        self.added = 0.0;
-        if let Some(definite) = definite {
-            let Self { scales, matrix, added, diagonal, .. } = self;
-            let scale = |at: Place| scales[at.block][at.row];
-            // A row is the sum of contributions of all joints along its loop.
-            diagonal.fill([0.0; BLOCK]);
-            definite(&mut |a, b, entry| {
-                if a == b {
-                    diagonal[a.block][a.row] += (entry * scale(a) * scale(a)).abs();
-                }
-            });
-            let largest = diagonal.iter().flatten().copied().fold(f64::MIN_POSITIVE, f64::max);
-            *added = ADDED / largest;
-            definite(&mut |a, b, entry| {
-                if let Some(slot) = matrix.slot(a.block, b.block) {
-                    let entry = *added * entry * scale(a) * scale(b);
-                    match matrix.block(slot) {
-                        (block, false) => block[a.row][b.row] += entry,
-                        (block, true) => block[b.row][a.row] += entry,
-                    }
-                }
-            });
-        }
         for (block, &count) in self.counts.iter().enumerate() {
             if let Some(slot) = self.matrix.slot(block, block) {
                 let (own, _) = self.matrix.block(slot);
                 (count..BLOCK).for_each(|k| own[k][k] = 1.0);
             }
         }
-        self.matrix.factor() && self.count_independent(definite.is_some())
+    }
+
+    /// Adds a small multiple of the definite matrix.
+    fn add_definite(&mut self, definite: Definite<'_>) {
+        let Self { scales, matrix, added, diagonal, .. } = self;
+        let scale = |at: Place| scales[at.block][at.row];
+        // A row is the sum of contributions of all joints along its loop.
+        diagonal.fill([0.0; BLOCK]);
+        definite(&mut |a, b, entry| {
+            if a == b {
+                diagonal[a.block][a.row] += (entry * scale(a) * scale(a)).abs();
+            }
+        });
+        let largest = diagonal.iter().flatten().copied().fold(f64::MIN_POSITIVE, f64::max);
+        *added = ADDED / largest;
+        definite(&mut |a, b, entry| {
+            if let Some(slot) = matrix.slot(a.block, b.block) {
+                let entry = *added * entry * scale(a) * scale(b);
+                match matrix.block(slot) {
+                    (block, false) => block[a.row][b.row] += entry,
+                    (block, true) => block[b.row][a.row] += entry,
+                }
+            }
+        });
     }
 
     /// Scales the rows so that the diagonal of the system is one.
@@ -299,17 +298,6 @@ impl Closures {
             let own = &blocks[starts[nodes[d]]..starts[nodes[d] + 1]];
             for (block, value) in own.iter().zip(&mut values[firsts[d]..]) {
                 (0..BLOCK).for_each(|k| value[k] *= scales[*block][k]);
-            }
-        }
-    }
-
-    /// Removes the scales of the rows, so that the system can be factored again.
-    fn unscale(&mut self) {
-        let Self { values, scales, nodes, starts, blocks, firsts, .. } = self;
-        for (d, &node) in nodes.iter().enumerate() {
-            let own = &blocks[starts[node]..starts[node + 1]];
-            for (block, value) in own.iter().zip(&mut values[firsts[d]..]) {
-                (0..BLOCK).for_each(|k| value[k] /= scales[*block][k]);
             }
         }
     }

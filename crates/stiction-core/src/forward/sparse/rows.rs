@@ -15,8 +15,6 @@ pub(in crate::forward) struct SparseRows {
     weights: Vec<f64>,
     /// DOFs of the tree whose change a row prescribes, and these rows.
     prescribed: Vec<(usize, usize)>,
-    /// True if rows depended on others at the last position.
-    is_redundant: bool,
     right: Vec<Part>,
     buffers: Buffers,
 }
@@ -28,7 +26,6 @@ impl SparseRows {
             closures: Closures::clone(model.projections.as_ref()?),
             weights: Vec::new(),
             prescribed: Vec::new(),
-            is_redundant: false,
             right: Vec::new(),
             buffers: Buffers::default(),
         })
@@ -44,7 +41,7 @@ impl SparseRows {
         frozen: &[bool],
     ) -> bool {
         let topology = &model.topology;
-        let Self { closures, weights, prescribed, is_redundant, .. } = self;
+        let Self { closures, weights, prescribed, .. } = self;
         if !closures.assign(topology, &rows.rows) {
             return false;
         }
@@ -78,13 +75,9 @@ impl SparseRows {
                 place.iter().for_each(|at| put(*at, *at, 1.0 / (row.scale * row.scale)));
             }
         };
-        let is_factored = closures.factor(weights.iter().copied(), *is_redundant, &units);
+        let is_factored = closures.factor(weights.iter().copied(), &units);
         closures.places = places;
-        if !is_factored {
-            return false;
-        }
-        *is_redundant = closures.rank + prescribed.len() < rows.rows.len();
-        true
+        is_factored
     }
 
     /// Number of independent rows.
