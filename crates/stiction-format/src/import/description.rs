@@ -236,6 +236,24 @@ impl Description {
         }
     }
 
+    /// Moves joints that follow others to the coordinates that their gearings prescribe: of each
+    /// gearing the first joint follows the rest, which stay where they are.
+    pub(super) fn place_followers(&mut self) {
+        // Followers may have followers.
+        for _ in 0..self.gearings.len() {
+            for gearing in &self.gearings {
+                let Some((&(own, dof, factor), rest)) = gearing.terms.split_first() else {
+                    continue;
+                };
+                let others: f64 = rest
+                    .iter()
+                    .map(|(joint, dof, factor)| factor * self.joints[*joint].dofs[*dof].position)
+                    .sum();
+                self.joints[own].dofs[dof].position = (gearing.constant - others) / factor;
+            }
+        }
+    }
+
     /// Poses of all bodies in the ground's frame in the file's position, along joints that close no
     /// loop first; `None` for bodies without a connection.
     pub(super) fn poses(&self) -> Vec<Option<Pose<f64>>> {

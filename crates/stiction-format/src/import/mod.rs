@@ -102,7 +102,9 @@ fn limit_size(context: &Context<'_>, root: &Element) -> Option<()> {
     while let Some(element) = open.pop() {
         count += usize::from(matches!(element.tag.as_str(), "link" | "body" | "joint"));
         if count > 3 * MOST_BODIES {
-            let message = format!("the file has more than {MOST_BODIES} bodies or their joints");
+            let message = format!(
+                "the file is too large: the limit is {MOST_BODIES} bodies with their joints"
+            );
             let help = "import a part of it; nothing this large can be computed here";
             context.error("size", message, &element.place(), help);
             return None;

@@ -61,7 +61,7 @@ pub(super) fn assemble(
     let size: usize = mechanism.joints().iter().map(|joint| joint.joint_type.dofs().len()).sum();
     if size > MOST {
         let message = format!(
-            "the loops were not closed, because the robot has {size} degrees of freedom of joints: \
+            "the loops were not closed, because the joints have too many degrees of freedom in total ({size}): \
              add a motion to the model"
         );
         context.note(message, None);

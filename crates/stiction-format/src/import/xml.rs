@@ -12,6 +12,10 @@ const LARGEST: f64 = 1e30;
 /// Greatest number of elements and texts in a file; it bounds the memory.
 const MOST_NODES: u32 = 4_000_000;
 
+/// Message about a program that writes URDF, and its cure.
+pub(super) const XACRO: &str = "this is a xacro file, which describes how to write a URDF";
+pub(super) const EXPAND_XACRO: &str = "expand it first: `xacro robot.urdf.xacro > robot.urdf`";
+
 /// Attribute with its place.
 #[derive(Clone, Debug)]
 pub(super) struct Attribute {
@@ -93,6 +97,9 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
                         .to_owned(),
                     "remove the declaration and write the values out",
                 ),
+                roxmltree::Error::UnknownNamespace(prefix, _) if prefix == "xacro" => {
+                    (XACRO.to_owned(), EXPAND_XACRO)
+                }
                 error => {
                     let message = error.to_string();
                     let message = message.split(" at ").next().unwrap_or_default().to_owned();

@@ -83,7 +83,7 @@ impl Reader<'_, '_> {
         Some(([first, second], None))
     }
 
-    /// Pose of the second body in the first, as the file has them.
+    /// Pose of the second body relative to the first, in the position of the file.
     fn between(&self, [first, second]: [usize; 2]) -> Pose<f64> {
         self.poses[first].inverse() * self.poses[second]
     }

@@ -185,7 +185,10 @@ impl Reader<'_, '_> {
     /// Limits, damping, friction and spring of an axis, and its greatest effort.
     fn coordinate(&self, axis: &Element) -> (Coordinate, Option<f64>) {
         let context = self.context;
-        let mut coordinate = Coordinate::default();
+        let mut coordinate = Coordinate {
+            position: axis.child_number(context, "initial_position").unwrap_or(0.0),
+            ..Coordinate::default()
+        };
         let mut effort = None;
         if let Some(limit) = axis.child("limit") {
             let number = |key: &str| {

@@ -73,6 +73,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description>
         }
         reader.hold(model);
     }
+    reader.robot.place_followers();
     reader.float(&found.models);
     motors::guess(&mut reader, &found.models);
     reader.robot.extensions =

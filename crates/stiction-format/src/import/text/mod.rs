@@ -82,7 +82,7 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
     out
 }
 
-/// Number of the line after a table's name.
+/// Header of a table, followed by a comment with its line number in the imported file.
 fn line(place: Option<&Place>, header: &str) -> String {
     match place {
         Some(place) => format!("{header:<35} # {}", place.line_column().0),

@@ -163,11 +163,11 @@ fn closure(
     joint.closes = true;
     joint.place = Some(first.place.clone());
     let what = match joint_type {
-        JointType::Fixed => "the frames coincide",
-        _ => "the origins of the frames coincide",
+        JointType::Fixed => "the frames",
+        _ => "the origins of the frames",
     };
     joint.comment = Some(format!(
-        "Closes a loop, from the YAML file: {what} of {} and {}.",
+        "Closes a loop, from the YAML file: {what} of {} and {} coincide.",
         quoted(&first.text),
         quoted(&second.text)
     ));

@@ -162,10 +162,20 @@ pub(super) fn read_mimic(
         context.error("name", format!("there is no joint {}", quoted(name)), &mimic.place(), &help);
         return None;
     };
+    if own == other {
+        let help = "name the joint that it follows, or remove <mimic>";
+        context.error("mimic", format!("{} mimics itself", element.title()), &mimic.place(), help);
+        return None;
+    }
     let has_one = |joint: usize| robot.joints[joint].dofs.len() == 1;
-    if !has_one(own) || !has_one(other) || own == other {
-        let message = format!("{} mimics a joint without one coordinate", element.title());
-        context.error("mimic", message, &mimic.place(), "");
+    if !has_one(own) || !has_one(other) {
+        let message = format!(
+            "{} mimics {}, but only joints of one degree of freedom can be coupled",
+            element.title(),
+            quoted(name)
+        );
+        let help = "remove <mimic>, or make both joints revolute, continuous or prismatic";
+        context.error("mimic", message, &mimic.place(), help);
         return None;
     }
     let multiplier = mimic.number(context, "multiplier").unwrap_or(1.0);

@@ -10,7 +10,7 @@ use super::description::{Body, Description, GROUND, Joint};
 use super::extension;
 use super::inertia::{symmetric, turned};
 use super::rotation;
-use super::xml::Element;
+use super::xml::{EXPAND_XACRO, Element, XACRO};
 use crate::diagnostic::quoted;
 use std::collections::HashMap;
 use stiction_core::spatial::{Pose, Vec3};
@@ -61,6 +61,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element, companion: &str) -> Op
     for element in root.all("joint") {
         joint::read_mimic(context, &tree, element, &mut robot);
     }
+    robot.place_followers();
     closures::read(context, &tree, root, &mut robot);
     let convention = convention::read(context, &tree, companion, &mut robot);
     motors::read(context, &tree, root, convention, &mut robot);
@@ -78,9 +79,7 @@ fn refuse_xacro(context: &Context<'_>, root: &Element) -> Option<()> {
     let mut stack = vec![root];
     while let Some(element) = stack.pop() {
         if is_macro(element) {
-            let help = "expand it first: `xacro robot.urdf.xacro > robot.urdf`";
-            let message = "this is a xacro file, which describes how to write a URDF".to_owned();
-            context.error("xacro", message, &element.place(), help);
+            context.error("xacro", XACRO.to_owned(), &element.place(), EXPAND_XACRO);
             return None;
         }
         stack.extend(&element.children);

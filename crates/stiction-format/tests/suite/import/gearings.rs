@@ -44,7 +44,8 @@ fn a_mimic_is_a_gearing() {
          <equality><joint joint1='push' joint2='turn' polycoef='0.005 0.02 0 0 0'/></equality></mujoco>";
     let sdf = format!(
         "<sdf version='1.11'><model name='m'>{}{}
-         <joint name='turn' type='revolute'><parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz></axis></joint>
+         <joint name='turn' type='revolute'><parent>world</parent><child>a</child>
+         <axis><xyz>0 0 1</xyz><initial_position>0.3</initial_position></axis></joint>
          <joint name='push' type='prismatic'><parent>world</parent><child>b</child><axis><xyz>0 0 1</xyz>
          <mimic joint='turn'><multiplier>0.02</multiplier><offset>0.005</offset><reference>0.1</reference></mimic></axis></joint></model></sdf>",
         sdf_link("a"),
@@ -67,6 +68,14 @@ fn a_mimic_is_a_gearing() {
         assert!(!notes(&imported).contains("left out"), "{name}: {}", notes(&imported));
         // One coordinate holds the robot, where the other follows.
         assert_eq!(model.motion("hold").unwrap().coordinates.len(), 1, "{}", imported.text);
+        // The joint that is followed stays at its place in the file.
+        let stays = match name {
+            "r.urdf" => "turn = \"0 deg\"",
+            "r.sdf" => "turn = \"17.1887339 deg\"",
+            _ => continue,
+        };
+        assert!(imported.text.contains(stays), "{}", imported.text);
+        assert!(!notes(&imported).contains("closed nearby"), "{}", notes(&imported));
     }
 }
 

@@ -70,6 +70,18 @@ fn hostile_files_are_refused_with_reasons() {
             "<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'><xacro:include filename='x'/></robot>",
             "xacro",
         ),
+        ("<robot name='r'><xacro:property name='a' value='1'/></robot>", "xacro robot.urdf.xacro"),
+        (
+            "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='continuous'>\
+             <parent link='a'/><child link='b'/><mimic joint='j'/></joint></robot>",
+            "mimics itself",
+        ),
+        (
+            "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><joint name='j' type='fixed'>\
+             <parent link='a'/><child link='b'/></joint><joint name='k' type='continuous'>\
+             <parent link='b'/><child link='c'/><mimic joint='j'/></joint></robot>",
+            "one degree of freedom",
+        ),
         (
             "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='revolute'>\
              <parent link='b'/><child link='b'/></joint></robot>",
