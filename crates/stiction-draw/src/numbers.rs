@@ -41,9 +41,16 @@ pub fn fixed(x: f64, decimals: usize) -> String {
 /// Appends a number with all its digits in the shortest form that reads back as the same number:
 /// plain between 1e-5 and 1e16, else with a power of ten.
 pub fn exact(out: &mut String, x: f64) {
-    let mut buffer = ryu::Buffer::new();
+    let mut buffer = zmij::Buffer::new();
     let text = buffer.format(x);
-    out.push_str(text.strip_suffix(".0").unwrap_or(text));
+    match text.split_once('+') {
+        // Positive powers of ten are written without their sign.
+        Some((digits, power)) => {
+            out.push_str(digits);
+            out.push_str(power);
+        }
+        None => out.push_str(text.strip_suffix(".0").unwrap_or(text)),
+    }
 }
 
 /// Text for NaN and infinities; `None` for a finite number.

@@ -67,27 +67,28 @@ impl Table {
 
 /// Tables of a run: to each record belongs one row in every table.
 pub(crate) struct Tables<W: io::Write> {
-    tables: Vec<csv::Writer<W>>,
-    cell: String,
+    tables: Vec<W>,
+    line: String,
 }
 
 impl<W: io::Write> Tables<W> {
-    /// Begins tables with these headers.
+    /// Begins tables with these headers. Rows are written one by one: files need buffers of their own.
     pub(crate) fn new(
         headers: impl IntoIterator<Item = Vec<String>>,
         files: impl IntoIterator<Item = W>,
     ) -> io::Result<Self> {
         let mut tables = Self::continued(files);
         for (table, header) in tables.tables.iter_mut().zip(headers) {
+            let mut table = csv::Writer::from_writer(table);
             table.write_record(header)?;
+            table.flush()?;
         }
         Ok(tables)
     }
 
     /// Continues tables that have their headers and rows.
     pub(crate) fn continued(files: impl IntoIterator<Item = W>) -> Self {
-        let tables = files.into_iter().map(csv::Writer::from_writer).collect();
-        Self { tables, cell: String::new() }
+        Self { tables: files.into_iter().collect(), line: String::new() }
     }
 
     /// Writes a row into each table: the time, s, then the table's numbers with all their digits.
@@ -97,28 +98,27 @@ impl<W: io::Write> Tables<W> {
         rows: impl IntoIterator<Item = &'r [f64]>,
     ) -> io::Result<()> {
         for (table, row) in self.tables.iter_mut().zip(rows) {
-            for value in std::iter::once(&time).chain(row) {
-                self.cell.clear();
-                exact(&mut self.cell, *value);
-                table.write_field(&self.cell)?;
+            // Numbers need no quotes, and a writer that looks for them takes most of the time.
+            self.line.clear();
+            exact(&mut self.line, time);
+            for value in row {
+                self.line.push(',');
+                exact(&mut self.line, *value);
             }
-            table.write_record(None::<&[u8]>)?;
+            self.line.push('\n');
+            table.write_all(self.line.as_bytes())?;
         }
         Ok(())
     }
 
     /// Flushes all buffers.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
-        self.tables.iter_mut().try_for_each(csv::Writer::flush)
+        self.tables.iter_mut().try_for_each(W::flush)
     }
 
     /// Flushes all buffers and returns the files in their order.
-    pub(crate) fn finish(self) -> io::Result<Vec<W>> {
-        let finish = |table: csv::Writer<W>| {
-            table
-                .into_inner()
-                .map_err(|error| io::Error::new(error.error().kind(), error.to_string()))
-        };
-        self.tables.into_iter().map(finish).collect()
+    pub(crate) fn finish(mut self) -> io::Result<Vec<W>> {
+        self.flush()?;
+        Ok(self.tables)
     }
 }
