@@ -81,8 +81,7 @@ fn short_name(text: &str) -> Option<String> {
     (!clean.is_empty()).then_some(clean)
 }
 
-/// Runs all cases by `each`, which takes the index of a case and its folder; with an output folder, each has a folder of
-/// its own below it.
+/// Runs all cases: calls `each` with the index of a case and, if there is an output folder, the subfolder of this case.
 pub(crate) fn run_all(
     robot: &Robot,
     (folder, as_json, report): (Option<&Path>, bool, Report),

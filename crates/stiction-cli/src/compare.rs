@@ -20,8 +20,10 @@ pub(crate) fn run(options: &Compare) -> Result<(), Failure> {
 /// The two models.
 fn models(options: &Compare) -> Result<[Model; 2], Failure> {
     if options.second.is_none() && options.set_a == options.set_b {
-        return Err(Failure::input("there is one model and no difference")
-            .help("name a second model, or change one side: --set-b KEY=VALUE"));
+        return Err(Failure::input(
+            "both sides are the same model: there is no difference to show",
+        )
+        .help("name a second model, or change one side: --set-b KEY=VALUE"));
     }
     let is_read_twice = options.second.as_ref().is_none_or(|second| *second == options.first);
     if options.first == "-" && is_read_twice {

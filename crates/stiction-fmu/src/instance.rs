@@ -224,7 +224,8 @@ impl Instance {
             Phase::Terminated,
         ];
         let phase = known.into_iter().find(|phase| *phase as u8 == *first);
-        let phase = phase.ok_or_else(|| Error::input("these bytes are no state of this model"))?;
+        let phase =
+            phase.ok_or_else(|| Error::input("these bytes are not a state of this model"))?;
         Ok(Saved { state: self.unit.read_state(rest)?, phase })
     }
 }

@@ -42,8 +42,8 @@ impl RecordingSource<'_> {
         (state, targets.chunks(3).map(target).collect(), loads.collect())
     }
 
-    /// Checks the results of the program with the kernel, at all samples at which its assumptions
-    /// hold. Returns `false` if there is no such sample.
+    /// Compares the results of the program with those of the general kernel at all samples at which the
+    /// program's assumptions hold. Returns `false` if they differ, or if there is no such sample.
     pub(crate) fn confirms(&self, program: &ForwardProgram, samples: &[Vec<f64>]) -> bool {
         let parameters = self.solver.parameters();
         let like = self.solver.state();

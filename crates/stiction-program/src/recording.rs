@@ -18,7 +18,7 @@ pub(crate) struct Counts {
     pub(crate) joints: usize,
 }
 
-/// Source of a recording.
+/// What a program is recorded from: the model, its solver and the loads.
 #[derive(Clone, Copy)]
 pub(crate) struct RecordingSource<'a> {
     pub(crate) model: &'a Model,

@@ -20,14 +20,14 @@ pub struct Headline {
     pub value: f64,
     /// Time at which it occurs, s; `None` for a figure of the whole run.
     pub time: Option<f64>,
-    /// Size of the terms that the value sums: values far below it are rounding errors.
+    /// Size of the terms whose sum is the value: values far below it are rounding errors.
     pub scale: f64,
     /// True if the least value is the worst, as for singularity indices.
     pub least_is_worst: bool,
 }
 
 impl Headline {
-    /// A figure whose greatest value is the worst; `scale` is the size of the terms that it sums.
+    /// A figure whose greatest value is the worst; `scale` is the size of the terms whose sum it is.
     pub(crate) fn new(
         name: String,
         unit: &'static str,

@@ -56,8 +56,8 @@ impl Names {
 }
 
 impl Names {
-    /// As [`Self::new`], with the friction interfaces of motors and gears after those of the joints, as simulations have
-    /// them.
+    /// Like [`Self::new`], but with the friction interfaces of motors and gears after those of the joints, in the order
+    /// of simulations.
     pub(crate) fn with_shafts(mechanism: &Mechanism) -> Self {
         let mut names = Self::new(mechanism);
         let shafts = mechanism.shafts_with_friction().into_iter();

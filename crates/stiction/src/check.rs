@@ -14,7 +14,7 @@ use stiction_run::inverse::Phase;
 /// Check of a robot along a motion; see [`Robot::check_along`].
 pub type Check = Request<Examination>;
 
-/// Options of a check: none of its own.
+/// Options that only a check has: none.
 #[derive(Clone, Debug)]
 pub struct Examination;
 

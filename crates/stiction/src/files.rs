@@ -127,8 +127,8 @@ impl Files {
 
     #[cfg(not(feature = "mcap"))]
     fn joint_states(&self, _: &Path, _: bool) -> Result<Contents, String> {
-        Err("this program was built without MCAP; build it with `--features mcap`, or write the positions of \
-             its JointState messages as CSV or, by numpy.savez, as NPZ, with an array `time` and one for each joint"
+        Err("this program was built without MCAP support; build it with `--features mcap`, or save the positions of \
+             its JointState messages as CSV or as NPZ (numpy.savez), with an array `time` and one array for each joint"
             .to_owned())
     }
 

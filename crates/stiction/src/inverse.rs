@@ -45,7 +45,7 @@ impl Inverse {
         self
     }
 
-    /// Sets the number of threads that compute. Results do not depend on it, to the last bit.
+    /// Sets the number of threads. The results are bitwise identical for any number.
     pub fn threads(mut self, threads: NonZeroUsize) -> Self {
         self.task.threads = threads;
         self
@@ -75,7 +75,7 @@ impl Inverse {
     }
 
     /// Computes all samples and hands them to a sink: tables, plots and summaries of `stiction_run`. Reports
-    /// progress: the phase, the samples done, and all samples; stops when `progress` returns `false`.
+    /// progress: the phase, the number of samples done, and their total number; stops when `progress` returns `false`.
     ///
     /// # Errors
     /// The motion cannot be followed, or there are no finite efforts; or the error of the sink.

@@ -22,8 +22,8 @@ pub struct Paged {
 }
 
 impl Inverse {
-    /// Computes all samples and draws their report. Reports progress: the phase, the samples done, and all
-    /// samples; stops when `progress` returns `false`.
+    /// Computes all samples and draws their report. Reports progress: the phase, the number of samples done, and
+    /// their total number; stops when `progress` returns `false`.
     ///
     /// ```
     /// let robot = stiction::Robot::builtin("five-bar")?;

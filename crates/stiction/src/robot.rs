@@ -260,7 +260,7 @@ impl Robot {
             .with_option("motion")
     }
 
-    /// A load by its name in the model, or assignments, and its label in results.
+    /// Reads a load from its name in the model, a file or assignments; returns it with its label in results.
     pub(crate) fn parse_load(&self, text: &str) -> Result<(LoadCase, String), Error> {
         let load =
             self.model.parse_load(&Source::new("load", text), &|file| self.contents(file))?;

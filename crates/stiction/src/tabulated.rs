@@ -32,8 +32,8 @@ pub struct TabulatedSimulation {
 }
 
 impl Inverse {
-    /// Computes all samples and keeps the tables in memory. Reports progress: the phase, the samples done,
-    /// and all samples; stops when `progress` returns `false`.
+    /// Computes all samples and keeps the tables in memory. Reports progress: the phase, the number of
+    /// samples done, and their total number; stops when `progress` returns `false`.
     ///
     /// ```
     /// let robot = stiction::Robot::builtin("five-bar")?;
@@ -84,8 +84,8 @@ impl Forward {
 }
 
 impl Plan {
-    /// Simulates and keeps the tables in memory. Reports progress, also within a sample: the samples done
-    /// and all samples; stops when `progress` returns `false`.
+    /// Simulates and keeps the tables in memory. Reports progress, also within a sample: the number of
+    /// samples done and their total number; stops when `progress` returns `false`.
     ///
     /// # Errors
     /// The robot cannot start. Later failures are in the result.
@@ -153,7 +153,7 @@ pub fn energy_lost(part: f64) -> Error {
         "the energy balance does not close: its relative error is {part:.1e}, so these results are wrong by \
          more than their tolerance"
     ))
-    .with_help("give another tolerance or method; the column `error` of energy.csv shows when the energy is lost")
+    .with_help("give another tolerance or method; the column `error` of energy.csv shows when the error arises")
     .with_option("tolerance")
     .with_details(serde_json::json!({ "energy_error_relative": part }))
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use stiction_format::{Key, Variation};
 use stiction_run::sweep::{Design, Record};
 
-/// A part on disk.
+/// One part of a study, read from its folder.
 struct Part {
     folder: PathBuf,
     about: Value,

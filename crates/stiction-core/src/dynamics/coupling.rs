@@ -72,7 +72,7 @@ pub(super) struct FrictionCoupling {
     /// True if the responses belong to the present position, and if they contain wrenches.
     is_current: bool,
     is_stored: bool,
-    /// Forces without friction.
+    /// Joint wrenches and actuator efforts without friction.
     wrenches: Vec<Wrench<f64>>,
     efforts: Vec<f64>,
     acting: Vec<Acting>,

@@ -63,8 +63,8 @@ pub struct Forces {
     /// about the joint's origin, N m; world axes; constraint, effort and friction together.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
     /// Effort of each gearing, N m, or N if its sum is a length, in the order of
-    /// [`Mechanism::gearings`](crate::mechanism::Mechanism::gearings): on each degree of freedom it exerts its
-    /// coefficient times this effort.
+    /// [`Mechanism::gearings`](crate::mechanism::Mechanism::gearings). On each of its degrees of freedom, a gearing
+    /// exerts its effort times the coefficient of that degree of freedom.
     pub gearings: Vec<f64>,
     /// Friction interfaces, in the order of
     /// [`Parameters::interfaces`](crate::parameters::Parameters::interfaces).

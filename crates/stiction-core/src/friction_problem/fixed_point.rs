@@ -8,12 +8,12 @@ use super::newton::largest;
 
 /// Largest number of iterations.
 const STEPS: usize = 16;
-/// Relative change at which the iteration has converged, and change that counts as round-off if it
-/// does not decrease.
+/// Relative change at which the iteration has converged, and relative change that is attributed to
+/// round-off once the changes stop decreasing.
 const SETTLED: f64 = 1e-14;
 const STAGNATED: f64 = 1e-12;
-/// Ratio of successive changes up to which the map counts as a contraction: the determinant of the
-/// coupled system is then positive, with a margin for directions that the iteration has not met.
+/// Largest ratio of successive changes at which the map counts as a contraction. The determinant of the
+/// coupled system is then positive; the distance to 1 is a margin for directions not yet encountered.
 const CONTRACTS: f64 = 0.5;
 /// Number of earlier iterations that Anderson's method combines.
 const MEMORY: usize = 3;

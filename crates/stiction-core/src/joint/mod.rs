@@ -330,9 +330,9 @@ impl Constraint {
 }
 
 impl JointType {
-    /// Deviation of `relative` (an actual `X_JK`) from the permitted poses along each constraint
-    /// (m, rad), and the scalar coordinates there. At zero deviation the rates of the errors equal
-    /// the powers of the unit constraint wrenches on the relative twist.
+    /// Deviation of `relative` (an actual `X_JK`) from the nearest permitted pose along each constraint
+    /// (m, rad), and the scalar coordinates of that pose. At zero deviation, the rates of the deviations
+    /// equal the powers of the unit constraint wrenches on the relative twist.
     #[inline]
     pub fn misfit<T: Scalar>(self, relative: Pose<T>, pitch: T) -> ([T; 6], [T; 3]) {
         let (allowed, coordinates) = self.nearest(relative, pitch);

@@ -131,7 +131,7 @@ impl<'a> PositionEquations<'a> {
 
     /// Half the second derivative of the errors along a step, by a finite difference. Steps
     /// corrected by it follow curved valleys of the error (geodesic acceleration, Transtrum and
-    /// Sethna 2012), as near singular positions.
+    /// Sethna 2012), which occur near singular positions.
     fn half_acceleration(
         &self,
         kinematics: &mut Kinematics<f64>,

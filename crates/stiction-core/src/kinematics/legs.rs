@@ -77,7 +77,7 @@ impl Rule {
     const ALL: [Self; 4] =
         [Self::Alone, Self::LastByDistance, Self::FirstByDistance, Self::LastByHeight];
 
-    /// Returns `true` for a rule of the last coordinate, `false` for the first.
+    /// Returns `true` if the rule determines the last coordinate, `false` if the first or the only one.
     fn is_last(self) -> bool {
         matches!(self, Self::LastByDistance | Self::LastByHeight)
     }

@@ -12,10 +12,10 @@ use stiction_core::statics::Constraints;
 
 /// Below this value, a singularity index counts as zero in reports.
 const SINGULAR: f64 = 1e-9;
-/// A smallest singular value below this one is reported as hardly decidable.
+/// A smallest singular value below this one is reported as uncertain.
 const HARDLY: f64 = 1e-6;
 
-/// Compares all verdicts; false if the report calls the position hardly decidable.
+/// Compares all verdicts; false if the report calls the mobility uncertain.
 fn agrees(drawing: &Drawing, solver: &InverseDynamics, what: &str) -> bool {
     let exact = Verdicts::of(drawing);
     let found = Mobility::of(solver);
@@ -56,7 +56,7 @@ fn agrees(drawing: &Drawing, solver: &InverseDynamics, what: &str) -> bool {
     true
 }
 
-/// Tests seeds of one class; counts the hardly decidable and the special ones.
+/// Tests seeds of one class; counts the uncertain and the special ones.
 fn examine(class: Class, seeds: std::ops::Range<u64>) {
     let (mut hardly, mut redundant, mut mobile, mut undetermined) = (0, 0, 0, 0);
     let count = seeds.end - seeds.start;

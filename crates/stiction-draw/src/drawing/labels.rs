@@ -79,7 +79,7 @@ impl Obstacles {
     }
 }
 
-/// Places labels in order; returns their drawing and the area that they take.
+/// Places labels in order; returns their drawing and the area that they cover.
 pub(super) fn place(labels: &[Label], obstacles: &mut Obstacles, middle: Point) -> (String, Area) {
     let (mut drawn, mut area) = (String::new(), Area::empty());
     for label in labels {

@@ -73,13 +73,13 @@ impl<'a> Sheet<'a> {
         sheet
     }
 
-    /// The paths alone, with the area that they take.
+    /// The paths alone, with the area that they cover.
     pub(super) fn paths(mut self) -> (String, Area) {
         self.draw_trails();
         self.composed()
     }
 
-    /// The mechanism without paths, labels and legend, with the area that it takes.
+    /// The mechanism without paths, labels and legend, with the area that it covers.
     pub(super) fn bare(mut self) -> (String, Area) {
         self.draw_mechanism();
         self.composed()

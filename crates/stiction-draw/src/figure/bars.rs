@@ -21,7 +21,8 @@ pub struct Bars {
 pub struct Bar {
     /// Name left of the bar.
     pub label: String,
-    /// Low and high end; zero is one of them for an amount. Infinite ends reach beyond the axis.
+    /// Low and high end; if the bar shows an amount, one of them is zero. Infinite ends are drawn at the end of
+    /// the axis.
     pub ends: (f64, f64),
     /// A value within that is marked.
     pub mark: Option<f64>,

@@ -69,7 +69,7 @@ pub struct Actuator {
     pub joint: usize,
     /// Index of its axis in the joint's frame J.
     pub axis: usize,
-    /// True for the second axis of a universal joint, which frame K carries.
+    /// True for the second axis of a universal joint, which is fixed in the joint's frame K.
     pub second: bool,
     /// True for a torque.
     pub turns: bool,

@@ -47,13 +47,13 @@ fn impossible_calls_are_errors_with_messages() {
         let state = plant.get_state();
         let mut bytes = plant.serialize(state);
         for cut in [0, 1, 30, bytes.len() - 1] {
-            refused(plant.deserialize(&bytes[..cut]).unwrap_err(), "no state of this model");
+            refused(plant.deserialize(&bytes[..cut]).unwrap_err(), "not a state of this model");
         }
         bytes[40] ^= 0xff;
         for place in [5, bytes.len() / 2] {
             bytes[place] ^= 0xff;
         }
-        refused(plant.deserialize(&bytes).unwrap_err(), "no state of this model");
+        refused(plant.deserialize(&bytes).unwrap_err(), "not a state of this model");
         refused(plant.set_state(null_mut()), "the state is missing");
         plant.free_state(state);
         plant.step(2e-3, 1e-3);

@@ -15,7 +15,7 @@ pub(crate) struct Chain {
     pub(crate) bodies: Vec<Link>,
 }
 
-/// A body or joint of the chain: its key in the tables of the group, and its place.
+/// A body or joint of the chain: its key in the tables of the group, and its span in the text.
 pub(crate) struct Link {
     pub(crate) key: String,
     pub(crate) span: Span,

@@ -68,7 +68,7 @@ impl SpringSpans {
 
 /// Keys of gas springs.
 const GAS: &[&str] = &["extension_force", "progression", "extended_length", "stroke"];
-/// Keys of springs between points that are no gas springs.
+/// Keys of springs between two points, other than gas springs.
 const STRAIGHT: &[&str] = &["stiffness", "free_length", "preload"];
 /// Keys of ends at points.
 const ENDS: &[&str] = &["from", "to", "at", "to_at"];

@@ -164,7 +164,7 @@ impl Profile {
         Self { duration, ..profile }
     }
 
-    /// From the times of a ramp and of the cruise.
+    /// From the durations of a ramp and of the cruise.
     fn trapezoid(ramp: f64, cruise: f64) -> Self {
         let acceleration = 1.0 / (ramp * (ramp + cruise));
         Self::of_accelerations(&[
@@ -174,7 +174,7 @@ impl Profile {
         ])
     }
 
-    /// From the times of a jerk phase, of constant acceleration, and of the cruise.
+    /// From the durations of a jerk phase, of a phase of constant acceleration, and of the cruise.
     fn s_curve(step: f64, hold: f64, cruise: f64) -> Self {
         let ramp = 2.0 * step + hold;
         let jerk = 1.0 / (step * (step + hold) * (ramp + cruise));

@@ -117,7 +117,7 @@ impl Turning {
         }
     }
 
-    /// The rotation vector of the orientation in move `k`, for the completed part of it, with its derivatives.
+    /// The rotation vector of the orientation, with its derivatives, when the fraction `part` of move `k` is completed.
     pub(crate) fn along(&self, k: usize, [part, rate, acceleration]: [f64; 3]) -> [Target<f64>; 3] {
         let rotation = self.orientations.get(k).copied().unwrap_or(Mat3::identity());
         let turn = self.turns.get(k).copied().unwrap_or(Vec3::zero());

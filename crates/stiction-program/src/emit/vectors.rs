@@ -6,8 +6,8 @@ use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_core::statics::Constraints;
 
-/// Least singularity index: nearer to singular positions, rounding errors grow. Robots that
-/// are nearer at home need half of that index.
+/// Least singularity index of a test state, since rounding errors grow near singular positions; half of the index at
+/// home if that is less.
 const CLEAR: f64 = 0.05;
 /// Least sliding speed relative to the largest: friction depends on the sign of the speed.
 const SLIDES: f64 = 1e-3;

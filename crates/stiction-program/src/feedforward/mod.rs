@@ -72,8 +72,8 @@ pub(crate) struct Routine {
     pub(crate) results: Vec<u32>,
 }
 
-/// All routines: those of the position and those of the forces, each on slots of their own, which
-/// begin with the inputs.
+/// The position routines and the force routines. Each group has its own slots, the first of which
+/// hold the inputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Routines {
     /// Errors, then a correction. Inputs: tree coordinates, prescribed values. Results: the sum of

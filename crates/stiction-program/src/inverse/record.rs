@@ -54,8 +54,8 @@ impl InverseProgram {
         Ok(made.0)
     }
 
-    /// Records also the derivatives of all actuator forces with respect to these quantities, at the
-    /// last evaluated state.
+    /// Like [`Self::record_with`], but also records the derivatives of all actuator forces with respect
+    /// to `quantities`, at the last evaluated state.
     pub(crate) fn record_with_derivatives(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],

@@ -64,7 +64,7 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
             n => format!("{n} motions were traced over a finite distance within closure tolerance"),
         };
         warnings.push(format!(
-            "the finite mobility is undecided, {finite}: {traced}, and the second order blocks {} of {} \
+            "the finite mobility is undecided, {finite}: {traced}, and second-order conditions block {} of {} \
              instantaneous motions",
             findings.mobility.instantaneous.saturating_sub(finite.greatest),
             findings.mobility.instantaneous
@@ -73,14 +73,14 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     let (kept, dropped) = findings.mobility.gap;
     if let Some(kept) = kept.filter(|kept| *kept < DOUBTFUL) {
         warnings.push(format!(
-            "the instantaneous mobility is hardly decidable: a singular value of {kept:.1e} \
-             counts as nonzero; a change of dimensions by this fraction of the characteristic \
-             length changes the mobility"
+            "the instantaneous mobility is uncertain: a singular value of {kept:.1e} counts as \
+             nonzero; a change of dimensions by this fraction of the characteristic length \
+             changes the mobility"
         ));
     }
     if let Some(dropped) = dropped.filter(|dropped| *dropped > 1e-12) {
         warnings.push(format!(
-            "the instantaneous mobility is hardly decidable: a singular value of {dropped:.1e} \
+            "the instantaneous mobility is uncertain: a singular value of {dropped:.1e} \
              counts as zero"
         ));
     }

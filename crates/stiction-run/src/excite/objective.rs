@@ -59,7 +59,8 @@ impl Grid {
         self.factors.len()
     }
 
-    /// Position, rate and acceleration at an instant for free numbers, coordinate by coordinate.
+    /// Positions, rates and accelerations of all coordinates at instant `k`; `x` has the free numbers of the series of
+    /// each coordinate in turn.
     pub(super) fn motion(&self, k: usize, x: &DVector<f64>) -> [Vec<f64>; 3] {
         let size = x.len() / self.centre.len();
         [0, 1, 2].map(|order| {

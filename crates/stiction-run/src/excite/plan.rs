@@ -37,7 +37,7 @@ pub(super) fn loaded(
         if !load.wrenches.is_empty() || !load.laws.is_empty() {
             return Err(ExciteError::input(
                 format!("the load `{name}` has forces"),
-                "only payloads are known in every position; name a load with payloads",
+                "name a load with payloads only: its forces follow from the motion",
             ));
         }
         Ok(carrying(&model.mechanism, &load.payloads))

@@ -34,7 +34,7 @@ impl<'a> Guide<'a> {
         if time == self.follower.time() { Ok(()) } else { self.follower.go_to(time) }
     }
 
-    /// Appends the time and the position of the solver.
+    /// Appends the time and the position of the mechanism, for [`Self::restore`].
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         self.follower.save(numbers);
     }

@@ -365,8 +365,8 @@ fn write_verdicts(
     for DescribedEvent { time, at, detail, .. } in others.take(LISTED) {
         writeln!(
             out,
-            "CAUTION: from t = {} s on other motions satisfy all laws as well ({detail}; the normal load of {at} \
-             differs most); this one is continued from zero friction",
+            "CAUTION: from t = {} s on, other motions satisfy all laws as well ({detail}; the normal load of {at} \
+             differs most); the reported one is continued from zero friction",
             number(*time)
         )?;
     }

@@ -53,7 +53,7 @@ pub(super) fn of_efforts(
     each.collect()
 }
 
-/// Cautions on residuals that differ between the directions: `at` are the values that rows multiply.
+/// Cautions about residuals that differ between the directions of motion; `at` contains the parameter values.
 pub(super) fn left(all: &[Prepared], actuators: &[String], at: &DVector<f64>) -> Vec<String> {
     let each = actuators.iter().enumerate().filter_map(|(channel, name)| {
         let residuals = |log: &Prepared| log.block.channels[channel].residuals(at);

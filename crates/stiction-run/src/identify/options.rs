@@ -316,7 +316,11 @@ fn log_settings(value: &Value, model: &ModelFile) -> Result<LogSettings, Error> 
 fn payloads(key: &str, load: Result<LoadCase, Diagnostics>) -> Result<Vec<Payload>, Error> {
     let load = load.map_err(|out| bad(key, format!("is not understood:\n{out}")))?;
     if !load.wrenches.is_empty() {
-        return Err(with_help(key, "has forces", "only payloads are known in every position"));
+        return Err(with_help(
+            key,
+            "has forces",
+            "use a load with payloads only: its forces follow from the motion",
+        ));
     }
     Ok(load.payloads)
 }

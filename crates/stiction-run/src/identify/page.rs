@@ -159,7 +159,9 @@ impl Identified {
             })
             .collect();
         inner
-            + &note("The efforts depend on these combinations, not on their members alone.")
+            + &note(
+                "The efforts depend only on these combinations, not on the individual parameters in them.",
+            )
             + &long_table(&head, &rows, LISTED)
     }
 
@@ -224,7 +226,7 @@ fn efforts(traces: &Traces, log: &LogTrace) -> String {
     both + &residuals
 }
 
-/// Curve of friction with its data; `None` without points.
+/// Plot of a friction curve with its data; `None` if there are no finite points.
 fn friction(trace: &FrictionTrace) -> Option<String> {
     let mut points = trace.points.clone();
     points.retain(|point| point.iter().all(|x| x.is_finite()));

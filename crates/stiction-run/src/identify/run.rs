@@ -150,7 +150,10 @@ pub fn identify(
     for log in &mut all {
         log.update_loads(&priors, &groups).map_err(|why| {
             refuse(
-                format!("{}: the model with its own friction has no forces {why}", log.name),
+                format!(
+                    "{}: with the friction of the model, no forces can be computed {why}",
+                    log.name
+                ),
                 "give smaller coefficients of friction in the model; they are only the start",
             )
         })?;

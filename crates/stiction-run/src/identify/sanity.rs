@@ -229,7 +229,7 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
         }
         (a, b) if mu(a) && mu(b) => {
             "the loads of these joints rise and fall together: log another payload or a motion in another part \
-             of the workspace, or tie them"
+             of the workspace, or tie their coefficients"
         }
         (a, b) if (constant(a) || mu(a)) && viscous(b) || (constant(b) || mu(b)) && viscous(a) => {
             "log slow and fast motions"

@@ -13,8 +13,8 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::FrictionMode;
 use stiction_draw::numbers::{number, order, percent};
 
-/// Accuracy of singularity indices where rates at a singular pose are finite: the square root of
-/// the rounding error.
+/// Singularity index below which a pose counts as singular. At a singular pose with finite rates, indices are accurate
+/// only to the square root of the rounding error.
 pub(super) const ROOT_OF_ROUNDING: f64 = 1e-6;
 /// Singularity index below which the summary has a caution.
 pub(super) const NEAR_SINGULAR: f64 = 1e-3;

@@ -12,7 +12,7 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// A verdict without anything to do.
+    /// A verdict that calls for no action.
     pub(crate) fn good(statement: impl Into<String>, meaning: impl Into<String>) -> Self {
         Self { class: "good", statement: statement.into(), meaning: meaning.into() }
     }

@@ -148,7 +148,7 @@ impl Findings {
         }
         let more = self.doubtful + self.failed - self.remarks.len() as u64;
         if more > 0 {
-            writeln!(out, "and {more} more; the column `status` of sweep.csv has all")?;
+            writeln!(out, "and {more} more; the column `status` of sweep.csv shows all of them")?;
         }
         Ok(())
     }

@@ -51,7 +51,7 @@ fn remarks(findings: &Findings) -> Vec<String> {
     let mut all: Vec<String> = listed.map(|(row, remark)| format!("row {row}: {remark}")).collect();
     let more = findings.doubtful + findings.failed - findings.remarks.len() as u64;
     if more > 0 {
-        all.push(format!("and {more} more; the column `status` of sweep.csv has all"));
+        all.push(format!("and {more} more; the column `status` of sweep.csv shows all of them"));
     }
     all
 }

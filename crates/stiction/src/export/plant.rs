@@ -72,12 +72,12 @@ impl PlantExport {
         self
     }
 
-    /// Files of the unit, without the library that contains the engine: its name there is
-    /// [`Fmu::identifier`].
+    /// Files of the unit, without the library that contains the engine; that library must be named
+    /// [`Fmu::identifier`] in the unit.
     ///
     /// # Errors
-    /// An option names what does not exist, the robot cannot be assembled at the start, or it was described by
-    /// code.
+    /// An option names something that does not exist, the robot cannot be assembled at the start, or it was
+    /// described in code instead of a file.
     pub fn fmu(&self, fmi: Fmi) -> Result<Fmu, Error> {
         let identifier = match &self.name {
             Ok(name) => name.clone(),

@@ -292,7 +292,7 @@ impl Unit {
     /// The bytes are no state of a unit with the same token.
     pub fn read_state(&self, bytes: &[u8]) -> Result<UnitState, Error> {
         let wrong = || {
-            Error::input("these bytes are no state of this model").with_help(
+            Error::input("these bytes are not a state of this model").with_help(
                 "a state belongs to the model, the options and the version that wrote it",
             )
         };

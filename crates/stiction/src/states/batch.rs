@@ -8,7 +8,7 @@ use stiction_core::dynamics::{Data, FrictionMode, Status};
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::spatial::Quaternion;
 
-/// Rows of coordinates, rates and accelerations, each row after the other.
+/// Coordinates, rates and accelerations, stored row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch<'a> {
     /// Coordinates, m or rad.
@@ -39,7 +39,7 @@ pub struct Outputs {
     pub derivatives: bool,
 }
 
-/// Results of inverse dynamics, each row after the other. Rows that did not converge are NaN.
+/// Results of inverse dynamics, stored row by row. Rows that did not converge are NaN.
 #[derive(Clone, Debug, Default)]
 pub struct InverseRows {
     /// Outcome of each row.
@@ -59,7 +59,7 @@ pub struct InverseRows {
     pub derivatives: Option<Derivatives>,
 }
 
-/// Motion of all bodies, each row after the other. Rows that did not converge are NaN.
+/// Motion of all bodies, stored row by row. Rows that did not converge are NaN.
 #[derive(Clone, Debug, Default)]
 pub struct MotionRows {
     /// Outcome of each row.

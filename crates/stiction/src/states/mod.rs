@@ -131,7 +131,7 @@ impl States {
         }
         let names: Vec<&str> = self.coordinates.iter().map(|c| c.name.as_str()).collect();
         Err(Error::input(format!(
-            "{what} needs the actuators as coordinates, but these are {}",
+            "{what} needs the actuators as coordinates, but the chosen coordinates are {}",
             names.join(", ")
         ))
         .with_help("leave the coordinates out: the actuators are the default"))

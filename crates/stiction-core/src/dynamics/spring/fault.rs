@@ -57,7 +57,7 @@ impl SpringFault {
         twisted.next().or_else(|| uncounted.next())
     }
 
-    /// Name of the spring, and the problem in words unless its ends coincide.
+    /// Name of the spring, and a description of the problem; `None` if its ends coincide, which is an error of its own.
     pub(crate) fn in_words(self, mechanism: &Mechanism) -> (String, Option<String>) {
         let degrees = |angle: f64| format!("{:.1} deg", angle.to_degrees());
         match self {

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this belong to the near-null space.
 const NEARLY_SINGULAR: f64 = 1e-5;
-/// Step of central differences, rad and characteristic lengths.
+/// Step of central differences, in rad or in characteristic lengths.
 const DIFFERENCE: f64 = 1e-4;
 /// Newton steps towards a singular position.
 const REFINEMENTS: usize = 4;

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 /// A motor at the actuated degrees of freedom of a mechanism: its motion and its effort follow from theirs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotorMap {
-    /// Actuators with a part in the motion or the effort of the motor.
+    /// Actuators on which the motion or the effort of the motor depends.
     pub terms: Vec<MotorTerm>,
 }
 

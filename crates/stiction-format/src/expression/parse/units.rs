@@ -97,7 +97,7 @@ impl Parser<'_> {
         let (TokenKind::Number, Ok(power)) = (self.kind(), power) else {
             return Err(Fault::new(
                 self.span(),
-                "the power of a unit must be a number",
+                "the exponent of a unit must be a number",
                 "expected a number such as 2",
             ));
         };

@@ -16,7 +16,7 @@ pub(crate) const CONTROL: &[Field] = &[
     field(
         "friction",
         Choice(FEED_MODES),
-        "Motion for which computed torque compensates friction: off (the default), reference, measured.",
+        "Motion whose friction computed torque compensates: off (none; the default), reference, measured.",
     ),
     field(
         "period",

@@ -27,7 +27,7 @@ const SECOND_AXIS: Field = field(
     "second_axis",
     Axis,
     "Second axis of a U joint at zero coordinates, in the frame of `from`, at right angles to `axis`; \
-     required there.",
+     required for U joints.",
 );
 const X_AXIS: Field = field(
     "x_axis",

@@ -30,8 +30,8 @@ pub(crate) const SPRING: &[Field] = &[
     field(
         "stiffness",
         LinearOrAngular(Stiffness, AngularStiffness),
-        "Force over elongation along the line between the ends, or effort over coordinate of the joint; at least 0, by \
-         default 0.",
+        "Force per elongation along the line between the ends, or effort per change of the joint coordinate; at least \
+         0, by default 0.",
     ),
     field(
         "free_length",

@@ -48,7 +48,7 @@ impl<'a> Layers<'a> {
         })
     }
 
-    /// The most specific number of a key.
+    /// The number that the most specific table gives for a key.
     pub(super) fn number(&self, key: &'static str, notes: &mut Notes) -> Option<f64> {
         let Given { record, value, .. } = self.given(key)?;
         // An invalid value has been reported; continue with an arbitrary valid number.

@@ -150,7 +150,7 @@ impl Reader<'_> {
             Ok((coordinate, measure)) => Some((LogRole::Coordinate(coordinate), Some(measure))),
             Err(unresolved) => {
                 if let Some((message, help, _)) = unresolved.explain(&self.names, &[], label) {
-                    let more = "for a column that is not used write `NAME = \"\"` below [columns] of the options";
+                    let more = "for a column that is not used, write `NAME = \"\"` under [columns] in the options";
                     let help =
                         help.map_or_else(|| more.to_owned(), |help| format!("{help}; {more}"));
                     out.push(

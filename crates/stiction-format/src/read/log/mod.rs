@@ -78,7 +78,7 @@ pub struct LogFormat<'a> {
     pub is_steady: bool,
 }
 
-/// Meaning of a column of a log whose header does not say it.
+/// Meaning of a log column whose header does not state it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Renamed {
     /// Header of the column in the log.

@@ -54,7 +54,7 @@ struct Collector {
     rounding: Vec<f64>,
     /// Tests of the curves, with the places of their numbers.
     tests: Vec<Option<(Quality, Range<usize>)>>,
-    /// End of its line in the file.
+    /// End of the last row's line in the file, bytes.
     end: u64,
     sink: Sink,
 }

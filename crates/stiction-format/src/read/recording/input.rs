@@ -22,7 +22,7 @@ impl Input {
         }
     }
 
-    /// A text in memory, given on its own.
+    /// Input from a source, whose whole text is in memory.
     pub(crate) fn of_source(source: &Source) -> Self {
         Self::new(&source.name, Contents::Whole(source.text.clone()))
     }

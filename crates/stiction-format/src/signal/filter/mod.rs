@@ -388,9 +388,9 @@ mod tests {
         }
     }
 
-    /// The reported change of a motion with steps of the acceleration. The step responses of cut-offs
-    /// whose ratio is 1.5 differ by 0.1194 of the step, by numerical inversion of the amplitudes; four
-    /// standard deviations of noise are subtracted.
+    /// Reported smearing of a motion whose acceleration has a step. The step responses of two filters whose
+    /// cut-off frequencies have the ratio 1.5 differ by at most 0.1194 of the step, according to numerical
+    /// inversion of their frequency responses; four standard deviations of the noise are subtracted.
     #[test]
     fn smearing_of_acceleration_steps_is_reported() {
         // Acceleration 2 for 1 s, then -2 for 1 s.

@@ -168,7 +168,7 @@ impl Feedforward {
         let size = (Some(0.0), None);
         let about = "Rates and accelerations up to this size count as zero [rad/s, m/s]";
         parameter("friction.rest_rate", "1", about, 1e-9, size);
-        let about = "Factor of the friction for every step at rest while it fades";
+        let about = "Factor by which fading friction is multiplied in every step at rest";
         parameter("friction.fade", "1", about, 0.99, (Some(0.0), Some(1.0)));
         for kind in kinds(self, labels) {
             for (k, (of, value)) in kind.values.iter().enumerate() {

@@ -26,7 +26,7 @@ extern "C" {
 
 typedef @REAL@ @NAME@_real;
 
-/* Return codes. From 0 on, tau answers the question; below 0 it keeps its last value. */
+/* Return codes. From 0 on, tau is the result of this call; below 0 it keeps its last value. */
 enum {
     /* Everything holds. */
     @GUARD@_OK = 0,

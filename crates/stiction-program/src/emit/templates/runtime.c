@@ -30,7 +30,7 @@ typedef @NAME@_real real;
 #define READY 0x5713C710u
 
 static const real HUGE_NUMBER = @HUGE@;
-/* Error at which the loops count as closed, and that where corrections no longer reduce it. */
+/* Error at which the loops count as closed; larger error that is accepted where corrections no longer reduce it. */
 static const real DONE = @DONE@;
 static const real CLOSED = @CLOSED@;
 /* Squares of relative changes: converged; quadratic convergence; rounding. */
@@ -386,7 +386,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     return info->undetermined ? @GUARD@_UNDETERMINED : @GUARD@_OK;
 }
 
-/* As @NAME@_ff_towards, with all results. */
+/* Like @NAME@_ff_towards, but returns all results. */
 static int answer(const @NAME@_params *params, @NAME@_state *warm, const real *q, const real *qd,
     const real *qdd, const real *direction, real *tau, real *found, @NAME@_info *info)
 {

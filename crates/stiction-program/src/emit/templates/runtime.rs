@@ -30,7 +30,7 @@ const FIRST_UNKNOWN: usize = FIRST_TARGET + 3 * COORDINATES;
 const MOST_CORRECTIONS: u32 = @CORRECTIONS@;
 const MOST_STEPS: u32 = @STEPS@;
 const MOST_STRIDES: Real = 1000.0;
-/// Error at which the loops count as closed, and that where corrections no longer reduce it.
+/// Error at which the loops count as closed; larger error that is accepted where corrections no longer reduce it.
 const DONE: Real = @DONE@;
 const CLOSED: Real = @CLOSED@;
 /// Squares of relative changes: converged; quadratic convergence; rounding.
@@ -65,8 +65,8 @@ pub trait Math {
     fn atan2(y: Real, x: Real) -> Real;
 }
 
-/// Outcome of a call. The first three answer the question; with the others, `tau` keeps its last
-/// value.
+/// Outcome of a call. With the first three, `tau` is the result of this call; with the others, it keeps
+/// its last value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Code {
     /// Everything holds.
@@ -381,7 +381,7 @@ impl State {
         }
     }
 
-    /// As `ff`, with all results.
+    /// Like `ff`, but returns all results.
     fn answer<M: Math>(
         &mut self,
         params: &Params,

@@ -42,7 +42,7 @@ impl<'a> Writer<'a> {
         let lines: Vec<&str> = [title, &made].into_iter().filter(|l| !l.is_empty()).collect();
         self.xml.comment(&lines);
         self.xml.comment(&[
-            "Bodies have their frames, joints their coordinates (qpos) as in the model. A ball's qpos is",
+            "Body frames and joint coordinates (qpos) are those of the model. A ball's qpos is",
             "the rotation of its body since the home position, in the body's axes. The file's own",
             "position (qpos0) is the home: the mechanism put together at the start of a motion.",
         ]);

@@ -49,7 +49,7 @@ fn ending(job: &Job<'_>, summary: &Summary, outcome: &Outcome, all: &mut Vec<Fin
         Ending::Reached => {}
         Ending::Stopped(condition) => all.push(Finding::good(
             format!("Ended at t = {last} s: {condition}"),
-            "The stop condition that was given holds.",
+            "The given stop condition was met.",
         )),
         Ending::Interrupted => all.push(Finding::bad(
             format!("Interrupted at t = {last} s, before t = {} s", number(job.until)),
@@ -74,7 +74,7 @@ fn energy(job: &Job<'_>, summary: &Summary, outcome: &Outcome, all: &mut Vec<Fin
         all.push(Finding::bad(
             format!("The energy balance does not close: relative error {}", number(part)),
             "Do not trust these results. Give another --tolerance or --method; the column `error` of energy.csv \
-             shows when the energy is lost.",
+             shows when the error arises.",
         ));
     } else if let Some(relative) = summary.energy_error_relative() {
         all.push(Finding::good(
@@ -107,8 +107,8 @@ fn events(summary: &Summary, outcome: &Outcome, all: &mut Vec<Finding>) {
     }
     if let Some((_, time, at, detail)) = of("not-unique") {
         all.push(Finding::bad(
-            format!("From t = {time} s on other motions satisfy all laws as well"),
-            format!("{detail}; the normal load of {at} differs most. This one is continued from zero friction."),
+            format!("From t = {time} s on, other motions satisfy all laws as well"),
+            format!("{detail}; the normal load of {at} differs most. This result is continued from zero friction."),
         ));
     }
     if let Some((count, time, ..)) = of("singular") {

@@ -91,7 +91,7 @@ impl Prepared {
                 ));
             } else if chosen.position.is_none() && !log.log.is_steady {
                 cautions.push(format!(
-                    "{}: `{name}` is a rate; positions are its integral, from the position of the model",
+                    "{}: `{name}` is a rate; positions are its integral, starting at the position of the model",
                     log.name
                 ));
             }

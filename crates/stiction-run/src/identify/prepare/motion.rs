@@ -166,7 +166,7 @@ pub(super) fn filtered(
     if !(low..=high).contains(&cutoff) {
         return Err(refuse(
             format!(
-                "{}: a filter of {cutoff} Hz does not suit {longest:.3} s at {rate:.4} samples per second",
+                "{}: a filter of {cutoff} Hz does not suit a stretch of {longest:.3} s at {rate:.4} samples per second",
                 log.name,
             ),
             format!(

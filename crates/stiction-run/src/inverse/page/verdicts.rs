@@ -81,8 +81,8 @@ fn singular(summary: &Summary, verdict: &Verdict, all: &mut Vec<Finding>) {
     } else if index < NEAR_SINGULAR {
         all.push(Finding::bad(
             format!("Near a singular position at t = {at} s: singularity index {}", number(index)),
-            "Frictionless efforts and the effects of model errors are inversely proportional to the index. Keep \
-             a distance that your accuracy allows.",
+            "Frictionless efforts and the effects of model errors are inversely proportional to the index. Stay \
+             far enough away for the accuracy that you need.",
         ));
     } else if index.is_finite() {
         all.push(Finding::good(

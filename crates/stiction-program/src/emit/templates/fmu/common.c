@@ -397,7 +397,7 @@ static int deserialize(const Instance *instance, const void *bytes, size_t size,
         memcpy(&mark, bytes, sizeof mark);
     }
     if (state == NULL || mark != MARK) {
-        say(instance, STATUS_ERROR, "these bytes are no state of this model");
+        say(instance, STATUS_ERROR, "these bytes are not a state of this model");
         return STATUS_ERROR;
     }
     if (*state == NULL) {
