@@ -342,7 +342,8 @@ fn export() -> Ended {
 /// Checks and simulates functional mock-up units with FMPy.
 fn fmu() -> Ended {
     by_python("fmu", &["fmu.py", "fmu_plant.py"], || {
-        succeeds(&mut cargo(&["build", "--release", "-p", "stiction-cli"])) && crate::fmu::build()
+        succeeds(&mut cargo(&["build", "--release", "-p", "stiction-cli"]))
+            && crate::fmu::build(&[])
     })
 }
 

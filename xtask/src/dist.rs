@@ -1,7 +1,7 @@
 //! `cargo xtask dist`: archives of the program for machines without a compiler, in `target/dist`.
 //!
-//! An archive holds the program, its manual page, completions for shells, and the licences of everything that is
-//! linked into it; `SHA256SUMS` has the checksums of all archives in the folder. The target of Linux is musl: such a
+//! An archive holds the program, the library of plant FMUs, a manual page, completions for shells, and the licences of
+//! everything that is linked into the program; `SHA256SUMS` has the checksums of all archives in the folder. The target of Linux is musl: such a
 //! program is static and runs on any distribution.
 
 use crate::{cargo, succeeds};
@@ -103,11 +103,35 @@ fn archive(target: &str, host: &str) -> Result<(), String> {
     }
     fs::write(folder.join("man/stiction.1"), said(&here, &["man"])?).map_err(failed)?;
     fs::write(folder.join("THIRD-PARTY-LICENSES.txt"), licences(&metadata)?).map_err(failed)?;
+    add_library(target, &folder)?;
     if runs {
         tried(&folder.join(program))?;
     }
     let file = pack(&name, target)?;
     eprintln!("== {target}: {FOLDER}/{file}");
+    Ok(())
+}
+
+/// Adds the library that `stiction export --to fmu --plant` puts into its units, beside the program. Simulators load
+/// it, so that it stands on the usual C library of the system where the program is static.
+fn add_library(target: &str, folder: &Path) -> Result<(), String> {
+    let target = target.replace("-linux-musl", "-linux-gnu");
+    if !has_target(&target) {
+        eprintln!(
+            "== the archive has no library of plant FMUs: the standard library of {target} is not installed"
+        );
+        return Ok(());
+    }
+    if !crate::fmu::build(&["--locked", "--target", &target]) {
+        return Err("the build of the library of plant FMUs failed".to_owned());
+    }
+    let library = match &target {
+        target if target.contains("windows") => "stiction_fmu.dll",
+        target if target.contains("apple") => "libstiction_fmu.dylib",
+        _ => "libstiction_fmu.so",
+    };
+    let built = Path::new("target").join(&target).join("release").join(library);
+    fs::copy(&built, folder.join(library)).map_err(|e| format!("{}: {e}", built.display()))?;
     Ok(())
 }
 

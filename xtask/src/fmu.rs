@@ -5,7 +5,7 @@ use std::env;
 use std::process::ExitCode;
 
 pub(crate) fn fmu() -> ExitCode {
-    if !build() {
+    if !build(&[]) {
         return ExitCode::FAILURE;
     }
     let (prefix, suffix) = (env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
@@ -15,7 +15,8 @@ pub(crate) fn fmu() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Builds the library; the program is built apart.
-pub(crate) fn build() -> bool {
-    succeeds(&mut cargo(&["build", "--release", "--lib", "-p", "stiction-fmu"]))
+/// Builds the library with further options of cargo; the program is built apart.
+pub(crate) fn build(options: &[&str]) -> bool {
+    let build = ["build", "--release", "--lib", "-p", "stiction-fmu"];
+    succeeds(cargo(&build).args(options))
 }
