@@ -72,7 +72,7 @@ pub(super) struct FrictionCoupling {
     /// `is_current`: the responses belong to the present position. `is_stored`: they contain wrenches.
     is_current: bool,
     is_stored: bool,
-    /// Joint wrenches and efforts without friction.
+    /// Joint wrenches and actuator efforts without friction.
     wrenches: Vec<Wrench<f64>>,
     efforts: Vec<f64>,
     acting: Vec<Acting>,

@@ -62,9 +62,9 @@ pub struct Forces {
     /// For each joint, the force that the predecessor exerts on the successor, N, and the moment
     /// about the joint's origin, N m, in world axes; includes constraint, effort and friction.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
-    /// Effort of each gearing, in N m, or in N if its sum is a length, in the order of
-    /// [`Mechanism::gearings`](crate::mechanism::Mechanism::gearings). A gearing exerts on each degree of freedom
-    /// the coefficient of that degree of freedom times this effort.
+    /// Effort of each gearing, N m, or N if its sum is a length, in the order of
+    /// [`Mechanism::gearings`](crate::mechanism::Mechanism::gearings). On each of its degrees of freedom, a gearing
+    /// exerts its effort times the coefficient of that degree of freedom.
     pub gearings: Vec<f64>,
     /// Friction interfaces, in the order of
     /// [`Parameters::interfaces`](crate::parameters::Parameters::interfaces).

@@ -184,7 +184,7 @@ fn scales(
     }
 }
 
-/// Chooses the weighting for the redundancy at this position.
+/// Weighting that resolves the redundancy, if any, at this position.
 fn weighting(
     sample: &Sample<'_>,
     structure: &BalanceStructure,

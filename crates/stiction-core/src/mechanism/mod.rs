@@ -61,7 +61,7 @@ pub struct Body {
     pub mass: f64,
     /// Centre of mass in the body's frame, m.
     pub com: Vec3<f64>,
-    /// Inertia about the centre of mass, in the body's axes, kg m^2; symmetric, positive semidefinite.
+    /// Inertia about the centre of mass, in the body's axes, kg m^2; symmetric, without negative principal moments.
     pub inertia: Mat3<f64>,
 }
 

@@ -18,7 +18,7 @@ use crate::spatial::{Vec3, Wrench};
 /// Length, rate and force of a spring at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringForce<T> {
-    /// Distance between its ends, m.
+    /// Distance between the spring's ends, m.
     pub length: T,
     /// Rate of that distance, m/s; zero if the ends coincide.
     pub rate: T,
@@ -30,7 +30,7 @@ pub struct SpringForce<T> {
 }
 
 impl<T: Scalar> SpringForce<T> {
-    /// Spring force from poses and twists of the bodies.
+    /// Computes the spring force from poses and twists of the bodies.
     ///
     /// If the ends coincide, the direction is undefined, and only the linear part `stiffness *
     /// span` of the force, which is zero, remains; see [`Self::has_direction`].
@@ -78,14 +78,14 @@ impl SpringForce<f64> {
     /// True if the direction of the force is defined, or the force needs none. `length` is the
     /// characteristic length, m.
     pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {
-        // Closer ends define no direction: it would be round-off of the poses.
+        // The direction between closer ends would be round-off of the poses.
         const APART: f64 = 1e-12;
         let offset = spring.stiffness * spring.free_length + spring.preload;
         let needs_none = offset == 0.0 && spring.damping == 0.0;
         needs_none || self.length > APART * length
     }
 
-    /// Speeds of both ends times the force, W: the scale of round-off in the power.
+    /// Sum of the speeds of both ends, times the force, W: the scale of round-off in the power.
     pub fn turnover(&self, spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> f64 {
         let speed = |(&body, &point): (&usize, &Vec3<f64>)| {
             bodies.twist[body].velocity_at(bodies.pose[body].apply(point)).norm()
