@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 /// Map from the actuated degrees of freedom of a mechanism to the motion and the effort of one motor.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotorMap {
-    /// Actuators that contribute to the motion or the effort of the motor.
+    /// Actuators on which the motion or the effort of the motor depends.
     pub terms: Vec<MotorTerm>,
 }
 
