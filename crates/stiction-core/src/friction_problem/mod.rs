@@ -2,7 +2,7 @@
 //! dynamics.
 //!
 //! A friction interface carries a normal load `N`, and its friction is affine in `N`. All joint wrenches are affine in
-//! the frictions. Scaling every coefficient of friction by `s`, the normal loads satisfy
+//! the friction forces. If all coefficients of friction are scaled by `s`, the normal loads satisfy
 //!
 //! ```text
 //! N = load(w),    w = w_0 + s A N
@@ -18,7 +18,7 @@
 //! | [`load_problem`] | problem with the normal loads as unknowns |
 //! | [`fixed_point`] | iteration near a start that needs no influence matrix |
 //! | [`newton`] | Newton's method near a start |
-//! | [`continuation`] | solution connected with the frictionless one, `s` growing from zero |
+//! | [`continuation`] | solution connected with the frictionless solution, by increasing `s` from zero |
 //! | [`uniqueness`] | bound on the coupling below which the solution is unique |
 //! | [`complementarity`] | friction vectors with unknown modes of the interfaces |
 //!
