@@ -61,7 +61,7 @@ impl InverseDynamics {
         })
     }
 
-    /// Searches for other solutions for friction and reactions than that of the last
+    /// Searches for solutions for friction and reactions that differ from the result of the last
     /// [`InverseDynamics::solve`], by Newton's method from many starts, and returns their actuator
     /// efforts; more solutions may exist. Empty if [`InverseDynamics::coupling`] is below one: the
     /// solution is then unique.

@@ -106,7 +106,7 @@ impl Svd {
 /// this fails.
 fn nearly_right_vectors(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (rows, columns) = matrix.shape();
-    // Rows of zeros make the number of right singular vectors that of the columns.
+    // With rows of zeros there are as many right singular vectors as columns.
     let square = matrix.clone().resize_vertically(rows.max(columns), 0.0);
     let found = nalgebra::SVD::try_new(square, false, true, f64::EPSILON, 100 * columns)?;
     let v = found.v_t?.transpose();

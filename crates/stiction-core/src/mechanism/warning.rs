@@ -43,9 +43,9 @@ pub enum Warning {
     UnlikelyMass {
         /// The body.
         body: String,
-        /// Its mass, kg.
+        /// Mass of the body, kg.
         mass: f64,
-        /// The greater of its extent and the characteristic length, m.
+        /// The greater of the body's extent and the characteristic length, m.
         extent: f64,
     },
     /// A friction coefficient that no dry pair of materials has.
@@ -56,10 +56,10 @@ pub enum Warning {
         /// The coefficient.
         mu: f64,
     },
-    /// Gravity far from that of the Earth.
+    /// Magnitude of gravity far from the value on the Earth.
     #[error("gravity is {size} m/s^2, and 9.81 m/s^2 on the Earth: are its units right?")]
     UnlikelyGravity {
-        /// Its magnitude, m/s^2.
+        /// Magnitude of gravity, m/s^2.
         size: f64,
     },
     /// Gravity that acts upwards or sideways.

@@ -23,7 +23,7 @@ const KNOWN: f64 = 4.0;
 /// Smallest eigenvalue and its eigenvector at the last positions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prediction {
-    /// Last eigenvalue and the one before.
+    /// Eigenvalues at the last position (`last`) and at the position before (`before`).
     last: Option<f64>,
     before: Option<f64>,
     /// Relative error of the last prediction.

@@ -14,8 +14,8 @@ pub struct GainedTwist {
     /// The twist of each body about the reference point; scaled so that `body` turns by one radian,
     /// or, if it does not turn, moves by one metre.
     pub twists: Vec<Twist<f64>>,
-    /// Body that describes the motion: the one with most joints among those with considerable
-    /// motion.
+    /// Body that describes the motion: among the bodies with considerable motion, the body with the most
+    /// joints.
     pub body: usize,
     /// True if `body` turns.
     pub turns: bool,

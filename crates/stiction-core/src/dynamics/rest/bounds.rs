@@ -71,8 +71,8 @@ impl StaticFriction {
 /// For each effort, the friction of every resting interface is set to its limit in the direction
 /// that raises (lowers) the effort most. The coupled problem is solved again, and the directions
 /// are updated until they no longer change. The bounds are therefore attained. They are exact if
-/// the sense in which an effort changes with each friction is independent of the other frictions,
-/// as without strong coupling. A bound is infinite if the forces diverge during this search, as in
+/// the sense in which an effort changes with each friction force is independent of the others,
+/// as is the case without strong coupling. A bound is infinite if the forces diverge during this search, as in
 /// a mechanism that friction can lock.
 pub(in crate::dynamics) fn bound_efforts(
     forces: &mut Forces,

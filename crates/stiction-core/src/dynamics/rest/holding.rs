@@ -51,8 +51,8 @@ const NOTHING: f64 = 1e-10;
 /// Relative difference below which bounds are equal.
 const SAME: f64 = 1e-9;
 
-/// Linear equations for the friction forces, `slopes * frictions = missing`: certain efforts and
-/// accelerations must vanish.
+/// Linear equations for the friction forces, `slopes * frictions = missing`, which state that certain
+/// efforts and accelerations vanish.
 pub(super) struct Demand {
     slopes: DMatrix<f64>,
     missing: DVector<f64>,
@@ -104,7 +104,7 @@ impl Demand {
     fn independent(&self) -> Option<Self> {
         let svd = Svd::new(&self.slopes.transpose());
         let rank = svd.rank(NOTHING);
-        // Linear combinations of the equations that friction influences, and of those that it does not.
+        // Linear combinations of the equations with and without influence of friction.
         let inside = svd.v.columns(0, rank).transpose();
         let outside = svd.v.columns(rank, svd.v.ncols() - rank).transpose();
         let lost = (outside * &self.missing).norm();

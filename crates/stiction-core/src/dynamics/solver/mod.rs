@@ -67,7 +67,7 @@ pub struct InverseDynamics {
     forces: Forces,
     /// Bound on the coupling in the last solution by the kernel, see [`InverseDynamics::coupling`].
     strength: f64,
-    /// Responses to unit frictions at the position of the last solution by the kernel.
+    /// Responses to unit friction forces at the position of the last solution by the kernel.
     friction_coupling: FrictionCoupling,
     /// True if the kernel computed the last forces, false if the dense fallback did.
     forces_by_kernel: bool,

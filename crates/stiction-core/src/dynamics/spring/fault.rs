@@ -15,7 +15,7 @@ const COUNTED: f64 = 170.0 * core::f64::consts::PI / 180.0;
 /// A spring whose force is not defined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SpringFault {
-    /// The ends of this spring coincide although its force needs a direction.
+    /// The ends of this spring coincide, so its force has no direction.
     NoDirection(usize),
     /// This bushing is twisted by the given angle, rad, of nearly half a turn.
     Twisted(usize, f64),

@@ -75,7 +75,7 @@ pub(crate) fn spring_wrenches<T: Scalar>(
 }
 
 impl SpringForce<f64> {
-    /// True if the direction of the force is defined, or the force needs none. `length` is the
+    /// True if the direction of the force is defined, or the force is zero where it is not. `length` is the
     /// characteristic length, m.
     pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {
         // The direction between closer ends would be round-off of the poses.

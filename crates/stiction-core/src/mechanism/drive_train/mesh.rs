@@ -9,11 +9,11 @@
 /// the load drives the screw with `(tan l - f) / (tan l (1 + f tan l))`. The screw is self-locking if `f >= tan l`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mesh {
-    /// Coefficient of friction, not negative.
+    /// Coefficient of friction, nonnegative.
     pub mu: f64,
     /// Lead angle, rad, between 0 and a right angle: `atan(lead / (2 pi radius))`.
     pub lead_angle: f64,
-    /// Half the angle between the flanks in the axial section, rad, from 0 to below a right angle.
+    /// Half the angle between the flanks in the axial section, rad, at least 0 and less than a right angle.
     pub flank_angle: f64,
 }
 

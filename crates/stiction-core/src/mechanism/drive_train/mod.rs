@@ -43,7 +43,7 @@ pub struct DriveTrain {
     /// Weight of this motor where several motors share the efforts of joints; for a single degree of freedom, the
     /// fraction of its effort that this motor exerts. One if no efforts are shared.
     pub share: f64,
-    /// Moment of inertia of all parts that turn with the motor, about the motor's axis, kg m^2; not negative.
+    /// Moment of inertia of all parts that turn with the motor, about the motor's axis, kg m^2; nonnegative.
     pub rotor_inertia: f64,
     /// Axis of the rotor in the body that carries it. `None`: only the reflected inertia acts, at the joint.
     pub rotor_axis: Option<RotorAxis>,
@@ -85,9 +85,9 @@ pub enum GearLoss {
 /// Friction torque on a motor's shaft that does not depend on the load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorFriction {
-    /// Constant torque opposing the rotation, N m; not negative. It includes the no-load torque of the gear.
+    /// Constant torque that opposes the rotation, including the no-load torque of the gear, N m; nonnegative.
     pub constant: f64,
-    /// Torque per angular rate, N m s/rad; not negative.
+    /// Torque per unit angular rate, N m s/rad; nonnegative.
     pub viscous: f64,
 }
 
