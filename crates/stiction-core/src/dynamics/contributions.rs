@@ -86,7 +86,7 @@ impl<T: Scalar> Sharing<T> {
     }
 
     /// Computes the [`Response`] to each friction interface at the motion in `bodies`, with the
-    /// sliding directions in `inverse`. All forces are the frictionless ones plus the sum over
+    /// sliding directions in `inverse`. All forces are the frictionless forces plus the sum over
     /// interfaces of friction force times response.
     pub fn responses(
         &mut self,

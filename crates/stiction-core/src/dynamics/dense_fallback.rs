@@ -128,9 +128,9 @@ pub(super) struct Position<'a> {
 }
 
 /// Solves the Newton-Euler equations with friction by a fixed-point iteration, which alternately computes
-/// friction from the reactions, and reactions with this friction. Bodies with a passive spin accelerate about its axis as
-/// the unbalanced moment requires: `accelerations` are those of the tree, `spin_responses` those
-/// for unit accelerations of the spins.
+/// friction from the reactions, and reactions with this friction. Bodies with a passive spin accelerate
+/// about the axis of the spin as the unbalanced moment requires: `accelerations` are the accelerations of
+/// the tree, `spin_responses` its accelerations for unit accelerations of the spins.
 ///
 /// # Errors
 /// Returns a load that the joints cannot carry.

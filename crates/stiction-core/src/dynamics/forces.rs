@@ -9,8 +9,8 @@ use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::{Vec3, Wrench};
 
-/// Largest relative power residual of accepted forces. Round-off is about 1e-15; positions near
-/// singular ones amplify it.
+/// Largest relative power residual of accepted forces. Round-off is about 1e-15, but is amplified near
+/// singular positions.
 pub(super) const BALANCED: f64 = 1e-9;
 
 /// Forces at one friction interface.

@@ -8,8 +8,8 @@
 //! N = load(w),    w = w_0 + s A N
 //! ```
 //!
-//! with the wrenches `w_0` that do not depend on `N` and the influence `A` of a normal load, through its friction, on the
-//! wrenches of all joints. `load` is a norm of the wrench and therefore nonlinear.
+//! with the wrenches `w_0` that do not depend on `N` and the influence `A` of a normal load, through its friction,
+//! on the wrenches of all joints. `load` is a norm of the wrench and therefore nonlinear.
 //!
 //! | module | content |
 //! | --- | --- |
@@ -22,8 +22,8 @@
 //! | [`uniqueness`] | bound on the coupling below which the solution is unique |
 //! | [`complementarity`] | friction vectors with unknown modes of the interfaces |
 //!
-//! The equations of motion stay with the callers: the sparse balance of inverse dynamics, the dense Newton-Euler system,
-//! and the decomposed balance of forward dynamics.
+//! The callers provide the equations of motion: the sparse balance of inverse dynamics, the dense Newton-Euler
+//! system, or the decomposed balance of forward dynamics.
 //!
 //! Equations (F5) to (F8), (D3) and (D5) of the book's theory.
 

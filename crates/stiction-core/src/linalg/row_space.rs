@@ -40,8 +40,7 @@ impl RowSpace {
         let n = columns;
         let mut first = 1.0_f64;
         for k in 0..rows.min(columns) {
-            // The norms of the remainders are recomputed: updates would lose the digits of small
-            // ones.
+            // Recompute the norms of the remainders: updates would lose the digits of small norms.
             let mut best = (k, 0.0);
             for row in k..rows {
                 let rest = &self.work[row * n + k..(row + 1) * n];

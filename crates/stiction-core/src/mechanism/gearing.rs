@@ -7,8 +7,8 @@ use super::{Defect, GearedDof, Joint};
 
 /// Rigid gearing of several degrees of freedom: a weighted sum of their coordinates is constant.
 ///
-/// Its effort `lambda` is the multiplier of this constraint: the gearing exerts `coefficient * lambda` on each degree of
-/// freedom.
+/// The effort `lambda` of the gearing is the multiplier of this constraint: the gearing exerts
+/// `coefficient * lambda` on each degree of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gearing {
     /// Name, unique among gearings.

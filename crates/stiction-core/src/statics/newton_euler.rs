@@ -65,8 +65,8 @@ pub struct UnitWrench {
 pub struct NewtonEuler {
     /// The unknowns, one for each column.
     pub unknowns: Vec<Unknown>,
-    /// Unit wrenches of the unknowns, in their order: one for each constraint and effort, one for each degree of freedom
-    /// of a gearing.
+    /// Unit wrenches in the order of the unknowns: one for each constraint and effort, and one for each degree of
+    /// freedom of a gearing.
     pub wrenches: Vec<UnitWrench>,
     /// Coefficients of the unknowns in each equation.
     pub matrix: SparseMatrix,

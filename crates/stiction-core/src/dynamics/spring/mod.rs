@@ -54,8 +54,8 @@ impl<T: Scalar> SpringForce<T> {
     }
 }
 
-/// Passes the wrench of each spring and bushing on its second body to `apply`, with the two bodies; its negative acts on the
-/// first. Wrenches are about the reference point, in world axes.
+/// Calls `apply` for each spring and bushing with its two bodies and the wrench on the second body; the negative
+/// of this wrench acts on the first body. Wrenches are about the reference point, in world axes.
 // Not inlined: few mechanisms have springs, and inlined kernels of nested scalars take minutes to compile.
 #[inline(never)]
 pub(crate) fn spring_wrenches<T: Scalar>(

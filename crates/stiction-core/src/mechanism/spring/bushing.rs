@@ -11,9 +11,10 @@ pub type SixBySix = [[f64; 6]; 6];
 
 /// An elastic connection with damping between a frame of one body and a frame of another.
 ///
-/// The deflection `x` is the displacement of the second frame's origin and its rotation vector, both relative to the
-/// first frame and in its axes. The elastic energy is `x K x / 2`; its gradient is the elastic wrench. The damping wrench
-/// is `-C v` with the velocity and the angular velocity `v` of the second frame relative to the first, in its axes.
+/// The deflection `x` consists of the displacement of the second frame's origin and the second frame's rotation
+/// vector, both relative to the first frame and in the axes of the first frame. The elastic energy is `x K x / 2`; the
+/// elastic wrench follows from its gradient. The damping wrench is `-C v`, where `v` are the velocity and the angular
+/// velocity of the second frame relative to the first, in the axes of the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bushing {
     /// Name, unique among springs and bushings.
