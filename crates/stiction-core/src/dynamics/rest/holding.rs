@@ -8,7 +8,7 @@ use crate::linalg::Svd;
 use core::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
-/// Result of the test for self-locking, that is, if static friction holds a position while some
+/// Result of the test for self-locking: whether static friction holds a position while some
 /// actuators exert no effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Holding {
