@@ -4,8 +4,8 @@
 //! A [`MechanismBuilder`] makes a [`Mechanism`]. [`InverseDynamics`] moves it along prescribed coordinates and
 //! computes efforts (actuator forces and torques), reactions and friction; its [`Model`] is compiled for
 //! control loops and for other scalars. [`Forward`] simulates the mechanism under given efforts.
-//! [`Mobility`] and [`SingularityDistances`](statics::SingularityDistances) tell what can move and how far
-//! a position is from a singular one. Quantities are in SI units and radians. A reaction is the wrench that
+//! [`Mobility`] and [`SingularityDistances`](statics::SingularityDistances) determine what can move, and the
+//! distance of a position from singular ones. Quantities are in SI units and radians. A reaction is the wrench that
 //! a joint's predecessor exerts on its successor.
 //!
 //! A five-bar linkage with friction in its joints and actuators at both bases:

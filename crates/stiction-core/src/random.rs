@@ -1,4 +1,4 @@
-//! Pseudo-random numbers, equal in every run.
+//! Pseudo-random numbers, identical in every run.
 
 use crate::spatial::Vec3;
 use nalgebra::DVector;
@@ -8,7 +8,7 @@ use nalgebra::DVector;
 pub struct Random(u64);
 
 impl Random {
-    /// Sequence of a seed.
+    /// Starts the sequence of a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }

@@ -1,4 +1,4 @@
-//! Other solutions for friction and reactions, and the friction margin of the computed one.
+//! Other solutions for friction and reactions, and the friction margin of the computed solution.
 
 use super::continuation::follow_friction;
 use super::inverse::Inverse;
@@ -13,10 +13,10 @@ use crate::statics::AppliedLoad;
 /// Friction margin to jamming: the common factor by which all friction coefficients can grow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionMargin {
-    /// Factor at which friction locks the mechanism: the solution connected with the frictionless
-    /// one ends there. `None` if that solution exists up to the largest requested factor.
+    /// Factor at which friction locks the mechanism: the solution branch connected with the frictionless
+    /// solution ends there. `None` if this branch exists up to the largest requested factor.
     pub locks_at: Option<f64>,
-    /// Joint whose normal load grows without bound there.
+    /// Joint whose normal load grows without bound at this factor.
     pub joint: Option<JointId>,
 }
 
@@ -31,8 +31,8 @@ const UNBOUNDED: f64 = 1e6;
 
 impl InverseDynamics {
     /// Computes the friction margin, up to a factor of `most`. Interfaces at rest have no friction.
-    /// `None` if the position is singular, friction is off or no interface slides. The forces of
-    /// the last [`InverseDynamics::solve`] remain.
+    /// `None` if the position is singular, friction is off or no interface slides. Does not change the
+    /// forces of the last [`InverseDynamics::solve`].
     pub fn friction_margin(
         &mut self,
         loads: &[AppliedLoad<f64>],
@@ -61,10 +61,10 @@ impl InverseDynamics {
         })
     }
 
-    /// Searches for solutions for friction and reactions other than that of the last
+    /// Searches for solutions for friction and reactions that differ from the result of the last
     /// [`InverseDynamics::solve`], by Newton's method from many starts, and returns their actuator
-    /// efforts; more may exist. Empty if [`InverseDynamics::coupling`] is below one: the solution
-    /// is then unique.
+    /// efforts; more solutions may exist. Empty if [`InverseDynamics::coupling`] is below one: the
+    /// solution is then unique.
     pub fn other_solutions(&mut self, loads: &[AppliedLoad<f64>]) -> Vec<Vec<f64>> {
         if self.coupling().is_none_or(|coupling| coupling < 1.0) {
             return Vec::new();
@@ -84,7 +84,7 @@ impl InverseDynamics {
         let mut random = Random::new(1);
         let mut known = vec![efforts];
         for start in 0..STARTS {
-            // Start wrenches from the size of the frictionless ones to larger ones.
+            // Start from wrenches of the size of the frictionless ones, then from larger ones.
             let size = force * 4f64.powi(start as i32 / 8);
             let wrenches: Vec<Wrench<f64>> = without
                 .iter()

@@ -4,7 +4,7 @@ use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
-/// Index of the first load with a number that is not finite.
+/// Index of the first load with a component that is not finite.
 ///
 /// # Panics
 /// If a load is on a body that does not exist; `bodies` is the number of bodies, ground included.
@@ -20,7 +20,7 @@ pub(super) fn not_finite_load(loads: &[AppliedLoad<f64>], bodies: usize) -> Opti
     })
 }
 
-/// First friction interface whose two supports have passed each other, and the distance beyond, m.
+/// First friction interface whose two supports have passed each other, and the distance between them, m.
 pub(super) fn parted_supports(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,

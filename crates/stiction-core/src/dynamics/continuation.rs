@@ -16,7 +16,7 @@ use crate::statics::AppliedLoad;
 const STEPS: StepPolicy =
     StepPolicy { first: 0.01, growth: 2.0, longest: 0.02, shortest: 1e-5, most: usize::MAX };
 
-/// Solution in `inverse` as a function of the common factor on all friction coefficients.
+/// Solution branch in `inverse`, parametrised by the common factor on all friction coefficients.
 struct BalanceBranch<'a> {
     inverse: &'a mut Inverse<f64>,
     accepted: Inverse<f64>,
@@ -50,8 +50,8 @@ impl Branch for BalanceBranch<'_> {
     }
 }
 
-/// Follows the solution from zero friction to `until` times the given friction coefficients, all of
-/// which grow together; `inverse` then contains the solution.
+/// Follows the solution from zero friction to `until` times the given friction coefficients, with a
+/// common factor on all of them; `inverse` then contains the solution.
 ///
 /// # Errors
 /// Returns the lock: the determinant of the coupled balance vanishes there, and the forces grow
@@ -86,8 +86,8 @@ fn loads(inverse: &Inverse<f64>) -> Vec<f64> {
 
 impl Inverse<f64> {
     /// Runs Newton's method on the balance with linearised friction from the present normal loads,
-    /// with at most `steps` steps and loads up to `limit`. Returns whether it converges to
-    /// rounding.
+    /// with at most `steps` steps and loads up to `limit`. Returns true if it converges to
+    /// round-off.
     pub(super) fn newton(
         &mut self,
         model: &Model,

@@ -1,13 +1,13 @@
-//! Friction contributions: the share of each effort that the friction of each interface causes.
+//! Friction contributions: the part of each effort that the friction of each interface causes.
 //!
 //! With the friction forces held constant, the balance is linear in them: each effort is the
-//! frictionless one plus a sum over interfaces. The contribution of an interface is the response of
+//! frictionless effort plus a sum over interfaces. The contribution of an interface is the response of
 //! the effort to the friction of that interface, with no other load. For unique efforts, virtual
-//! work gives the same: friction times sliding velocity in the motion with unit rate of that
-//! actuator while all others are at rest.
+//! work yields the same result: friction times sliding velocity in the motion with unit rate of that
+//! actuator while all other actuators are at rest.
 //!
-//! The friction force of an interface depends on the others through the reactions; the contribution
-//! of a given friction force does not.
+//! The friction force of an interface depends on the other interfaces through the reactions; the
+//! contribution of a given friction force does not.
 //!
 //! Equation (E2) of the book's theory.
 
@@ -27,12 +27,12 @@ use crate::spatial::Wrench;
 pub struct Contributions<T> {
     actuators: usize,
     interfaces: usize,
-    /// All actuators for the first interface, then for the next.
+    /// Contributions to all actuators, interface by interface.
     values: Vec<T>,
 }
 
 impl<T: Scalar> Contributions<T> {
-    /// Contributions of a frictionless mechanism: all zero.
+    /// Creates the contributions of a frictionless mechanism, all zero.
     pub fn new(actuators: usize, interfaces: usize) -> Self {
         Self { actuators, interfaces, values: vec![T::zero(); actuators * interfaces] }
     }
@@ -86,7 +86,7 @@ impl<T: Scalar> Sharing<T> {
     }
 
     /// Computes the [`Response`] to each friction interface at the motion in `bodies`, with the
-    /// sliding directions in `inverse`. All forces are the frictionless ones plus the sum over
+    /// sliding directions in `inverse`. All forces are the frictionless forces plus the sum over
     /// interfaces of friction force times response.
     pub fn responses(
         &mut self,

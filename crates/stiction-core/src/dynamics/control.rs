@@ -15,10 +15,10 @@ use crate::statics::AppliedLoad;
 
 /// Largest number of Newton steps for the loop closures.
 const CLOSURE_STEPS: usize = 12;
-/// Error below which one more Newton step closes the loops to rounding: lengths over the
+/// Error below which one more Newton step closes the loops to round-off: lengths divided by the
 /// characteristic length, angles in rad.
 const NEAR: f64 = 1e-7;
-/// Error above which the loops count as open: lengths over the characteristic length, angles in
+/// Error above which the loops count as open: lengths divided by the characteristic length, angles in
 /// rad.
 const CLOSED: f64 = 1e-12;
 
@@ -47,7 +47,7 @@ pub enum Status {
         /// Index in [`Parameters::springs`].
         spring: usize,
     },
-    /// A bushing, or a spring on a joint that closes a loop, is turned too far for its moment to be defined.
+    /// A bushing or a spring on a joint that closes a loop is rotated too far for its moment to be defined.
     SpringTurned {
         /// Index in [`Parameters::bushings`] or, if `on_joint`, in [`Parameters::joint_springs`].
         spring: usize,
@@ -65,11 +65,11 @@ pub enum Status {
         /// Largest change of a normal force in the last step, N.
         change: f64,
     },
-    /// The determinant of the coupled balance differs in sign from the frictionless one: friction
-    /// locks the mechanism at smaller coefficients, or this is another branch of solutions.
+    /// The determinant of the balance with friction differs in sign from that without friction: friction
+    /// locks the mechanism at smaller coefficients, or the solution is on another branch.
     FrictionLocks,
-    /// The forces do not balance to 1e-9, because the elimination order does not suit the position.
-    /// Compile a model there with [`InverseDynamics`](super::InverseDynamics).
+    /// The relative power residual exceeds 1e-9, because the elimination order does not suit the position.
+    /// Compile a model at this position with [`InverseDynamics`](super::InverseDynamics).
     Unbalanced {
         /// Relative power residual; infinite if forces are not finite or grow without bound.
         residual: f64,
@@ -95,7 +95,7 @@ impl Model {
     ///
     /// Unless the status is [`Status::Converged`], the forces in `data` do not belong to this
     /// motion; the next call starts from the last closed configuration. The coupling of friction
-    /// and reactions yields the solution connected with the frictionless one;
+    /// and reactions yields the solution connected with the frictionless solution;
     /// [`InverseDynamics::coupling`](super::InverseDynamics::coupling) certifies its uniqueness.
     ///
     /// # Panics
@@ -112,7 +112,7 @@ impl Model {
         self.inverse_dynamics_with(&self.parameters, data, q, v, a, loads)
     }
 
-    /// Computes [`Self::inverse_dynamics`] with other parameters, such as friction coefficients
+    /// Computes [`Self::inverse_dynamics`] with the given parameters, such as friction coefficients
     /// tuned at run time.
     ///
     /// # Panics
@@ -134,8 +134,8 @@ impl Model {
         }
     }
 
-    /// Closes the loops and computes the motion of all bodies, [`Data::kinematics`], as
-    /// [`Self::inverse_dynamics`] does before it computes forces.
+    /// Closes the loops and computes the motion of all bodies, [`Data::kinematics`], without computing
+    /// forces; see [`Self::inverse_dynamics`].
     ///
     /// # Panics
     /// If the length of `q`, `v` or `a` differs from the number of coordinates.
@@ -147,7 +147,8 @@ impl Model {
         }
     }
 
-    /// Solves for the motion; after a failure the next call starts from the last closed configuration.
+    /// Solves for the motion; if the loops stay open or the position is singular, restores the last closed
+    /// configuration.
     fn solve_for_motion_or_return(
         &self,
         parameters: &Parameters<f64>,
@@ -284,7 +285,7 @@ impl Data<f64> {
         &self.forces.efforts
     }
 
-    /// Efforts without friction, as [`Self::efforts`].
+    /// Efforts without friction, in the order of [`Self::efforts`].
     pub fn efforts_frictionless(&self) -> &[f64] {
         &self.forces.efforts_frictionless
     }

@@ -1,5 +1,5 @@
-//! Coupling of friction and normal loads by the responses to unit frictions: bound on the coupling,
-//! and frictions whose normal loads agree with them.
+//! Coupling of friction and normal loads, from the responses to unit friction forces: bound on the
+//! coupling, and friction forces that are consistent with the normal loads they cause.
 //!
 //! Equations (F6), (F7) and (D3) of the book's theory.
 
@@ -19,7 +19,7 @@ use crate::parameters::{InterfaceParameters, Parameters};
 use crate::spatial::{Twist, Wrench};
 
 /// Largest number of interfaces for which all responses are stored and the normal loads solved as a
-/// dense problem: its cost grows with the cube of their number.
+/// dense problem, the cost of which grows with the cube of the number of interfaces.
 const DENSE: usize = 64;
 
 /// Friction that acts at one interface.
@@ -27,19 +27,19 @@ const DENSE: usize = 64;
 pub(super) struct Acting {
     pub(super) resistance: Resistance<f64>,
     pub(super) sense: f64,
-    /// Amount of each of its components, in units of the friction force.
+    /// Components of the friction at the interface, as fractions of the friction force.
     pub(super) parts: [f64; 3],
 }
 
 impl Acting {
-    /// Kinetic friction of a sliding interface, static friction along `held` at rest.
+    /// Creates the kinetic friction of a sliding interface, or the static friction along `held` at rest.
     pub(super) fn of(state: &InterfaceState<f64>, held: [f64; 3]) -> Self {
         let slides = state.sliding > 0.0;
         let parts = if slides { [1.0, 0.0, 0.0] } else { held };
         Self { resistance: state.resistance, sense: state.sense, parts }
     }
 
-    /// Friction of a sliding interface in the opposite motion.
+    /// Creates the friction of a sliding interface in the opposite motion.
     fn reversed(state: &InterfaceState<f64>, interface: &InterfaceParameters<f64>) -> Self {
         let reversed = state.reversed(interface);
         let parts = if state.sliding > 0.0 { [-1.0, 0.0, 0.0] } else { [0.0; 3] };
@@ -54,32 +54,32 @@ impl Acting {
 /// Normal loads from which Newton's method starts.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Start<'a> {
-    /// Those without friction.
+    /// Normal loads without friction.
     Uncoupled,
-    /// Those of the last solution, if the same interfaces act.
+    /// Normal loads of the last solution, if as many interfaces are coupled; otherwise without friction.
     Last,
-    /// Those expected from the positions before, for the present motion.
+    /// Normal loads extrapolated from previous positions of the present motion.
     Expected,
-    /// Those expected from the positions before, for the opposite motion; otherwise those of the
-    /// opposite frictions, mirrored at the ones without friction.
+    /// Normal loads extrapolated from previous positions of the opposite motion. As an alternative,
+    /// normal loads of these states of the present motion, reflected about those without friction.
     Opposite(&'a [InterfaceState<f64>]),
 }
 
-/// Responses at one position, the forces without friction, and buffers for frictions there.
+/// Responses and frictionless forces at one position, with buffers to compute friction forces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrictionCoupling {
     responses: Responses,
-    /// True if the responses belong to the present position, and if they contain wrenches.
+    /// `is_current`: the responses belong to the present position. `is_stored`: they contain wrenches.
     is_current: bool,
     is_stored: bool,
     /// Joint wrenches and actuator efforts without friction.
     wrenches: Vec<Wrench<f64>>,
     efforts: Vec<f64>,
     acting: Vec<Acting>,
-    /// Interfaces whose friction depends on their normal loads, and these loads.
+    /// Interfaces whose friction depends on their normal loads, with `loads`, these normal loads in N.
     unknowns: Vec<usize>,
     loads: Vec<f64>,
-    /// Loads at the positions before, in the present and in the opposite motion.
+    /// Normal loads at previous positions, in the present and in the opposite motion.
     history: [LoadHistory; 2],
     /// Friction of each component, N.
     frictions: Vec<f64>,
@@ -93,7 +93,7 @@ pub(super) struct FrictionCoupling {
     gains: Vec<Twist<f64>>,
 }
 
-/// Wrenches per newton of normal load at the unknowns, from stored responses.
+/// Influence of coupled interfaces on joint wrenches, per newton of normal load, from stored responses.
 struct StoredInfluence<'a> {
     responses: &'a Responses,
     acting: &'a [Acting],
@@ -118,7 +118,8 @@ impl Influence for StoredInfluence<'_> {
     }
 }
 
-/// Influence of sliding interfaces on normal loads while the responses are computed, without storing them.
+/// Influence of sliding interfaces on joint wrenches, per newton of normal load, evaluated while the responses are
+/// computed, without storing the responses.
 struct ComputedInfluence<'a> {
     responses: &'a mut Responses,
     inverse: &'a Inverse<f64>,
@@ -147,12 +148,12 @@ impl Influence for ComputedInfluence<'_> {
 }
 
 impl FrictionCoupling {
-    /// Marks the responses as those of another position.
+    /// Marks the responses as invalid after a change of position.
     pub(super) fn leave(&mut self) {
         self.is_current = false;
     }
 
-    /// Copies the forces in `inverse`, a solution without friction, at another position.
+    /// Copies the forces in `inverse`, a solution without friction, at a new position.
     pub(super) fn start_from(&mut self, inverse: &Inverse<f64>) {
         self.is_current = false;
         self.wrenches.clear();
@@ -161,8 +162,7 @@ impl FrictionCoupling {
         self.efforts.extend_from_slice(inverse.efforts());
     }
 
-    /// Responses at the position of `inverse`: with efforts at least, and with joint wrenches if
-    /// `with_wrenches`.
+    /// Returns the responses at the position of `inverse`, including joint wrenches if `with_wrenches`.
     pub(super) fn responses(
         &mut self,
         inverse: &Inverse<f64>,
@@ -178,7 +178,7 @@ impl FrictionCoupling {
         &self.responses
     }
 
-    /// Computes responses, and the bound on the coupling of friction and normal loads: below one
+    /// Computes responses and returns the bound on the coupling of friction and normal loads: below one,
     /// the solution is unique. `inverse` contains the solution without friction.
     pub(super) fn begin(
         &mut self,
@@ -238,8 +238,8 @@ impl FrictionCoupling {
         problem.set_influence(&mut StoredInfluence { responses, acting, unknowns, parameters });
     }
 
-    /// Finds the normal loads of the acting frictions by Newton's method; false if it does not
-    /// converge.
+    /// Finds the normal loads consistent with the acting friction by Newton's method. Returns false if
+    /// it does not converge.
     pub(super) fn settle(&mut self, at: Configuration<'_>, start: Start<'_>) -> bool {
         let found = match start {
             Start::Last if self.loads.len() == self.unknowns.len() => {
@@ -277,15 +277,15 @@ impl FrictionCoupling {
         true
     }
 
-    /// Newton's method, started from the normal loads that the positions before let expect.
+    /// Runs Newton's method from the normal loads extrapolated from previous positions.
     fn newton_from_expected(&mut self, at: Configuration<'_>, history: usize) -> bool {
         let Self { history: all, unknowns, loads, .. } = self;
         all[history].predict(unknowns, loads) && self.newton(at)
     }
 
-    /// Solves for the present motion after [`Self::begin`], where the bound proves the solution unique;
-    /// [`Self::total_wrenches`] and [`Self::present_loads`] are then the result. Returns false if
-    /// there is no solution, or too many interfaces for a dense problem.
+    /// Solves for the present motion after [`Self::begin`], if the bound proves the solution unique;
+    /// [`Self::total_wrenches`] and [`Self::present_loads`] are then the result. Returns false if Newton's
+    /// method fails, or if there are too many interfaces for a dense problem.
     pub(super) fn solve_present(&mut self, at: Configuration<'_>) -> bool {
         let settled = self.is_stored && self.settle(at, Start::Expected);
         if settled {
@@ -299,12 +299,12 @@ impl FrictionCoupling {
         &self.start
     }
 
-    /// Interfaces whose friction depends on their normal loads, with these loads.
+    /// Interfaces whose friction depends on their normal loads, with these normal loads, N.
     pub(super) fn present_loads(&self) -> impl Iterator<Item = (usize, f64)> {
         self.unknowns.iter().copied().zip(self.loads.iter().copied())
     }
 
-    /// True if no interface at rest could have friction.
+    /// True if all interfaces with friction slide.
     pub(super) fn has_only_sliding_friction(&self) -> bool {
         self.acting.iter().all(|acting| {
             let Resistance { coefficient, constant } = acting.resistance;
@@ -312,8 +312,8 @@ impl FrictionCoupling {
         })
     }
 
-    /// Newton's method, started from the normal loads without friction or, if `opposite`, from the
-    /// given loads reflected about those without friction.
+    /// Runs Newton's method from the normal loads without friction or, if `opposite` is given, from its
+    /// normal loads reflected about those without friction.
     fn newton_from_uncoupled(
         &mut self,
         at: Configuration<'_>,
@@ -329,14 +329,14 @@ impl FrictionCoupling {
         self.newton(at)
     }
 
-    /// Newton's method from the present loads.
+    /// Runs Newton's method from the present normal loads.
     fn newton(&mut self, at: Configuration<'_>) -> bool {
         let Self { problem, loads, workspace, .. } = self;
         let limit = UNBOUNDED * largest(loads).max(f64::MIN_POSITIVE);
         problem.solve_from(at, loads, limit, workspace)
     }
 
-    /// Wrenches of all joints with the frictions of [`Self::settle`].
+    /// Computes the wrenches of all joints with the friction of [`Self::settle`].
     pub(super) fn joint_wrenches(&mut self) -> &[Wrench<f64>] {
         self.start.clone_from(&self.wrenches);
         for (component, friction) in self.frictions.iter().enumerate() {
@@ -347,15 +347,15 @@ impl FrictionCoupling {
         &self.start
     }
 
-    /// Effort of an actuator with the frictions of [`Self::settle`].
+    /// Computes the effort of an actuator with the friction of [`Self::settle`].
     pub(super) fn effort(&self, actuator: usize) -> f64 {
         let each = self.frictions.iter().enumerate();
         let change = each.map(|(k, friction)| self.responses.efforts(k)[actuator] * friction);
         self.efforts[actuator] + change.sum::<f64>()
     }
 
-    /// Efforts in the opposite motion at the same position, with the same accelerations and loads.
-    /// `None` if they are not the only ones.
+    /// Computes the efforts in the opposite motion at the same position, with the same accelerations and
+    /// loads. `None` if they may not be unique, Newton's method fails, or no responses are stored.
     pub(super) fn reversed_efforts(
         &mut self,
         states: &[InterfaceState<f64>],
@@ -367,7 +367,7 @@ impl FrictionCoupling {
         let interfaces = &at.parameters.interfaces;
         let pairs = states.iter().zip(interfaces);
         self.act(pairs.map(|(state, interface)| Acting::reversed(state, interface)), at);
-        // Laws for both directions have other coefficients.
+        // With a separate law for backward sliding, the opposite motion has other coefficients.
         let has_other_law = interfaces.iter().any(|interface| interface.backward.is_some());
         if has_other_law && self.problem.coupling_bound(at, &mut self.workspace) >= 1.0 {
             return None;
@@ -378,7 +378,7 @@ impl FrictionCoupling {
     }
 
     /// Derivative of an effort with respect to each component of static friction, in units of the
-    /// friction limit, at the frictions of [`Self::settle`]; zero for sliding interfaces. `None` if
+    /// friction limit, at the solution of [`Self::settle`]; zero for sliding interfaces. `None` if
     /// the coupling is singular.
     pub(super) fn slopes(
         &mut self,
@@ -424,7 +424,7 @@ impl FrictionCoupling {
     }
 }
 
-/// Adds a friction of this amount to the wrenches of all joints.
+/// Adds the effect of a friction component of `amount` (N) to the wrenches of all joints.
 fn add_multiple(wrenches: &mut [Wrench<f64>], of: &Responses, component: usize, amount: f64) {
     for (wrench, unit) in wrenches.iter_mut().zip(of.wrenches(component)) {
         *wrench += *unit * amount;

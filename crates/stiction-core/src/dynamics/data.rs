@@ -1,4 +1,4 @@
-//! Data of a compiled model, and the kernel that computes them over any scalar.
+//! Data of a compiled model, and the kernel that computes them with any scalar type.
 
 use super::forces::Forces;
 use super::inverse::Inverse;
@@ -28,8 +28,8 @@ pub struct Data<T> {
 }
 
 impl Model {
-    /// Data for this model, with the tree's configuration `state` as the warm start of the first
-    /// computation.
+    /// Allocates data for this model, with the tree's configuration `state` as the warm start of the
+    /// first computation.
     ///
     /// # Panics
     /// If `state` belongs to another spanning tree.
@@ -55,7 +55,7 @@ impl Model {
         }
     }
 
-    /// Kernel of the inverse dynamics, over any scalar: computes all efforts and reactions from
+    /// Kernel of the inverse dynamics, for any scalar type: computes all efforts and reactions from
     /// prescribed values, one target for each coordinate, and external loads.
     ///
     /// Takes [`Settings::position_steps`] Newton steps from the configuration in `data`, then
@@ -78,8 +78,8 @@ impl Model {
         inverse.solve(self, parameters, kinematics, loads, settings);
     }
 
-    /// Kernel of the position problem, over any scalar: takes one Newton step towards closed loops
-    /// and prescribed values. [`Kinematics::scaled_errors`] gives the errors before the step.
+    /// Kernel of the position problem, for any scalar type: takes one Newton step towards closed loops
+    /// and prescribed values. [`Kinematics::scaled_errors`] returns the errors before the step.
     pub fn approach<T: Scalar>(
         &self,
         parameters: &Parameters<T>,
@@ -90,8 +90,8 @@ impl Model {
         kinematics.approach(&self.kinematic, parameters, state, targets);
     }
 
-    /// Reciprocal pivots of the rate equations after [`Self::evaluate`]. Their product vanishes
-    /// nowhere and grows without bound towards positions where the prescribed coordinates do not
+    /// Reciprocal pivots of the rate equations after [`Self::evaluate`]. Their product never vanishes
+    /// and grows without bound towards positions where the prescribed coordinates do not
     /// determine the motion.
     #[doc(hidden)]
     pub fn rate_pivots<T: Scalar>(&self, data: &Data<T>) -> Vec<T> {

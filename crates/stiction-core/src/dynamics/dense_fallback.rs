@@ -1,5 +1,6 @@
 //! Dense fallback: inverse dynamics by dense decompositions of the Newton-Euler equations, for
-//! positions and mechanisms that the sparse balance cannot solve. It is also its test oracle.
+//! positions and mechanisms that the sparse balance cannot solve. Tests of the sparse balance use it as
+//! an oracle.
 
 use super::contributions::Contributions;
 use super::interfaces::{InterfaceState, Interfaces};
@@ -17,8 +18,8 @@ use crate::statics::{AppliedLoad, InfeasibleLoad, Statics};
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Largest number of fixed-point steps between friction and reactions; beyond it Newton's method is
-/// faster.
+/// Largest number of fixed-point steps between friction and reactions; if more are needed, Newton's
+/// method is faster.
 const FIXED_POINT_STEPS: usize = 200;
 
 /// Step sizes of the continuation.
@@ -30,14 +31,14 @@ const STEPS: StepPolicy = StepPolicy {
     most: usize::MAX,
 };
 
-/// Joint wrenches as functions of the friction forces.
+/// Joint wrenches as affine functions of the friction forces.
 struct Reactions<'a> {
     frictionless: &'a [Wrench<f64>],
     /// Change of all joint wrenches per newton of each interface's friction.
     responses: &'a [Vec<Wrench<f64>>],
 }
 
-/// Influence of the normal loads of the interfaces with these coefficients.
+/// Influence of the coupled interfaces on joint wrenches, per newton of normal load.
 struct DenseInfluence<'a> {
     at: Configuration<'a>,
     /// Index and coefficient of friction of each interface.
@@ -99,7 +100,7 @@ impl Reactions<'_> {
     }
 }
 
-/// Forces by dense decompositions.
+/// Forces computed by dense decompositions.
 #[derive(Clone, Debug)]
 pub(super) struct DenseForces {
     pub(super) efforts: Vec<f64>,
@@ -126,10 +127,10 @@ pub(super) struct Position<'a> {
     pub(super) bodies: &'a Bodies<f64>,
 }
 
-/// Solves the Newton-Euler equations with friction by a fixed-point iteration: friction from the
-/// reactions, reactions with that friction. Bodies with a passive spin accelerate about its axis as
-/// the unbalanced moment requires: `accelerations` are those of the tree, `spin_responses` those
-/// for unit accelerations of the spins.
+/// Solves the Newton-Euler equations with friction by a fixed-point iteration, which alternately computes
+/// friction from the reactions, and reactions with this friction. Bodies with a passive spin accelerate
+/// about the axis of the spin as the unbalanced moment requires: `accelerations` are the accelerations of
+/// the tree, `spin_responses` its accelerations for unit accelerations of the spins.
 ///
 /// # Errors
 /// Returns a load that the joints cannot carry.
@@ -194,7 +195,7 @@ pub(super) fn solve(
     let mut settled = steps < 2 || interfaces.states.is_empty();
     for _ in 0..steps {
         interfaces.friction_at_joints(topology, parameters, bodies, &mut friction);
-        // The load was feasible without friction, so frictions have grown without bound.
+        // The load was feasible without friction, so friction has grown without bound.
         let Ok(carried) = carry(&friction) else { break };
         (unknowns, wrenches, amounts) = carried;
         if settings.friction == FrictionMode::OnePass {
@@ -211,7 +212,7 @@ pub(super) fn solve(
     }
     let mut lock = None;
     if !settled && settings.friction == FrictionMode::Converged {
-        // The fixed point does not contract: solve for the normal loads.
+        // The fixed-point iteration does not contract: solve for the normal loads.
         interfaces.update_slip(topology, parameters, bodies, settings.rest_speed);
         friction.fill(Wrench::zero());
         let frictionless = carry(&friction)?.1;
@@ -222,7 +223,7 @@ pub(super) fn solve(
             Ok(wrenches.iter().zip(&frictionless).map(|(a, b)| *a - *b).collect::<Vec<_>>())
         };
         let each = parameters.interfaces.iter().zip(&interfaces.states);
-        // If the joints cannot carry some friction, only the fixed point may find a solution.
+        // If the joints cannot carry some friction, only the fixed-point iteration may find a solution.
         if let Ok(responses) = each.map(respond).collect::<Result<Vec<_>, InfeasibleLoad>>() {
             settled = true;
             let reactions = Reactions { frictionless: &frictionless, responses: &responses };
@@ -237,7 +238,7 @@ pub(super) fn solve(
     }
     let mut shares = Contributions::new(topology.actuators.len(), parameters.interfaces.len());
     if settings.friction != FrictionMode::Off {
-        // Response to each of these frictions alone, without other loads.
+        // Response to each of these friction forces alone, without other loads.
         let nothing = &demand * 0.0;
         for (index, (interface, state)) in
             parameters.interfaces.iter().zip(&interfaces.states).enumerate()

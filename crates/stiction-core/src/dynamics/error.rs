@@ -48,10 +48,10 @@ pub enum InverseError {
     Locked {
         /// Joint whose normal force grows most.
         joint: String,
-        /// Scale of the friction coefficients at which the solution branch ends, percent.
+        /// Percentage of the given friction coefficients at which the solution branch ends.
         percent: f64,
     },
-    /// The ends of a spring coincide although its force needs a direction.
+    /// The ends of a spring coincide, so its force has no direction.
     #[error(
         "the two ends of spring `{spring}` coincide here, so its force has no direction: only a spring \
          of free length 0 without damping may pass through that point"
@@ -60,7 +60,7 @@ pub enum InverseError {
         /// Name of the spring.
         spring: String,
     },
-    /// A spring or bushing is turned too far for its moment to be defined.
+    /// A spring or bushing is rotated too far for its moment to be defined.
     #[error("spring `{spring}`: {problem}")]
     Spring {
         /// Name of the spring or bushing.
@@ -77,7 +77,7 @@ pub enum InverseError {
     NoOverlap {
         /// Name of the joint.
         joint: String,
-        /// Distance by which they have passed, m.
+        /// Distance by which the supports have passed each other, m.
         beyond: f64,
     },
     /// A load is NaN or infinite.
@@ -103,12 +103,11 @@ pub enum InverseError {
          friction requires forces that neither joints nor actuators can exert"
     )]
     Unsettled,
-    /// There is no compiled model at a position where some motion is resisted by no actuator and no
-    /// constraint.
+    /// No model can be compiled at a position where no actuator and no constraint resists some motion.
     #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
     Singular,
-    /// There is no compiled model where constraints and actuators are both redundant, which
-    /// requires two weightings in sequence.
+    /// No model can be compiled if constraints and actuators are both redundant, which requires two
+    /// weightings in sequence.
     #[error("constraints and actuators are both redundant: no single weighting decides")]
     TwoWeightings,
 }

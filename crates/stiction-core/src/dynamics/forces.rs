@@ -9,8 +9,8 @@ use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::{Vec3, Wrench};
 
-/// Largest relative power residual of accepted forces. Round-off is about 1e-15; positions near
-/// singular ones amplify it.
+/// Largest relative power residual of accepted forces. Round-off is about 1e-15, but is amplified near
+/// singular positions.
 pub(super) const BALANCED: f64 = 1e-9;
 
 /// Forces at one friction interface.
@@ -18,7 +18,7 @@ pub(super) const BALANCED: f64 = 1e-9;
 pub struct InterfaceForce {
     /// Sliding velocity at the surface, m/s; for a ball or plate its magnitude.
     pub velocity: f64,
-    /// True if it slides.
+    /// True if the interface slides.
     pub slides: bool,
     /// Normal force on the surface, N.
     pub load: f64,
@@ -34,11 +34,11 @@ pub struct InterfaceForce {
 /// Certainty of the interval of an effort under static friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounds {
-    /// The interval is exact: both ends are attained and nothing lies beyond.
+    /// The interval is exact: both ends are attained, and no admissible effort lies outside.
     Exact,
-    /// Outer bounds are guaranteed, but may not be attained.
+    /// The outer bounds are guaranteed, but may not be attained.
     Certified,
-    /// Both ends are attained; friction and reactions are coupled too strongly for outer bounds.
+    /// Both ends of the interval are attained; friction and reactions are coupled too strongly for outer bounds.
     Attained,
     /// Not computed.
     Unknown,
@@ -59,8 +59,8 @@ pub struct Forces {
     pub effort_outer_bounds: Vec<(f64, f64)>,
     /// Certainty of `effort_bounds`.
     pub bounds: Bounds,
-    /// For each joint the force that the predecessor exerts on the successor, N, and its moment
-    /// about the joint's origin, N m; world axes; constraint, effort and friction together.
+    /// For each joint, the force that the predecessor exerts on the successor, N, and the moment
+    /// about the joint's origin, N m, in world axes; includes constraint, effort and friction.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
     /// Effort of each gearing, N m, or N if its sum is a length, in the order of
     /// [`Mechanism::gearings`](crate::mechanism::Mechanism::gearings). On each of its degrees of freedom, a gearing
@@ -139,7 +139,7 @@ impl Forces {
         }
     }
 
-    /// Relative power residual: the residual over the turnover; infinite if a force is not finite.
+    /// Relative power residual: the residual divided by the turnover; infinite if a force is not finite.
     /// `length` is the characteristic length, m.
     pub fn imbalance(&self, length: f64) -> f64 {
         let numbers = self.efforts.iter().chain(&self.efforts_frictionless).copied();
@@ -156,7 +156,7 @@ impl Forces {
         if !finite {
             return f64::INFINITY;
         }
-        // Rates at rest are round-off, and so are powers: those at 1e-5 rad/s count as zero.
+        // At rest, rates and powers are round-off: powers of motions at 1e-5 rad/s count as zero.
         let at_rest = 1e-5 * largest * length;
         self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
     }

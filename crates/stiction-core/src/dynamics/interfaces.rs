@@ -14,7 +14,7 @@ use crate::topology::Topology;
 /// State of a friction interface at one instant.
 ///
 /// The generalised friction force on DOF `f` of its joint is `against[f] * (resistance.constant +
-/// resistance.coefficient * load)`, `load` the normal force.
+/// resistance.coefficient * load)`, where `load` is the normal force.
 #[derive(Clone, Copy, Debug)]
 pub struct InterfaceState<T> {
     /// Sliding velocity at the surface, m/s; for a ball or plate its magnitude.
@@ -94,7 +94,7 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Evaluates laws that depend on the speed or the direction of sliding, or that differ at rest.
+    /// Evaluates the law if it depends on the speed or the direction of sliding, or differs at rest.
     /// Not inlined: kernels of dual numbers would become large.
     fn evaluate_law(&mut self, interface: &InterfaceParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
@@ -119,7 +119,7 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// State in the opposite motion; the normal force is that of the present motion.
+    /// State in the opposite motion; the normal force remains that of the present motion.
     pub(crate) fn reversed(&self, interface: &InterfaceParameters<T>) -> Self {
         let mut reversed =
             Self { against: self.against.map(|against| -against), sense: -self.sense, ..*self };
@@ -130,7 +130,7 @@ impl<T: Scalar> InterfaceState<T> {
     }
 
     /// Updates the normal force for the joint's complete wrench. A normal force that depends on the
-    /// interface's own friction uses the present one.
+    /// interface's own friction uses the present friction.
     pub(crate) fn update_normal_forces(
         &mut self,
         interface: &InterfaceParameters<T>,
@@ -141,14 +141,13 @@ impl<T: Scalar> InterfaceState<T> {
         self.update_normal_force_with(interface, pitch, bodies, wrench, self.own_friction());
     }
 
-    /// Friction of the interface, on which the normal force of a thread depends.
+    /// Friction of the interface itself, on which the normal force of a thread depends.
     pub(crate) fn own_friction(&self) -> OwnFriction<T> {
         let Resistance { coefficient, constant } = self.resistance;
         OwnFriction { coefficient, constant, direction: self.sense }
     }
 
-    /// Updates a normal force that depends on friction for the joint's complete wrench and this
-    /// friction.
+    /// Updates the normal force for the joint's complete wrench and the given friction of the interface.
     pub(crate) fn update_normal_force_with(
         &mut self,
         interface: &InterfaceParameters<T>,
@@ -166,8 +165,8 @@ impl<T: Scalar> InterfaceState<T> {
         (self.resistance.coefficient, self.resistance.constant)
     }
 
-    /// Normal force for the joint's complete wrench in any frame: `j` and `k` are the joint's
-    /// frames, and `wrench` is about the origin of that frame in its axes.
+    /// Normal force for the joint's complete wrench in any frame: `j` and `k` are the joint's frames in
+    /// that frame, and `wrench` is about its origin, in its axes.
     pub fn load_in(
         &self,
         interface: &InterfaceParameters<T>,
@@ -180,8 +179,8 @@ impl<T: Scalar> InterfaceState<T> {
         normal_load_between(&interface.load, interface, pitch, j, k, wrench, own)
     }
 
-    /// Linear form of the friction force at the last update of the normal force, `friction =
-    /// constant + slope.power(wrench)`: its constant and slope.
+    /// Constant and slope of the linearised friction force, `friction = constant + slope.power(wrench)`,
+    /// at the last update of the normal force.
     pub(crate) fn linear(&self, coupling: Coupling, wrench: Wrench<T>) -> (T, Twist<T>) {
         let coefficient = self.resistance.coefficient;
         match coupling {

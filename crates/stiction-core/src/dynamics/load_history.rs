@@ -1,4 +1,4 @@
-//! Normal loads at the last positions of a motion, and their prediction at the next.
+//! Normal loads at the last positions of a motion, and their prediction for the next position.
 
 /// Number of positions kept: the prediction is a parabola through them.
 const KEPT: usize = 3;
@@ -14,8 +14,8 @@ pub(super) struct LoadHistory {
 }
 
 impl LoadHistory {
-    /// Writes the expected loads of these interfaces; `false` if other ones were slipping at the last
-    /// position, or none.
+    /// Extrapolates the loads of these interfaces to the next position. Returns `false` if the history is
+    /// empty or contains other interfaces.
     pub(super) fn predict(&self, unknowns: &[usize], loads: &mut Vec<f64>) -> bool {
         if self.count == 0 || self.unknowns != unknowns {
             return false;
@@ -34,13 +34,13 @@ impl LoadHistory {
         true
     }
 
-    /// Adds the loads at the next position.
+    /// Adds the loads at the next position; other interfaces than before restart the history.
     pub(super) fn add(&mut self, unknowns: &[usize], loads: &[f64]) {
         if self.unknowns != unknowns {
             self.unknowns.clear();
             self.unknowns.extend_from_slice(unknowns);
             self.count = 0;
-            // All buffers at once: later positions allocate nothing.
+            // Fill all buffers now, so that later positions allocate nothing.
             for kept in &mut self.loads {
                 kept.clear();
                 kept.extend_from_slice(loads);

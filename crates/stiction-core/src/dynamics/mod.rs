@@ -1,7 +1,7 @@
 //! Inverse dynamics: efforts, joint reactions, friction and power for a given motion.
 //!
 //! Sign convention: the reaction of a joint is the complete wrench that its predecessor exerts on
-//! its successor, constraint, effort and friction together.
+//! its successor, including constraint, effort and friction.
 
 mod balance;
 mod branches;

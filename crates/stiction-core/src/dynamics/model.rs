@@ -37,13 +37,13 @@ impl Model {
         &self.kinematic.constraints
     }
 
-    /// Nominal parameters of the mechanism. They contain additional inertia for a body without
-    /// inertia about the axis of a local degree of freedom; no result depends on it.
+    /// Nominal parameters of the mechanism. A body without inertia about the axis of a local degree of
+    /// freedom has additional inertia about it, on which no result depends.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }
 
-    /// Multiply-subtract operations of the two static LU factorisations: of the rate equations and of
+    /// Number of multiply-subtract operations of the static LU factorisations of the rate equations and of
     /// the balance.
     pub fn operations(&self) -> (usize, usize) {
         (self.kinematic.rates.operations(), self.balance.operations())

@@ -13,7 +13,7 @@ use crate::topology::Topology;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// Balance of a mechanism, compiled for every scalar.
+/// Balance of a mechanism, compiled for all scalar types.
 #[derive(Clone, Debug)]
 pub(crate) struct BalancePlan {
     pub(super) topology: Arc<Topology>,
@@ -22,10 +22,10 @@ pub(crate) struct BalancePlan {
 }
 
 /// Singular values below this fraction of the largest count as zero. Matrices are scaled to entries
-/// of order one at positions accurate to 1e-13.
+/// of order one, and positions are accurate to 1e-13.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Pivots of the scaled balance below this require a check of the singular values. A small pivot
-/// does not imply a small singular value, but without a small pivot none is small.
+/// Pivots of the scaled balance below this value require a check of the singular values. A small pivot
+/// does not imply a small singular value, but a small singular value implies a small pivot.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
 
 impl BalancePlan {
@@ -69,7 +69,7 @@ impl BalancePlan {
         Ok(sample.plan(structure, plan.compile()))
     }
 
-    /// Weighting that selects one of the solutions of a redundant balance.
+    /// Weighting that selects the solution of a redundant balance.
     pub(crate) fn weighting(&self) -> Weighting {
         self.structure.weighting
     }
@@ -86,7 +86,7 @@ impl BalancePlan {
         self.passes() == 2
     }
 
-    /// Multiply-subtract operations of one factorisation.
+    /// Number of multiply-subtract operations of one factorisation.
     pub(crate) fn operations(&self) -> usize {
         self.program.operations()
     }
@@ -121,7 +121,7 @@ impl Sample<'_> {
     }
 }
 
-/// Bodies that this response of the tree accelerates.
+/// Finds the bodies that this response of the tree accelerates.
 fn accelerated_bodies(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -221,8 +221,8 @@ fn weighting(
     }
 }
 
-/// Change of each effort with each null vector of the balance; torques divided by the
-/// characteristic length.
+/// Computes the effort of each actuator (rows) for each null vector of the balance (columns); torques are
+/// divided by the characteristic length.
 fn effort_response(
     sample: &Sample<'_>,
     structure: &BalanceStructure,
@@ -233,7 +233,7 @@ fn effort_response(
     let plan = sample.plan(structure.clone(), StaticLu::default());
     let mut balance = Balance::new(&plan);
     balance.load(&plan, parameters, bodies, &[]);
-    // Wrenches of the null vectors alone.
+    // Efforts that result from the null vectors alone.
     let mut driven = DMatrix::zeros(topology.actuators.len(), null.len());
     for (k, vector) in null.iter().enumerate() {
         let mut unknowns = vec![0.0; column_scales.len()];

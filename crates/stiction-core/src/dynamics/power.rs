@@ -16,12 +16,13 @@ pub struct Power {
     pub actuators: f64,
     /// Power of external loads and of springs on the bodies.
     pub loads: f64,
-    /// Rate of change of kinetic and gravitational energy; of spinning rotors the part that their bodies supply.
+    /// Rate of change of kinetic and gravitational energy; for spinning rotors, only the power that the bodies
+    /// carrying them supply.
     pub energy: f64,
     /// Power dissipated by friction; nonnegative.
     pub dissipated: f64,
-    /// Scale of the residual: the sum of all forces times velocities and moments times angular
-    /// velocities, as magnitudes. It includes forces that do no work, such as centripetal ones.
+    /// Scale of the residual: the sum of all products of force and velocity, and of moment and angular
+    /// velocity, by magnitude. It includes forces that do no work, such as centripetal forces.
     pub turnover: f64,
 }
 
@@ -35,7 +36,7 @@ impl Power {
         self.actuators + self.loads - self.energy - self.dissipated
     }
 
-    /// Power balance at one instant; `dissipated` lists the power that each friction interface
+    /// Computes the power balance at one instant; `dissipated` lists the power that each friction interface
     /// dissipates.
     pub fn new(
         topology: &Topology,
@@ -78,8 +79,8 @@ impl Power {
     }
 }
 
-/// Rate of change of a body's kinetic and gravitational energy from its motion alone, and the
-/// magnitude of its terms.
+/// Computes the rate of change of a body's kinetic and gravitational energy from its motion alone, and
+/// the sum of the magnitudes of its terms, W.
 fn energy_rate(parameters: &Parameters<f64>, bodies: &Bodies<f64>, body: usize) -> (f64, f64) {
     let (pose, twist, acceleration) =
         (bodies.pose[body], bodies.twist[body], bodies.acceleration[body]);
@@ -87,7 +88,7 @@ fn energy_rate(parameters: &Parameters<f64>, bodies: &Bodies<f64>, body: usize) 
     let velocity = twist.velocity_at(com);
     let acceleration_of_com = acceleration.velocity_at(com) + twist.angular.cross(velocity);
     let force = (acceleration_of_com - parameters.gravity) * parameters.mass[body];
-    // d/dt (omega . J omega)/2 = omega . J omega'; the rotation of the tensor itself does no work.
+    // d/dt (omega . J omega)/2 = omega . J omega'; the gyroscopic moment does no work.
     let spin = pose.rotation.transpose_mul(twist.angular);
     let change = pose.rotation.transpose_mul(acceleration.angular);
     let moment = parameters.inertia[body] * change;

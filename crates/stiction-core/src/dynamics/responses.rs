@@ -1,4 +1,4 @@
-//! Responses of all forces to unit frictions, from one factorisation of the frictionless balance.
+//! Responses of all forces to unit friction forces, from one factorisation of the frictionless balance.
 
 use super::balance::{Balance, LaneWorkspace, UnitFriction, UnitResponse};
 use super::inverse::Inverse;
@@ -8,9 +8,9 @@ use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 use core::ops::Range;
 
-/// Responses at one position, for the sliding directions there. A sliding interface has one
-/// component, the friction against its sliding; an interface at rest has one for each of its DOFs,
-/// with the sign of the sliding velocity that it opposes.
+/// Responses at one position, for the sliding directions at that position. A sliding interface has one
+/// component, the friction that opposes its sliding; an interface at rest has one component for each of
+/// its DOFs, with the sign of the sliding velocity that it opposes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Responses {
     balance: Option<Balance<f64>>,
@@ -20,7 +20,7 @@ pub(super) struct Responses {
     workspace: LaneWorkspace,
     /// Numbers of joints, actuators and local degrees of freedom.
     counts: [usize; 3],
-    /// Empty unless stored.
+    /// Joint wrenches for all components; empty unless stored.
     wrenches: Vec<Wrench<f64>>,
     efforts: Vec<f64>,
     spins: Vec<f64>,
@@ -110,12 +110,12 @@ impl Responses {
         self.units[component].interface
     }
 
-    /// Change of a joint's wrench per newton of a component; needs stored wrenches.
+    /// Change of a joint's wrench per newton of a component; requires stored wrenches.
     pub(super) fn wrench(&self, component: usize, joint: usize) -> Wrench<f64> {
         self.wrenches(component)[joint]
     }
 
-    /// Changes of the wrenches of all joints per newton of a component; needs stored wrenches.
+    /// Changes of the wrenches of all joints per newton of a component; requires stored wrenches.
     pub(super) fn wrenches(&self, component: usize) -> &[Wrench<f64>] {
         &self.wrenches[component * self.counts[0]..][..self.counts[0]]
     }

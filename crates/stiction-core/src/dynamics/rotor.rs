@@ -1,4 +1,4 @@
-//! Moments that spinning rotors need from the bodies that carry them.
+//! Moments that carrying bodies must exert on spinning rotors.
 //!
 //! Equation (G9) of the book's theory.
 
@@ -11,15 +11,15 @@ use crate::topology::Topology;
 /// Spinning rotor at one instant, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorMotion<T> {
-    /// Angular momentum per rate of the joint, along the axis.
+    /// Angular momentum of the rotor along its axis per unit rate of the joint.
     pub momentum: Vec3<T>,
-    /// Moment that the joints of the carrying body exert in addition, N m: the rate of change of the rotor's
-    /// angular momentum relative to that body.
+    /// Additional moment that the joints of the carrying body exert because the rotor spins, N m: the rate of change
+    /// of the rotor's angular momentum relative to that body.
     pub moment: Vec3<T>,
 }
 
 impl<T: Scalar> RotorMotion<T> {
-    /// Rotor for accelerating bodies.
+    /// Computes the angular momentum and the moment of a rotor from the motion of the bodies.
     // Not inlined: few mechanisms have spinning rotors, and every kernel of every scalar would grow.
     #[inline(never)]
     pub fn of(

@@ -6,7 +6,7 @@ pub enum FrictionMode {
     /// Friction and reactions determine each other; solved to round-off.
     #[default]
     Converged,
-    /// Friction computed once from the frictionless reactions (decoupled, as in Zhang et al. 2018).
+    /// Friction is computed once from the frictionless reactions (decoupled, as in Zhang et al. 2018).
     OnePass,
     /// No friction.
     Off,
@@ -21,10 +21,10 @@ pub struct Settings {
     pub rest_speed: f64,
     /// Largest number of Newton steps for the coupling of friction and reactions.
     pub friction_steps: usize,
-    /// Relative tolerance of the coupling: the largest change of a normal force in one step over
+    /// Relative tolerance of the coupling: the largest change of a normal force in one step, divided by
     /// the largest normal force.
     pub friction_tolerance: f64,
-    /// Newton steps for the loop closures in [`Model::evaluate`](super::Model::evaluate).
+    /// Number of Newton steps for the loop closures in [`Model::evaluate`](super::Model::evaluate).
     pub position_steps: usize,
 }
 

@@ -1,10 +1,10 @@
 //! Sparse structure of the balance: unknowns, equations and weighting.
 //!
 //! Unknowns are the wrenches at cut joints (constraints and efforts), the accelerations of local
-//! degrees of freedom, and the multipliers of gearings, which load several DOFs of the tree. Equations are those of the tree's unactuated DOFs: apart from friction, the
-//! wrench that a joint transmits does no work on them. All other wrenches follow by recursion: a
-//! tree joint transmits the inverse-dynamics wrench of the bodies beyond it, less the wrenches of
-//! the cut joints on them.
+//! degrees of freedom, and the multipliers of gearings, which load several DOFs of the tree. Each
+//! unactuated DOF of the tree has an equation: apart from friction, the wrench that its joint transmits
+//! does no work on it. All other wrenches follow by recursion: a tree joint transmits the
+//! inverse-dynamics wrench of the bodies beyond it, less the wrenches of the cut joints on them.
 //!
 //! If unknowns outnumber equations, constraints or actuators are redundant and a declared weighting
 //! selects the solution: the system is bordered by the optimality conditions, `[H A^T; A 0]`.
@@ -27,10 +27,10 @@ pub enum Weighting {
     /// This is the elastic energy of equally compliant joints, independent of units and of the
     /// choice of cut joints. Efforts do not depend on it.
     LeastReactions,
-    /// Constraints are redundant and joints declare compliances: the reactions with the least
-    /// elastic energy, moments about the joint's origin. Joints without a declaration are rigid.
+    /// Constraints are redundant and joints declare compliances. The reactions minimise the elastic
+    /// energy, with moments about the joint's origin. Joints without declared compliance are rigid.
     LeastEnergy,
-    /// Actuators are redundant: the efforts with the least sum of squares, torques divided by the
+    /// Actuators are redundant. The efforts minimise the sum of squares, with torques divided by the
     /// characteristic length.
     LeastEfforts,
 }
@@ -39,7 +39,7 @@ pub enum Weighting {
 #[derive(Clone, Debug)]
 pub(super) struct Weighed {
     pub(super) what: WeighedKind,
-    /// Cuts whose wrenches add up to it, each with its sign.
+    /// Cut joints whose wrenches sum to this wrench, each with its sign.
     pub(super) cuts: Vec<(usize, f64)>,
 }
 
@@ -60,7 +60,7 @@ pub(super) enum WeighedKind {
 pub(super) struct GearingColumn {
     /// Index among the gearings of the mechanism.
     pub(super) gearing: usize,
-    /// Degrees of freedom of the tree, in the order of the coefficients, each with its equation if it has no actuator.
+    /// Degrees of freedom of the tree, in the order of the coefficients, each with its equation; `None` if actuated.
     pub(super) dofs: Vec<(usize, Option<usize>)>,
 }
 
@@ -74,7 +74,7 @@ pub(crate) struct BalanceStructure {
     pub(super) columns_of: Vec<Vec<usize>>,
     /// Number of columns for wrenches at cut joints; local degrees of freedom and then gearings follow.
     pub(super) wrench_columns: usize,
-    /// Nodes whose bodies each local degree of freedom accelerates, with all ancestors.
+    /// For each local degree of freedom, the nodes whose bodies it accelerates, and all their ancestors.
     pub(super) spin_nodes: Vec<Vec<usize>>,
     pub(super) gearings: Vec<GearingColumn>,
     pub(super) weighed: Vec<Weighed>,
@@ -82,7 +82,7 @@ pub(crate) struct BalanceStructure {
 }
 
 impl BalanceStructure {
-    /// Pattern for a weighting; `spin_bodies` lists the bodies that each local degree of freedom
+    /// Creates the pattern for a weighting; `spin_bodies` lists the bodies that each local degree of freedom
     /// accelerates.
     pub(super) fn new(
         topology: &Topology,
@@ -126,8 +126,8 @@ impl BalanceStructure {
         structure
     }
 
-    /// True if the wrenches at the cuts determine all forces: the balance is determined, without
-    /// gearings, local degrees of freedom and actuators at cuts.
+    /// True if the wrenches at the cut joints determine all forces: no redundancy, gearings, local degrees
+    /// of freedom or actuators at cut joints.
     pub(super) fn is_plain(&self, topology: &Topology) -> bool {
         self.weighting == Weighting::Determined
             && self.gearings.is_empty()
@@ -171,7 +171,8 @@ impl BalanceStructure {
         self.unknowns()..self.size()
     }
 
-    /// Subtracts from the efforts of actuated DOFs what gearings exert there, for these values of all columns.
+    /// Subtracts the efforts that gearings exert on actuated DOFs from the actuator efforts, given the values of all
+    /// columns.
     pub(super) fn subtract_gearings<T: Scalar>(
         &self,
         topology: &Topology,
@@ -190,7 +191,7 @@ impl BalanceStructure {
         }
     }
 
-    /// Entries of the balance, in the order in which [`super::balance`] computes them.
+    /// Lists the entries of the balance in the order in which [`super::balance`] computes them.
     fn pattern(&self, topology: &Topology) -> Vec<Entry> {
         let mut entries = Vec::new();
         let first = self.first_balance_row();

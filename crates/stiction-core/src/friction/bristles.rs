@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 /// ```
 ///
 /// with the sliding velocity `v` and the coefficient `mu(v)` of the law's curve. Without damping
-/// and with a constant coefficient it is Dahl's law. At constant velocity and load, `stiffness z`
+/// and with a constant coefficient, this is Dahl's law. At constant velocity and load, `stiffness z`
 /// converges to `mu(v) sgn v` for any stiffness: steady friction follows the curve, and inverse
 /// dynamics uses it.
 ///
@@ -27,25 +27,25 @@ use crate::scalar::Scalar;
 pub struct Bristles<T = f64> {
     /// Stiffness per newton of normal load, 1/m, positive (`sigma0`).
     pub stiffness: T,
-    /// Damping per newton of normal load, s/m, not negative (`sigma1`); zero in Dahl's law.
+    /// Damping per newton of normal load, s/m, nonnegative (`sigma1`); zero in Dahl's law.
     pub damping: T,
 }
 
 impl<T: Scalar> Bristles<T> {
-    /// Rate of the deflection `z` (m) at a sliding velocity (m/s) with the positive coefficient
-    /// `mu` of the law's curve.
+    /// Computes the rate of the deflection `z` (m) at a sliding velocity (m/s), with the positive
+    /// coefficient `mu` of the law's curve.
     #[inline]
     pub fn rate(&self, z: T, velocity: T, mu: T) -> T {
         velocity - self.stiffness * velocity.abs() * z / mu
     }
 
-    /// Friction per newton of normal load, with the sign of the velocity that it opposes.
+    /// Computes the friction per newton of normal load, with the sign of the velocity that it opposes.
     #[inline]
     pub fn coefficient(&self, z: T, rate: T) -> T {
         self.stiffness * z + self.damping * rate
     }
 
-    /// The steady deflection at a nonzero velocity.
+    /// Computes the steady deflection, m, at a nonzero velocity.
     #[inline]
     pub fn steady(&self, velocity: T, mu: T) -> T {
         let size = mu / self.stiffness;

@@ -20,20 +20,20 @@ pub struct JointFriction {
 }
 
 impl JointFriction {
-    /// Friction of a prismatic joint's guide, with the lateral force as normal load.
+    /// Creates the friction of a prismatic joint's guide, with the lateral force as normal load.
     pub fn guide(law: Law) -> Self {
         Self { place: 0, radius: None, law, backward: None, load: NormalLoadMap::force_only() }
     }
 
-    /// Friction of the first interface of a joint that rotates on a surface of radius `radius` (m),
-    /// such as a pin, a ball, a plate or a thread, with the resultant force on it as normal load.
+    /// Creates the friction of a joint's first interface, a rotating surface of radius `radius` (m)
+    /// such as a pin, a ball, a plate or a thread, with the resultant force on the surface as normal load.
     pub fn round(radius: f64, law: Law) -> Self {
         Self { radius: Some(radius), ..Self::guide(law) }
     }
 
-    /// Friction of a cylindrical joint's sleeve of radius `radius` (m), one surface that turns and
-    /// slides, with its lateral force as normal load. It excludes friction at the joint's separate
-    /// pin (place 0) and guide (place 1).
+    /// Creates the friction of a cylindrical joint's sleeve of radius `radius` (m), one surface that turns
+    /// and slides, with the lateral force as normal load. A joint has either a sleeve or a separate pin
+    /// (place 0) and guide (place 1).
     pub fn sleeve(radius: f64, law: Law) -> Self {
         Self { place: SLEEVE, ..Self::round(radius, law) }
     }
@@ -65,8 +65,8 @@ pub enum InterfaceShape {
     Sleeve,
     /// A ball: degrees of freedom 0, 1, 2 are the angular velocity in K.
     Ball,
-    /// The shaft of a motor, whose friction depends on the effort that its gear transmits alone. No joint type has
-    /// it; drive trains add it.
+    /// The shaft of a motor, whose friction depends only on the effort that its gear transmits. Drive trains add this
+    /// interface; no joint type has it.
     Shaft {
         /// Index of the driven degree of freedom.
         dof: usize,

@@ -12,15 +12,15 @@ use crate::scalar::Scalar;
 /// force (not a torque) as its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Law<T = f64> {
-    /// Kinetic coefficient of friction (at high speed, if it depends on speed), dimensionless, not
-    /// negative. A table replaces it.
+    /// Kinetic coefficient of friction (at high speed, if it depends on speed), dimensionless and
+    /// nonnegative. A [`Curve::Table`] replaces it.
     pub mu: T,
-    /// Viscous coefficient at the sliding surface, N s/m, not negative.
+    /// Viscous coefficient at the sliding surface, N s/m, nonnegative.
     pub viscous: T,
     /// Dependence of the coefficient on speed, and the coefficient at rest.
     pub curve: Curve<T>,
-    /// Regularisation speed, m/s: the coefficient is multiplied by `tanh(speed / this)` and
-    /// vanishes at rest. The surfaces then creep and do not stick.
+    /// Regularisation speed, m/s: the coefficient is multiplied by `tanh(speed / regularisation)` and
+    /// vanishes at rest, so that the surfaces creep instead of sticking.
     pub regularisation: Option<T>,
     /// Internal state of the law; the other fields describe its steady sliding.
     pub bristles: Option<Bristles<T>>,
@@ -48,8 +48,8 @@ pub enum Curve<T = f64> {
         /// Exponent of the curve.
         exponent: Exponent<T>,
     },
-    /// Rows of speed (m/s) and coefficient: linear in between, constant beyond the last. Speeds
-    /// increase from zero.
+    /// Rows of speed (m/s) and coefficient, interpolated linearly and constant beyond the last row.
+    /// Speeds increase from zero.
     Table(Vec<[T; 2]>),
 }
 
@@ -64,13 +64,13 @@ pub enum Exponent<T = f64> {
     Other(T),
 }
 
-/// Value of a law at one speed. Every law is affine in the normal load, so that each Newton step of the
+/// Friction law at one speed. Every law is affine in the normal load, so that each Newton step of the
 /// friction coupling is a linear system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resistance<T> {
     /// Friction force per newton of normal load.
     pub coefficient: T,
-    /// Friction force without normal load, N: the viscous part of a law, not negative.
+    /// Friction force without normal load, N: the viscous part of a law, nonnegative.
     pub constant: T,
 }
 
@@ -81,7 +81,7 @@ impl<T: Scalar> Resistance<T> {
         Self { coefficient: mu, constant: viscous * speed }
     }
 
-    /// The magnitude of the friction force under a normal load, N.
+    /// Computes the magnitude of the friction force, N, under a normal load, N.
     #[inline]
     pub fn force(&self, load: T) -> T {
         self.constant + self.coefficient * load
@@ -94,7 +94,7 @@ impl<T: Scalar> Law<T> {
         Self { mu, viscous, curve: Curve::Constant, regularisation: None, bristles: None }
     }
 
-    /// The law at a sliding speed of magnitude `speed`, m/s.
+    /// Evaluates the law at a sliding speed of magnitude `speed`, m/s.
     #[inline]
     pub fn sliding(&self, speed: T) -> Resistance<T> {
         let mut resistance = Resistance::coulomb_viscous(self.mu, self.viscous, speed);
@@ -145,8 +145,8 @@ impl<T: Scalar> Law<T> {
 }
 
 impl Law {
-    /// Returns `true` if friction for vanishing sliding speed equals the static friction limit, so
-    /// that it does not drop at slip onset.
+    /// Returns `true` if friction at vanishing sliding speed equals the static friction limit, so
+    /// that friction does not drop at slip onset.
     pub(crate) fn slides_as_at_its_limit(&self) -> bool {
         self.coefficient(0.0) == self.at_rest()
     }
@@ -220,7 +220,7 @@ fn interpolated<T: Scalar>(rows: &[[T; 2]], speed: T) -> T {
         let slope = (value_1 - value_0) / (speed_1 - speed_0);
         value = (speed_1 - speed).if_positive(value_0 + slope * (speed - speed_0), value);
     }
-    // Comparisons ignore NaN, sums propagate it.
+    // Comparisons ignore NaN; the sum propagates NaN.
     value + speed * T::zero()
 }
 

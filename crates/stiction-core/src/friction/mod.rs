@@ -1,9 +1,9 @@
 //! Load-dependent joint friction.
 //!
-//! Friction at an interface consists of a *normal load map* (components of the joint's reaction
+//! Friction at an interface is described by a *normal load map* (components of the joint's reaction
 //! that contribute to the normal load, [`NormalLoadMap`]) and a *law* (coefficient as a function of
-//! speed, and viscous part, [`Law`]). A [`JointFriction`] applies both at an interface of given
-//! position and radius.
+//! speed, and viscous part, [`Law`]). A [`JointFriction`] applies both at one interface of the joint,
+//! with the radius of the surface.
 
 mod bristles;
 mod interface;

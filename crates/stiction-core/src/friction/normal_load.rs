@@ -17,14 +17,14 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// | `torsion_arm` | - | torsional moment / arm | - | - | - |
 /// | `preload` | added | added | added | added | added |
 ///
-/// [`Combine`] defines their sum. Moments are about the midpoint between the supports, see
-/// [`Supports`]: by default the joint's origin; for a plate its own origin, that of K. A part
-/// without its length is omitted.
+/// [`Combine`] defines how the parts are combined. Moments are about the midpoint between the supports, see
+/// [`Supports`]: by default the joint's origin; for a plate, the origin of K. A part whose length or
+/// ratio is not given is omitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalLoadMap<T> {
     /// Distance between the two supports of a pin or guide, or across a plate, m.
     pub bending_span: Option<T>,
-    /// Collar radius over pin radius, dimensionless.
+    /// Ratio of collar radius to pin radius, dimensionless.
     pub axial_ratio: Option<T>,
     /// Arm at which a guide carries torsion, m.
     pub torsion_arm: Option<T>,
@@ -39,7 +39,7 @@ pub struct NormalLoadMap<T> {
     /// Smoothing force, N, that rounds the corner of every norm at zero: `sqrt(x^2 + smoothing^2) -
     /// smoothing`.
     pub smoothing: Option<T>,
-    /// Losses of a gear per effort that it transmits: while the motor drives, and while it is driven. Only of
+    /// Losses of a gear per unit effort that it transmits, while the motor drives and while it is driven. Only for
     /// the shaft of a motor, see [`Self::in_gear`].
     pub gear: Option<[T; 2]>,
 }
@@ -50,9 +50,9 @@ pub enum Combine {
     /// Sum of the parts, each on separate surfaces.
     #[default]
     Sum,
-    /// Radial (lateral) force and bending moment combine to one force at each of two supports, a
-    /// span apart. Sum of these two forces, `|F/2 + M x e/span| + |F/2 - M x e/span|` with the axis
-    /// `e`; axial force and torsion are added.
+    /// Radial (lateral) force and bending moment are combined into one force at each of two supports, a
+    /// span apart. The load is the sum of their magnitudes, `|F/2 + M x e/span| + |F/2 - M x e/span|` with
+    /// the axis `e`, plus the parts of axial force and torsion.
     Pads,
     /// Square root of the sum of the squares of all parts, plus the preload.
     RootSumSquare,
@@ -66,7 +66,7 @@ pub enum Supports<T> {
     Predecessor,
     /// On the successor, half a span before and behind the origin of K.
     Successor,
-    /// One on each body, such as the gland of a cylinder and the piston of its rod. The span
+    /// One support on each body, such as the gland of a cylinder and the piston of its rod. The span
     /// changes with the displacement and replaces [`NormalLoadMap::bending_span`].
     OneOnEach {
         /// Position of the predecessor's support along the axis, from the origin of J, m.
@@ -79,14 +79,14 @@ pub enum Supports<T> {
 /// A normal load and its gradient with respect to the reaction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load<T> {
-    /// The normal load, N, not negative.
+    /// The normal load, N, nonnegative.
     pub value: T,
     /// Gradient: `d value = gradient.power(d wrench)`. Zero in every part that vanishes.
     pub gradient: Twist<T>,
 }
 
 impl<T: Scalar> NormalLoadMap<T> {
-    /// Uses the resultant force alone.
+    /// Creates the map that takes the resultant force alone as the normal load.
     pub fn force_only() -> Self {
         Self {
             bending_span: None,
@@ -101,8 +101,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// The map as a seminorm of the reaction: without preload and smoothing. It bounds the change
-    /// of the load by the change of the reaction.
+    /// Returns the map without preload and smoothing. It is a seminorm of the reaction: applied to a change
+    /// of the reaction, it bounds the change of the load.
     pub fn seminorm(&self) -> Self {
         Self { preload: T::zero(), smoothing: None, ..*self }
     }
@@ -116,8 +116,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         Some(apart.if_positive(apart - slide, slide - apart))
     }
 
-    /// Load of a pin, guide or thread's bore under `wrench` (about the reference point): a surface
-    /// around the line along the unit vector `axis`, between the origins of J and K.
+    /// Computes the load of a pin, a guide or the bore of a thread under `wrench` (about the reference point):
+    /// a surface around the line along the unit vector `axis`, between the origins of J and K.
     #[inline]
     pub fn between(&self, wrench: Wrench<T>, j: Vec3<T>, k: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         let (middle, span) = match self.supports {
@@ -132,15 +132,15 @@ impl<T: Scalar> NormalLoadMap<T> {
         self.across(wrench, middle, axis, span)
     }
 
-    /// Load of a pin or guide under `wrench` (about the reference point): a surface around the line
-    /// through `point` along the unit vector `axis`. `point` is the midpoint between the supports.
+    /// Computes the load of a pin or guide under `wrench` (about the reference point): a surface around the
+    /// line through `point` along the unit vector `axis`. `point` is the midpoint between the supports.
     pub fn around_axis(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         self.across(wrench, point, axis, self.bending_span)
     }
 
-    /// Load of a motor's shaft whose gear transmits `wrench` (about the reference point) to a degree of freedom
-    /// with the unit twist `unit`: the preload, and the loss of the gear. The loss depends on the direction of
-    /// motion, 1 or -1; zero stands for an unknown one.
+    /// Computes the load of a motor's shaft whose gear transmits `wrench` (about the reference point) to a degree of
+    /// freedom with the unit twist `unit`: the preload plus the loss of the gear. The loss depends on the direction
+    /// of motion, 1 or -1; zero stands for an unknown direction.
     pub fn in_gear(&self, wrench: Wrench<T>, unit: Twist<T>, direction: T) -> Load<T> {
         let Some([driving, driven]) = self.gear else {
             return Load { value: self.preload, gradient: Twist::zero() };
@@ -164,7 +164,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// The sum of all parts.
+    /// Sums all parts of the load.
     #[inline]
     fn sum(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
         let moment = wrench.moment_about(point);
@@ -193,7 +193,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         sum.load(point)
     }
 
-    /// Combines and smooths the parts as declared.
+    /// Combines and smooths the parts according to `combine` and `smoothing`.
     fn combined(
         &self,
         wrench: Wrench<T>,
@@ -242,7 +242,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         sum.load(point)
     }
 
-    /// Load of a plate with origin `point` and unit normal `normal` under `wrench` (about the
+    /// Computes the load of a plate with origin `point` and unit normal `normal` under `wrench` (about the
     /// reference point).
     pub fn on_plane(&self, wrench: Wrench<T>, point: Vec3<T>, normal: Vec3<T>) -> Load<T> {
         let factor = self.bending_span.map_or(T::zero(), |span| T::from_f64(2.0) / span);
@@ -258,7 +258,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         Sum { value: self.preload + value, by_force, by_moment }.load(point)
     }
 
-    /// Load of a ball at `point` under `wrench` (about the reference point).
+    /// Computes the load of a ball at `point` under `wrench` (about the reference point).
     #[inline]
     pub fn at_point(&self, wrench: Wrench<T>, point: Vec3<T>) -> Load<T> {
         let resultant = self.norm(wrench.force);
@@ -279,8 +279,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// Square root of a square, and the factor from the gradient of half the square to its
-    /// gradient.
+    /// Computes the square root, and the factor that converts the gradient of half the square to the
+    /// gradient of the root.
     fn root(&self, square: T) -> Part<T, T> {
         match self.smoothing {
             None => {
@@ -319,7 +319,7 @@ impl NormalLoadMap<f64> {
     }
 }
 
-/// Length of a part of the load, and its gradient.
+/// Magnitude of a part of the load, and its gradient.
 struct Part<T, D> {
     value: T,
     direction: D,
@@ -369,7 +369,7 @@ mod tests {
 
     type D = Dual<f64, 6>;
 
-    /// All parts in all combinations.
+    /// Maps with all combinations of parts.
     fn maps() -> Vec<NormalLoadMap<f64>> {
         let whole = NormalLoadMap {
             bending_span: Some(0.1),
@@ -427,15 +427,14 @@ mod tests {
                     let found = [gradient.linear.to_array(), gradient.angular.to_array()].concat();
                     for (i, component) in found.iter().enumerate() {
                         let error = component - dual.value.slope[i];
-                        // Rounding of unit vectors whose length is a difference.
+                        // Round-off of unit vectors whose length is a difference.
                         prop_assert!(error.abs() < 1e-11, "{map:?} {i}: {error}");
                     }
                 }
             }
         }
 
-        /// A load grows no faster than its reaction: the triangle inequality, the basis of
-        /// uniqueness.
+        /// Loads satisfy the triangle inequality, on which the proof of uniqueness is based.
         #[test]
         fn loads_are_seminorms(
             a in prop::array::uniform6(-5.0..5.0_f64),

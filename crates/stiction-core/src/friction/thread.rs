@@ -6,7 +6,7 @@ use super::{Load, NormalLoadMap};
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 
-/// Helix of a thread with this radius and advance.
+/// Helix of a thread, given by radius and advance.
 ///
 /// The flanks exert a normal force on each other and friction along the helix. The friction `R`
 /// carries a part of the joint's axial force `F`. With the lead angle `l` (`tan l = pitch /
@@ -56,14 +56,14 @@ impl OwnFriction<f64> {
 }
 
 impl<T: Scalar> Thread<T> {
-    /// Path along the helix per radian, m.
+    /// Length of the path along the helix per radian, m.
     #[inline]
     pub fn way(&self) -> T {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()
     }
 
-    /// Normal load under `wrench` (about the reference point): the normal force of the flanks plus
-    /// `other`, the load of the thread as a pin. Infinite if friction jams the thread.
+    /// Computes the normal load under `wrench` (about the reference point): the normal force of the flanks
+    /// plus `other`, the load of the thread as a pin. Infinite if friction jams the thread.
     pub fn load(
         &self,
         map: &NormalLoadMap<T>,

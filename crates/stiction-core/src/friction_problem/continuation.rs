@@ -2,8 +2,8 @@
 //!
 //! Equation (F8) of the book's theory.
 
-/// Point at which friction locks the mechanism: the solution ends there, and the loads grow without
-/// bound.
+/// Point at which friction locks the mechanism: the solution branch ends there, and the normal loads
+/// grow without bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lock {
     /// Fraction of the given friction coefficients at which the solution ends.
@@ -12,13 +12,13 @@ pub(crate) struct Lock {
     pub(crate) interface: usize,
 }
 
-/// Coupling bound at which the first step may end: the solution is unique there.
+/// Coupling bound up to which the first step may extend, because the solution is unique there.
 const CERTAIN: f64 = 0.99;
 
 /// Step sizes of the continuation, as fractions of the given friction coefficients.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepPolicy {
-    /// Smallest first step.
+    /// First step, unless [`Self::with_bound`] extends it.
     pub(crate) first: f64,
     /// Growth factor of the step after a success.
     pub(crate) growth: f64,
@@ -42,7 +42,7 @@ impl StepPolicy {
 /// Solution as a function of the fraction of the friction coefficients.
 pub(crate) trait Branch {
     /// Solves with this fraction of the friction coefficients, starting from the last accepted
-    /// solution. Returns whether a solution exists on the same branch, on which the determinant
+    /// solution. Returns true if it finds a solution on the same branch, along which the determinant
     /// keeps its sign.
     fn correct(&mut self, part: f64) -> bool;
 
@@ -60,8 +60,8 @@ pub(crate) trait Branch {
 /// coefficients, halving steps that fail. Returns the number of steps.
 ///
 /// # Errors
-/// Returns the lock if no step succeeds any more, because the determinant of the coupled system
-/// vanishes there, or if the steps are too many.
+/// Returns the lock if no further step succeeds, because the determinant of the coupled system
+/// vanishes there, or if the number of steps exceeds its limit.
 pub(crate) fn follow(
     branch: &mut impl Branch,
     policy: StepPolicy,

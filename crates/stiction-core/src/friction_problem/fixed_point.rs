@@ -1,8 +1,8 @@
 //! Fixed-point iteration on the normal loads, accelerated by Anderson's method.
 //!
-//! An iteration needs the normal loads under given frictions, that is one solution of the balance,
-//! but no influence matrix. It converges to the solution on the branch of zero friction if its map
-//! contracts there; where it does not, Newton's method decides.
+//! Each iteration computes the normal loads for given friction, that is, one solution of the balance;
+//! it needs no influence matrix. The iteration converges to the solution on the branch of zero friction
+//! if its map contracts there; otherwise Newton's method is used.
 
 use super::newton::largest;
 
@@ -23,7 +23,7 @@ const MEMORY: usize = 3;
 pub(crate) struct FixedPoint {
     mapped: Vec<f64>,
     residual: Vec<f64>,
-    /// Point and residual before, and their last changes.
+    /// `before`: point and residual of the previous iteration. `points`, `residuals`: their last changes.
     before: (Vec<f64>, Vec<f64>),
     points: Vec<Vec<f64>>,
     residuals: Vec<Vec<f64>>,
@@ -31,7 +31,7 @@ pub(crate) struct FixedPoint {
 
 impl FixedPoint {
     /// Solves `x = map(x)` from `x`, which becomes the solution. Returns false if the map does not
-    /// contract along the iteration. The last evaluation of the map is that at the solution.
+    /// contract along the iteration. The map is last evaluated at the solution.
     pub(crate) fn solve(
         &mut self,
         x: &mut Vec<f64>,
@@ -88,8 +88,8 @@ fn difference(to: &mut Vec<f64>, a: &[f64], b: &[f64]) {
     to.extend(a.iter().zip(b).map(|(a, b)| a - b));
 }
 
-/// Amounts of the vectors in the combination that is nearest to `right`, by Gram and Schmidt; those
-/// that depend on others are left out.
+/// Computes the coefficients of the linear combination of vectors that is nearest to `right`; vectors
+/// that depend on others have the coefficient zero.
 fn least_squares(vectors: &[Vec<f64>], right: &[f64]) -> [f64; MEMORY] {
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let count = vectors.len();
@@ -101,7 +101,7 @@ fn least_squares(vectors: &[Vec<f64>], right: &[f64]) -> [f64; MEMORY] {
         }
         amounts[i] = product(a, right);
     }
-    // Cholesky decomposition; the condition of its matrix is that of the vectors squared, and the
+    // Cholesky decomposition of the Gram matrix, which squares the condition number of the vectors; the
     // next iteration removes the error.
     let mut kept = [true; MEMORY];
     for i in 0..count {
@@ -126,7 +126,7 @@ fn least_squares(vectors: &[Vec<f64>], right: &[f64]) -> [f64; MEMORY] {
 mod tests {
     use super::*;
 
-    /// Linear map with the given factors along the axes, turned.
+    /// Linear map with the given factors along rotated axes.
     fn map(factors: [f64; 3]) -> impl Fn(&[f64], &mut Vec<f64>) {
         move |x: &[f64], out: &mut Vec<f64>| {
             let (a, b) = (0.6 * x[0] + 0.8 * x[1], -0.8 * x[0] + 0.6 * x[1]);
@@ -148,7 +148,7 @@ mod tests {
         }
     }
 
-    /// The last evaluation is that at the solution, also if all loads vanish.
+    /// The map is last evaluated at the solution, even if all loads vanish.
     #[test]
     fn vanishing_loads_are_evaluated() {
         let (mut x, mut last) = (vec![1.0; 3], Vec::new());

@@ -8,8 +8,8 @@ use crate::spatial::{Vec3, Wrench};
 /// Linear operator from friction unknowns, one or more per interface, to the wrenches at the joints
 /// of the interfaces.
 pub(crate) trait Influence {
-    /// Calls `put(row, column, wrench)` once for each pair: `wrench` is the change of the complete wrench at the joint of
-    /// interface `row` per unit of unknown `column`.
+    /// Calls `put(row, column, wrench)` once for each pair: `wrench` is the change of the complete wrench at the
+    /// joint of interface `row` per unit of unknown `column`.
     fn visit(&mut self, put: impl FnMut(usize, usize, Wrench<f64>));
 }
 

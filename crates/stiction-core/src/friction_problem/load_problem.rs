@@ -16,18 +16,18 @@ pub(super) struct Unknown {
     pub(super) interface: usize,
     /// Friction of the interface, on which the normal load of a thread depends.
     pub(super) own: OwnFriction<f64>,
-    /// Wrench at its joint due to everything but the friction that depends on normal loads.
+    /// Wrench at the interface's joint, without the friction that depends on normal loads.
     pub(super) base: Wrench<f64>,
 }
 
 impl Unknown {
-    /// Friction of the interface with a fraction of the given friction coefficient.
+    /// Friction of the interface with the fraction `part` of the given friction coefficient.
     pub(super) fn own_at(&self, part: f64) -> OwnFriction<f64> {
         OwnFriction { coefficient: part * self.own.coefficient, ..self.own }
     }
 }
 
-/// Normal loads `N` with `N = load(base + influence N)`.
+/// Problem with the normal loads `N` as unknowns: `N = load(base + influence N)`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LoadProblem {
     pub(super) unknowns: Vec<Unknown>,
@@ -38,7 +38,7 @@ pub(crate) struct LoadProblem {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LoadWorkspace {
     pub(crate) loads: Vec<f64>,
-    /// Number of steps of the continuation in the last solution, zero without one.
+    /// Number of continuation steps in the last solution; zero without continuation.
     pub(crate) continuation_steps: usize,
     start: Vec<f64>,
     trial: Vec<f64>,
@@ -77,8 +77,8 @@ impl LoadProblem {
         }));
     }
 
-    /// Solves near the `known` loads, one for each interface of the mechanism, if a solution
-    /// connected with the frictionless one exists there; otherwise by continuation with these step
+    /// Solves near the `known` loads, one for each interface of the mechanism, if a solution connected
+    /// with the frictionless solution exists there; otherwise solves by continuation with these step
     /// sizes.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl LoadProblem {
             .map_err(|lock| Lock { interface: self.unknowns[lock.interface].interface, ..lock })
     }
 
-    /// Solves from given loads, N, on any branch. Returns whether a solution is found.
+    /// Solves from given loads, N, on any branch. Returns true if it finds a solution.
     pub(crate) fn solve_from(
         &self,
         at: Configuration<'_>,
@@ -125,10 +125,10 @@ impl LoadProblem {
         self.newton(at, loads, (1.0, limit), &mut workspace.newton).is_some()
     }
 
-    /// Sensitivity of a function of the normal loads at a solution: turns its derivatives
-    /// (`weights`) into those with respect to a change of the right-hand sides, `(I - J)^T y =
-    /// weights` with the Jacobian J of the loads. Also returns the gradients of the loads. `None`
-    /// if the system is singular.
+    /// Computes the sensitivity of a function of the normal loads at a solution: converts its derivatives
+    /// with respect to the loads (`weights`) to derivatives `y` with respect to the right-hand sides by
+    /// `(I - J)^T y = weights`, with the Jacobian `J` of the loads. Also computes the gradients of the
+    /// loads. `None` if the system is singular.
     pub(crate) fn adjoint(
         &self,
         at: Configuration<'_>,
@@ -147,13 +147,13 @@ impl LoadProblem {
         workspace: &mut LoadWorkspace,
     ) -> f64 {
         let each = self.unknowns.iter().map(|unknown| (unknown.interface, unknown.own.coefficient));
-        // A resumed simulation knows no earlier bound.
+        // The bound must not depend on earlier ones, which a resumed simulation does not have.
         workspace.bound.forget();
         coupling_bound(at, each, &mut &self.influence, &mut workspace.bound)
     }
 }
 
-/// Normal loads as functions of the fraction of the friction coefficients.
+/// Branch of normal loads, parametrised by the fraction of the friction coefficients.
 struct LoadBranch<'a> {
     problem: &'a LoadProblem,
     at: Configuration<'a>,

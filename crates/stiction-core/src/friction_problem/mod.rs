@@ -2,14 +2,14 @@
 //! dynamics.
 //!
 //! A friction interface carries a normal load `N`, and its friction is affine in `N`. All joint wrenches are affine in
-//! the frictions. Scaling every coefficient of friction by `s`, the normal loads satisfy
+//! the friction forces. If all coefficients of friction are scaled by `s`, the normal loads satisfy
 //!
 //! ```text
 //! N = load(w),    w = w_0 + s A N
 //! ```
 //!
-//! with the wrenches `w_0` that do not depend on `N` and the influence `A` of a normal load, through its friction, on the
-//! wrenches of all joints. `load` is a norm of the wrench and therefore nonlinear.
+//! with the wrenches `w_0` that do not depend on `N` and the influence `A` of a normal load, through its friction,
+//! on the wrenches of all joints. `load` is a norm of the wrench and therefore nonlinear.
 //!
 //! | module | content |
 //! | --- | --- |
@@ -18,12 +18,12 @@
 //! | [`load_problem`] | problem with the normal loads as unknowns |
 //! | [`fixed_point`] | iteration near a start that needs no influence matrix |
 //! | [`newton`] | Newton's method near a start |
-//! | [`continuation`] | solution connected with the frictionless one, `s` growing from zero |
+//! | [`continuation`] | solution connected with the frictionless solution, by increasing `s` from zero |
 //! | [`uniqueness`] | bound on the coupling below which the solution is unique |
 //! | [`complementarity`] | friction vectors with unknown modes of the interfaces |
 //!
-//! The equations of motion stay with the callers: the sparse balance of inverse dynamics, the dense Newton-Euler system,
-//! and the decomposed balance of forward dynamics.
+//! The callers provide the equations of motion: the sparse balance of inverse dynamics, the dense Newton-Euler
+//! system, or the decomposed balance of forward dynamics.
 //!
 //! Equations (F5) to (F8), (D3) and (D5) of the book's theory.
 

@@ -21,15 +21,15 @@ pub(crate) const UNBOUNDED: f64 = 1e9;
 #[derive(Clone, Debug, Default)]
 pub(super) struct NewtonWorkspace {
     blocks: Vec<Four>,
-    /// Residual, then change of the loads in the step.
+    /// Residual; after the linear solve, change of the loads in the step.
     change: Vec<f64>,
     matrix: Vec<Four>,
 }
 
 impl LoadProblem {
     /// Solves from `loads`, which become the solution, with the given fraction of the friction
-    /// coefficients. Returns true if the determinant is positive, as on the branch of the
-    /// frictionless solution. Returns `None` if no solution is found or a load exceeds `limit`.
+    /// coefficients. Returns `Some(true)` if the determinant is positive, as on the branch of the
+    /// frictionless solution, and `None` if no solution is found or a load exceeds `limit`.
     pub(super) fn newton(
         &self,
         at: Configuration<'_>,

@@ -22,9 +22,9 @@ impl Configuration<'_> {
         self.parameters.interfaces[interface].joint
     }
 
-    /// Normal load of an interface, N, under its joint's complete wrench, or that which a gear transmits. `own` is
-    /// the friction of the interface itself, on which the load of a thread depends; that of a gear depends on
-    /// its direction.
+    /// Computes the normal load of an interface, N, under its joint's complete wrench or the wrench that a gear
+    /// transmits. `own` is the friction of the interface itself, on which the load of a thread depends; the load of a
+    /// gear depends on the direction of this friction.
     pub(crate) fn normal_load(
         &self,
         interface: usize,
@@ -36,10 +36,10 @@ impl Configuration<'_> {
         normal_load(&content.load, content, pitch, self.bodies, wrench, own)
     }
 
-    /// Upper bound on the change of an interface's normal load, N, if the wrench at its joint
+    /// Computes an upper bound on the change of an interface's normal load, N, if the wrench at its joint
     /// changes by `wrench`: the load under that change alone, without preload and smoothing. For a
-    /// thread it is the larger of the bounds for both sliding directions, with this friction
-    /// coefficient of the thread itself.
+    /// thread, the larger of the bounds for both sliding directions, with the given friction coefficient of
+    /// the thread itself.
     pub(crate) fn largest_load_change(
         &self,
         interface: usize,
@@ -60,8 +60,8 @@ impl Configuration<'_> {
     }
 }
 
-/// Normal load by a load map, the interface's own or its seminorm, under the joint's complete
-/// wrench.
+/// Computes the normal load by a load map (that of the interface, or its seminorm) under the joint's
+/// complete wrench.
 pub(crate) fn normal_load<T: Scalar>(
     map: &NormalLoadMap<T>,
     interface: &InterfaceParameters<T>,
@@ -74,7 +74,7 @@ pub(crate) fn normal_load<T: Scalar>(
     normal_load_between(map, interface, pitch, j, k, wrench, own)
 }
 
-/// Normal load between the frames `j` and `k` of the joint; `wrench` is in the frame in which these are given.
+/// Computes the normal load from the joint frames `j` and `k`; `wrench` is in the frame in which these are given.
 pub(crate) fn normal_load_between<T: Scalar>(
     map: &NormalLoadMap<T>,
     interface: &InterfaceParameters<T>,

@@ -1,4 +1,4 @@
-//! Small dense linear systems, their rows stored in blocks of four numbers.
+//! Small dense linear systems with rows stored in blocks of four numbers.
 
 use crate::scalar::{Lanes, Scalar};
 
@@ -17,8 +17,8 @@ pub(super) fn pack(numbers: &[f64], blocks: &mut Vec<Four>) {
     blocks.extend(numbers.chunks(4).map(of));
 }
 
-/// Evaluates an expression with the constant `$w` equal to `$width`, so that loops over the blocks of a row
-/// are unrolled; with the greatest constant if the row is longer, and `$rest` for all other rows.
+/// Evaluates `$fixed` with the constant `$w` equal to `$width`, so that loops over the blocks of a row are
+/// unrolled; evaluates `$rest` for rows of more than six blocks.
 macro_rules! by_width {
     ($width:expr, $w:ident => $fixed:expr, $rest:expr) => {
         match $width {
@@ -59,7 +59,7 @@ pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<b
     by_width!(width, W => eliminate(matrix, W, right), eliminate(matrix, width, right))
 }
 
-/// Inlined with a constant width, so that loops over the blocks of a row are unrolled.
+/// Eliminates in place; inlined with a constant width, so that loops over the blocks of a row are unrolled.
 #[inline(always)]
 fn eliminate(matrix: &mut [Four], width: usize, right: &mut [f64]) -> Option<bool> {
     let n = right.len();

@@ -7,8 +7,8 @@ use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, solve_in_place};
 use crate::scalar::Scalar;
 
-/// Largest numbers of power iterations; any number yields a bound. Plain ones converge faster,
-/// damped ones for every matrix.
+/// Largest numbers of plain and of damped power iterations; any number yields a bound. Plain iterations
+/// converge faster, damped iterations converge for every matrix.
 const PLAIN: usize = 30;
 const DAMPED: usize = 60;
 /// Relative change of the ratio that is round-off, and the number of such changes after which more
@@ -43,15 +43,15 @@ pub(crate) struct RadiusWorkspace {
 }
 
 impl BoundWorkspace {
-    /// Forgets the last eigenvector, so that a bound does not depend on earlier ones.
+    /// Forgets the last eigenvector, so that the next bound does not depend on earlier bounds.
     pub(crate) fn forget(&mut self) {
         self.vectors.known.clear();
     }
 }
 
-/// Bound on the spectral radius of the coupling. Entry (i, j) of the coupling matrix bounds the
-/// change of the normal load of interface i per newton of change of that of interface j, through
-/// the friction at j. Load maps are seminorms of the wrench, and wrenches are affine in frictions.
+/// Computes a bound on the spectral radius of the coupling. Entry (i, j) of the coupling matrix bounds
+/// the change of the normal load of interface i per newton of change of the normal load of interface j,
+/// through the friction at j. Load maps are seminorms of the wrench, and wrenches are affine in friction.
 /// With a radius below one the solution therefore exists and is unique (Banach's fixed-point
 /// theorem in the maximum norm weighted by the eigenvector of the matrix).
 ///
@@ -78,8 +78,8 @@ pub(crate) fn coupling_bound(
     radius_bound(matrix, count, vectors)
 }
 
-/// Bound on the spectral radius of a matrix without negative entries: the largest ratio of `(matrix x)_i` to `x_i`, for
-/// any positive `x` (Collatz and Wielandt).
+/// Computes a bound on the spectral radius of a matrix without negative entries: the largest ratio of `(matrix x)_i`
+/// to `x_i`, for any positive `x` (Collatz and Wielandt).
 pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusWorkspace) -> f64 {
     let mut bound = f64::INFINITY;
     if count == 0 {
@@ -123,7 +123,7 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
     if iterate(x, DAMPED, 0.5, true) < 1.0 {
         return bound;
     }
-    // Nothing is proven yet: all iterations count.
+    // No bound below one is proven yet: run all iterations, without an early stop.
     x.fill(Four::one());
     iterate(x, DAMPED, 0.5, false)
 }
@@ -169,7 +169,7 @@ fn bound_by_inverse_iteration(
         let largest = x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let sign = if x[0] < 0.0 { -1.0 } else { 1.0 };
         x.iter_mut().for_each(|x| *x *= sign / largest);
-        // Rounding next to the eigenvalue, or a matrix that decouples.
+        // Round-off close to the eigenvalue, or a matrix that decouples.
         if !x.iter().all(|x| *x > 1e-9) {
             return None;
         }
@@ -177,8 +177,8 @@ fn bound_by_inverse_iteration(
     None
 }
 
-/// Takes one power iteration, of which `part` is new; returns the largest ratio of the product to
-/// the vector before.
+/// Takes one power iteration; the fraction `part` of the new vector comes from the product, the rest from
+/// the previous vector. Returns the largest ratio of the product to the previous vector.
 fn power_step(columns: &[Four], count: usize, x: &mut [Four], next: &mut [Four], part: f64) -> f64 {
     next.fill(Four::zero());
     for (k, column) in columns.chunks_exact(x.len()).enumerate() {
@@ -206,7 +206,7 @@ mod tests {
         super::radius_bound(matrix, matrix.len().isqrt(), &mut Default::default())
     }
 
-    /// Against the power iterations, for matrices that change slowly and for ones that decouple.
+    /// Compares with power iterations, for matrices that change slowly and matrices that decouple.
     #[test]
     fn inverse_iteration_agrees_with_power_iterations() {
         use super::{RadiusWorkspace, bound_by_inverse_iteration};

@@ -1,4 +1,4 @@
-//! Fixed: no degree of freedom.
+//! Fixed joint: no degree of freedom.
 
 use super::{Constraint, Dof};
 use crate::scalar::Scalar;

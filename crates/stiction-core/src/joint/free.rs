@@ -1,4 +1,4 @@
-//! Free: no constraint; coordinates are the position in J and a unit quaternion, rates are the
+//! Free joint: no constraint; coordinates are the position in J and a unit quaternion, rates are the
 //! velocity in J and the angular velocity in K.
 
 use super::{

@@ -184,8 +184,8 @@ impl JointType {
         of_type!(self, pose(q, pitch))
     }
 
-    /// Pose permitted by the joint that is nearest to `relative` (an actual `X_JK`), and its scalar
-    /// coordinates (zeros for quaternions).
+    /// Computes the permitted pose of the joint that is nearest to `relative` (an actual `X_JK`), and the
+    /// scalar coordinates of that pose (zeros for quaternions).
     #[inline]
     pub fn nearest<T: Scalar>(self, relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
         of_type!(self, nearest(relative, pitch))
@@ -216,7 +216,7 @@ impl JointType {
         }
     }
 
-    /// Advances the coordinates by a small step in the rates (rad, m). Quaternions keep unit
+    /// Advances the coordinates by a small step along the rates (rad, m). Quaternions keep unit
     /// length.
     #[inline]
     pub fn advance<T: Scalar>(self, q: &mut [T], step: &[T]) {
@@ -278,8 +278,8 @@ impl Dof {
     }
 
     /// The wrench, predecessor on successor, of a unit effort on this degree of freedom: a couple
-    /// along the axis, or a force along it through the origin of K. Its power on a relative twist
-    /// is the rate of this degree of freedom, so it also extracts that rate.
+    /// along the axis, or a force along it through the origin of K. The power of this wrench on a relative
+    /// twist is the rate of this degree of freedom, so the wrench also extracts that rate from a twist.
     #[inline]
     pub fn effort<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>) -> Wrench<T> {
         let frame = match self.carrier {
@@ -349,9 +349,9 @@ impl JointType {
     }
 }
 
-/// Vector `2 n tan(a/2)` along the axis `n` of a rotation by the angle `a`, bounded near a half
-/// turn. To first order it is the rotation vector; unlike the skew part it does not decrease beyond
-/// a right angle, as the assembly from a poor initial guess requires.
+/// Computes the vector `2 n tan(a/2)` along the axis `n` of a rotation by the angle `a`, bounded near a half
+/// turn. To first order this is the rotation vector. Unlike the skew part of the rotation matrix it does not
+/// decrease beyond a right angle, which assembly from a poor initial guess requires.
 #[inline]
 fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
     const FLOOR: f64 = 1e-3;
@@ -390,8 +390,8 @@ mod tests {
     }
 
     proptest! {
-        /// Constraint wrenches do no work on the degrees of freedom, each effort works on its own
-        /// alone, and together they span all wrenches.
+        /// Constraint wrenches do no work on the degrees of freedom, each effort does work only on its own
+        /// degree of freedom, and constraint wrenches and efforts together span all wrenches.
         #[test]
         fn dofs_and_constraints_are_reciprocal(numbers in numbers()) {
             for joint_type in JointType::ALL {

@@ -1,4 +1,4 @@
-//! P: one translation along z.
+//! P, prismatic joint: one translation along z.
 
 use super::{Carrier::Predecessor, Constraint, Dof, Motion, dof};
 use crate::scalar::Scalar;
@@ -22,7 +22,7 @@ pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
 
 #[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
-    // The displacement along the successor's axis line, which a small tilt does not change.
+    // Displacement along the successor's axis, which a small tilt does not change.
     let slide = relative.rotation.columns[2].dot(relative.position);
     (pose(&[slide], pitch), [slide, T::zero(), T::zero()])
 }

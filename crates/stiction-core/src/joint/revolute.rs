@@ -1,4 +1,4 @@
-//! R: one rotation about z.
+//! R, revolute joint: one rotation about z.
 
 use super::{Carrier::Predecessor, Constraint, Dof, Motion, angle_about_z, dof};
 use crate::scalar::Scalar;

@@ -1,4 +1,5 @@
-//! S: all rotations about a point; coordinates are a unit quaternion, rates are in K.
+//! S, spherical joint: all rotations about a point; coordinates are a unit quaternion, rates the angular
+//! velocity in K.
 
 use super::{Carrier::Successor, Constraint, Dof, Motion, dof};
 use crate::scalar::Scalar;

@@ -40,7 +40,7 @@ impl<T: Clone> Clone for State<T> {
 }
 
 impl State<f64> {
-    /// Rounding error of the largest coordinate; it grows with the turns of joints and with
+    /// Round-off of the largest coordinate; it grows with the number of turns of joints and with
     /// lengths.
     pub(crate) fn round_off(&self) -> f64 {
         let largest = self.coordinates.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
@@ -59,7 +59,7 @@ impl State<f64> {
 }
 
 impl<T: Scalar> State<T> {
-    /// State at rest with coinciding joint frames.
+    /// Creates a state at rest with coinciding joint frames.
     pub fn new(topology: &Topology) -> Self {
         let mut coordinates = vec![T::zero(); topology.coordinates()];
         for node in &topology.nodes {
@@ -168,7 +168,7 @@ impl<T: Scalar> Bodies<T> {
         self.frame_j.iter().zip(&self.frame_k).map(|(j, k)| j.inverse() * *k)
     }
 
-    /// Poses of bodies and joint frames, unit twists of the tree's degrees of freedom.
+    /// Computes the poses of bodies and joint frames, and the unit twists of the tree's degrees of freedom.
     pub fn place(&mut self, topology: &Topology, parameters: &Parameters<T>, coordinates: &[T]) {
         self.pose[0] = parameters.ground;
         for node in &topology.nodes {
@@ -218,8 +218,8 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Coordinates of the springs on joints. Angles of joints of the tree count full turns; those of joints that
-    /// close a loop lie within half a turn of the middle of their range.
+    /// Computes the coordinates of the springs on joints. Angles of joints of the tree include full turns; angles of
+    /// joints that close a loop are wrapped to within half a turn of the middle of their range.
     #[inline(never)]
     fn place_springs(&mut self, topology: &Topology, parameters: &Parameters<T>, tree: &[T]) {
         let mut places = std::mem::take(&mut self.spring_coordinates);
@@ -240,7 +240,7 @@ impl<T: Scalar> Bodies<T> {
         self.spring_coordinates = places;
     }
 
-    /// Twists and bias accelerations; needs [`Self::place`].
+    /// Computes twists and bias accelerations; requires [`Self::place`].
     pub fn move_with(&mut self, topology: &Topology, rates: &[T]) {
         for node in &topology.nodes {
             let parent = parent_body(topology, node.parent);
@@ -266,7 +266,7 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Accelerations; needs [`Self::move_with`].
+    /// Computes accelerations; requires [`Self::move_with`].
     pub fn accelerate(&mut self, topology: &Topology, accelerations: &[T]) {
         for node in &topology.nodes {
             // Accelerations beyond the bias add up along the tree.
@@ -282,8 +282,7 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Adds to the accelerations of all bodies those that `amount` times these accelerations of the
-    /// tree cause.
+    /// Adds the effect of `amount` times these accelerations of the tree to the accelerations of all bodies.
     pub(crate) fn accelerate_more(&mut self, topology: &Topology, accelerations: &[T], amount: T) {
         // The bias is unchanged: accelerations add up along the tree.
         for node in &topology.nodes {
@@ -315,7 +314,8 @@ impl<T: Scalar> Bodies<T> {
         self.joint_rates(topology, actuator.joint)[actuator.dof]
     }
 
-    /// The sliding velocity of a friction interface along each of its degrees of freedom, m/s; `pitch` is the joint's.
+    /// The sliding velocity of a friction interface along each of its degrees of freedom, m/s; `pitch` is the joint's
+    /// pitch, m/rad.
     #[inline]
     pub fn surface_velocity(
         &self,
@@ -332,7 +332,7 @@ impl<T: Scalar> Bodies<T> {
         surface
     }
 
-    /// The wrench on its joint of efforts on the degrees of freedom of a friction interface.
+    /// The joint wrench of given efforts on the degrees of freedom of a friction interface.
     pub(crate) fn wrench_of(
         &self,
         topology: &Topology,
@@ -352,7 +352,7 @@ impl<T: Scalar> Bodies<T> {
         dof.effort(&self.frame_j[joint], &self.frame_k[joint])
     }
 
-    /// Rate and acceleration of a joint's degree of freedom with its given coordinate.
+    /// Computes rate and acceleration of a joint's degree of freedom; returns them with the given coordinate.
     pub fn joint_motion(
         &self,
         topology: &Topology,
@@ -409,7 +409,7 @@ fn floating_screw<T: Scalar>(k: usize) -> Twist<T> {
     }
 }
 
-/// Writes the coordinates of a floating body at a pose.
+/// Writes the coordinates of a floating body with the given pose.
 pub(crate) fn write_floating(pose: Pose<f64>, q: &mut [f64]) {
     q[..3].copy_from_slice(&pose.position.to_array());
     Quaternion::from_rotation(pose.rotation).write(&mut q[3..]);

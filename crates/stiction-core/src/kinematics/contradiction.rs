@@ -1,8 +1,8 @@
 //! Checks prescribed rates and accelerations against the loop constraints.
 //!
 //! If rows outnumber degrees of freedom, the solution for rates omits dependent rows. Along a
-//! feasible motion these rows hold automatically. At a single position they may not: the loops
-//! close there, but the prescribed rates would open them.
+//! feasible motion the omitted rows hold automatically. At a single position they may be violated: the
+//! loops close at this position, but the prescribed rates would open them.
 
 use super::coordinate::Target;
 use super::model::KinematicModel;
@@ -11,11 +11,11 @@ use super::system::Kinematics;
 use super::{AssemblyError, State};
 use crate::parameters::Parameters;
 
-/// Relative tolerance of a row: a fraction of the sum of its terms. Interpolated recordings of
-/// redundant coordinates agree more closely.
+/// Relative tolerance of a row, as a fraction of the sum of the magnitudes of its terms. Interpolated
+/// recordings of redundant coordinates agree more closely.
 const RELATIVE: f64 = 1e-5;
-/// Absolute tolerance, 1/s and 1/s², in characteristic lengths: below the rates of any practical
-/// motion, and above the round-off of rates at a reversal.
+/// Absolute tolerance, 1/s and 1/s², with lengths in characteristic lengths: below the rates of any
+/// practical motion, and above the round-off of rates at a reversal.
 const ABSOLUTE: f64 = 1e-9;
 
 /// A violated row and its residual.
@@ -28,7 +28,7 @@ struct Missed {
 }
 
 impl Kinematics<f64> {
-    /// Returns an error if rates or accelerations violate a loop or a prescribed coordinate; needs
+    /// Returns an error if rates or accelerations violate a loop or a prescribed coordinate; requires
     /// [`Self::differentiate`].
     pub(super) fn contradiction(
         &mut self,
@@ -59,7 +59,7 @@ impl Kinematics<f64> {
         Err(AssemblyError::Contradiction { order, joint, of_gearing, by: missed.by, unit })
     }
 
-    /// Returns `true` if rates or accelerations violate a loop or a prescribed coordinate; needs
+    /// Returns `true` if rates or accelerations violate a loop or a prescribed coordinate; requires
     /// [`Self::differentiate`]. Does not allocate.
     pub(crate) fn contradicts(
         &mut self,
@@ -71,7 +71,7 @@ impl Kinematics<f64> {
         self.most_missed(model, parameters, state, targets).is_some()
     }
 
-    /// The constraint row that the rates violate most; if they violate none, the row that the accelerations violate most.
+    /// Finds the row that the rates violate most or, if they violate none, the row that the accelerations violate most.
     fn most_missed(
         &mut self,
         model: &KinematicModel,
@@ -95,7 +95,7 @@ impl Kinematics<f64> {
         }
     }
 
-    /// The row with the greatest residual beyond the tolerances.
+    /// Finds the row with the greatest residual beyond the tolerances.
     fn missed(
         &self,
         motion_constraints: &MotionConstraints,

@@ -57,7 +57,7 @@ impl Coordinate {
     }
 }
 
-/// The order of axes of three intrinsic rotations: neighbours differ.
+/// The order of axes of three intrinsic rotations; consecutive axes differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct AngleOrder([usize; 3]);
 
@@ -96,7 +96,7 @@ pub struct Target<T> {
 }
 
 impl Target<f64> {
-    /// At rest at zero.
+    /// Target at rest with the value zero.
     pub(crate) const AT_ZERO: Self = Self { value: 0.0, rate: 0.0, acceleration: 0.0 };
 
     /// Converts to constants of another scalar type.

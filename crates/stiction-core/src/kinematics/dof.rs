@@ -23,7 +23,7 @@ pub(super) enum OpenMotion {
     Others(Vec<OpenTwist>),
 }
 
-/// An open motion, described by one body.
+/// An open motion, described by the motion of one body.
 pub(super) struct OpenTwist {
     body: usize,
     motion: String,
@@ -35,7 +35,7 @@ impl OpenTwist {
     }
 }
 
-/// Open motions of the scaled system at the current position.
+/// Finds the open motions of the scaled system at the current position.
 pub(super) fn open_motions(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -61,7 +61,7 @@ pub(super) fn open_motions(
     }
 }
 
-/// Twists of all bodies for given rates of the tree.
+/// Computes the twists of all bodies for given rates of the tree.
 pub(crate) fn body_twists(
     topology: &Topology,
     bodies: &Bodies<f64>,
@@ -94,7 +94,7 @@ pub(crate) fn actuator_rate(
     (twists[successor] - twists[predecessor]).power(effort)
 }
 
-/// Passive spins, if all open motions are combinations of rotations of single bodies about axes
+/// Finds the passive spins, if all open motions are combinations of rotations of single bodies about axes
 /// through their centres of mass that move no actuator.
 fn idle_spins(
     topology: &Topology,
@@ -115,7 +115,7 @@ fn idle_spins(
             }
         }
     }
-    // Bodies selected for their spins, as rows of amounts in each open motion.
+    // Spins of the selected bodies, as rows of their components in each open motion.
     let mut chosen = DMatrix::<f64>::zeros(0, rates.len());
     let mut spins = Vec::new();
     for body in 1..bodies.pose.len() {

@@ -76,9 +76,9 @@ pub enum AssemblyError {
     Contradiction {
         /// Name of the violated quantity: rates or accelerations.
         order: &'static str,
-        /// Joint or gearing with the largest violation; none if a coordinate is violated more.
+        /// Joint or gearing with the largest violation; `None` if a coordinate is violated more.
         joint: Option<String>,
-        /// True if it is a gearing.
+        /// True if `joint` is a gearing.
         of_gearing: bool,
         /// Violation of the constraint.
         by: f64,
@@ -108,19 +108,19 @@ pub enum AssemblyError {
 /// prescribed coordinates, the latter with the larger weight.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gap {
-    /// Joint or gearing with the largest gap; none in a mechanism without loops and gearings.
+    /// Joint or gearing with the largest gap; `None` in a mechanism without loops and gearings.
     pub joint: Option<String>,
-    /// True if it is a gearing.
+    /// True if `joint` is a gearing.
     pub of_gearing: bool,
-    /// Gap of that joint, m.
+    /// Distance by which `joint` is open, m.
     pub length: f64,
-    /// Angle of that gap, rad.
+    /// Angle by which `joint` is open, rad.
     pub angle: f64,
     /// Greatest error of a prescribed length, m.
     pub missed_length: f64,
     /// Greatest error of a prescribed angle, rad.
     pub missed_angle: f64,
-    /// Number of prescribed coordinates and mobility, if the mobility is smaller.
+    /// Number of prescribed coordinates, and mobility, if the number exceeds the mobility.
     pub prescribed: Option<(usize, usize)>,
     /// The mechanism's characteristic length, m; negligible gaps relative to it are not reported.
     pub scale: f64,
@@ -181,7 +181,7 @@ fn amounts(length: f64, angle: f64, scale: f64) -> String {
     [length, angle].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
-/// Negligible gap, rad or characteristic lengths.
+/// Negligible gap, in rad or characteristic lengths.
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// A motion left open by the loops and the prescribed coordinates.

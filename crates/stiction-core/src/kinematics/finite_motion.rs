@@ -9,12 +9,12 @@ use nalgebra::DVector;
 /// Size of a step, rad and characteristic lengths, and the number of steps.
 const STRIDE: f64 = 0.05;
 const STRIDES: usize = 20;
-/// Corrections after each step, with a damping that ignores singular values below 1e-6.
+/// Number of corrections after each step, and a damping that ignores singular values below 1e-6.
 const CORRECTIONS: usize = 8;
 const DAMPING: f64 = 1e-12;
-/// Largest scaled error of the loops on the way: dimensions with six digits.
+/// Largest permitted scaled error of the loops along the motion, for dimensions given with six digits.
 const OPEN: f64 = 1e-6;
-/// Smallest displacement that remains of a step after the corrections.
+/// Smallest fraction of a step that must remain after the corrections.
 const REMAINS: f64 = 0.5;
 
 /// A motion over a finite distance.
@@ -22,15 +22,15 @@ const REMAINS: f64 = 0.5;
 pub struct FiniteMotion {
     /// The body that moves farthest.
     pub body: String,
-    /// Displacement of its origin, m.
+    /// Displacement of the origin of this body, m.
     pub moved: f64,
     /// Rotation of this body, rad.
     pub turned: f64,
-    /// Largest error of the loops on the way, rad and characteristic lengths.
+    /// Largest error of the loops along the motion, in rad and characteristic lengths.
     pub closure: f64,
 }
 
-/// The last state of a motion and the largest error on the way.
+/// The last state of a motion, and the largest error along it.
 pub(super) struct Path {
     pub(super) state: State<f64>,
     pub(super) length: f64,
@@ -60,7 +60,7 @@ impl Loops<'_> {
         path
     }
 
-    /// A step with minimum-norm corrections to the least error; `None` if it is not finite.
+    /// Takes a step with minimum-norm corrections to the least error; `None` if the result is not finite.
     fn stride(
         &mut self,
         from: &State<f64>,

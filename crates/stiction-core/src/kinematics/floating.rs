@@ -27,8 +27,8 @@ impl State<f64> {
         }
     }
 
-    /// Adds to a step of floating bodies the part that arises because twists at two instants do not
-    /// commute (Magnus): `factor` times the Lie bracket of `a` and `b`, which are rates or accelerations.
+    /// Adds the correction to a step of floating bodies because twists at two instants do not commute
+    /// (Magnus): `factor` times the Lie bracket of `a` and `b`, which are rates or accelerations.
     pub(crate) fn add_bracket(
         topology: &Topology,
         step: &mut [f64],
@@ -57,8 +57,8 @@ mod tests {
     use crate::joint::JointType;
     use crate::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 
-    /// One step against many small ones, with a twist that changes at a constant rate: the remaining error
-    /// is of fourth order in the step.
+    /// Compares one step with many small steps, with a twist that changes at a constant rate: the remaining
+    /// error is of fourth order in the step.
     #[test]
     fn one_step_follows_a_changing_twist() {
         // Three legs of one ball joint each: all of them are cut.

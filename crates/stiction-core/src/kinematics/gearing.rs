@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 use crate::topology::{GearedDofs, Topology};
 
 impl GearedDofs {
-    /// Value of the sum of coordinates less its required value, rad or m.
+    /// Sum of the coordinates with coefficients, less the required value, rad or m.
     pub(crate) fn error<T: Scalar>(&self, parameters: &Parameters<T>, coordinates: &[T]) -> T {
         let numbers = &parameters.gearings[self.gearing];
         let mut sum = -numbers.offset;
@@ -24,7 +24,7 @@ impl GearedDofs {
         own.map_or(T::zero(), |own| numbers.coefficients[own])
     }
 
-    /// All degrees of freedom of its nodes.
+    /// All degrees of freedom of the gearing's nodes.
     pub(crate) fn tree_dofs<'a>(
         &'a self,
         topology: &'a Topology,

@@ -27,7 +27,7 @@ const TIGHTEN: f64 = 5.0;
 const STRIDE: f64 = 0.25;
 
 /// Number of steps after which steps follow the curvature of the errors, and the largest ratio of
-/// this part to the step.
+/// the curvature correction to the step.
 const SLOW: usize = 20;
 const BEND: f64 = 0.375;
 /// Fraction of a step for the finite difference of its curvature.
@@ -58,9 +58,9 @@ pub(super) struct Descent {
 }
 
 impl Descent {
-    /// Tests if the steps shrink from the beginning as those of Newton's method near a simple root.
-    /// For a quadratic equation the second step is less than a quarter of the first exactly if the
-    /// other root is more than about 3.8 times as far away as this one.
+    /// Tests if the steps shrink from the beginning like steps of Newton's method near a simple root.
+    /// For a quadratic equation, the second step is less than a quarter of the first exactly if the
+    /// other root is more than about 3.8 times as far from the start as the root found.
     pub(super) fn contracts(&self) -> bool {
         let [first, second] = self.first_steps;
         first < 0.5 && second <= 0.25 * first
@@ -87,7 +87,7 @@ impl<'a> PositionEquations<'a> {
         self
     }
 
-    /// Fixes all other degrees of freedom of the tree.
+    /// Fixes all degrees of freedom of the tree for which `moves` is false.
     pub(super) fn moving(mut self, moves: impl Fn(usize) -> bool) -> Self {
         self.columns.retain(|(column, _)| moves(*column));
         self
@@ -120,7 +120,7 @@ impl<'a> PositionEquations<'a> {
         SparseMatrix::new((self.rows.len(), self.columns.len()), own)
     }
 
-    /// Rates of the tree for a scaled step.
+    /// Converts a scaled step to rates of the tree.
     pub(super) fn unscaled(&self, step: &DVector<f64>) -> Vec<f64> {
         let mut rates = vec![0.0; self.topology.dofs()];
         for (x, (column, scale)) in step.iter().zip(&self.columns) {
@@ -276,7 +276,7 @@ fn by_triangular_factor(
     let (rows, columns) = (narrow.nrows(), narrow.ncols());
     let damped = (0..columns).map(|k| (rows + k, k, damping.sqrt()));
     let matrix = SparseMatrix::new((rows + columns, columns), narrow.entries().chain(damped));
-    // Any order is correct; one for a pattern with more zeros may be slower.
+    // Any order is correct; an order chosen for a pattern with more zeros may be slower.
     let order = order.get_or_init(|| ColumnOrder::one_by_one(&matrix));
     let factor = SparseQr::new(&matrix, order, 0.0);
     let inverse = |right: Vec<f64>| factor.solve(&factor.solve_transposed(right));

@@ -1,10 +1,10 @@
 //! Positions of legs in closed form.
 //!
 //! A leg is a chain from the ground or a floating body whose cut joint (S, U, R) connects its last
-//! body to another such body. The poses of both bodies determine the point of that joint. Joints
-//! with few degrees of freedom then follow from distances and heights that depend on one of them
-//! only (subproblems in the sense of Paden 1986 and Kahan). Rule and branch of each coordinate are
-//! selected by trial: those that reproduce the coordinates of known positions.
+//! body to another such body. The poses of both bodies determine the point of that joint. The other
+//! coordinates then follow from distances and heights that depend on only one of them (subproblems in
+//! the sense of Paden 1986 and Kahan). Rule and branch of each coordinate are selected by trial, such
+//! that they reproduce the coordinates of known positions.
 //!
 //! Equation (K7) of the book's theory.
 
@@ -50,7 +50,7 @@ struct Leg {
     choices: Vec<Choice>,
 }
 
-/// Rules for one coordinate at either end of the interval of unknown ones.
+/// Rule for one coordinate at either end of the interval of unknown coordinates.
 #[derive(Clone, Copy, Debug)]
 enum Rule {
     /// Last coordinate: rotations about the common point of all axes before it preserve the
@@ -88,7 +88,7 @@ impl Element {
         Vec3::unit(self.axis)
     }
 
-    /// Displacement of all elements beyond this one.
+    /// Displacement of all elements beyond this element.
     fn pose<T: Scalar>(&self, coordinate: T) -> Pose<T> {
         let q = coordinate * T::from_f64(self.sign);
         if self.slides {
@@ -153,8 +153,8 @@ struct Open<'a, T> {
 }
 
 impl<T: Scalar> Open<'_, T> {
-    /// Pose of the frame of an element in that of an earlier one, with all elements between at
-    /// zero.
+    /// Pose of the frame of an element in the frame of an earlier element, with the coordinates of all
+    /// elements between them at zero.
     fn between(&self, first: usize, last: usize) -> Pose<T> {
         self.fixed[first + 1..=last].iter().fold(Pose::identity(), |sum, fixed| sum * *fixed)
     }
@@ -175,7 +175,7 @@ impl<T: Scalar> Open<'_, T> {
         }
     }
 
-    /// Coordinate by a rule; `None` if the rule does not apply.
+    /// Computes a coordinate by a rule; `None` if the rule does not apply.
     fn find(&self, Choice { rule, branch }: Choice) -> Option<T> {
         let branch = T::from_f64(branch);
         let count = self.elements.len();
@@ -258,7 +258,7 @@ impl Leg {
         [own, root.inverse().apply(end.apply(other))]
     }
 
-    /// Coordinates by these choices in turn: indices of the elements, and values.
+    /// Computes coordinates by these choices in turn; returns indices of the elements, and values.
     fn follow<T: Scalar>(
         &self,
         topology: &Topology,

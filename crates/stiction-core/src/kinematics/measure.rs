@@ -44,7 +44,7 @@ pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f
     }
 }
 
-/// Kind of difference for a coordinate. Joint coordinates of the tree count full turns; coordinates
+/// Kind of difference for a coordinate. Joint coordinates of the tree include full turns; coordinates
 /// measured from a pose are known modulo one turn.
 pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
     match coordinate {
@@ -59,7 +59,7 @@ pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Differe
     }
 }
 
-/// Index of a joint angle among the tree's coordinates, if the coordinate is one.
+/// Index among the tree's coordinates, if the coordinate is an angle of a joint of the tree.
 pub(super) fn tree_angle(topology: &Topology, coordinate: Coordinate) -> Option<usize> {
     let Coordinate::Joint { joint, dof } = coordinate else { return None };
     let node = topology.node_of(joint.0)?;
@@ -79,7 +79,7 @@ pub(crate) fn deviation<T: Scalar>(difference: Difference, found: T, reference: 
     }
 }
 
-/// Measures a coordinate; needs placed bodies.
+/// Measures a coordinate; requires placed bodies.
 pub(super) fn measure<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
@@ -123,7 +123,7 @@ pub(super) fn measure<T: Scalar>(
     }
 }
 
-/// Value and rate of a coordinate; needs placed and moving bodies. The acceleration is zero.
+/// Measures value and rate of a coordinate; requires poses and twists of the bodies. The acceleration is zero.
 pub(crate) fn measure_motion(
     coordinate: Coordinate,
     topology: &Topology,
@@ -141,8 +141,8 @@ pub(crate) fn measure_motion(
     Target { value, rate, acceleration: 0.0 }
 }
 
-/// Second derivative of a coordinate at zero accelerations of the tree; needs the bodies'
-/// velocities.
+/// Computes the second derivative of a coordinate for zero accelerations of the tree; requires the
+/// twists of the bodies.
 pub(super) fn bias<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,

@@ -1,7 +1,7 @@
 //! Position, velocity and acceleration of closed chains.
 //!
-//! [`Kinematics`] is the kernel: one Newton step, and exact rates and accelerations, over any scalar.
-//! `Assembly` applies it in `f64`: it computes the first position, follows a motion within one
+//! [`Kinematics`] is the kernel: one Newton step, and exact rates and accelerations, for any scalar type.
+//! `Assembly` applies this kernel in `f64`: it computes the first position, follows a motion within one
 //! assembly mode, and explains failures.
 
 mod assembly;

@@ -11,10 +11,10 @@ use crate::topology::Topology;
 #[derive(Clone, Debug)]
 pub struct MotionConstraints {
     pub(super) rows: Vec<Row>,
-    /// Rows before this one are constraints of cut joints, then gearings.
+    /// Number of rows of loop closure, which come first: constraints of cut joints, then gearings.
     pub(super) closures: usize,
     pub(super) coordinates: Vec<Coordinate>,
-    /// For components of rotation vectors that are prescribed completely, the indices of all three.
+    /// For components of completely prescribed rotation vectors, the indices of all three components.
     pub(super) orientations: Vec<Option<[usize; 3]>>,
     pub(super) differences: Vec<Difference>,
     pub(super) spins: Vec<Spin>,
@@ -32,7 +32,7 @@ pub(super) struct Row {
 }
 
 /// Rotation of one body about a body-fixed axis that neither the motion nor the loops determine,
-/// such as that of a rod between two ball joints. By convention the spin rate is zero; the dynamics
+/// such as the spin of a rod between two ball joints. By convention the spin rate is zero; the dynamics
 /// determine the spin acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spin {
@@ -95,7 +95,7 @@ impl MotionConstraints {
     }
 
     /// Index of each prescribed coordinate among the tree's coordinates, if it is an angle of a joint in the
-    /// tree. Such an angle counts whole turns, which poses do not contain.
+    /// tree. Such an angle includes whole turns, which poses do not show.
     pub fn tree_angles<'a>(
         &'a self,
         topology: &'a Topology,

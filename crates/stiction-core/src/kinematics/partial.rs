@@ -13,7 +13,7 @@ use crate::spatial::Pose;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Tolerance of closed loops and given values (rad, or m over the characteristic length).
+/// Tolerance of closed loops and given values (rad, or m divided by the characteristic length).
 const MET: f64 = 1e-12;
 /// Error below which Newton's method with minimum-norm steps takes over.
 const NEAR: f64 = 1e-3;
@@ -59,7 +59,7 @@ fn targets(values: &[f64]) -> Vec<Target<f64>> {
     values.iter().map(|&value| Target { value, rate: 0.0, acceleration: 0.0 }).collect()
 }
 
-/// State near the model's reference configuration with closed loops and the given values of
+/// Computes a state near the model's reference configuration with closed loops and the given values of
 /// coordinates. All steps lie in the span of the rows, so unrelated coordinates do not move.
 pub(crate) fn assemble_partly(
     mechanism: &Mechanism,
@@ -77,7 +77,7 @@ pub(crate) fn assemble_partly(
     let equations = PositionEquations::new(topology, parameters, &motion_constraints, &targets);
     let mut reached = equations.solve(&mut kinematics, &mut state, NEAR, STEPS).error;
     if reached > NEAR {
-        // From the given starts to the given values.
+        // Move from the given starts to the given values.
         let mut other = given.reference(false).state;
         let error = equations.solve(&mut kinematics, &mut other, NEAR, STEPS).error;
         if error < reached {
@@ -104,7 +104,7 @@ pub(crate) fn assemble_partly(
     }
     let errors = equations.errors(&mut kinematics, &state);
     let size = |row: usize| if errors[row].is_nan() { f64::INFINITY } else { errors[row].abs() };
-    // Report a contradictory value rather than the loop that it opens.
+    // Report a contradictory value rather than the loop that this value opens.
     let worst = (0..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let Some(row) = worst.filter(|row| size(*row) > MET) else { return Ok(state) };
     let given = (topology.closures()..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));

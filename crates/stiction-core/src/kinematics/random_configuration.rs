@@ -1,4 +1,4 @@
-//! Random configurations, distant from each other, reachable from a given one.
+//! Random configurations that are distant from each other and reachable from a given configuration.
 
 use super::bodies::State;
 use super::tracing::Loops;
@@ -17,11 +17,11 @@ const TRIES: usize = 6;
 /// Relative singular values below this count as open motions.
 const OPEN: f64 = 1e-6;
 
-/// Random positions and their largest distance from the initial one.
+/// Random positions, and their largest distance from the initial position.
 pub(crate) struct RandomConfiguration {
     /// The positions; the initial position is not included unless the mechanism is immobile.
     pub(crate) states: Vec<State<f64>>,
-    /// Largest distance of a position from the initial one.
+    /// Largest distance of a position from the initial position, in rad and characteristic lengths.
     pub(crate) reach: f64,
 }
 
@@ -40,7 +40,7 @@ impl RandomConfiguration {
         let mut reach = 0.0_f64;
         let mut states = Vec::with_capacity(count);
         for _ in 0..count {
-            // A random walk keeps returning; one direction per position does not.
+            // A random walk keeps returning; steps in one direction per position do not.
             let mut heading: Option<DVector<f64>> = None;
             for _ in 0..STRIDES {
                 let decomposition = loops.decompose(&at, Limit::OfLargest(OPEN));

@@ -7,8 +7,8 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Vec3};
 
 impl Target<f64> {
-    /// The components of the rotation vector of a rotation with their time derivatives, from its
-    /// angular velocity (rad/s) and acceleration (rad/s^2) in the axes of the fixed frame.
+    /// Computes the components of a rotation's rotation vector with their time derivatives, from the angular
+    /// velocity (rad/s) and acceleration (rad/s^2) in the axes of the fixed frame.
     pub fn of_rotation(rotation: Mat3<f64>, omega: Vec3<f64>, alpha: Vec3<f64>) -> [Self; 3] {
         let vector = RotationVector::of(rotation);
         let matrix = vector.rate_matrix();
@@ -39,7 +39,7 @@ impl<T: Scalar> RotationVector<T> {
         let half = T::from_f64(0.5);
         let sine = w.norm();
         let angle = sine.atan2((rotation.trace() - T::one()) * half);
-        // Power series near zero; with the switch at a = 0.1 both sides are accurate to 1e-13.
+        // Power series near zero; at the switch, a = 0.1, both forms are accurate to 1e-13.
         let large = angle - T::from_f64(0.1);
         let safe = large.if_positive(angle, T::one());
         let (s, c) = safe.sin_cos();

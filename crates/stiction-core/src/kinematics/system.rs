@@ -43,7 +43,7 @@ pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
 pub struct Kinematics<T> {
     /// Motion of all bodies.
     pub bodies: Bodies<T>,
-    /// Errors of all rows: misfits of cut joints, then deviations from prescribed coordinates.
+    /// Errors of all rows: misfits of cut joints and gearings, then deviations from prescribed coordinates.
     errors: Vec<T>,
     covectors: Vec<Wrench<T>>,
     pub(super) entries: Vec<T>,
@@ -82,7 +82,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// The largest error over all cut joints and gearings, m; angles times `length`.
+    /// The largest error over all cut joints and gearings, m; angular errors are multiplied by `length`.
     pub(crate) fn closure_error(&self, motion_constraints: &MotionConstraints, length: f64) -> f64 {
         let errors = self.errors[..self.closures].iter().zip(&motion_constraints.rows);
         largest_in_metres(errors.map(|(error, row)| (error.largest(), row.is_angle)), length)
@@ -184,7 +184,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Computes the system's entries; needs [`Self::place`].
+    /// Computes the system's entries; requires [`Self::place`].
     pub(super) fn linearise(
         &mut self,
         topology: &Topology,
@@ -212,7 +212,7 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// Takes one Newton step towards loop closure and prescribed values. [`Self::largest_error`]
-    /// gives the error before the step.
+    /// returns the error before the step.
     pub fn approach(
         &mut self,
         model: &KinematicModel,
@@ -239,7 +239,7 @@ impl<T: Scalar> Kinematics<T> {
         self.approach_again(model, state);
     }
 
-    /// Takes another step with the last factored matrix; needs [`Self::place`].
+    /// Takes another step with the last factored matrix; requires [`Self::place`].
     pub(super) fn approach_again(&mut self, model: &KinematicModel, state: &mut State<T>) {
         for (right, error) in self.right.iter_mut().zip(&self.errors) {
             *right = -*error;
@@ -291,7 +291,7 @@ impl<T: Scalar> Kinematics<T> {
         self.bodies.accelerate(topology, &state.accelerations);
     }
 
-    /// Factors the equations at the present position, unless that has been done.
+    /// Factors the equations at the present position, unless they are already factored.
     pub(crate) fn factor_here(&mut self, model: &KinematicModel, parameters: &Parameters<T>) {
         if !self.is_factored {
             self.linearise(&model.topology, parameters, &model.constraints);
@@ -422,8 +422,8 @@ impl<T: Scalar> Kinematics<T> {
         self.sign
     }
 
-    /// Sign of the determinant of the system at the current position by any program compiled for
-    /// it, up to a constant of that program; none if the program has other rows.
+    /// Sign of the determinant of the system at the current position, computed by any program compiled for
+    /// this system, up to a constant of that program; `None` if the program has other rows.
     pub(crate) fn sign_by(&self, program: &StaticLu) -> Option<T> {
         let fits = program.rows() == self.errors.len() && program.columns() == self.step.len();
         let mut factors = vec![T::zero(); program.values()];
@@ -431,7 +431,7 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// The tree's rates for a unit rate of one prescribed coordinate and zero rates of all others;
-    /// needs [`Self::differentiate`].
+    /// requires [`Self::differentiate`].
     pub(crate) fn response_to_coordinate(
         &mut self,
         model: &KinematicModel,
@@ -445,7 +445,7 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// The tree's accelerations for a unit acceleration of one passive spin and zero accelerations
-    /// of all others; needs [`Self::differentiate`].
+    /// of all others; requires [`Self::differentiate`].
     pub(crate) fn response_to_spin(
         &mut self,
         model: &KinematicModel,
@@ -460,7 +460,7 @@ impl<T: Scalar> Kinematics<T> {
 }
 
 impl Kinematics<f64> {
-    /// Plans the rows and the elimination order of the system from its current values; needs
+    /// Plans the rows and the elimination order of the system from its current values; requires
     /// [`Self::linearise`].
     ///
     /// # Errors
@@ -478,7 +478,7 @@ impl Kinematics<f64> {
         Plan::new(count, dofs, motion_constraints.entries(), &self.entries, scales)
     }
 
-    /// The matrix of the system, rows and columns scaled; needs [`Self::linearise`].
+    /// The matrix of the system with scaled rows and columns; requires [`Self::linearise`].
     pub(super) fn scaled_matrix(
         &self,
         motion_constraints: &MotionConstraints,
@@ -493,8 +493,8 @@ impl Kinematics<f64> {
     }
 }
 
-/// Largest loop-closure error over all cut joints for the given body poses, and error of gearings for the
-/// coordinates of the tree, m; angles times the characteristic length.
+/// Largest error, m, over all cut joints for the given body poses and all gearings for the coordinates of the
+/// tree; angular errors are multiplied by the characteristic length.
 pub(crate) fn closure_error(
     topology: &Topology,
     parameters: &Parameters<f64>,

@@ -18,27 +18,27 @@ use nalgebra::{DMatrix, DVector};
 /// motion blocked at second order retains the square root of the closure tolerance, a motion
 /// blocked at fourth order its fourth root, 6e-4.
 const STEP: f64 = 4e-3;
-/// Size of the step away from a possible intersection of branches. Near it branches curve like
-/// cones: a [`STEP`] by about `STEP / AWAY` of itself.
+/// Size of the step away from a possible intersection of branches. Near an intersection branches curve
+/// like cones: over a [`STEP`], a branch deviates by about `STEP / AWAY` of the step.
 const AWAY: f64 = 0.1;
 /// Closure tolerance of the loops.
 const CLOSED: f64 = 1e-13;
 /// Maximum number of corrections to close the loops.
 const CORRECTIONS: usize = 400;
 /// Minimum and maximum ratio of the errors after and before a correction. For the equations `x^2 =
-/// 0` and `x y = 0` long steps lead straight to the origin, although y is free; short ones lead to
+/// 0` and `x y = 0`, long steps lead straight to the origin, although y is free; short steps lead to
 /// the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
 /// Error below which the ratio is not checked. Blocked motions have then decreased to about 1e-3,
-/// far below free ones.
+/// far below free motions.
 const NEAR: f64 = 1e-6;
 /// Threshold of the displacement that remains of a unit step after closing the loops. A remaining
 /// displacement above it is motion; below it are the curvature of a motion (about 0.04) and the
 /// remainder of a blocked motion (at most 0.14, see [`STEP`]).
 const MOVES: f64 = 0.2;
 
-/// Smallest length of a path, rad and characteristic lengths, that counts as a finite motion, and
-/// the number of directions followed at most.
+/// Smallest length of a path, in rad and characteristic lengths, that counts as a finite motion, and
+/// largest number of directions to follow.
 const FINITE: f64 = 0.2;
 const DIRECTIONS: usize = 4;
 
@@ -64,7 +64,7 @@ pub(crate) struct LoopsAt<'a> {
     /// Number of independent equations.
     pub(crate) rank: usize,
     negligible: f64,
-    /// Motions that are open to first order, scaled.
+    /// Motions that are open at first order, scaled.
     open: Vec<DVector<f64>>,
     /// Displacement along the traced branch with the greatest mobility, scaled.
     traced: Option<DVector<f64>>,
@@ -87,9 +87,9 @@ impl<'a> LoopsAt<'a> {
         Self { loops, state, decomposition, rank, negligible, open, traced: None }
     }
 
-    /// The singular values, largest first, of the loops' equations and those of `coordinates`
-    /// together at a position: one for each degree of freedom of the tree. Large systems know few
-    /// of them, see [`Decomposition::values`]; `negligible` then decides the rank.
+    /// Computes the singular values, largest first, of the equations of loops and `coordinates` together
+    /// at a position: one for each degree of freedom of the tree. For large systems only few of them are
+    /// known, see [`Decomposition::values`]; `negligible` then decides the rank.
     pub(crate) fn singular_values_with(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -102,8 +102,8 @@ impl<'a> LoopsAt<'a> {
         loops.decompose(state, Limit::OfOrderOne(negligible)).values()
     }
 
-    /// Smallest non-zero and largest zero singular value, both relative to the largest; `None` if no
-    /// such value exists.
+    /// Smallest singular value that counts as non-zero, and largest that counts as zero, both relative to
+    /// the largest of all; `None` if no such value exists.
     pub(crate) fn gap(&self) -> (Option<f64>, Option<f64>) {
         let Some(last) = self.rank.checked_sub(1) else { return (None, None) };
         let relative = |k| self.decomposition.value(k) / self.decomposition.largest();
@@ -116,8 +116,8 @@ impl<'a> LoopsAt<'a> {
         self.loops.columns.len() - self.rank
     }
 
-    /// Finite mobility by tracing: takes small steps from a generic position in all directions open
-    /// to first order, closes the loops, and counts the independent remaining displacements.
+    /// Determines the finite mobility by tracing: takes small steps from a generic position in all
+    /// directions open at first order, closes the loops, and counts the independent remaining displacements.
     pub(crate) fn finite_mobility(&mut self) -> usize {
         let Self { loops, state, open, .. } = self;
         // With independent equations each instantaneous motion extends to a finite one.
@@ -125,7 +125,7 @@ impl<'a> LoopsAt<'a> {
             return open.len();
         }
         let mut random = Random::new(1);
-        // At an intersection of branches the instantaneous mobility exceeds that of each branch:
+        // At an intersection of branches the instantaneous mobility exceeds the mobility of each branch:
         // step away first. Branches may differ in mobility; identify each by the farthest step.
         let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..2 * open.len() + 6 {
@@ -160,9 +160,9 @@ impl<'a> LoopsAt<'a> {
     }
 
     /// Follows a motion over a finite distance, along a branch that [`Self::finite_mobility`]
-    /// traced or else in a direction that is open to second order: the body that moves farthest,
-    /// its displacement, m and rad, and the largest error of the loops on the way. `None` if the
-    /// loop equations are independent, or without such a motion.
+    /// traced, or else in a direction that is open at second order. Returns the body that moves farthest,
+    /// its displacement in m and rad, and the largest error of the loops along the motion. `None` if the
+    /// loop equations are independent, or if there is no such motion.
     pub(crate) fn finite_motion(&mut self) -> Option<(usize, f64, f64, f64)> {
         if self.open.is_empty() || self.rank == self.loops.topology.closures() {
             return None;
@@ -186,8 +186,8 @@ impl<'a> LoopsAt<'a> {
         Some((body, moved, turned, path.closure))
     }
 
-    /// Motions open to first order, as rates of the tree. Some are blocked at second order: the
-    /// equations are dependent along them, but their second derivatives are incompatible. These
+    /// Finds the motions open at first order, as rates of the tree. Some are blocked at second order:
+    /// the equations are dependent along them, but the second derivatives are incompatible. The second
     /// derivatives along the self-stresses of the loops are exact quadratic forms. (If the forms
     /// are indefinite, branches of motion meet, and `to_second` contains too few motions.)
     pub(crate) fn open_motions(&mut self) -> OpenMotions {
@@ -228,7 +228,7 @@ impl<'a> LoopsAt<'a> {
         Some(rates.value(motions.len() - 1))
     }
 
-    /// Motions open to first order and blocked at second order.
+    /// Finds the motions that are open at first order and blocked at second order.
     pub(crate) fn blocked_motions(&mut self) -> Vec<BlockedMotion> {
         let to_second = self.open_to_second();
         let blocked = complement(&self.open, &to_second);
@@ -245,7 +245,7 @@ impl<'a> LoopsAt<'a> {
         each.collect()
     }
 
-    /// Basis of the motions open to second order, scaled.
+    /// Computes a basis of the motions open at second order, scaled.
     fn open_to_second(&mut self) -> Vec<DVector<f64>> {
         let Self { loops, state, open, .. } = self;
         loops.errors(state);
@@ -306,7 +306,7 @@ struct Branch {
     /// Displacement from the initial position, scaled.
     displacement: DVector<f64>,
     reached: State<f64>,
-    /// Instantaneous motions there, scaled.
+    /// Instantaneous motions at this position, scaled.
     open: Vec<DVector<f64>>,
 }
 
@@ -388,7 +388,7 @@ impl<'a> Loops<'a> {
         if left.is_empty() {
             return 0;
         }
-        // Random directions have similar components along all open ones.
+        // Random directions have similar components along all open directions.
         let each = (left.len() as f64 / open.len() as f64).sqrt();
         let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
         let limit = MOVES * each;

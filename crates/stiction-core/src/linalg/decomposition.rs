@@ -1,7 +1,7 @@
 //! Ranks, null spaces and extreme singular values of sparse matrices.
 //!
-//! Small matrices are decomposed densely. Large ones by sparse triangular factors, if these decide
-//! the rank beyond doubt; otherwise densely, too.
+//! Small matrices are decomposed densely. Large matrices are decomposed by sparse triangular factors if
+//! these decide the rank beyond doubt, otherwise densely as well.
 
 use super::blocks::{BLOCK, Part};
 use super::sparse::SparseMatrix;
@@ -10,23 +10,23 @@ use super::{Lanczos, Svd};
 use nalgebra::DVector;
 use std::sync::OnceLock;
 
-/// Number of columns from which sparse factors replace dense decompositions. They are faster from
-/// about 60 columns on; their solutions, by seminormal equations, have fewer digits near locks.
+/// Number of columns from which sparse factors replace dense decompositions. Sparse factors are faster from
+/// about 60 columns on; but their solutions, by seminormal equations, are less accurate near locks.
 pub(crate) const LARGE: usize = 260;
-/// Factor by which the smallest non-zero singular value has to exceed the limit of the rank, and by
-/// which the limit has to exceed the remainders that count as zero.
+/// Factor by which the smallest non-zero singular value must exceed the limit of the rank, and by
+/// which the limit must exceed the remainders that count as zero.
 const CLEAR: f64 = 10.0;
 /// Relative residuals of the largest and of the smallest singular value squared. The errors of the
 /// values are of the order of the squares of these.
 const ACCURACY_OF_LARGEST: f64 = 1e-3;
 const ACCURACY_OF_SMALLEST: f64 = 1e-11;
-/// Components of null vectors below this are round-off.
+/// Components of null vectors below this value are round-off.
 const ROUND_OFF: f64 = 1e-14;
 
-/// Components of a vector that are not zero: indices and values.
+/// Nonzero components of a vector: indices and values.
 pub type SparseVector = Vec<(usize, f64)>;
 
-/// A matrix with what is known about its singular value decomposition.
+/// A matrix with its complete or partial singular value decomposition.
 #[derive(Clone, Debug)]
 pub struct Decomposition {
     matrix: SparseMatrix,
@@ -86,7 +86,7 @@ impl Decomposition {
         Self { matrix, sparse: None, dense: OnceLock::from(svd), rank }
     }
 
-    /// Decomposes a matrix by sparse factors, and densely if these leave doubt.
+    /// Decomposes a matrix by sparse factors, and densely if these leave the rank in doubt.
     pub fn sparse(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
         match SparseRank::new(&matrix, groups, limit) {
             Some(sparse) => {
@@ -121,7 +121,7 @@ impl Decomposition {
         self.sparse.as_ref().map_or_else(|| self.svd().largest(), |sparse| sparse.largest)
     }
 
-    /// Singular value by its index, largest first, one for each column; upper bounds for those that
+    /// Singular value by its index, largest first, one for each column; an upper bound for values that
     /// count as zero.
     pub fn value(&self, index: usize) -> f64 {
         match &self.sparse {
@@ -132,8 +132,8 @@ impl Decomposition {
         }
     }
 
-    /// Singular values, largest first, one for each column. Sparse factors know the largest, the
-    /// smallest that is not zero, which stands for all between, and an upper bound of those that
+    /// Singular values, largest first, one for each column. Sparse factors give only the largest value, the
+    /// smallest nonzero value, which stands for all between, and an upper bound of the values that
     /// count as zero.
     pub(crate) fn values(&self) -> Vec<f64> {
         match &self.sparse {
@@ -149,8 +149,7 @@ impl Decomposition {
         }
     }
 
-    /// Right singular vector of the smallest singular value that is not zero, if it is known
-    /// without the others.
+    /// Right singular vector of the smallest nonzero singular value, if sparse factors give it.
     pub fn weakest(&self) -> Option<&[f64]> {
         self.sparse.as_ref().map(|sparse| sparse.weakest.as_slice())
     }
@@ -196,7 +195,7 @@ impl Decomposition {
         basis.iter().map(|vector| to_dense(vector, self.matrix.ncols())).collect()
     }
 
-    /// Shortest least-squares solution.
+    /// Computes the minimum-norm least-squares solution.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let Some(sparse) = &self.sparse else {
             let right = DVector::from_column_slice(right);
@@ -214,7 +213,7 @@ impl Decomposition {
     }
 }
 
-/// The vector of a length with these components.
+/// Converts nonzero components to a dense vector of the given length.
 pub(crate) fn to_dense(vector: &[(usize, f64)], length: usize) -> DVector<f64> {
     let mut dense = DVector::zeros(length);
     vector.iter().for_each(|&(k, x)| dense[k] = x);
@@ -222,7 +221,7 @@ pub(crate) fn to_dense(vector: &[(usize, f64)], length: usize) -> DVector<f64> {
 }
 
 impl SparseRank {
-    /// `None` if the rank is in doubt.
+    /// Factors a matrix; `None` if the rank is in doubt.
     fn new(matrix: &SparseMatrix, groups: &[usize], limit: Limit) -> Option<Self> {
         let columns = matrix.ncols();
         let square = |x: &[f64]| matrix.transposed_times(&matrix.times(x));
@@ -261,12 +260,12 @@ impl SparseRank {
         (is_kept && CLEAR * made.upper.dropped() <= negligible).then_some(made)
     }
 
-    /// The triangular factor with the singular values that are not zero.
+    /// The triangular factor that has the nonzero singular values of the matrix.
     fn core(&self) -> &SparseQr {
         self.square.as_ref().map_or(&self.upper, |(_, square)| square)
     }
 
-    /// Shortest solution of `A^T A x = right` for a right-hand side in the row space.
+    /// Computes the minimum-norm solution of `A^T A x = right` for a right-hand side in the row space.
     fn solve(&self, right: &[f64]) -> Vec<f64> {
         let amounts = self.upper.solve_transposed(right.to_vec());
         match &self.square {
@@ -278,8 +277,8 @@ impl SparseRank {
     }
 }
 
-/// Upper bound of the largest singular value: the geometric mean of the largest sums of magnitudes
-/// along rows and along columns.
+/// Computes an upper bound of the largest singular value: the geometric mean of the largest sums of
+/// magnitudes in a row and in a column.
 fn bound_of_largest(matrix: &SparseMatrix) -> f64 {
     let (mut rows, mut columns) = (vec![0.0; matrix.nrows()], vec![0.0; matrix.ncols()]);
     for (row, column, value) in matrix.entries() {
@@ -290,8 +289,8 @@ fn bound_of_largest(matrix: &SparseMatrix) -> f64 {
     (most(rows) * most(columns)).sqrt()
 }
 
-/// Largest eigenvalue of a positive operator on vectors of a length, and its eigenvector; `None` if
-/// the iteration does not converge.
+/// Computes the largest eigenvalue of a positive operator on vectors of length `length`, and its
+/// eigenvector; `None` if the iteration does not converge.
 fn greatest(
     length: usize,
     accuracy: f64,

@@ -27,11 +27,11 @@ struct Room {
 }
 
 impl Lanczos {
-    /// Eigenvector of the largest eigenvalue of a positive operator, which `apply` applies in
+    /// Computes the eigenvector of the largest eigenvalue of a positive operator, which `apply` applies in
     /// place; the iteration begins with `start`. Returns `None` if it does not converge.
     ///
-    /// `accuracy` is the residual at convergence, relative to the eigenvalue. The error of the
-    /// eigenvalue is never greater, and mostly of the order of the square.
+    /// `accuracy` is the residual at convergence, relative to the eigenvalue. The relative error of the
+    /// eigenvalue never exceeds `accuracy`, and is usually of the order of its square.
     pub(crate) fn greatest(
         &mut self,
         start: impl Iterator<Item = Part>,
@@ -113,8 +113,8 @@ fn subtract(from: &mut [Part], vector: &[Part], amount: f64) {
     }
 }
 
-/// Largest eigenvalue of a symmetric tridiagonal matrix, at most `above`. Newton's method for the
-/// characteristic polynomial decreases to it.
+/// Computes the largest eigenvalue of a symmetric tridiagonal matrix, at most `above`, by Newton's method
+/// for the characteristic polynomial, which decreases to this eigenvalue.
 fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
     // Rounding may lower a bound that is attained exactly.
     let mut x = above * (1.0 + 4.0 * f64::EPSILON);
@@ -140,8 +140,8 @@ fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
 }
 
 /// Computes the unit eigenvector of the largest eigenvalue of a tridiagonal matrix; returns the
-/// size of its last component. Recurrences run from both ends to the best point between: beyond its
-/// largest component the vector decays, and rounding decays with it only from the other end.
+/// magnitude of its last component. Recurrences run from both ends and meet near the largest component:
+/// beyond it the vector decays, and round-off decays with it only in a recurrence from the other end.
 fn vector_of(diagonal: &[f64], beside: &[f64], value: f64, room: &mut Room) -> f64 {
     let count = diagonal.len();
     let Room { ahead, back, vector } = room;

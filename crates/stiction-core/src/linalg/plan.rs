@@ -47,18 +47,18 @@ pub(crate) struct RankDeficient {
     pub columns: Vec<usize>,
 }
 
-/// Smallest admissible pivot relative to the largest entry in its column. A larger value is more
-/// accurate, a smaller one leaves more choice to keep the factors sparse.
+/// Smallest admissible pivot relative to the largest entry in its column. A larger threshold is more
+/// accurate, a smaller threshold leaves more choice to keep the factors sparse.
 const THRESHOLD: f64 = 0.25;
-/// Magnitude of scaled entries, relative to the largest of the matrix, below which they are
-/// rounding.
+/// Magnitude of scaled entries, relative to the largest entry of the matrix, below which they are
+/// round-off.
 const NEGLIGIBLE: f64 = 1e-11;
 /// Number of the emptiest columns that compete for a pivot.
 const CANDIDATES: usize = 4;
 
 impl Plan {
     /// Chooses a pivot for each column, by size and by fill (Markowitz 1957, with threshold), from
-    /// the numbers of one representative matrix. Every listed entry is structurally nonzero, even
+    /// the values of one representative matrix. Every listed entry is structurally nonzero, even
     /// if its value is zero; repeated entries add.
     ///
     /// # Errors

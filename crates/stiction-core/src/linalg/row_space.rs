@@ -1,4 +1,4 @@
-//! Row space of a small dense matrix: shortest solutions, null space, dependent rows.
+//! Row space of a small dense matrix: minimum-norm solutions, null space, dependent rows.
 
 use crate::scalar::Scalar;
 
@@ -40,8 +40,7 @@ impl RowSpace {
         let n = columns;
         let mut first = 1.0_f64;
         for k in 0..rows.min(columns) {
-            // The norms of the remainders are recomputed: updates would lose the digits of small
-            // ones.
+            // Recompute the norms of the remainders: updates would lose the digits of small norms.
             let mut best = (k, 0.0);
             for row in k..rows {
                 let rest = &self.work[row * n + k..(row + 1) * n];
@@ -85,8 +84,8 @@ impl RowSpace {
         self.rank
     }
 
-    /// Component of the last independent row beyond the span of the others, relative to that of the
-    /// first; one without rows.
+    /// Component of the last independent row beyond the span of the others, relative to the norm of the
+    /// first row; one without rows.
     pub(crate) fn least_part(&self) -> f64 {
         let diagonal = |k: usize| self.work[k * self.columns + k].abs();
         self.rank.checked_sub(1).map_or(1.0, |last| diagonal(last) / diagonal(0))
@@ -151,8 +150,8 @@ impl RowSpace {
         }
     }
 
-    /// Coefficients of the rows whose linear combination is the projection of `vector` on the row
-    /// space; those of dependent rows are zero. Overwrites the vector.
+    /// Computes the coefficients of the rows whose linear combination is the projection of `vector` on the
+    /// row space; coefficients of dependent rows are zero. Overwrites the vector.
     pub(crate) fn amounts<T: Scalar>(&self, vector: &mut [T], amounts: &mut Vec<T>) {
         for step in 0..self.rank {
             self.apply(step, vector);
@@ -199,7 +198,7 @@ fn reflect(reflector: &[f64], half: f64, vector: &mut [f64]) {
     vector.iter_mut().zip(reflector).for_each(|(x, r)| *x -= amount * r);
 }
 
-/// Scalar product of vectors of one length, in four sums that are computed side by side.
+/// Scalar product of vectors of equal length, in four sums that are computed side by side.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
     let mut sums = [0.0; 4];

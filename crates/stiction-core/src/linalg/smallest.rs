@@ -3,8 +3,8 @@
 use super::Svd;
 use nalgebra::{DMatrix, DVector};
 
-/// Number of vectors iterated together: with fewer, clusters of small values slow the iteration
-/// down.
+/// Number of vectors iterated together: with fewer vectors, clusters of small singular values slow the
+/// iteration down.
 const BLOCK: usize = 3;
 /// Number of steps before the singular value decomposition takes over.
 const STEPS: usize = 60;

@@ -121,7 +121,7 @@ impl SparseQr {
         made
     }
 
-    /// Eliminates the first columns of a front, the one with the largest remainder first; returns
+    /// Eliminates the first columns of a front, beginning with the column of the largest remainder; returns
     /// the number of rows of the factor.
     fn eliminate(
         &mut self,
@@ -191,8 +191,8 @@ impl SparseQr {
         SparseMatrix::new((self.columns, self.rank()), entries)
     }
 
-    /// Solves `R x = y` with zero for the dependent columns: `y` has one number for each row, `x`
-    /// one for each column.
+    /// Solves `R x = y` with zero for the dependent columns: `y` has one value for each row, `x`
+    /// one value for each column.
     pub(crate) fn solve(&self, y: &[f64]) -> Vec<f64> {
         let mut x = vec![0.0; self.columns];
         for row in (0..self.rank()).rev() {
@@ -204,7 +204,7 @@ impl SparseQr {
         x
     }
 
-    /// Solves `R^T y = x` for the independent columns: `x` has one number for each column, `y` one
+    /// Solves `R^T y = x` for the independent columns: `x` has one value for each column, `y` one value
     /// for each row.
     pub(crate) fn solve_transposed(&self, mut x: Vec<f64>) -> Vec<f64> {
         let mut y = vec![0.0; self.rank()];
@@ -241,7 +241,7 @@ impl SparseQr {
                     vector.push((column, amount));
                 };
             place(dependent, 1.0, &mut sums, &mut open);
-            // Later rows first: those above them depend on their pivots.
+            // Later rows first, because the rows above depend on their pivots.
             while let Some(row) = open.pop_last() {
                 let amount = -core::mem::take(&mut sums[row]) / self.values[self.starts[row]];
                 if amount.abs() > negligible {
@@ -292,7 +292,7 @@ impl Front {
     }
 
     /// Reflects the rows from `from` on, so that only the first entry of a column of this norm
-    /// remains; changes this column and those behind it.
+    /// remains; changes this column and the columns after it.
     fn reflect(&mut self, column: usize, from: usize, norm: f64) {
         let rows = self.rows;
         let (before, behind) = self.values.split_at_mut((column + 1) * rows);
@@ -313,8 +313,8 @@ impl Front {
         reflector[0] = new;
     }
 
-    /// The rows behind the first `done`, without the first `own` columns; triangular if they are
-    /// many.
+    /// The rows after the first `done`, without the first `own` columns; reduced to triangular form if
+    /// there are many rows.
     fn remainder(mut self, done: usize, own: usize) -> Self {
         let rest = self.places.len() - own;
         let mut end = self.rows;

@@ -6,7 +6,7 @@ use super::plan::Plan;
 use crate::scalar::{Lanes, Scalar};
 use core::ops::Range;
 
-/// LU factorisation of a sparse matrix in a fixed order, for any scalar.
+/// LU factorisation of a sparse matrix in a fixed order, for any scalar type.
 ///
 /// The order of pivots is chosen once, from a representative matrix ([`Plan`]). A factorisation
 /// then neither branches nor allocates, and touches only structurally nonzero entries. The residual
@@ -233,7 +233,7 @@ mod tests {
     }
 
     proptest! {
-        /// Sparse square systems against dense LU, with other numbers than those of the plan.
+        /// Compares sparse square systems with dense LU, for other values than those of the plan.
         #[test]
         fn agrees_with_dense_elimination(
             size in 1..12usize,

@@ -79,7 +79,7 @@ impl Svd {
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
-    /// Rank of a matrix whose entries are of order one or round-off: one that consists of round-off
+    /// Rank of a matrix whose entries are of order one or round-off: a matrix that consists of round-off
     /// has rank zero.
     pub fn rank_of_order_one(&self, negligible: f64) -> usize {
         let limit = negligible * self.largest().max(1.0);
@@ -91,7 +91,7 @@ impl Svd {
         self.v.column_iter().skip(rank).map(|c| c.into_owned()).collect()
     }
 
-    /// Shortest least-squares solution for `right`, given the rank.
+    /// Computes the minimum-norm least-squares solution for `right`, given the rank.
     pub fn solve(&self, right: &DVector<f64>, rank: usize) -> DVector<f64> {
         let mut solution = DVector::zeros(self.v.nrows());
         for k in 0..rank {
@@ -102,11 +102,11 @@ impl Svd {
     }
 }
 
-/// Complete orthogonal basis by nalgebra that nearly diagonalises the Gram matrix; `None` if that
-/// fails.
+/// Computes, with nalgebra, a complete orthogonal basis that nearly diagonalises the Gram matrix; `None` if
+/// this fails.
 fn nearly_right_vectors(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (rows, columns) = matrix.shape();
-    // Rows of zeros make the number of right singular vectors that of the columns.
+    // With rows of zeros there are as many right singular vectors as columns.
     let square = matrix.clone().resize_vertically(rows.max(columns), 0.0);
     let found = nalgebra::SVD::try_new(square, false, true, f64::EPSILON, 100 * columns)?;
     let v = found.v_t?.transpose();

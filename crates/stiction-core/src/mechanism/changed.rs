@@ -15,8 +15,8 @@ pub struct Changeable<'a> {
 }
 
 impl Mechanism {
-    /// Returns the mechanism with changed inertias, frictions and drive trains. The caller keeps them
-    /// physical; the characteristic length does not change.
+    /// Returns the mechanism with changed inertia, friction and drive trains. The caller must provide
+    /// physically valid values; the characteristic length does not change.
     #[doc(hidden)]
     pub fn with_changes(&self, change: impl FnOnce(Changeable<'_>)) -> Self {
         let mut other = self.clone();

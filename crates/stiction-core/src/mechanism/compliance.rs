@@ -5,7 +5,7 @@ use crate::joint::JointType;
 use crate::spatial::Vec3;
 
 /// Deflections of a joint per newton or newton metre of its reaction, with respect to its axis (z of frame J).
-/// Zero is rigid.
+/// The joint is rigid in directions with zero compliance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Compliance {
     /// Across the axis, m/N; of a spherical joint in all directions.
@@ -19,7 +19,7 @@ pub struct Compliance {
 }
 
 impl Compliance {
-    /// The components with their names.
+    /// Returns the four components with their names.
     pub fn parts(&self) -> [(&'static str, f64); 4] {
         [
             ("radial", self.radial),

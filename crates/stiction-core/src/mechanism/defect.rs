@@ -7,7 +7,7 @@ use thiserror::Error;
 
 /// All defects of a description, in the order of their detection; at least one [`Defect`].
 ///
-/// It is a slice of defects, and an error whose text has a line for each.
+/// It dereferences to a slice of defects. As an error, its text has one line per defect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Defects(Vec<Defect>);
 
@@ -62,7 +62,7 @@ pub enum Defect {
     /// No body besides the ground.
     #[error("the mechanism has no moving body")]
     NoBodies,
-    /// Two bodies, joints, springs, actuators or gearings of one name.
+    /// Two bodies, joints, springs, actuators or gearings with the same name.
     #[error("there are two {what} named `{name}`")]
     DuplicateName {
         /// `bodies`, `joints`, `springs`, `actuators` or `gearings`.
@@ -115,7 +115,7 @@ pub enum Defect {
         /// The body.
         body: String,
     },
-    /// A number that is NaN or infinite.
+    /// A value that is NaN or infinite.
     #[error("{place} is not a finite number")]
     NotFinite {
         /// Description of the number.
@@ -162,9 +162,9 @@ pub enum Defect {
     StartLength {
         /// The joint.
         joint: String,
-        /// Number given.
+        /// Number of start coordinates given.
         found: usize,
-        /// Number required.
+        /// Number of coordinates of the joint.
         expected: usize,
     },
     /// Friction of a joint type without friction interfaces.
@@ -219,7 +219,7 @@ pub enum Defect {
         /// The problem in words.
         problem: &'static str,
     },
-    /// A range without order, or of a quantity that the joint does not have.
+    /// A range whose ends are not finite and in ascending order, or of a quantity that the joint does not have.
     #[error("joint `{joint}`: the range {problem}")]
     Range {
         /// The joint.
@@ -329,7 +329,7 @@ pub enum Defect {
         /// The declared value, m.
         f64,
     ),
-    /// A characteristic length far from the mechanism's size, for which round-off would decide
+    /// A characteristic length so far from the mechanism's size that round-off would determine
     /// ranks.
     #[error(
         "the characteristic length is {length:e} m, but must be between {least:.1e} and \

@@ -5,28 +5,28 @@
 use super::scalar_dof::{self, Coefficients};
 use super::{Defect, GearedDof, Joint};
 
-/// Rigid gearing of several degrees of freedom: the sum of their coordinates with coefficients is constant.
+/// Rigid gearing of several degrees of freedom: a weighted sum of their coordinates is constant.
 ///
-/// Its effort `lambda` is the multiplier of this constraint: the gearing exerts `coefficient * lambda` on each degree of
-/// freedom.
+/// The effort `lambda` of the gearing is the multiplier of this constraint: the gearing exerts
+/// `coefficient * lambda` on each degree of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gearing {
     /// Name, unique among gearings.
     pub name: String,
-    /// Degrees of freedom with their coefficients; at least two, each once.
+    /// Degrees of freedom with their coefficients; at least two, each listed once.
     pub dofs: Vec<GearedDof>,
-    /// Value of the sum, rad, or m if a degree of freedom translates.
+    /// Value of the sum, in rad, or in m if a degree of freedom translates.
     pub offset: f64,
 }
 
 impl Gearing {
-    /// True if the sum is a length: a degree of freedom translates. Its effort is then a force.
+    /// True if a degree of freedom translates: the sum is then a length, and the effort a force.
     pub fn is_length(&self) -> bool {
         self.dofs.iter().any(|geared| geared.translates)
     }
 }
 
-/// Specification of a rigid gearing; the joints by name.
+/// Specification of a rigid gearing; it refers to joints by name.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct GearingSpec {
@@ -36,8 +36,8 @@ pub struct GearingSpec {
 }
 
 impl GearingSpec {
-    /// A gearing that keeps the sum of these joint coordinates with coefficients at zero. A joint with several degrees of
-    /// freedom is named with one of them, `joint.dof`. If a degree of freedom translates, the sum is a length and the
+    /// Creates a gearing that keeps the weighted sum of these joint coordinates at zero. For a joint with several
+    /// degrees of freedom, the name is `joint.dof`. If a degree of freedom translates, the sum is a length, and the
     /// coefficients of rotations are in m/rad.
     pub fn new<N: Into<String>>(
         name: impl Into<String>,
@@ -47,7 +47,7 @@ impl GearingSpec {
         Self { name: name.into(), joints: joints.collect(), offset: 0.0 }
     }
 
-    /// Value of the sum, rad or m.
+    /// Sets the value of the sum, rad or m.
     pub fn offset(mut self, offset: f64) -> Self {
         self.offset = offset;
         self
@@ -57,7 +57,7 @@ impl GearingSpec {
         &self.name
     }
 
-    /// Builds the gearing; defects go to `defects`.
+    /// Builds the gearing; adds defects to `defects`.
     pub(super) fn resolve(self, joints: &[Joint], defects: &mut Vec<Defect>) -> Option<Gearing> {
         let gearing = || self.name.clone();
         if !self.offset.is_finite() {
@@ -89,7 +89,7 @@ impl GearingSpec {
     }
 }
 
-/// Checks that geared joints close no loop alone: the spanning tree contains all of them.
+/// Checks that no loop consists of geared joints alone, so that the spanning tree contains all of them.
 pub(super) fn check_loops(
     gearings: &[Gearing],
     (bodies, joints): (usize, &[Joint]),

@@ -57,7 +57,7 @@ pub const GROUND_NAME: &str = "ground";
 pub struct Body {
     /// Name, unique among bodies.
     pub name: String,
-    /// Mass, kg, not negative.
+    /// Mass, kg, nonnegative.
     pub mass: f64,
     /// Centre of mass in the body's frame, m.
     pub com: Vec3<f64>,
@@ -66,7 +66,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// The principal moments of inertia about the centre of mass, kg m^2, smallest first.
+    /// Principal moments of inertia about the centre of mass, kg m^2, in ascending order.
     pub fn principal_moments(&self) -> [f64; 3] {
         let tensor = nalgebra::Matrix3::from(self.inertia);
         let mut moments: [f64; 3] = tensor.symmetric_eigenvalues().into();
@@ -121,8 +121,8 @@ impl Joint {
         self.actuated.iter().enumerate().filter(|(_, driven)| **driven).map(|(k, _)| k)
     }
 
-    /// Name of a degree of freedom by index: that of the joint if it has one degree of freedom,
-    /// else `joint.dof`.
+    /// Name of a degree of freedom by index: the joint's name if the joint has one degree of freedom,
+    /// otherwise `joint.dof`.
     pub fn dof_name(&self, dof: usize) -> String {
         match self.joint_type.dofs() {
             [_] => self.name.clone(),
@@ -130,7 +130,7 @@ impl Joint {
         }
     }
 
-    /// Name of an actuated degree of freedom: that of the joint if it has one actuator, else
+    /// Name of an actuated degree of freedom: the joint's name if the joint has one actuator, otherwise
     /// `joint.dof`.
     pub fn actuator_name(&self, dof: usize) -> String {
         match self.actuated_dofs().count() {
@@ -139,7 +139,7 @@ impl Joint {
         }
     }
 
-    /// Names of the friction interfaces: that of the joint, followed by that of the interface if the
+    /// Names of the friction interfaces: the joint's name, followed by the interface's name if the
     /// joint type has several.
     pub fn interface_names(&self) -> impl Iterator<Item = String> + '_ {
         let places = interfaces_of(self.joint_type);
@@ -197,7 +197,7 @@ impl Mechanism {
         &self.bushings
     }
 
-    /// All drive trains. An actuated degree of freedom without one has its effort as such.
+    /// All drive trains. On an actuated degree of freedom without a drive train, the effort acts directly.
     pub fn drive_trains(&self) -> &[DriveTrain] {
         &self.drive_trains
     }
@@ -207,14 +207,15 @@ impl Mechanism {
         &self.gearings
     }
 
-    /// Motion and effort of the motor of each drive train, from those of the actuators.
+    /// For each drive train, the map from the motions and efforts of the actuators to those of its motor.
     pub fn motor_maps(&self) -> Vec<MotorMap> {
         let actuators: Vec<_> = self.actuators().collect();
         drive_train::motor_maps(&self.drive_trains, &actuators)
     }
 
-    /// Actuated degrees of freedom whose motors or gears have friction, in the order of the drive trains, each with the name
-    /// of its first motor. In simulations each is a friction interface after those of the joints.
+    /// Joints of the actuated degrees of freedom whose motors or gears have friction, in the order of the drive trains,
+    /// each with the name of its first motor with friction. Simulations append one friction interface for each of
+    /// these degrees of freedom to the interfaces of the joints.
     #[doc(hidden)]
     pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
         let mut found: Vec<(&str, (JointId, usize))> = Vec::new();
@@ -238,9 +239,9 @@ impl Mechanism {
     }
 
     /// Length, m, that relates moments to forces and angles to lengths (singularity indices,
-    /// default weights, ranks). Either declared, or the root mean square distance between points of
-    /// one body over all bodies with the ground; the points are joint origins and the centre of
-    /// mass. It depends on the geometry alone.
+    /// default weights, ranks). Either declared, or the root mean square of the distances between points
+    /// of the same body, over all bodies including the ground; the points are joint origins and the centre
+    /// of mass. It depends on the geometry alone.
     pub fn characteristic_length(&self) -> f64 {
         self.characteristic_length
     }
@@ -276,7 +277,7 @@ impl Mechanism {
         other
     }
 
-    /// Returns the mechanism with a part fixed to a body. Centre of mass and inertia of the part
+    /// Returns the mechanism with `part` rigidly attached to a body. Centre of mass and inertia of `part`
     /// are in the frame of that body. The characteristic length does not change.
     pub fn with_payload(&self, body: BodyId, part: &Body) -> Self {
         let mut other = self.clone();
@@ -285,7 +286,7 @@ impl Mechanism {
         {
             let mass = body.mass + part.mass;
             let com = (body.com * body.mass + part.com * part.mass) * (1.0 / mass);
-            // The parallel axis theorem, for both about the common centre of mass.
+            // Parallel axis theorem: inertia of both about the common centre of mass.
             let about = |part: &Body| {
                 let d = part.com - com;
                 let outer = Mat3::from_columns(d * d.x, d * d.y, d * d.z);
@@ -299,9 +300,9 @@ impl Mechanism {
         other
     }
 
-    /// Returns the mechanism with the start coordinates of these joint poses (frame K in frame J),
-    /// in the order of the joints ([`crate::kinematics::Bodies::joint_poses`]), so that assembly
-    /// reproduces this configuration.
+    /// Returns the mechanism with start coordinates from these joint poses (frame K in frame J), in the
+    /// order of the joints (see [`crate::kinematics::Bodies::joint_poses`]), so that assembly reproduces
+    /// this configuration.
     pub fn starting_at(&self, joint_poses: impl IntoIterator<Item = Pose<f64>>) -> Self {
         let mut other = self.clone();
         for (joint, relative) in other.joints.iter_mut().zip(joint_poses) {
@@ -312,7 +313,7 @@ impl Mechanism {
         other
     }
 
-    /// All actuated degrees of freedom in the order of the joints: the order of all lists of efforts.
+    /// All actuated degrees of freedom in the order of the joints. All lists of efforts are in this order.
     pub fn actuators(&self) -> impl Iterator<Item = (JointId, usize)> + '_ {
         self.joints
             .iter()

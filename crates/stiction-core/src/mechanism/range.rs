@@ -1,4 +1,4 @@
-//! Ranges of joints: the travel that their design allows. They only raise cautions.
+//! Ranges of joints: the travel that their design allows. Leaving a range only raises a caution.
 
 use super::Joint;
 use crate::joint::{Dof, JointType};
@@ -23,8 +23,9 @@ pub struct JointRange {
 }
 
 impl RangeOf {
-    /// Tilt of a joint from the frames J and K in common axes, rad, 0 to pi: of an S joint the angle
-    /// between their z axes, of a U joint between the normals to both of its axes.
+    /// Computes the tilt of a joint, rad, 0 to pi, from frames J and K in common axes: for an S joint the
+    /// angle between the z axes, for a U joint the angle between the y axes, which are normal to both joint
+    /// axes at zero tilt.
     pub fn tilt(joint_type: JointType, frame_j: &Pose<f64>, frame_k: &Pose<f64>) -> f64 {
         let axis = if joint_type == JointType::Universal { 1 } else { 2 };
         let column =
@@ -43,8 +44,8 @@ impl RangeOf {
 }
 
 impl Joint {
-    /// Name of a quantity with a range: the joint's, followed by that of the degree of freedom if the
-    /// joint has several, or by `tilt`.
+    /// Name of a quantity with a range: the joint's name, followed by the name of the degree of freedom if
+    /// the joint has several, or by `tilt`.
     pub fn range_name(&self, of: RangeOf) -> String {
         match of {
             RangeOf::Dof(dof) => self.dof_name(dof),

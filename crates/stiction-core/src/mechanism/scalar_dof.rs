@@ -1,35 +1,35 @@
-//! Degrees of freedom with a scalar coordinate, by name: what drive trains and gearings connect.
+//! Degrees of freedom with a scalar coordinate, by name; drive trains and gearings connect them.
 
 use super::{Joint, JointId};
 use crate::joint::Motion;
 
-/// Degree of freedom in a sum of coordinates: the output of a motor's gear, or a gearing.
+/// Degree of freedom in a weighted sum of coordinates: the output of a motor's gear, or a gearing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearedDof {
     /// Joint.
     pub joint: JointId,
     /// Index of the degree of freedom in the joint.
     pub dof: usize,
-    /// Its coefficient in the sum, not zero; one for a motor of a single degree of freedom.
+    /// Coefficient of the degree of freedom in the sum, not zero; one for a motor of a single degree of freedom.
     pub coefficient: f64,
-    /// True if it translates.
+    /// True if the degree of freedom translates.
     pub translates: bool,
 }
 
-/// Reason why named joints with coefficients are no sum of coordinates.
+/// Reason why named joints with coefficients do not define a sum of coordinates.
 pub(super) enum Coefficients {
     /// There is no joint of this name.
     Unknown(String),
     /// A coefficient is zero or not finite.
     OutOfRange(f64),
-    /// A joint has no such degree of freedom, or appears twice, in words.
+    /// A joint has no such degree of freedom, or appears twice; description of the problem.
     Unfit(String),
 }
 
-/// Degrees of freedom by name with their coefficients.
+/// Finds the named degrees of freedom and pairs them with their coefficients.
 ///
 /// # Errors
-/// All reasons why some are not possible.
+/// Returns the problems of all names and coefficients.
 pub(super) fn resolve(
     joints: &[Joint],
     named: &[(String, f64)],
@@ -57,8 +57,8 @@ pub(super) fn resolve(
     if problems.is_empty() { Ok(found) } else { Err(problems) }
 }
 
-/// Joint and degree of freedom of this name: a joint with one degree of freedom or, if `of_actuator`, with one
-/// actuator; or `joint.dof`.
+/// Finds the joint and degree of freedom with this name: the name of a joint with one degree of freedom or, if
+/// `of_actuator`, with one actuator; or `joint.dof`.
 ///
 /// # Errors
 /// [`Coefficients::Unknown`], [`Coefficients::Unfit`].

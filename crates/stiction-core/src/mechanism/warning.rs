@@ -4,7 +4,7 @@ use super::Mechanism;
 use crate::spatial::Vec3;
 use thiserror::Error;
 
-/// A suspicious property of a mechanism. Warnings never change results.
+/// Warning about a suspicious property of a mechanism. Warnings never change results.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Warning {
@@ -35,7 +35,7 @@ pub enum Warning {
         /// characteristic length.
         extent: f64,
     },
-    /// Mass that no material of the body's size has.
+    /// Mass that no material could give a body of this size.
     #[error(
         "body `{body}` has {mass} kg, five times as much as a cube of gold with edges of {extent:.3e} m: \
          is its mass in g?"
@@ -43,9 +43,9 @@ pub enum Warning {
     UnlikelyMass {
         /// The body.
         body: String,
-        /// Its mass, kg.
+        /// Mass of the body, kg.
         mass: f64,
-        /// The greater of its extent and the characteristic length, m.
+        /// The greater of the body's extent and the characteristic length, m.
         extent: f64,
     },
     /// A friction coefficient that no dry pair of materials has.
@@ -56,13 +56,13 @@ pub enum Warning {
         /// The coefficient.
         mu: f64,
     },
-    /// Gravity far from that of the Earth.
+    /// Magnitude of gravity far from the value on the Earth.
     #[error("gravity is {size} m/s^2, and 9.81 m/s^2 on the Earth: are its units right?")]
     UnlikelyGravity {
-        /// Its magnitude, m/s^2.
+        /// Magnitude of gravity, m/s^2.
         size: f64,
     },
-    /// Gravity that lifts, or that pulls to the side.
+    /// Gravity that acts upwards or sideways.
     #[error("gravity pulls along {axis}: is its axis or its sign right?")]
     OddGravity {
         /// `+x`, `-x`, `+y` or `+z`.
@@ -84,8 +84,8 @@ pub enum Warning {
 
 /// Density of gold, kg/m^3.
 const DENSEST: f64 = 19_300.0;
-/// Smallest usual ratio of a radius of gyration to the extent of a body; a slender rod has 0.29. Units
-/// that are confused (kg mm^2 or g for kg) give a factor of at least 30.
+/// Smallest usual ratio of a radius of gyration to the extent of a body; a slender rod has 0.29. Confusion
+/// of units (kg mm^2 or g for kg) changes the ratio by a factor of at least 30.
 const THINNEST: f64 = 0.02;
 /// Greatest usual ratio of a radius of gyration to the extent of a body, or of the whole mechanism if that is
 /// larger: bodies seldom reach far beyond their joints.
@@ -104,7 +104,7 @@ impl Mechanism {
         points
     }
 
-    /// All warnings on the mechanism.
+    /// Checks the mechanism for suspicious properties and returns all warnings.
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let moving = &self.bodies()[1..];
@@ -143,11 +143,11 @@ impl Mechanism {
             }
         }
         let size = self.gravity.norm();
-        // From the moons of planets to a centrifuge of a few g.
+        // Usual values range from gravity on moons to a centrifuge of a few g.
         if size > 0.0 && !(0.1..=100.0).contains(&size) {
             warnings.push(Warning::UnlikelyGravity { size });
         }
-        // Models have z or y upwards; a direction between the axes belongs to a tilted machine.
+        // In most models z or y points upwards; gravity oblique to the axes indicates a tilted machine.
         let odd = match self.gravity.to_array() {
             [x, 0.0, 0.0] if x > 0.0 => Some("+x"),
             [x, 0.0, 0.0] if x < 0.0 => Some("-x"),

@@ -1,10 +1,10 @@
-//! Architecture singularity: distinguishes singularity in all positions from singularity in one.
+//! Architecture singularity: distinguishes singularity in all positions from singularity in one position.
 //!
 //! A rank deficiency at a random position holds, with probability one, in all positions that can be
-//! reached from it: minors are analytic functions of the position, and those that do not vanish
-//! identically vanish on a set of measure zero. The analysis therefore compares singular values at
+//! reached from it: minors are analytic functions of the position, and a minor that does not vanish
+//! identically vanishes only on a set of measure zero. The analysis therefore compares singular values at
 //! distant random positions. Extended precision would not help, because the dimensions themselves
-//! have sixteen digits.
+//! are known only to sixteen digits.
 //!
 //! Equation (M8) of the book's theory.
 
@@ -16,12 +16,12 @@ use crate::topology::Topology;
 
 /// Number of random positions.
 const POSITIONS: usize = 8;
-/// Relative singular values below this are zero.
+/// Relative singular values below this value count as zero.
 const ZERO: f64 = 1e-9;
-/// Relative singular values above this are non-zero.
+/// Relative singular values above this value count as non-zero.
 const NOT_ZERO: f64 = 1e-4;
-/// Singular values between `ZERO` and this are zero if a motion is blocked to second order, because
-/// such a position is accurate to the square root of round-off only. Otherwise they are undecided.
+/// Singular values between `ZERO` and this value count as zero if a motion is blocked at second order,
+/// because such a position is accurate to the square root of round-off only. Otherwise they are undecided.
 const ROOT_OF_ZERO: f64 = 1e-6;
 
 /// Generic ranks, from random positions.
@@ -29,7 +29,7 @@ const ROOT_OF_ZERO: f64 = 1e-6;
 pub struct Architecture {
     /// Number of positions examined.
     pub positions: usize,
-    /// Distance of the farthest position from the first, rad and characteristic lengths.
+    /// Distance of the farthest position from the first, in rad and characteristic lengths.
     pub reach: f64,
     /// Generic rank of the constraints.
     pub constraints: GenericRank,
@@ -39,15 +39,15 @@ pub struct Architecture {
     pub actuation_of_motion: Option<f64>,
 }
 
-/// A generic rank.
+/// A generic rank, expressed by the generic mobility and the gap of the singular values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GenericRank {
     /// Generic instantaneous mobility: the minimum over all positions, passive spins included.
     pub open: usize,
     /// Smallest non-zero singular value, relative to the largest, over the positions with this
-    /// mobility; none if all are zero.
+    /// mobility; `None` if all are zero.
     pub kept: Option<f64>,
-    /// Largest singular value that counts as zero; none if all are non-zero.
+    /// Largest relative singular value that counts as zero; `None` if all are non-zero.
     pub dropped: Option<f64>,
     /// True if every singular value is clearly zero or clearly non-zero.
     pub decided: bool,
@@ -90,10 +90,10 @@ impl Architecture {
     }
 }
 
-/// Actuation index of the finite motions at the solver's position: the least total actuator
-/// displacement in a unit motion (angles in radians, lengths in characteristic lengths). It is zero
+/// Computes the actuation index of the finite motions at the solver's position: the least total actuator
+/// displacement in a unit motion (angles in radians, lengths in characteristic lengths). The index is zero
 /// if the Jacobian in equation (21) of Zhang et al. does not exist. If the instantaneous mobility
-/// exceeds the finite one, the balance has no solution even for a positive index. `None` for an
+/// exceeds the finite mobility, the balance has no solution even for a positive index. `None` for an
 /// immobile mechanism.
 pub fn actuation_of_motion(solver: &InverseDynamics) -> Option<f64> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
@@ -109,7 +109,7 @@ fn actuation_of_motion_at(
     LoopsAt::new(topology, parameters, state, ROOT_OF_ZERO).governed_by(&actuators, &targets)
 }
 
-/// All actuators as prescribed coordinates with their values.
+/// Returns all actuators as prescribed coordinates, with targets.
 fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
     let each = topology.actuators.iter();
     let coordinates: Vec<_> =
@@ -158,7 +158,7 @@ impl GenericRank {
             open: self.open,
             kept: both(self.kept, other.kept, f64::min),
             dropped: both(self.dropped, other.dropped, f64::max),
-            // One clear position decides: at others a value may be small by coincidence.
+            // One clear position decides: at other positions a value may be small by coincidence.
             decided: self.decided || other.decided,
         }
     }

@@ -1,9 +1,9 @@
-//! Effect of clearance in a joint on motions that are blocked to second order only.
+//! Effect of clearance in a joint on motions that are blocked at second order only.
 //!
 //! Along such a motion `x t` the loops open by `q t^2 / 2` in the direction of the self-stress `s`
 //! that blocks it: `q = s . (second derivative along x)`. A joint with clearance `c` that carries
-//! the force `F` of this self-stress contributes at most `F c`. So `t = sqrt(2 F c / |q|)`: the
-//! motion grows with the square root of the clearance. (For the robot of Zhang et al. 2018: `c =
+//! the force `F` in this self-stress can compensate at most `F c` of this opening. So `t = sqrt(2 F c / |q|)`:
+//! the motion grows with the square root of the clearance. (For the robot of Zhang et al. 2018: `c =
 //! sqrt(3)/2 k roll^2`.)
 //!
 //! Equation (M4) of the book's theory.
@@ -29,18 +29,18 @@ pub struct Play {
 }
 
 impl Play {
-    /// Displacement of the body to either side for a clearance in m: rad, or m if the body does not
-    /// turn.
+    /// Computes the displacement of the body to either side for a clearance in m: in rad, or in m if the body
+    /// does not turn.
     pub fn with(&self, clearance: f64) -> f64 {
         self.per_root_metre * clearance.sqrt()
     }
 }
 
-/// Self-stress forces below this fraction of the largest moment over the characteristic length do
+/// Self-stress forces below this fraction of the largest moment divided by the characteristic length do
 /// not block motions.
 const NO_FORCE: f64 = 1e-9;
 
-/// Motions open to first order and blocked to second order at the solver's position.
+/// Finds the motions that are open at first order and blocked at second order at the solver's position.
 pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     let state = solver.state();
@@ -51,7 +51,7 @@ pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     twists.map(|twists| statics.described(&of_bodies(&statics, &twists))).collect()
 }
 
-/// Motions permitted by clearance at the solver's position.
+/// Finds the motions permitted by clearance at the solver's position.
 pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Play> {
     let blocked = loops.blocked_motions();
     if blocked.is_empty() {
@@ -92,7 +92,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
                     pairs.filter_map(|(row, amount)| Some(motion.biases[(*row)?] * amount)).sum()
                 })
                 .collect();
-            // The self-stress that blocks this motion most.
+            // The combined self-stress that blocks this motion most.
             let combined = stresses
                 .iter()
                 .zip(&openings)
@@ -120,7 +120,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
         .collect()
 }
 
-/// Stacked velocity of the centre of mass and angular velocity of each body.
+/// Stacks the velocity of the centre of mass and the angular velocity of each body.
 fn of_bodies(statics: &Statics, twists: &[Twist<f64>]) -> DVector<f64> {
     let each = twists.iter().enumerate().skip(1).flat_map(|(body, twist)| {
         let velocity = twist.velocity_at(statics.system().com(body));

@@ -12,11 +12,11 @@ use crate::spatial::{Twist, Vec3};
 /// Relative singular values of the loop equations below this count as zero. Matrices are scaled to
 /// entries of order one; positions are closed to 1e-13.
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
-/// Relative singular values between [`ROUND_OFF`] and this are zero or non-zero depending on the
-/// last digits of the dimensions: positions blocked to second order are accurate to the square root
-/// of round-off.
+/// Relative singular values between [`ROUND_OFF`] and this value may be zero or non-zero depending on the
+/// last digits of the dimensions: positions blocked at second order are accurate to the square root of
+/// round-off only.
 const DOUBTFUL: f64 = 1e-6;
-/// Relative singular values below this are zero to round-off.
+/// Relative singular values below this value are zero to round-off.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Degrees of freedom of a mechanism, passive spins included.
@@ -28,16 +28,16 @@ pub struct Mobility {
     pub instantaneous: usize,
     /// Finite (full-cycle) mobility from this position.
     pub finite: FiniteMobility,
-    /// A motion followed over a finite distance within closure tolerance, if some constraints are
-    /// redundant; independent constraints need no such evidence.
+    /// If some constraints are redundant, a motion followed over a finite distance within the closure
+    /// tolerance as evidence of finite mobility; independent constraints need no such evidence.
     pub finite_motion: Option<FiniteMotion>,
     /// True if branches of motion meet at this position. The mobility along a branch may then
     /// differ from the second-order result.
     pub branches_meet: bool,
     /// Number of redundant constraints at this position.
     pub redundant_constraints: usize,
-    /// Smallest non-zero and largest zero singular value, both relative to the largest: the gap
-    /// that decides the rank. None if no such value exists.
+    /// Smallest singular value that counts as non-zero, and largest that counts as zero, both relative to the
+    /// largest of all: the gap that decides the rank. `None` if no such value exists.
     pub gap: (Option<f64>, Option<f64>),
     /// The motions of each moving body, in the order of the mechanism's bodies.
     pub bodies: Vec<BodyDofs>,
@@ -48,14 +48,14 @@ pub struct Mobility {
 
 /// Finite mobility: the number of independent finite motions, or its bounds.
 ///
-/// The number is decided if tracing confirms all motions open to second order and if the gap of the
+/// The number is decided if tracing confirms all motions that are open at second order, and the gap of the
 /// singular values is clear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FiniteMobility {
     /// Lower bound: motions traced over a finite distance, loops closed within the closure
     /// tolerance.
     pub traced: usize,
-    /// Upper bound: motions open to first order and not blocked to second order.
+    /// Upper bound: motions open at first order and not blocked at second order.
     pub greatest: usize,
 }
 
@@ -171,7 +171,7 @@ fn body_dofs(solver: &InverseDynamics, loops: &mut LoopsAt<'_>, traced: usize) -
         .collect()
 }
 
-/// Names of the joints of a body, and their positions relative to the reference point.
+/// Lists the names of the joints of a body, and their positions relative to the reference point.
 fn joints_of(solver: &InverseDynamics, body: usize) -> Vec<(&str, Vec3<f64>)> {
     let joints = solver.mechanism().joints().iter().enumerate();
     let at = |id: BodyId| id == BodyId(body);

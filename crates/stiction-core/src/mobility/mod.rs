@@ -1,4 +1,4 @@
-//! Mobility analysis at a position and beyond it, by dense decompositions.
+//! Mobility analysis, instantaneous at a position and over finite distances, by dense decompositions.
 
 mod architecture;
 mod clearance;

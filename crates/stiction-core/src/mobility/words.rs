@@ -51,8 +51,8 @@ pub(crate) fn describe_dofs(
     (in_words(&lasting, place, length), words)
 }
 
-/// A rotation about the line through two joints, if `all` motions contain one; among several, the
-/// one closest to the motions `beyond` the others.
+/// Finds a rotation about the line through two joints, if `all` motions contain one; among several, selects
+/// the rotation closest to the motions `beyond` the others.
 fn about_joints(
     beyond: &DVector<f64>,
     all: &[DVector<f64>],
@@ -80,7 +80,7 @@ fn about_joints(
     best.map(|(_, words)| words)
 }
 
-/// Orthonormal basis of the span of vectors.
+/// Computes an orthonormal basis of the span of vectors.
 fn basis(vectors: &[DVector<f64>]) -> Vec<DVector<f64>> {
     if vectors.is_empty() {
         return Vec::new();
@@ -143,8 +143,8 @@ fn vector_of(column: &DVector<f64>) -> Vec3<f64> {
     Vec3::new(column[0], column[1], column[2])
 }
 
-/// Orthonormal basis of the span of orthonormal vectors, with world axes where the span contains
-/// them.
+/// Computes an orthonormal basis of the span of orthonormal vectors, with world axes where the span
+/// contains them.
 fn along_axes(vectors: &[Vec3<f64>]) -> Vec<Vec3<f64>> {
     let mut found: Vec<Vec3<f64>> = Vec::new();
     let within =

@@ -1,4 +1,4 @@
-//! Parameters of a mechanism, in the scalar of the kernels.
+//! Parameters of a mechanism, in the scalar type of the kernels.
 
 mod springs;
 
@@ -10,8 +10,8 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use core::ops::Range;
 
-/// Parameters that the kernels read: geometry, inertia, friction, springs, gravity. Indices are
-/// those of the [`Mechanism`]. Change the fields to tune a model, to differentiate with respect to
+/// Parameters that the kernels read: geometry, inertia, friction, springs, gravity. Indices are the
+/// same as in the [`Mechanism`]. Change the fields to tune a model, to differentiate with respect to
 /// a parameter, or to run several parameter sets in lanes.
 #[derive(Clone, Debug)]
 pub struct Parameters<T> {
@@ -50,7 +50,7 @@ pub struct Parameters<T> {
     pub gearings: Vec<GearingParameters<T>>,
     /// Characteristic length, m: makes moments comparable with forces.
     pub length: T,
-    /// Compliance of each joint, relative to the most compliant one; none if no joint declares a
+    /// Compliance of each joint, relative to the most compliant joint; `None` if no joint declares a
     /// compliance.
     pub compliance: Option<Vec<Weights<T>>>,
 }
@@ -75,7 +75,7 @@ impl Weights<f64> {
             Self { force, moment }
         });
         let weights: Vec<Self> = each.collect();
-        // Not norms: squares of compliances underflow.
+        // Largest magnitudes instead of norms, because squares of compliances underflow.
         let most = |v: Vec3<f64>| v.to_array().into_iter().map(f64::abs).fold(0.0, f64::max);
         let size = |w: &Self| most(w.force).max(most(w.moment) / (length * length));
         let largest = weights.iter().map(size).fold(0.0, f64::max);
@@ -88,7 +88,7 @@ impl Weights<f64> {
 }
 
 impl<T: Scalar> Weights<T> {
-    /// Weighted inner product of two wrenches at the origin of `frame_j`, in its axes.
+    /// Computes the weighted inner product of two wrenches, reduced to the origin and axes of `frame_j`.
     // Not inlined: few mechanisms declare compliances, and every kernel of every scalar would grow.
     #[inline(never)]
     pub(crate) fn product(&self, frame_j: &Pose<T>, a: Wrench<T>, b: Wrench<T>) -> T {
@@ -129,17 +129,17 @@ pub struct RotorParameters<T> {
     pub joint: usize,
     /// Index of the degree of freedom in the joint.
     pub dof: usize,
-    /// Index of the body that carries it.
+    /// Index of the body that carries the rotor.
     pub body: usize,
     /// Axis in the body's frame.
     pub axis: Vec3<T>,
-    /// Angular momentum per rate of the joint, transmission times moment of inertia.
+    /// Angular momentum per unit rate of the joint: transmission times moment of inertia.
     pub momentum: T,
 }
 
 impl<T: Scalar> RotorParameters<T> {
-    /// Rotor of a drive train, if it spins on a body: its angular momentum is the sum over the degrees of freedom that
-    /// it moves.
+    /// Returns the parameters of a drive train's rotor, if the rotor spins on a body: one contribution to its angular
+    /// momentum for each degree of freedom that the drive train moves.
     pub fn of(train: &DriveTrain) -> impl Iterator<Item = Self> + '_ {
         let momentum = train.transmission() * train.rotor_inertia;
         let spinning = train.rotor_axis.filter(|_| momentum != 0.0);
@@ -155,15 +155,15 @@ impl<T: Scalar> RotorParameters<T> {
     }
 }
 
-/// Rigid gearing of degrees of freedom, divided by its greatest coefficient, so that its equation is of order one.
+/// Rigid gearing of degrees of freedom, its equation divided by the greatest coefficient to be of order one.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct GearingParameters<T> {
     /// Coefficient of each degree of freedom.
     pub coefficients: Vec<T>,
-    /// Value of the sum, rad or m.
+    /// Value of the sum, in rad or m.
     pub offset: T,
-    /// The greatest coefficient. The multiplier of the divided equation over it is the effort of the gearing.
+    /// The greatest coefficient. The effort of the gearing is the multiplier of the divided equation, divided by this.
     pub size: f64,
 }
 
@@ -182,8 +182,8 @@ impl<T: Scalar> GearingParameters<T> {
 }
 
 impl<T: Scalar> InterfaceParameters<T> {
-    /// Sliding distance at the surface per unit of each of its DOFs, m or one; `pitch` is that of
-    /// the joint.
+    /// Sliding distance at the surface per unit of each of the interface's DOFs, m/rad or dimensionless;
+    /// `pitch` is the pitch of the joint, m/rad.
     pub fn arms(&self, pitch: T) -> [T; 3] {
         match self.shape {
             InterfaceShape::Plate => [T::one(), T::one(), self.radius],
@@ -195,7 +195,7 @@ impl<T: Scalar> InterfaceParameters<T> {
 }
 
 impl InterfaceParameters<f64> {
-    /// Law for the direction of sliding with this sign.
+    /// Friction law for the sliding direction with this sign.
     pub(crate) fn law_towards(&self, sense: f64) -> &Law {
         match &self.backward {
             Some(backward) if sense < 0.0 => backward,
@@ -223,7 +223,7 @@ impl Parameters<f64> {
 }
 
 impl<T: Scalar> Parameters<T> {
-    /// Parameters of `mechanism`, as constants of the scalar.
+    /// Converts the parameters of `mechanism` to constants of the scalar type.
     pub fn new(mechanism: &Mechanism) -> Self {
         let bodies = mechanism.bodies();
         let joints = mechanism.joints();
@@ -274,7 +274,7 @@ fn lift<T: Scalar>(weights: &Weights<f64>) -> Weights<T> {
     Weights { force: weights.force.lift(), moment: weights.moment.lift() }
 }
 
-/// Mean of the ground's joint origins, in the world, m.
+/// Computes the mean of the ground's joint origins, in the world, m.
 fn amid_ground_joints(mechanism: &Mechanism) -> Vec3<f64> {
     let joints = mechanism.joints().iter();
     let points: Vec<_> = joints

@@ -9,9 +9,9 @@ use crate::spatial::{Mat3, Pose, Vec3};
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct SpringParameters<T> {
-    /// Indices of its two bodies.
+    /// Indices of the spring's two bodies.
     pub ends: [usize; 2],
-    /// Its ends, each in its body's frame, m.
+    /// Positions of the spring's ends, each in its body's frame, m.
     pub points: [Vec3<T>; 2],
     /// Stiffness, N/m.
     pub stiffness: T,
@@ -52,11 +52,11 @@ pub struct JointSpringParameters<T> {
     pub stiffness: T,
     /// Coordinate at which only the preload acts, rad or m.
     pub rest: T,
-    /// Effort at that coordinate, N m or N.
+    /// Effort at the coordinate `rest`, N m or N.
     pub preload: T,
     /// Damping, N m s/rad or N s/m.
     pub damping: T,
-    /// Middle of the turn in which the angle of a joint that closes a loop is counted, rad.
+    /// Centre of the full turn into which the angle of a joint that closes a loop is wrapped, rad.
     pub middle: T,
 }
 
@@ -84,9 +84,9 @@ impl<T: Scalar> JointSpringParameters<T> {
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct BushingParameters<T> {
-    /// Indices of its two bodies.
+    /// Indices of the bushing's two bodies.
     pub ends: [usize; 2],
-    /// Its frames, each in its body.
+    /// The two frames that the bushing connects, each in its body.
     pub frames: [Pose<T>; 2],
     /// Stiffness, see [`Blocks`].
     pub stiffness: Blocks<T>,
@@ -98,17 +98,17 @@ pub struct BushingParameters<T> {
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct Blocks<T> {
-    /// Forces for displacements.
+    /// Maps displacements to forces.
     pub force: Mat3<T>,
-    /// Forces for rotations; its transpose has the moments for displacements.
+    /// Maps rotations to forces; the transpose maps displacements to moments.
     pub coupling: Mat3<T>,
-    /// Moments for rotations.
+    /// Maps rotations to moments.
     pub moment: Mat3<T>,
 }
 
 impl<T: Scalar> Blocks<T> {
     fn new(matrix: &crate::mechanism::SixBySix) -> Self {
-        // The symmetric part: the check of the mechanism permits rounding.
+        // Take the symmetric part, because the check of the mechanism permits rounded entries.
         let entry = |i: usize, j: usize| T::from_f64(0.5 * (matrix[i][j] + matrix[j][i]));
         let block = |row: usize, column: usize| {
             let of = |j: usize| {
@@ -123,7 +123,7 @@ impl<T: Scalar> Blocks<T> {
         Self { force: block(0, 0), coupling: block(0, 3), moment: block(3, 3) }
     }
 
-    /// Product with a displacement and a rotation: force and moment.
+    /// Multiplies with a displacement and a rotation; returns force and moment.
     pub fn times(&self, (linear, angular): (Vec3<T>, Vec3<T>)) -> (Vec3<T>, Vec3<T>) {
         (
             self.force * linear + self.coupling * angular,

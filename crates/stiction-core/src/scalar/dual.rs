@@ -7,7 +7,7 @@ use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// Value with its derivatives in `D` directions; forward-mode differentiation, exact to round-off.
 ///
-/// Over [`super::Lanes`] it differentiates several states at once.
+/// With [`super::Lanes`] as `T` it differentiates several states at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T, const D: usize> {
     /// The value.
@@ -23,8 +23,8 @@ impl<T: Scalar, const D: usize> Dual<T, D> {
         Self { value, slope: [T::zero(); D] }
     }
 
-    /// A variable: derivative one in `direction`, zero in the others. A direction that does not
-    /// exist gives a constant.
+    /// A variable: derivative one in `direction`, zero in the other directions. A direction that does not
+    /// exist yields a constant.
     #[inline(always)]
     pub fn variable(value: T, direction: usize) -> Self {
         Self {

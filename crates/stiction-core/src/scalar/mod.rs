@@ -52,8 +52,8 @@ pub trait Scalar:
     /// Selects lane by lane: `yes` if the value is greater than zero, otherwise `no`.
     fn if_positive(self, yes: Self, no: Self) -> Self;
 
-    /// Largest magnitude of the value over all lanes, NaN if any lane is NaN. It serves decisions
-    /// *between* kernel calls, never inside one.
+    /// Largest magnitude of the value over all lanes, NaN if any lane is NaN. Use it for decisions
+    /// *between* kernel calls, never inside a kernel.
     fn largest(self) -> f64;
 
     /// Returns `true` for types with derivatives, for which linear systems need one more solution, see [`Self::held`].

@@ -105,7 +105,7 @@ impl Mat3<f64> {
         Self::from_columns(column(0), column(1), column(2))
     }
 
-    /// The smallest rotation that takes direction `from` to direction `to`. For opposite
+    /// The smallest rotation that turns direction `from` into direction `to`. For opposite
     /// directions, a half turn about some perpendicular axis.
     pub fn between(from: Vec3<f64>, to: Vec3<f64>) -> Self {
         let (Some(a), Some(b)) = (from.direction(), to.direction()) else {

@@ -23,7 +23,7 @@ pub struct Wrench<T> {
 }
 
 impl<T: Scalar> Twist<T> {
-    /// No motion.
+    /// The zero twist: no motion.
     #[inline(always)]
     pub fn zero() -> Self {
         Self { angular: Vec3::zero(), linear: Vec3::zero() }
@@ -71,7 +71,7 @@ impl<T: Scalar> Twist<T> {
 }
 
 impl<T: Scalar> Wrench<T> {
-    /// No load.
+    /// The zero wrench: no load.
     #[inline(always)]
     pub fn zero() -> Self {
         Self { force: Vec3::zero(), moment: Vec3::zero() }

@@ -98,14 +98,14 @@ impl Vec3<f64> {
         Vec3::new(T::from_f64(self.x), T::from_f64(self.y), T::from_f64(self.z))
     }
 
-    /// Unit vector along this one, or `None` if it is too short to have a direction.
+    /// Unit vector along this vector, or `None` if it is too short to have a direction.
     pub fn direction(self) -> Option<Self> {
         let length = self.norm();
         let unit = self * (1.0 / length);
         (length > 0.0 && unit.is_finite()).then_some(unit)
     }
 
-    /// A unit vector perpendicular to this one (which need not be a unit vector).
+    /// A unit vector perpendicular to this vector, which need not be a unit vector.
     pub fn any_perpendicular(self) -> Self {
         // Vector product with the axis that is farthest from parallel.
         let [x, y, z] = self.to_array().map(f64::abs);

@@ -22,8 +22,8 @@ const HUB: usize = 3;
 /// Singularity indices at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distances {
-    /// Type 2 (actuation) singularity index: zero if a motion other than passive spins is resisted
-    /// by neither constraints nor actuators.
+    /// Type 2 (actuation) singularity index: zero if neither constraints nor actuators resist some motion
+    /// other than passive spins.
     pub actuation: f64,
     /// Constraint singularity index: zero if the constraints leave more motions than the generic
     /// mobility.
@@ -32,8 +32,8 @@ pub struct Distances {
 
 impl Distances {
     /// Computes the indices for a balance with equal numbers of unknowns and equations: no
-    /// redundancy, no passive spins, and one actuator per degree of freedom. Much faster than dense
-    /// decompositions.
+    /// redundancy, no passive spins, and one actuator per degree of freedom. This is much faster than
+    /// dense decompositions.
     pub(super) fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
         let scaled = system.scaled_matrix(joint_types).to_dense();
         let is_constraint = |k: &usize| !matches!(system.unknowns[*k], Unknown::Drive { .. });
@@ -50,7 +50,7 @@ impl Distances {
     }
 
     /// Computes the indices by dense decompositions: `mobility` is the generic mobility of the
-    /// constraints, `idle_spins` the number of passive spins in it.
+    /// constraints, `idle_spins` the number of passive spins that it includes.
     pub fn new(statics: &Statics, mobility: usize, idle_spins: usize) -> Self {
         Self {
             actuation: statics.actuation_distance(idle_spins),
@@ -59,7 +59,7 @@ impl Distances {
     }
 }
 
-/// The load of a joint in a self-stress, predecessor on successor, world axes.
+/// The reaction of a joint in a self-stress, predecessor on successor, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointLoad {
     /// The joint.
@@ -76,7 +76,7 @@ pub struct Constraints<'a> {
     statics: &'a Statics,
     /// Indices of the constraints among the unknowns of the balance.
     unknowns: Vec<usize>,
-    /// Constraint part of the scaled balance, transposed: a row for each constraint, a column for
+    /// Constraint columns of the scaled balance, transposed: a row for each constraint, a column for
     /// each equation.
     transposed: Decomposition,
 }
@@ -104,8 +104,8 @@ impl<'a> Constraints<'a> {
         &self.transposed
     }
 
-    /// Basis of the self-stress states (null space of the equilibrium matrix): for each the loaded
-    /// joints and their wrenches, unscaled.
+    /// Computes a basis of the self-stress states (null space of the equilibrium matrix): for each state,
+    /// the loaded joints and their wrenches, unscaled.
     pub fn self_stresses(&self) -> Vec<Vec<JointLoad>> {
         let own = self.equilibrium();
         let each = own.null_space(own.rank()).into_iter().map(|mut stress| {
@@ -173,9 +173,10 @@ impl<'a> Constraints<'a> {
         Some(zero_or(&self.legs(&of_legs), last))
     }
 
-    /// The columns of the equations of the bodies between hubs.
+    /// Decomposes the transposed constraints with only the columns `of_legs`, the equations of the bodies
+    /// between hubs.
     pub(super) fn legs(&self, of_legs: &[usize]) -> Decomposition {
-        // A leg is a group of its own if its bodies are next to each other.
+        // The six equations of each body form a group.
         let groups: Vec<usize> = (0..of_legs.len()).map(|k| k / 6).collect();
         let own = self.transposed.matrix().select_columns(of_legs);
         Decomposition::new(own, &groups, RANK_LIMIT)
@@ -193,12 +194,12 @@ impl<'a> Constraints<'a> {
     }
 }
 
-/// The singular value with this index; zero if it does not count towards the rank.
+/// Singular value with this index; zero if the index is not below the rank.
 fn zero_or(decomposition: &Decomposition, index: usize) -> f64 {
     if index < decomposition.rank() { decomposition.value(index) } else { 0.0 }
 }
 
-/// Rows of the equations of the bodies between hubs.
+/// Lists the rows of the balance that belong to bodies between hubs.
 pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
     (0..system.matrix.nrows() / 6)
         .filter(|&body| system.joints_at(body + 1) < HUB)
@@ -207,8 +208,8 @@ pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
 }
 
 impl Statics {
-    /// Type 2 (actuation) singularity index: zero if a motion other than passive spins is resisted
-    /// by neither constraints nor actuators.
+    /// Computes the type 2 (actuation) singularity index: zero if neither constraints nor actuators resist
+    /// some motion other than passive spins.
     pub fn actuation_distance(&self, idle_spins: usize) -> f64 {
         let resisted = self.system().matrix.nrows().saturating_sub(idle_spins);
         match resisted.checked_sub(1) {

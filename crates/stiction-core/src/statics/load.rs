@@ -44,9 +44,9 @@ impl AppliedLoad<f64> {
 }
 
 impl AppliedLoad<f64> {
-    /// Gravity and inertia force of a part that moves with a body, on that body, by d'Alembert's
-    /// principle. Centre of mass and inertia of the part are in the frame of the body; `gravity`,
-    /// m/s^2, is in world axes.
+    /// Computes the load on a body due to gravity and inertia of a part that moves with the body, by
+    /// d'Alembert's principle. Centre of mass and inertia of the part are in the frame of the body;
+    /// `gravity`, m/s^2, is in world axes.
     pub fn of_payload(body: BodyId, part: &Body, gravity: Vec3<f64>, bodies: &Bodies<f64>) -> Self {
         let (pose, twist) = (bodies.pose[body.0], bodies.twist[body.0]);
         let acceleration = bodies.acceleration[body.0];
@@ -65,7 +65,7 @@ impl AppliedLoad<f64> {
         }
     }
 
-    /// Weight of a part that is fixed to a body.
+    /// Computes the load on a body due to the weight of a part that is fixed to the body.
     pub fn of_weight(body: BodyId, part: &Body, gravity: Vec3<f64>) -> Self {
         let force = gravity * part.mass;
         Self { body, point: part.com, axes: LoadAxes::World, force, moment: Vec3::zero() }
@@ -73,7 +73,7 @@ impl AppliedLoad<f64> {
 }
 
 impl<T: Scalar> AppliedLoad<T> {
-    /// The wrench about the reference point, world axes.
+    /// Computes the wrench of the load about the reference point, in world axes.
     pub fn wrench(&self, bodies: &Bodies<T>) -> Wrench<T> {
         let pose = bodies.pose[self.body.0];
         let turn = |v| match self.axes {
@@ -85,8 +85,8 @@ impl<T: Scalar> AppliedLoad<T> {
     }
 }
 
-/// Total wrench of its joints that a body's motion requires, about the reference point: rate of
-/// change of momentum, less gravity. External loads are not included.
+/// Computes the wrench, about the reference point, that the joints of a body must exert in total for its
+/// motion: rate of change of momentum, less gravity. External loads are not included.
 pub(crate) fn demand_of_motion<T: Scalar>(
     parameters: &Parameters<T>,
     bodies: &Bodies<T>,

@@ -1,10 +1,10 @@
 //! Balance of all bodies as one system: the unknowns are all constraint reactions and
 //! actuator efforts, with six equations per body. Slow, but simple.
 //!
-//! It is the test oracle of the kernels and the dense fallback: it determines statically
+//! This system is the test oracle of the kernels, and the dense fallback for statically
 //! indeterminate forces and infeasible loads.
 //!
-//! Source: the 42 equations (22) to (27) of Zhang et al. 2018, corrected and for any mechanism.
+//! Source: the 42 equations (22) to (27) of Zhang et al. 2018, corrected and generalised to any mechanism.
 //!
 //! Equations (B1), (B2) and (B3) of the book's theory.
 
@@ -38,8 +38,8 @@ pub enum Unknown {
         /// Index of its degree of freedom.
         dof: usize,
     },
-    /// The multiplier of a gearing, in the order of [`Mechanism::gearings`]; its equation is divided by its greatest
-    /// coefficient.
+    /// The multiplier of a gearing, in the order of [`Mechanism::gearings`]. The gearing's equation is divided by its
+    /// greatest coefficient.
     Gearing {
         /// The gearing's index.
         gearing: usize,
@@ -57,20 +57,20 @@ pub struct UnitWrench {
     pub wrench: Wrench<f64>,
 }
 
-/// The system `matrix * unknowns = demand` (required wrenches) at one position.
+/// The system `matrix * unknowns = demand` at one position; `demand` are the required wrenches on the bodies.
 ///
-/// Rows: for each body but the ground force x y z, then moment x y z about the centre of mass,
+/// Rows: for each body except the ground, force x y z, then moment x y z about the centre of mass, in
 /// world axes, N and N m.
 #[derive(Clone, Debug)]
 pub struct NewtonEuler {
     /// The unknowns, one for each column.
     pub unknowns: Vec<Unknown>,
-    /// Unit wrenches of the unknowns, in their order: one for each constraint and effort, one for each degree of freedom
-    /// of a gearing.
+    /// Unit wrenches in the order of the unknowns: one for each constraint and effort, and one for each degree of
+    /// freedom of a gearing.
     pub wrenches: Vec<UnitWrench>,
-    /// The coefficients.
+    /// Coefficients of the unknowns in each equation.
     pub matrix: SparseMatrix,
-    /// The ends of all joints.
+    /// Predecessor and successor of all joints.
     ends: Vec<(usize, usize)>,
     /// Centres of mass relative to the reference point, world axes, m.
     com: Vec<Vec3<f64>>,
@@ -169,8 +169,8 @@ impl NewtonEuler {
         }
     }
 
-    /// Required joint wrenches on the bodies: Newton-Euler equations, less gravity, external loads
-    /// and springs.
+    /// Computes the joint wrenches that the bodies require: rates of change of momentum, less gravity,
+    /// external loads and spring forces.
     pub fn demand(
         &self,
         parameters: &Parameters<f64>,
@@ -261,7 +261,7 @@ impl NewtonEuler {
         (0..self.matrix.nrows()).map(|row| row / 6).collect()
     }
 
-    /// Index of the joint or gearing of each unknown, gearings behind joints.
+    /// Index of the joint or gearing of each unknown; indices of gearings follow those of the joints.
     pub(super) fn joints_of_unknowns(&self) -> Vec<usize> {
         let joint = |unknown: &Unknown| match *unknown {
             Unknown::Constraint { joint, .. } | Unknown::Drive { joint, .. } => joint,
@@ -270,12 +270,12 @@ impl NewtonEuler {
         self.unknowns.iter().map(joint).collect()
     }
 
-    /// See [`Self::scaled_matrix`].
+    /// Scale factor of a row in [`Self::scaled_matrix`].
     pub fn row_scale(&self, row: usize) -> f64 {
         if row % 6 < 3 { 1.0 } else { 1.0 / self.length }
     }
 
-    /// See [`Self::scaled_matrix`].
+    /// Scale factors of the columns in [`Self::scaled_matrix`].
     pub fn column_scales(&self, joint_types: &[JointType]) -> Vec<f64> {
         let is_moment = |unknown: &Unknown| match *unknown {
             Unknown::Constraint { joint, index } => {
@@ -287,8 +287,8 @@ impl NewtonEuler {
         self.unknowns.iter().map(|u| if is_moment(u) { self.length } else { 1.0 }).collect()
     }
 
-    /// Wrenches of the joints that some unknowns load, in the order of the joints; `unknowns` are
-    /// indices, in ascending order, and values.
+    /// Computes the wrenches of the joints that the given unknowns load, in the order of the joints;
+    /// `unknowns` are pairs of index and value, in ascending order of the indices.
     pub(super) fn sparse_wrenches(
         &self,
         unknowns: impl Iterator<Item = (usize, f64)>,
@@ -303,7 +303,7 @@ impl NewtonEuler {
         sums.into_iter().collect()
     }
 
-    /// The complete wrench of each joint for these unknowns and friction wrenches.
+    /// Computes the complete wrench of each joint from the unknowns and the friction wrenches.
     pub fn joint_wrenches(
         &self,
         unknowns: &DVector<f64>,
@@ -317,7 +317,7 @@ impl NewtonEuler {
     }
 }
 
-/// Force, and moment about a body's centre of mass.
+/// Components of the force, and of the moment about a body's centre of mass.
 fn components(wrench: Wrench<f64>, com: Vec3<f64>) -> [f64; 6] {
     let (force, moment) = (wrench.force, wrench.moment_about(com));
     [force.x, force.y, force.z, moment.x, moment.y, moment.z]
@@ -329,7 +329,7 @@ struct SpringForces {
     forces: [Vec3<f64>; 2],
 }
 
-/// Hooke's law with a damper, independent of the kernels, for comparison.
+/// Computes Hooke's law with a damper independently of the kernels, for comparison.
 fn spring_forces(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> SpringForces {
     let end = |k: usize| {
         let body = spring.ends[k];
@@ -350,8 +350,8 @@ fn spring_forces(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> Spring
     SpringForces { points: [a.into(), b.into()], forces: [force, -force] }
 }
 
-/// Wrench of a bushing on its second body, independent of the kernels, for comparison: nalgebra's logarithm, and the
-/// inverse of the right Jacobian of the rotation vector by its closed form.
+/// Computes the wrench of a bushing on its second body independently of the kernels, for comparison: with nalgebra's
+/// logarithm, and the inverse of the right Jacobian of the rotation vector in closed form.
 fn bushing_wrench(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> Wrench<f64> {
     use nalgebra::{Matrix3, Rotation3, Vector3};
     let [from, to] = bushing.ends;

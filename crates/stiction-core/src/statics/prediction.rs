@@ -11,19 +11,19 @@ const ACCURACY: f64 = 2e-11;
 const CERTAIN: f64 = 1e-9;
 /// Ratio of the distance of the shift from the predicted value to the error of the last prediction.
 const SAFETY: f64 = 4.0;
-/// Limits of the relative distance of the shift from the predicted value, and its value before any
-/// prediction could be checked.
+/// Limits of the relative distance of the shift from the predicted value, and the distance to use before
+/// the first prediction has been checked.
 const NEAREST: f64 = 1e-4;
 const FARTHEST: f64 = 0.5;
 const UNCHECKED: f64 = 0.1;
-/// Amount of the last eigenvector in the start vector, relative to a general vector. The latter
-/// finds an eigenvalue that becomes the smallest and has an orthogonal vector.
+/// Weight of the last eigenvector in the start vector, relative to a general vector. The general vector
+/// serves to detect another eigenvalue that becomes the smallest, with an orthogonal eigenvector.
 const KNOWN: f64 = 4.0;
 
-/// Smallest eigenvalue and its vector at the last positions.
+/// Smallest eigenvalue and its eigenvector at the last positions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prediction {
-    /// Last eigenvalue and the one before.
+    /// Eigenvalues at the last position (`last`) and at the position before (`before`).
     last: Option<f64>,
     before: Option<f64>,
     /// Relative error of the last prediction.
@@ -39,19 +39,19 @@ pub(super) struct Shift {
 }
 
 impl Shift {
-    /// The matrix itself.
+    /// No shift: inverse iteration with the matrix itself.
     pub(super) const NONE: Self = Self { by: 0.0, accuracy: ACCURACY };
 
-    /// Returns `true` if the error of an eigenvalue found with this shift is at most [`CERTAIN`]. Where the
-    /// eigenvalue is farther from the shift than predicted, after a dwell say, it may be larger.
+    /// Returns `true` if the error of an eigenvalue found with this shift is at most [`CERTAIN`]. The error may
+    /// be larger if the eigenvalue is farther from the shift than predicted, for example after a dwell.
     pub(super) fn is_certain(self, eigenvalue: f64) -> bool {
         (eigenvalue - self.by).abs() * self.accuracy <= CERTAIN * eigenvalue
     }
 }
 
 impl Prediction {
-    /// Shift slightly below the expected eigenvalue; `None` without an expectation. The Cholesky
-    /// decomposition of the shifted matrix exists only if no eigenvalue is smaller.
+    /// Returns a shift slightly below the expected eigenvalue; `None` without an expected value. The
+    /// Cholesky decomposition of the shifted matrix exists only if no eigenvalue is below the shift.
     pub(super) fn shift(&self) -> Option<Shift> {
         let missed = self.missed.map_or(UNCHECKED, |missed| SAFETY * missed);
         let margin = missed.clamp(NEAREST, FARTHEST);
@@ -72,7 +72,7 @@ impl Prediction {
         self.vector.extend_from_slice(vector);
     }
 
-    /// Replaces the expectation at the next position.
+    /// Replaces the expected eigenvalue at the next position.
     pub(super) fn expect(&mut self, eigenvalue: f64) {
         (self.last, self.before) = (Some(eigenvalue), None);
     }
@@ -83,7 +83,7 @@ impl Prediction {
         self.vector.clear();
     }
 
-    /// Start vector for row blocks of these sizes.
+    /// Computes the start vector for row blocks of these sizes.
     pub(super) fn start(
         &self,
         sizes: impl ExactSizeIterator<Item = usize>,

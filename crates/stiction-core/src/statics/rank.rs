@@ -140,8 +140,8 @@ impl Statics {
         self.row_scales.len() - self.rank()
     }
 
-    /// Coefficients of `units` (further demands, one per passive spin) with which a demand becomes
-    /// feasible, as far as possible.
+    /// Computes the coefficients of `units` (additional demands, one per passive spin) with which a demand
+    /// becomes feasible, as far as possible.
     pub fn amounts_into_reach(
         &self,
         demand: &DVector<f64>,
@@ -167,7 +167,7 @@ impl Statics {
         amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect()
     }
 
-    /// Part of a demand that constraints and actuators balance, given the friction wrenches.
+    /// Subtracts the effect of the friction wrenches from a demand: constraints and actuators balance the rest.
     fn less_friction(&self, demand: &DVector<f64>, friction: &[Wrench<f64>]) -> DVector<f64> {
         let mut rest = demand.clone();
         for (joint, &wrench) in friction.iter().enumerate() {
@@ -181,30 +181,30 @@ impl Statics {
         DVector::from_iterator(rows.len(), scaled)
     }
 
-    /// Flags of the unknowns: `true` for a statically determinate unknown.
+    /// For each unknown, `true` if it is statically determinate.
     pub fn determined(&self) -> Vec<bool> {
-        // Null vectors have unit norm: a component of rounding size counts as zero.
+        // Null vectors have unit norm: components of the size of round-off count as zero.
         let mut free = vec![0.0; self.column_scales.len()];
         self.null.iter().flatten().for_each(|(k, x)| free[*k] += x * x);
         free.into_iter().map(|square: f64| square.sqrt() < DETERMINED).collect()
     }
 
-    /// Flags of the actuator efforts: `true` for a statically determinate effort.
+    /// For each actuator, `true` if its effort is statically determinate.
     pub fn determined_drives(&self) -> Vec<bool> {
         // Actuator efforts are the last unknowns.
         let mut unknowns = self.determined();
         unknowns.split_off(unknowns.len() - self.drive_weights.len())
     }
 
-    /// Flags of the gearings: `true` for a statically determinate effort.
+    /// For each gearing, `true` if its effort is statically determinate.
     pub fn determined_gearings(&self) -> Vec<bool> {
         let each = self.determined().into_iter().zip(&self.system.unknowns);
         let own = each.filter(|(_, unknown)| matches!(unknown, Unknown::Gearing { .. }));
         own.map(|(determined, _)| determined).collect()
     }
 
-    /// For each joint, for each component of its complete wrench (force x y z, then moment x y z
-    /// about the joint's origin, world axes), `true` if the balance alone determines it.
+    /// For each joint and each component of its complete wrench (force x y z, then moment x y z
+    /// about the joint's origin, world axes), `true` if the balance alone determines the component.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {
         let mut determined = vec![[true; 6]; self.frames.len()];
         for (joint, wrench) in self.self_stresses().flatten() {
@@ -217,14 +217,14 @@ impl Statics {
         determined
     }
 
-    /// Basis of the self-stress states: for each the loaded joints with their wrenches about the
+    /// Basis of the self-stress states: for each state, the loaded joints with their wrenches about the
     /// reference point. The unknowns of each state have unit norm.
     pub fn self_stresses(&self) -> impl Iterator<Item = Vec<(usize, Wrench<f64>)>> + '_ {
         self.null.iter().map(|vector| self.wrenches_of(vector))
     }
 
-    /// Null space of the balance: for each direction the actuator efforts and the wrenches of the
-    /// loaded joints, unscaled.
+    /// Basis of the null space of the balance: for each direction, the actuator efforts and the wrenches of
+    /// the loaded joints, unscaled.
     pub fn null_directions(&self) -> Vec<NullDirection> {
         let count = self.drive_weights.len();
         let each = self.null.iter().map(|vector| {
@@ -251,14 +251,14 @@ impl Statics {
         each.collect()
     }
 
-    /// Wrenches of the joints that scaled unknowns load, about the reference point.
+    /// Computes the wrenches of the joints that scaled unknowns load, about the reference point.
     fn wrenches_of(&self, scaled: &[(usize, f64)]) -> Vec<(usize, Wrench<f64>)> {
         self.system.sparse_wrenches(scaled.iter().map(|&(k, x)| (k, x * self.column_scales[k])))
     }
 
-    /// Solves the balance for a demand ([`NewtonEuler::demand`]). If it is statically
+    /// Solves the balance for a demand ([`NewtonEuler::demand`]). If the balance is statically
     /// indeterminate, minimises first the actuator efforts, then the reactions, with the declared
-    /// weighting [`crate::dynamics::Weighting`]. `friction` are the friction efforts at each joint;
+    /// weighting [`crate::dynamics::Weighting`]. `friction` are the friction wrenches at each joint;
     /// they load the bodies and are part of the weighted reactions.
     ///
     /// # Errors
@@ -321,16 +321,16 @@ impl Statics {
         if residual.amax() <= 1e-9 * size {
             return Ok(());
         }
-        // The residual lies in the unconstrained motions; the demand is largest along itself.
+        // The residual lies in the space of unconstrained motions, along which no unknown balances it.
         let motion = self.scale_rows(&residual);
         let demand = scaled.dot(&residual);
         let described = self.described(&motion);
-        // Scale the residual to the reported motion, and the demand along it likewise.
+        // Scale the residual to the reported motion, and scale the demand along this motion likewise.
         let size = motion_size(&motion, described.body, described.turns);
         Err(InfeasibleLoad { missing: demand / size, motion: described })
     }
 
-    /// Moves the solution within the null space to minimum actuator efforts, then to minimum
+    /// Moves the solution within the null space to minimise first the actuator efforts, then the
     /// reactions.
     fn distribute(&self, solution: &mut DVector<f64>, friction: &[Wrench<f64>]) {
         if self.null.is_empty() {
@@ -371,7 +371,7 @@ impl Statics {
         }
     }
 
-    /// All reactions for scaled unknowns and friction, weighted for least squares: by declared
+    /// Computes all reactions from scaled unknowns and friction, weighted for least squares: by declared
     /// compliances, or equally for all joints.
     fn weighed(
         &self,
@@ -398,7 +398,7 @@ impl Statics {
     }
 }
 
-/// Rounds values at round-off level to zero.
+/// Sets a value of the size of round-off to zero.
 fn clean(part: f64) -> f64 {
     if part.abs() < DETERMINED { 0.0 } else { part }
 }
@@ -408,11 +408,11 @@ fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
     motion.fixed_rows::<3>(6 * (body - 1) + if turns { 3 } else { 0 }).norm()
 }
 
-/// Components of null-space vectors below this are round-off, so that the unknown is determined.
+/// Components of null-space vectors below this value are round-off; such an unknown is determined.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
 /// Moves `solution` along the columns of `open` to minimise the norm of `now + response * amounts`;
-/// returns the directions that the minimum leaves open.
+/// returns the directions along which the norm does not change.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,

@@ -1,9 +1,9 @@
 //! Fast singularity indices along a motion, for statically determinate mechanisms.
 //!
 //! A smallest singular value is the square root of the smallest eigenvalue of the matrix times its
-//! transpose. Over bodies this product couples only bodies with a common joint; over joints only
-//! joints with a common body. The cost of its factorisation is proportional to the number of legs,
-//! except for the coupling of the joints at one hub.
+//! transpose. With rows for bodies, this product couples only bodies with a common joint; with rows for
+//! joints, only joints with a common body. The cost of its factorisation is proportional to the number of
+//! legs, except for the coupling of the joints at one hub.
 //!
 //! Equation (M6) of the book's theory.
 
@@ -17,24 +17,25 @@ use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 
-/// Values below this fraction of the largest entry are refined with the matrix itself, because the
-/// product loses digits. The error is quadratic in the ratio of the product's round-off, about
+/// Singular values below this fraction of the largest entry are refined with the matrix itself, because
+/// the product loses digits. The error is quadratic in the ratio of the product's round-off, about
 /// 1e-14, to the squared value.
 const SMALL: f64 = 1e-4;
-/// Values below this fraction come from a decomposition of the matrix itself: refinement, which
-/// gains a factor of (squared value over the product's round-off) per pass, would converge too
+/// Singular values below this fraction are computed by a decomposition of the matrix itself: refinement,
+/// which gains a factor of (squared value divided by the product's round-off) per pass, would converge too
 /// slowly.
 const TINY: f64 = 1e-6;
-/// Maximum number of refinement passes: at [`TINY`] each gains a factor of a hundred.
+/// Maximum number of refinement passes; for values at [`TINY`], each pass gains a factor of a hundred.
 const PASSES: usize = 10;
 /// Relative corrections below this are round-off.
 const REFINED: f64 = 1e-14;
-/// Relative residual of eigenvectors from refined solutions.
+/// Relative residual at which eigenvectors from refined solutions have converged.
 const REFINED_ACCURACY: f64 = 1e-12;
 
 /// Computes [`Distances`] at many positions of one mechanism. Successive positions along a motion
-/// cost least: each value is expected from those before, and inverse iteration about it converges
-/// in few steps. The results therefore depend on the positions before, within round-off.
+/// cost least: each value is extrapolated from the previous ones, and inverse iteration about the
+/// extrapolated value converges in few steps. The results therefore depend on the previous positions,
+/// within round-off.
 #[derive(Clone, Debug)]
 pub struct SingularityDistances {
     /// Number of bodies without the ground.
@@ -48,20 +49,20 @@ pub struct SingularityDistances {
     joint_slots: Vec<Meeting>,
     /// Scaled unit wrenches of each joint, constraints first, on its predecessor and its successor.
     on: Vec<[[Part; BLOCK]; 2]>,
-    /// Scaled unit wrenches at the last travel.
+    /// Scaled unit wrenches at the last call of [`Self::travel`].
     passed: Vec<[[Part; BLOCK]; 2]>,
-    /// Sums of magnitudes in the rows of each body, for [`Self::travel`]: of constraints, of all.
+    /// Sums of magnitudes in the rows of each body, for [`Self::travel`]: over constraints, and over all unknowns.
     row_sums: Vec<[Part; 2]>,
-    /// Transposed constraints: for each component of the wrench one number for each constraint.
+    /// Transposed constraints: for each component of the wrench, one value per constraint.
     across: Vec<[[Part; BLOCK]; 2]>,
     actuation: Prediction,
     constraint: Prediction,
-    /// Constraint forces on each body.
+    /// Resultant of the constraint wrenches on each body.
     carried: Vec<Part>,
     lanczos: Lanczos,
 }
 
-/// One of the [`Distances`].
+/// Selects one of the [`Distances`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SingularityIndex {
     /// [`Distances::actuation`].
@@ -81,7 +82,7 @@ struct Content {
     drives: Vec<Dof>,
 }
 
-/// Two joints of one body, with the end of each.
+/// Two joints of one body, each with its end (predecessor or successor) at this body.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     joints: [usize; 2],
@@ -90,7 +91,8 @@ struct Meeting {
 }
 
 impl SingularityDistances {
-    /// Prepares a mechanism without gearings; `None` unless its balance has equal numbers of unknowns and equations.
+    /// Prepares the computation for a mechanism. `None` if the mechanism has gearings, or if the numbers of unknowns
+    /// and equations of its balance differ.
     pub fn new(mechanism: &Mechanism) -> Option<Self> {
         // The multiplier of a gearing loads the bodies of several joints.
         if !mechanism.gearings().is_empty() {
@@ -181,7 +183,7 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes one of the indices at the position of `bodies`, near a known value if there is one.
+    /// Computes one of the indices at the position of `bodies`, near a known value if one is given.
     pub fn measure_one(
         &mut self,
         index: SingularityIndex,
@@ -217,7 +219,7 @@ impl SingularityDistances {
         self.place(parameters, bodies);
         let Self { row_sums, .. } = self;
         row_sums.fill([[0.0; BLOCK]; 2]);
-        // Largest sums in a column: of constraints, of all unknowns.
+        // Largest sums in a column: over constraints, and over all unknowns.
         let mut columns = [0.0_f64; 2];
         for ((joint, on), passed) in self.joints.iter().zip(&self.on).zip(&self.passed) {
             let mut sums = [0.0; BLOCK];
@@ -252,7 +254,7 @@ impl SingularityDistances {
         }
     }
 
-    /// Index of actuation at the placed position; `None` if the product has lost its digits.
+    /// Computes the actuation index at the placed position; `None` if the product has lost too many digits.
     fn between_bodies(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
         self.smallest_between_bodies().filter(trusted).or_else(|| {
@@ -261,7 +263,7 @@ impl SingularityDistances {
         })
     }
 
-    /// Index of the constraints at the placed position; `None` if the product has lost its digits.
+    /// Computes the constraint index at the placed position; `None` if the product has lost too many digits.
     fn between_joints(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
         self.smallest_between_joints().filter(trusted).or_else(|| {
@@ -280,14 +282,14 @@ impl SingularityDistances {
         Distances::of_square(&NewtonEuler::new(mechanism, parameters, bodies), &types)
     }
 
-    /// Index of actuation: over constraints and actuators.
+    /// Computes the actuation index, from constraints and actuators together.
     fn smallest_between_bodies(&mut self) -> Option<f64> {
         let near = self.actuation.shift();
         let found = near.and_then(|shift| self.smallest_between_bodies_at(Some(shift)));
         found.or_else(|| self.smallest_between_bodies_at(Some(Shift::NONE)))
     }
 
-    /// Index of constraints alone.
+    /// Computes the constraint index, from the constraints alone.
     fn smallest_between_joints(&mut self) -> Option<f64> {
         if self.joints.iter().all(|joint| joint.constraints == 0) {
             return Some(1.0);
@@ -335,7 +337,8 @@ impl SingularityDistances {
         largest
     }
 
-    /// Index of actuation with the matrix shifted; with refined solutions without a shift.
+    /// Computes the actuation index by inverse iteration with the shifted matrix or, without a shift, with refined
+    /// solutions.
     fn smallest_between_bodies_at(&mut self, shift: Option<Shift>) -> Option<f64> {
         let (joints, on) = (&self.joints, &self.on);
         let matrix = &mut self.by_bodies;
@@ -391,7 +394,8 @@ impl SingularityDistances {
         Some(square.sqrt())
     }
 
-    /// Index of constraints alone with the matrix shifted; with refined solutions without a shift.
+    /// Computes the constraint index by inverse iteration with the shifted matrix or, without a shift, with refined
+    /// solutions.
     fn smallest_between_joints_at(&mut self, shift: Option<Shift>) -> Option<f64> {
         for ((joint, on), across) in self.joints.iter().zip(&self.on).zip(&mut self.across) {
             for (on, across) in on.iter().zip(across) {
@@ -469,7 +473,7 @@ impl SingularityDistances {
     }
 }
 
-/// Eigenvector of the smallest eigenvalue of a matrix, from inverse iteration about the shift.
+/// Computes the eigenvector of the smallest eigenvalue of a matrix by inverse iteration about the shift.
 /// Without a shift, solutions are refined with `product`, which multiplies by the matrix without
 /// forming it.
 fn weakest<'a>(
@@ -564,7 +568,7 @@ mod tests {
             .unwrap()
     }
 
-    /// With an unsuitable length unit for moments every position is nearly singular.
+    /// With an unsuitable unit of length for moments, every position is nearly singular.
     #[test]
     fn small_values_are_found_by_refined_solutions() {
         let mut refined = 0;
@@ -595,8 +599,8 @@ mod tests {
                 if !(TINY * largest..=SMALL * largest).contains(&expected) {
                     continue;
                 }
-                // The iteration stops at 1e-12; the smallest value is accurate to the rounding of
-                // the entries over that value, for any method.
+                // The iteration stops at 1e-12; with any method, the relative accuracy of the smallest value is
+                // the round-off of the entries divided by that value.
                 let known = 2e-12 + 8.0 * f64::EPSILON * svd.largest() / expected;
                 let found = found.unwrap();
                 let error = (found - expected).abs() / expected;

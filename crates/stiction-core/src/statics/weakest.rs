@@ -1,5 +1,5 @@
-//! Least-constrained motions: the twist gained at a singular position, and the infeasible load
-//! there.
+//! Least-constrained motions: the twist gained at a singular position, and the load that is infeasible
+//! at this position.
 
 use super::distance::{Constraints, of_legs};
 use super::rank::{RANK_LIMIT, Statics};
@@ -14,26 +14,25 @@ pub struct GainedTwist {
     /// The twist of each body about the reference point; scaled so that `body` turns by one radian,
     /// or, if it does not turn, moves by one metre.
     pub twists: Vec<Twist<f64>>,
-    /// Body that describes the motion: the one with most joints among those with considerable
-    /// motion.
+    /// Body that describes the motion: among the bodies with considerable motion, the body with the most
+    /// joints.
     pub body: usize,
-    /// True if that body turns.
+    /// True if `body` turns.
     pub turns: bool,
-    /// Number of independent unconstrained motions, this one included; known passive spins and
+    /// Number of independent unconstrained motions, including this motion; known passive spins and
     /// other known motions do not count.
     pub of: usize,
 }
 
 impl GainedTwist {
-    /// Description of the motion by the body's name and twist; `origin` is the reference point in
-    /// the world.
+    /// Describes the motion by the body's name and twist; `origin` is the reference point in the world.
     pub fn in_words(&self, mechanism: &Mechanism, origin: Vec3<f64>) -> (String, String) {
         let name = mechanism.bodies()[self.body].name.clone();
         let in_world = self.twists[self.body].about(-origin);
         (name, describe_motion(in_world, mechanism.characteristic_length()))
     }
 
-    /// Description of the infeasible load on the body: it does work on the motion.
+    /// Describes the infeasible load on the body, which does work on the motion.
     pub fn load_in_words(&self, length: f64) -> String {
         let Twist { angular, linear } = self.twists[self.body];
         let Some(axis) = angular.direction().filter(|_| self.turns) else {
@@ -51,15 +50,15 @@ impl GainedTwist {
     }
 }
 
-/// A passive spin: the body and the axis in the world.
+/// A passive spin: index of the body, and axis in the world.
 pub(crate) type IdleAxis = (usize, Vec3<f64>);
 
-/// Singular values below this are zero, and their vectors are not unique.
+/// Singular values below this value count as zero; their singular vectors are not unique.
 const MIXED: f64 = 1e-9;
 
 impl Statics {
-    /// Least-constrained motion with locked actuators, apart from passive spins: the twist gained
-    /// at a zero of [`Statics::actuation_distance`]. `None` for an immobile mechanism.
+    /// Finds the least-constrained motion with locked actuators, apart from passive spins: the twist
+    /// gained where [`Statics::actuation_distance`] is zero. `None` for an immobile mechanism.
     pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let transposed = self.scaled_matrix().transpose();
         let bodies = self.system().bodies_of_rows();
@@ -68,8 +67,8 @@ impl Statics {
         self.weakest(&transposed, &equations, idle.len(), idle)
     }
 
-    /// Motion least resisted by the rows of a scaled, transposed balance with `equations` columns,
-    /// apart from `others` known motions with less resistance.
+    /// Finds the motion that the rows of a scaled, transposed balance with `equations` columns resist
+    /// least, apart from `others` known motions with less resistance.
     fn weakest(
         &self,
         transposed: &Decomposition,
@@ -88,7 +87,7 @@ impl Statics {
             && transposed.rank() == kept + 1
             && transposed.value(kept) > zero
         {
-            // All others with less resistance are known.
+            // All motions with less resistance are known.
             return Some(self.described(&self.scale_rows(&in_place(motion))));
         }
         let svd = transposed.svd();
@@ -98,7 +97,7 @@ impl Statics {
         let motion = if distinct || basis.len() == 1 {
             basis.first()?.clone()
         } else {
-            // The open motion with the smallest passive-spin component.
+            // Select the open motion with the smallest passive-spin component.
             let rest: Vec<_> = basis.iter().map(|vector| without_spins(vector, idle)).collect();
             let amounts = Svd::new(&DMatrix::from_columns(&rest)).v.column(0).into_owned();
             DMatrix::from_columns(&basis) * amounts
@@ -108,8 +107,8 @@ impl Statics {
         Some(GainedTwist { of, ..self.described(&self.scale_rows(&motion)) })
     }
 
-    /// Describes a motion of all bodies, given by the velocity of the centre of mass and the
-    /// angular velocity of each.
+    /// Describes a motion of all bodies, given by the velocity of the centre of mass and the angular
+    /// velocity of each body.
     pub(crate) fn described(&self, motion: &DVector<f64>) -> GainedTwist {
         let part = |body: usize, at: usize| {
             let row = 6 * (body - 1) + at;
@@ -139,13 +138,13 @@ impl Statics {
 }
 
 impl Constraints<'_> {
-    /// Least-constrained motion beyond the `mobility` generic motions of the constraints.
+    /// Finds the least-constrained motion in addition to the `mobility` generic motions of the constraints.
     pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations: Vec<usize> = (0..self.transposed().matrix().ncols()).collect();
         self.statics().weakest(self.transposed(), &equations, mobility, idle)
     }
 
-    /// Least-constrained motion of the bodies between hubs with fixed hubs.
+    /// Finds the least-constrained motion of the bodies between hubs, with the hubs fixed.
     pub fn weakest_leg_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations = of_legs(self.statics().system());
         self.statics().weakest(&self.legs(&equations), &equations, idle.len(), idle)

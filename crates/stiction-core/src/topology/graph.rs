@@ -20,8 +20,8 @@ pub(super) struct Placement {
 const GROUND: usize = 0;
 
 impl Spanning {
-    /// Tree described in [`super`]: hubs float, and each chain between hubs is cut at its cheapest
-    /// joint that need not be kept. Joints to keep must form no loop.
+    /// Builds the tree described in [`super`]: hubs float, and each chain between hubs is cut at its
+    /// cheapest joint that need not be kept. Joints to keep must form no loop.
     pub(super) fn by_structure(
         bodies: usize,
         ends: &[(usize, usize)],
@@ -70,7 +70,7 @@ impl Spanning {
                         None => break,
                     }
                 }
-                // A chain from root to hub hangs from the root; others are cut in the middle.
+                // A chain from root to hub hangs from the root; other chains are cut in the middle.
                 let preferred = if is_root(start) && is_hub(body) {
                     chain.len() as f64
                 } else {
@@ -87,7 +87,7 @@ impl Spanning {
             }
         }
         let mut floating = nearest_first.iter().copied().filter(|&b| is_hub(b)).collect::<Vec<_>>();
-        // A hub that a chain without a cut connects with the ground or another hub hangs from it.
+        // If a chain without a cut connects a hub with the ground or another hub, the hub hangs from this chain.
         if keep.contains(&true) {
             let part = graph.components(&is_cut);
             let mut held = vec![part[GROUND]];
@@ -100,7 +100,7 @@ impl Spanning {
         Self::grow(&graph, &floating, |joint| !is_cut[joint])
     }
 
-    /// Random tree with random floating bodies; contains the joints to keep, which must form no loop.
+    /// Builds a random tree with random floating bodies; it contains the joints to keep, which must form no loop.
     pub(super) fn random(bodies: usize, ends: &[(usize, usize)], keep: &[bool], seed: u64) -> Self {
         let mut random = Random::new(seed);
         let graph = Graph::new(bodies, ends);
@@ -128,7 +128,7 @@ impl Spanning {
             let (a, b) = ends[joint];
             let (a, b) = (find(&mut tree_of, a), find(&mut tree_of, b));
             if a != b {
-                // The ground's tree stays its own root.
+                // The ground remains the root of its tree.
                 tree_of[a.max(b)] = a.min(b);
                 in_tree[joint] = true;
             }
@@ -183,7 +183,7 @@ impl<'a> Graph<'a> {
         if a == body { b } else { a }
     }
 
-    /// Number of joints between each body and the ground on the shortest path.
+    /// Computes the number of joints between each body and the ground on the shortest path.
     fn distances(&self) -> Vec<usize> {
         let mut distance = vec![usize::MAX; self.incident.len()];
         distance[GROUND] = 0;

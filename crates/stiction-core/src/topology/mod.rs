@@ -4,8 +4,8 @@
 //! Cut joints are chosen automatically. Bodies at which three or more chains of a loop structure
 //! meet (a robot's platform) *float*: they have six coordinates of their own and no tree joint, so
 //! that every leg is a chain from one such body to another, independent of the other legs. Each
-//! chain hangs from one end and is cut at one joint; the cut joint's wrench is the unknown of the
-//! chain. The cost therefore grows linearly with the numbers of legs and loops.
+//! chain hangs from one end and is cut at one joint; the wrench of the cut joint is the unknown of the
+//! chain. The cost therefore grows linearly with the number of legs and loops.
 
 mod graph;
 
@@ -18,7 +18,7 @@ use graph::Spanning;
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeRule {
-    /// Tree by the structure of the mechanism, for speed.
+    /// Tree chosen by the structure of the mechanism, for speed.
     Structure,
     /// Random tree and random floating bodies, to test that results do not depend on the choice.
     Random(u64),
@@ -68,7 +68,7 @@ pub(crate) struct GearedDofs {
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     pub(crate) body: usize,
-    /// Node of the body from which this one hangs; `None` for the ground.
+    /// Node of the body from which this body hangs; `None` for the ground.
     pub(crate) parent: Option<usize>,
     pub(crate) link: Link,
     pub(crate) tree_dofs: Range<usize>,
@@ -80,7 +80,7 @@ pub(crate) struct Node {
 pub(crate) enum Link {
     /// Joint; `reversed` if the body is the joint's predecessor.
     Joint { joint: usize, reversed: bool },
-    /// Six coordinates of its own, which transmit no force.
+    /// Floating body, with six coordinates of its own that transmit no force.
     Floating,
 }
 
@@ -97,12 +97,12 @@ pub(crate) enum Role {
 #[derive(Clone, Debug)]
 pub(crate) struct Cut {
     pub(crate) joint: usize,
-    /// Nodes between its two bodies, with `+1.0` on the successor's side and `-1.0` on the
-    /// predecessor's; each side from its body upwards, without common ancestors.
+    /// Nodes between the two bodies of the joint, with `+1.0` on the successor's side and `-1.0` on the
+    /// predecessor's side; each side begins at its body and ends below the common ancestors.
     pub(crate) path: Vec<(usize, f64)>,
-    /// Indices of its constraint wrenches.
+    /// Indices of the joint's constraint wrenches.
     pub(crate) constraints: Range<usize>,
-    /// Its actuators, as indices into [`Topology::cut_actuators`].
+    /// Actuators of the joint, as indices into [`Topology::cut_actuators`].
     pub(crate) actuators: Range<usize>,
 }
 
@@ -154,7 +154,7 @@ impl Topology {
         for geared in mechanism.gearings().iter().flat_map(|gearing| &gearing.dofs) {
             keep[geared.joint.0] = true;
         }
-        // Angles of cut joints do not count full turns, which a torsion spring needs.
+        // Angles of cut joints do not include full turns, but a torsion spring requires them.
         const TURNS: usize = 100;
         for spring in mechanism.joint_springs() {
             if !joints[spring.joint.0].joint_type.dofs()[spring.dof].translates() {
@@ -169,8 +169,8 @@ impl Topology {
         Self::compile(mechanism, ends, &spanning)
     }
 
-    /// Compiles the graph with a given tree: all bodies but the ground, parents before children,
-    /// each with the joint from which it hangs; bodies without one float.
+    /// Compiles the graph with a given tree: all bodies except the ground, parents before children,
+    /// each with the joint from which it hangs; bodies without a joint float.
     pub(crate) fn with_paths(mechanism: &Mechanism, paths: &[(usize, Option<usize>)]) -> Self {
         let ends = mechanism.joints().iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
         let order = paths.iter().map(|&(body, joint)| graph::Placement { body, joint }).collect();

@@ -98,9 +98,9 @@ impl<T: Scalar> Balance<T> {
         self.cut_constants[cut] = absorb(constant);
     }
 
-    /// Solves the balance of [`Self::factor_frictionless`] with the friction of one interface
-    /// alone: generalised forces per newton, and newtons. Writes the actuator efforts that overcome
-    /// it.
+    /// Solves the balance of [`Self::factor_frictionless`] with the friction of one interface alone,
+    /// given as generalised forces per newton and friction in N. Writes the actuator efforts that
+    /// overcome this friction.
     pub(in crate::dynamics) fn apply_friction_alone(
         &mut self,
         plan: &BalancePlan,

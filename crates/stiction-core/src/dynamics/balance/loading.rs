@@ -68,7 +68,7 @@ impl<T: Scalar> Balance<T> {
         });
     }
 
-    /// Adds the moments that spinning rotors need.
+    /// Adds the moments that accelerate and turn spinning rotors.
     #[inline(never)]
     fn load_rotors(&mut self, topology: &Topology, parameters: &Parameters<T>, bodies: &Bodies<T>) {
         for rotor in &parameters.rotors {
@@ -79,8 +79,8 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Sets the wrenches per unit acceleration of one local degree of freedom: `accelerations` are
-    /// those of the tree.
+    /// Sets the wrenches per unit acceleration of one local degree of freedom; `accelerations` are
+    /// the resulting accelerations of the tree.
     pub(in crate::dynamics) fn load_spin(
         &mut self,
         plan: &BalancePlan,
@@ -122,7 +122,7 @@ fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
     }
 }
 
-/// Acceleration of a node's body in the response to a local degree of freedom.
+/// Acceleration of a node's body per unit acceleration of a local degree of freedom.
 fn spin_twist<T: Scalar>(
     topology: &Topology,
     bodies: &Bodies<T>,

@@ -21,7 +21,7 @@ use crate::topology::{Link, Role, Topology};
 /// Force and moment balance at one instant, with the buffers to solve it.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance<T> {
-    /// Inverse-dynamics wrench of each node's body and all bodies beyond it.
+    /// Inverse-dynamics wrench of each node's body together with all bodies beyond it.
     demand: Vec<Wrench<T>>,
     /// Wrench per unit acceleration of each local degree of freedom, for each of its nodes.
     spin_demand: Vec<Vec<Wrench<T>>>,
@@ -31,10 +31,10 @@ pub(crate) struct Balance<T> {
     /// Equation of each DOF of the tree: `row.power(wrench) = constant`.
     rows: Vec<Twist<T>>,
     constants: Vec<T>,
-    /// Constant part of the wrench at each cut, due to friction.
+    /// Constant part of the wrench at each cut joint, due to friction.
     cut_constants: Vec<Wrench<T>>,
-    /// Wrench that each node's joint transmits, parent on child, and that at each cut, predecessor
-    /// on successor.
+    /// Wrench that each node's joint transmits, parent on child. `cut_wrenches`: wrench at each cut joint,
+    /// predecessor on successor.
     node_wrenches: Vec<Wrench<T>>,
     cut_wrenches: Vec<Wrench<T>>,
     entries: Vec<T>,
@@ -85,7 +85,7 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Factors and solves the balance with linearised friction. Returns the product of the signs of
-    /// the pivots.
+    /// all pivots.
     pub(super) fn solve(
         &mut self,
         plan: &BalancePlan,
@@ -103,7 +103,7 @@ impl<T: Scalar> Balance<T> {
         program.pivots().map(|slot| self.factors[slot]).collect()
     }
 
-    /// Unknowns that determine all wrenches: the wrenches at the cuts and the accelerations of
+    /// Unknowns that determine all wrenches: the wrenches at the cut joints and the accelerations of
     /// local degrees of freedom.
     pub(super) fn carried(&self, structure: &BalanceStructure) -> (Vec<Wrench<T>>, Vec<T>) {
         (
@@ -112,7 +112,7 @@ impl<T: Scalar> Balance<T> {
         )
     }
 
-    /// Computes all wrenches from the wrenches at the cuts and the accelerations of local degrees
+    /// Computes all wrenches from the wrenches at the cut joints and the accelerations of local degrees
     /// of freedom.
     pub(super) fn carry(&mut self, plan: &BalancePlan, cuts: &[Wrench<T>], spins: &[T]) {
         let BalancePlan { topology, structure, .. } = plan;
@@ -130,7 +130,7 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// Computes all wrenches from those at the cuts, without local degrees of freedom.
+    /// Computes all wrenches from the wrenches at the cut joints, without local degrees of freedom.
     pub(super) fn carry_plainly(
         &mut self,
         plan: &BalancePlan,
@@ -145,12 +145,12 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// Sets the generalised friction forces on the DOFs of the tree, which the residual contains.
+    /// Sets the generalised friction forces on the DOFs of the tree, which enter the residual.
     pub(super) fn set_constants(&mut self, constants: &[T]) {
         self.constants.copy_from_slice(constants);
     }
 
-    /// Sets the unknowns to zero and all wrenches to those that do not depend on them.
+    /// Sets the unknowns to zero, and all wrenches to their values for zero unknowns.
     fn begin_wrenches(&mut self, topology: &Topology) {
         self.unknowns.fill(T::zero());
         self.node_wrenches.copy_from_slice(&self.demand);
@@ -160,7 +160,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Solves with the last factorisation.
+    /// Solves the balance with the last factorisation.
     fn solve_factored(
         &mut self,
         plan: &BalancePlan,
@@ -207,7 +207,7 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Computes the actuator efforts: for each actuated DOF the effort that the joint transmits,
-    /// less those of friction and gearings.
+    /// less the efforts of friction and gearings.
     pub(super) fn read_efforts(
         &self,
         plan: &BalancePlan,
@@ -265,7 +265,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Collects the complete wrench of every joint from those of nodes and cuts.
+    /// Collects the complete wrenches of all joints from the wrenches of nodes and cut joints.
     fn collect(&mut self, topology: &Topology) {
         for (joint, role) in topology.role.iter().enumerate() {
             self.joint_wrenches[joint] = match *role {
@@ -285,7 +285,7 @@ impl Balance<f64> {
         self.entries
     }
 
-    /// Efforts for given unknowns, without load and friction.
+    /// Computes the efforts for given unknowns, without load and friction.
     pub(super) fn efforts_of(
         &mut self,
         plan: &BalancePlan,

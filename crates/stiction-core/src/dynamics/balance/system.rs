@@ -227,7 +227,7 @@ fn effort_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, act
     }
 }
 
-/// Inner product whose norm the weighting minimises, at one joint: see
+/// Inner product of wrenches at one joint, the norm of which the weighting minimises; see
 /// [`Weighting::LeastReactions`] and [`Weighting::LeastEnergy`].
 struct Product<'a, T> {
     frame_j: Pose<T>,

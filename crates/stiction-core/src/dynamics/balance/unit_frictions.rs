@@ -1,4 +1,4 @@
-//! Response of the frictionless balance to constant frictions, four at a time.
+//! Response of the frictionless balance to constant friction forces, four at a time.
 //!
 //! Equation (B6) of the book's theory.
 
@@ -67,8 +67,8 @@ impl LaneWorkspace {
 }
 
 impl Balance<f64> {
-    /// Solves the balance of [`Self::factor_frictionless`] with each of these frictions alone;
-    /// calls `take` with the index of each friction and its response.
+    /// Solves the balance of [`Self::factor_frictionless`] for each of these friction forces alone;
+    /// calls `take` with the index of each friction force and its response.
     pub(in crate::dynamics) fn respond(
         &mut self,
         plan: &BalancePlan,
@@ -102,7 +102,7 @@ impl Balance<f64> {
         }
     }
 
-    /// Solves for up to four frictions: unknowns, and wrenches of nodes and cuts.
+    /// Solves for the unknowns and the wrenches of nodes and cut joints under up to four friction forces.
     fn respond_side_by_side(
         &mut self,
         plan: &BalancePlan,
@@ -123,7 +123,7 @@ impl Balance<f64> {
             if let Role::Tree { node } = topology.role[interface.joint]
                 && structure.weighting == Weighting::Determined
             {
-                // Such a friction enters the equations of its own DOFs only.
+                // Friction at a tree joint enters the equations of the joint's own DOFs only.
                 let first = topology.nodes[node].tree_dofs.start;
                 for (&against, dof) in unit.against.iter().zip(interface.shape.dofs()) {
                     constants[first + dof].0[lane] = against;

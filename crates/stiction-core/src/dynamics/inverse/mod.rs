@@ -1,4 +1,4 @@
-//! Kernel of inverse dynamics: reactions, load-dependent friction and efforts, over any scalar.
+//! Kernel of inverse dynamics: reactions, load-dependent friction and efforts, for any scalar type.
 
 mod probing;
 mod settled;
@@ -80,8 +80,8 @@ impl<T: Scalar> Inverse<T> {
         &self.interfaces.states
     }
 
-    /// Sets the static friction of an interface at rest, as a fraction of its limit: components
-    /// along its DOFs, a vector of length one at most. The default is zero.
+    /// Sets the static friction of an interface at rest, as a fraction of the static friction limit: a vector of
+    /// components along the interface's DOFs, of norm at most one. The default is zero.
     pub fn set_static_friction(&mut self, interface: usize, held: [T; 3]) {
         self.interfaces.held[interface] = held;
     }
@@ -117,7 +117,7 @@ impl<T: Scalar> Inverse<T> {
         self.complete(model, parameters, kinematics, settings);
     }
 
-    /// Solves with friction from the present normal forces, after [`Self::begin`].
+    /// Solves with friction after [`Self::begin`], starting from the present normal forces.
     pub(super) fn complete(
         &mut self,
         model: &Model,
@@ -196,15 +196,15 @@ impl<T: Scalar> Inverse<T> {
         (change, largest)
     }
 
-    /// Unknowns that determine all joint wrenches at this motion: the wrenches of the cut joints,
+    /// Unknowns that determine all joint wrenches for this motion: the wrenches of the cut joints,
     /// predecessor on successor, and the accelerations of local degrees of freedom.
     pub fn carried(&self, model: &Model) -> (Vec<Wrench<T>>, Vec<T>) {
         self.balance.carried(&model.balance.structure)
     }
 
     /// Takes one Newton step of the coupling with friction linearised about these unknowns, see
-    /// [`Self::carried`]. [`Self::efforts`], [`Self::joint_wrenches`] and normal forces are those
-    /// after the step. Requires a [`Self::solve`] at this motion, in any friction mode.
+    /// [`Self::carried`], and updates [`Self::efforts`], [`Self::joint_wrenches`] and normal forces.
+    /// Requires a [`Self::solve`] at this motion, in any friction mode.
     pub fn step_from(
         &mut self,
         model: &Model,
@@ -252,7 +252,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.solve(plan, parameters, bodies)
     }
 
-    /// Computes the efforts that include the friction of the present normal forces.
+    /// Computes the efforts, including the friction for the present normal forces.
     pub(super) fn finish_friction(
         &mut self,
         model: &Model,

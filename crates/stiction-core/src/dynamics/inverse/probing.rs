@@ -1,4 +1,4 @@
-//! Solutions with other friction forces at the same motion.
+//! Solutions for other friction forces in the same motion.
 
 use super::Inverse;
 use crate::dynamics::interfaces::Coupling;
@@ -12,7 +12,8 @@ use crate::spatial::Wrench;
 use crate::topology::Topology;
 
 impl<T: Scalar> Inverse<T> {
-    /// Computes the normal forces for these joint wrenches, as another start of the coupling.
+    /// Computes the normal forces for these joint wrenches, as another start of the iteration between
+    /// friction and reactions.
     pub(in crate::dynamics) fn restart_from(
         &mut self,
         parameters: &Parameters<T>,
@@ -24,10 +25,10 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Adopts a solution of the coupling: the wrenches of all joints, and the normal forces of the
-    /// interfaces whose friction depends on them. Returns false, after [`Self::restart_from`], if
-    /// it does not satisfy the balance to round-off, or the model is not plain. Requires [`Self::begin`] at this
-    /// motion, all other interfaces without friction, and a coupling whose bound is below one: the
-    /// determinant then has the sign of the frictionless one.
+    /// interfaces whose friction depends on them. Returns false if the solution does not satisfy the
+    /// balance to round-off, or if the model is not plain, after [`Self::restart_from`] from these
+    /// wrenches. Requires [`Self::begin`] at this motion, no friction at any other interface, and a
+    /// coupling bound below one, for which the determinant has the same sign as without friction.
     pub(in crate::dynamics) fn adopt(
         &mut self,
         model: &Model,
@@ -98,7 +99,7 @@ impl<T: Scalar> Inverse<T> {
 
     /// Solves with given friction forces, N, one for each interface and independent of its normal
     /// force, with the matrix of the frictionless balance. [`Self::efforts`] and
-    /// [`Self::joint_wrenches`] then include these frictions.
+    /// [`Self::joint_wrenches`] then include these friction forces.
     pub fn solve_with(
         &mut self,
         model: &Model,

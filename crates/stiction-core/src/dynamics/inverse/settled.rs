@@ -38,7 +38,7 @@ impl<T: Scalar> Inverse<T> {
     /// True if the balance holds to round-off and its reactions are not large compared with the
     /// load. Otherwise the elimination order does not suit the position.
     pub fn is_balanced(&self, model: &Model, parameters: &Parameters<T>) -> bool {
-        // With larger growth a reaction keeps fewer than eight digits.
+        // With larger growth, fewer than eight digits of a reaction are accurate.
         const GROWTH: f64 = 1e8;
         let (residual, demanded, carried) =
             self.balance.size_of_residual(&model.balance, parameters);

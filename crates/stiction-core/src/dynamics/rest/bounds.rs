@@ -18,7 +18,7 @@ use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
 /// Step of the finite differences, as a fraction of the static friction limit: small enough to
-/// leave normal forces almost unchanged, large enough for round-off.
+/// leave normal forces almost unchanged, large enough to exceed round-off.
 const PROBE: f64 = 1e-3;
 /// Number of updates of the directions of static friction.
 const ROUNDS: usize = 4;
@@ -49,8 +49,8 @@ impl StaticFriction {
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < SAME
     }
 
-    /// Static friction in the direction of a vector with a component for each DOF, unless its
-    /// direction is prescribed.
+    /// Returns static friction in the direction of a vector with one component per DOF; a prescribed
+    /// direction does not change.
     pub(super) fn towards(&self, components: impl Iterator<Item = f64>) -> Self {
         if self.fixed {
             return *self;
@@ -71,8 +71,8 @@ impl StaticFriction {
 /// For each effort, the friction of every resting interface is set to its limit in the direction
 /// that raises (lowers) the effort most. The coupled problem is solved again, and the directions
 /// are updated until they no longer change. The bounds are therefore attained. They are exact if
-/// the sense in which an effort changes with each friction is independent of the other frictions,
-/// as without strong coupling. A bound is infinite if the forces diverge during this search, as in
+/// the sense in which an effort changes with each friction force is independent of the others,
+/// as is the case without strong coupling. A bound is infinite if the forces diverge during this search, as in
 /// a mechanism that friction can lock.
 pub(in crate::dynamics) fn bound_efforts(
     forces: &mut Forces,
@@ -84,7 +84,7 @@ pub(in crate::dynamics) fn bound_efforts(
     let resting: Vec<usize> = (0..position.parameters.interfaces.len())
         .filter(|&interface| {
             let state = &inverse.interfaces()[interface];
-            // Its normal force may be zero only as long as no other interface has friction.
+            // The normal force may be zero only as long as no other interface has friction.
             state.sliding == 0.0 && state.resistance.coefficient > 0.0
         })
         .collect();
@@ -104,7 +104,7 @@ pub(in crate::dynamics) fn bound_efforts(
         .flat_map(|actuator| [1.0, -1.0].map(|sense| (actuator, sense)))
         .map(|(actuator, sense)| Goal { actuator, sense, before: forces.efforts[actuator] })
         .collect();
-    // Outer bounds exist only for couplings so weak that every static friction has one solution.
+    // Outer bounds exist only for couplings so weak that each static friction yields a unique solution.
     let is_thread = |friction: &StaticFriction| {
         parameters.interfaces[friction.interface].shape == InterfaceShape::Thread
     };
@@ -193,8 +193,8 @@ pub(super) fn set_static_frictions(inverse: &mut Inverse<f64>, frictions: &[Stat
     }
 }
 
-/// Solves with the present static friction. Returns false if forces diverge; they then belong to
-/// the point at which the solution is lost.
+/// Solves with the present static friction. Returns false if forces diverge; `inverse` then contains the
+/// forces at which the solution is lost.
 pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
     let Position { model, parameters, kinematics, loads, settings } = position;
     inverse.solve(model, parameters, kinematics, loads, settings);

@@ -12,25 +12,25 @@ use nalgebra::{DMatrix, DVector};
 /// Efforts of one actuator at which the mechanism begins to move while all other actuators hold, N
 /// or N m.
 ///
-/// The impending motion has a positive (negative) rate of this actuator and zero rates of the
-/// others. Every interface that slides in it exerts its static friction limit against the sliding,
-/// coupled with the normal forces. An interface that does not slide may exert any static friction.
-/// If that affects the normal forces, the effort is an interval: motion may begin at the first
-/// number and begins at the latest at the second. Infinite if friction locks the mechanism against
-/// that motion.
+/// In the impending motion, the rate of this actuator is positive (negative) and the rates of the others
+/// are zero. Every interface that slides in this motion exerts its static friction limit against the
+/// sliding, coupled with the normal forces. An interface that does not slide may exert any static
+/// friction. If this friction affects the normal forces, the breakaway effort is an interval: motion may
+/// begin at the first value, and has begun at the second. Infinite if friction locks the mechanism
+/// against the impending motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakaway {
-    /// Efforts for a forward motion, in the order in which they are reached.
+    /// Efforts at which forward motion may begin and has begun.
     pub forward: (f64, f64),
-    /// Efforts for a backward motion.
+    /// Efforts at which backward motion may begin and has begun.
     pub backward: (f64, f64),
 }
 
 /// Fraction of the largest sliding velocity below which an interface does not slide.
 const STILL: f64 = 1e-9;
 
-/// Sliding velocities of all interfaces for a unit rate of each actuator, the others at rest;
-/// `None` if the actuators do not determine the motion.
+/// Computes the sliding velocities of all interfaces for a unit rate of each actuator while the other
+/// actuators are at rest; `None` if the actuators do not determine the motion.
 pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>>> {
     let Position { model, parameters, kinematics, .. } = position;
     let topology = model.topology();
@@ -70,8 +70,8 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
     velocities.collect()
 }
 
-/// Breakaway efforts of one actuator from the velocities of its impending motion. Changes the
-/// static friction in `inverse`.
+/// Computes the breakaway efforts of one actuator from the sliding velocities of the impending motion.
+/// Changes the static friction in `inverse`.
 pub(super) fn break_away(
     inverse: &mut Inverse<f64>,
     position: &mut Position<'_>,

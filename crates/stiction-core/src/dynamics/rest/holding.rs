@@ -14,11 +14,11 @@ use nalgebra::{DMatrix, DVector};
 pub struct Holding {
     /// Guaranteed verdict.
     pub verdict: Verdict,
-    /// Fraction of all static coefficients needed to hold the position: a guaranteed lower bound
-    /// and a guaranteed upper bound. Infinite if no sufficient fraction was found.
+    /// Guaranteed lower and upper bounds of the fraction of all static coefficients that is needed to hold
+    /// the position. The upper bound is infinite if no sufficient fraction was found.
     pub needed: (f64, f64),
-    /// Friction forces that hold the position, for each interface along its DOFs, with the sign of
-    /// the sliding that they oppose, N. Empty if the verdict follows from an effort interval that
+    /// Friction forces that hold the position, N, for each interface along its DOFs, with the sign of
+    /// the sliding that they oppose. Empty if the verdict follows from an effort interval that
     /// contains zero.
     pub frictions: Vec<Vec<f64>>,
 }
@@ -26,15 +26,15 @@ pub struct Holding {
 /// Verdict on a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Friction forces within all limits hold it.
+    /// Friction forces within all limits hold the position.
     Holds,
     /// In some motion the load delivers more power than friction can dissipate.
     Slips,
-    /// Neither is proven.
+    /// Neither holding nor slipping is proven.
     Undecided,
 }
 
-/// Number of iterations between normal forces and friction.
+/// Largest number of iterations between normal forces and friction.
 const ROUNDS: usize = 60;
 /// Iterations of the weighted least squares, and the factor by which each reduces the smoothing.
 const STEPS: usize = 200;
@@ -48,17 +48,17 @@ const HALVINGS: usize = 40;
 const MOST: f64 = 1e6;
 /// Relative effort of unpowered actuators that counts as zero.
 const NOTHING: f64 = 1e-10;
-/// Bounds that differ relatively by less are equal.
+/// Relative difference below which bounds are equal.
 const SAME: f64 = 1e-9;
 
-/// Linear equations for the friction forces, `slopes * frictions = missing`: certain efforts and
-/// accelerations must vanish.
+/// Linear equations for the friction forces, `slopes * frictions = missing`, which state that certain
+/// efforts and accelerations vanish.
 pub(super) struct Demand {
     slopes: DMatrix<f64>,
     missing: DVector<f64>,
 }
 
-/// Bounds of the normal forces relative to zero friction, the same for all demands at a position.
+/// Bounds of the normal forces relative to zero friction, common to all demands at a position.
 #[derive(Default)]
 pub(super) struct LoadBounds {
     couplings: OnceCell<DMatrix<f64>>,
@@ -72,8 +72,8 @@ struct Share {
 }
 
 impl Demand {
-    /// Equations for efforts (with their values without friction) and accelerations of local
-    /// degrees of freedom that must vanish.
+    /// Sets up the equations for the efforts (given with their values without friction) and the accelerations
+    /// of local degrees of freedom that must vanish.
     pub(super) fn new(
         map: &FrictionMap<'_>,
         efforts: &[(usize, f64, f64)],
@@ -100,11 +100,11 @@ impl Demand {
         Self { slopes, missing: DVector::from_vec(missing) }
     }
 
-    /// Equivalent independent equations; `None` if no friction satisfies them.
+    /// Returns equivalent independent equations; `None` if no friction satisfies the equations.
     fn independent(&self) -> Option<Self> {
         let svd = Svd::new(&self.slopes.transpose());
         let rank = svd.rank(NOTHING);
-        // Combinations of equations with and without influence of friction.
+        // Linear combinations of the equations with and without influence of friction.
         let inside = svd.v.columns(0, rank).transpose();
         let outside = svd.v.columns(rank, svd.v.ncols() - rank).transpose();
         let lost = (outside * &self.missing).norm();
@@ -112,7 +112,8 @@ impl Demand {
             .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
     }
 
-    /// The only friction that satisfies independent equations, if these are as many as components.
+    /// Returns the unique friction that satisfies independent equations, if there are as many equations as
+    /// friction components.
     fn unique(&self) -> Option<Vec<f64>> {
         if self.slopes.nrows() != self.slopes.ncols() {
             return None;
@@ -127,8 +128,8 @@ impl Demand {
         (left <= MET * self.missing.norm()).then(|| frictions.as_slice().to_vec())
     }
 
-    /// Independent equations restricted to interfaces with a weight; `None` if they cannot be
-    /// satisfied.
+    /// Returns independent equations for the friction of interfaces with nonzero weight; `None` if this
+    /// friction cannot satisfy the equations.
     fn borne_by(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Self> {
         let mut borne = Self { slopes: self.slopes.clone(), missing: self.missing.clone() };
         if weights.iter().all(|weight| *weight != [0.0; 2]) {
@@ -143,12 +144,12 @@ impl Demand {
     }
 
     /// Distributes friction such that the largest ratio of an interface's friction to its weight is
-    /// minimal: `min max |f_c| / w_c` under the equations. The dual problem minimises the power of
-    /// friction, at the weights, over motions in which the required wrench has unit power. This sum
-    /// of norms is minimised by weighted least squares, each step of which yields a distribution
-    /// and a motion.
+    /// minimal: `min max |f_c| / w_c` under the equations. The dual problem minimises the power that
+    /// friction of the size of the weights dissipates, over all motions in which the required wrench has
+    /// unit power. This sum of norms is minimised by iteratively reweighted least squares; each step yields
+    /// a distribution and a motion.
     ///
-    /// Weights are for forward and backward friction.
+    /// Each interface has a weight for forward and one for backward friction.
     fn share(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Share> {
         let owners: Vec<usize> = map.owners().collect();
         let mut best: Option<Share> = None;
@@ -207,8 +208,7 @@ impl Demand {
     }
 }
 
-/// Selects for each interface the number for forward or backward friction, by the sign of its
-/// friction.
+/// Selects, for each interface, the value for forward or backward friction by the sign of its friction.
 fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Vec<f64> {
     let mut chosen: Vec<f64> = numbers.iter().map(|[forward, _]| *forward).collect();
     for (owner, friction) in map.owners().zip(frictions) {
@@ -230,7 +230,7 @@ fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// Friction limits for these normal forces, for forward and backward sliding.
+/// Computes the friction limits for these normal forces, N, for forward and backward sliding.
 fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
     let limit = |(interface, load): (usize, &f64)| map.coefficients(interface).map(|mu| mu * load);
     loads.iter().enumerate().map(limit).collect()
@@ -269,7 +269,7 @@ pub(super) fn hold(map: &FrictionMap<'_>, bounds: &LoadBounds, demand: &Demand) 
         (not_enough, _) if not_enough > 1.0 => (Verdict::Slips, Vec::new()),
         _ => (Verdict::Undecided, Vec::new()),
     };
-    // Extremely large parts result from normal forces that are round-off.
+    // Extremely large fractions result from normal forces that are round-off.
     let enough = if enough > MOST { f64::INFINITY } else { enough };
     let is_same = enough.is_finite() && enough - not_enough <= SAME * enough;
     let not_enough = if is_same { enough } else { not_enough };
@@ -277,8 +277,8 @@ pub(super) fn hold(map: &FrictionMap<'_>, bounds: &LoadBounds, demand: &Demand) 
 }
 
 /// Iterates between friction distributions and the normal forces that they cause; returns the
-/// fraction of the coefficients that the best distribution needs. Each distribution is checked with
-/// its own normal forces, so the fraction is attained.
+/// fraction of the coefficients that the best distribution needs. Each distribution is checked with the
+/// normal forces that it causes, so the fraction is attained.
 fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
     let mut frictions = vec![0.0; map.len()];
     let mut best = (f64::INFINITY, frictions.clone());
@@ -296,7 +296,7 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
         if settled {
             break;
         }
-        // Damping by half: alternating normal forces converge, too.
+        // Halve each change, so that alternating normal forces converge as well.
         for (weight, own) in weights.iter_mut().zip(own) {
             *weight = [0, 1].map(|way| 0.5 * (weight[way] + own[way]));
         }
@@ -306,11 +306,11 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
 
 /// Largest fraction of the coefficients, up to `most`, that is guaranteed to be insufficient.
 ///
-/// All solutions equal one solution, `known`, plus frictions without effect on the equations.
-/// Normal forces are therefore bounded relative to `known` as well as to zero friction; only
-/// directions without effect change them.
+/// Every solution equals one solution, `known`, plus friction without effect on the equations. Normal
+/// forces can therefore be bounded relative to their values at `known` as well as at zero friction; only
+/// friction without effect on the equations changes them from `known`.
 ///
-/// `known` follows the fraction that it needs; it may be the only solution.
+/// The pair is `most` and `known`; `is_unique` if `known` is the only solution.
 fn greatest_insufficient(
     map: &FrictionMap<'_>,
     bounds: &LoadBounds,
@@ -364,7 +364,7 @@ fn greatest_insufficient(
         return if most > MOST { f64::INFINITY } else { most };
     }
     for _ in 0..HALVINGS {
-        // Geometric mean, as parts span many orders of magnitude.
+        // Geometric mean, because fractions span many orders of magnitude.
         let middle =
             if low > 0.0 && high > 4.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
         if falls_short(middle) { low = middle } else { high = middle }
@@ -372,7 +372,7 @@ fn greatest_insufficient(
     low
 }
 
-/// Friction components, grouped by interface.
+/// Groups friction components by interface.
 fn split(map: &FrictionMap<'_>, frictions: &[f64]) -> Vec<Vec<f64>> {
     let mut each = vec![Vec::new(); map.interfaces()];
     for (owner, friction) in map.owners().zip(frictions) {

@@ -26,7 +26,7 @@ pub(super) struct FrictionMap<'a> {
 }
 
 impl<'a> FrictionMap<'a> {
-    /// Linearises about the solution in `inverse`, with the responses at its position.
+    /// Linearises about the solution in `inverse`, with the responses at the position of this solution.
     pub(super) fn new(
         inverse: &'a Inverse<f64>,
         responses: &'a Responses,
@@ -53,7 +53,7 @@ impl<'a> FrictionMap<'a> {
         (0..self.len()).map(|component| self.responses.interface(component))
     }
 
-    /// Euclidean norms of each interface's part of a vector with an entry for each component.
+    /// Computes, for each interface, the Euclidean norm of its entries in a vector over all components.
     pub(super) fn sizes(&self, vector: &[f64]) -> Vec<f64> {
         let mut sizes = vec![0.0; self.interfaces()];
         for (owner, x) in self.owners().zip(vector) {
@@ -72,7 +72,7 @@ impl<'a> FrictionMap<'a> {
         (0..self.len()).map(|component| self.responses.spins(component)[spin]).collect()
     }
 
-    /// Coefficients of an interface for friction forward and backward (positive and negative).
+    /// Friction coefficients of an interface for forward and backward sliding (positive and negative friction).
     pub(super) fn coefficients(&self, interface: usize) -> [f64; 2] {
         let state = &self.inverse.interfaces()[interface];
         if state.sliding > 0.0 {
@@ -108,10 +108,10 @@ impl<'a> FrictionMap<'a> {
             .collect()
     }
 
-    /// Entry (i, j): largest change of the normal force at interface i with a friction of one
-    /// newton at interface j, in any direction, less its part in the span of the orthonormal vectors
-    /// `without`. It is independent of the initial frictions: normal forces are norms of the
-    /// reaction, up to constants.
+    /// Bounds the influence of friction on normal forces. Entry (i, j) is the largest change of the normal
+    /// force at interface i by a friction of one newton at interface j in any direction, excluding its
+    /// component in the span of the orthonormal vectors `without`. The bound does not depend on the initial
+    /// friction, because normal forces are norms of the reaction, up to constants.
     pub(super) fn couplings(&self, without: &[&[f64]]) -> DMatrix<f64> {
         let count = self.interfaces();
         let mut matrix = DMatrix::zeros(count, count);
@@ -152,8 +152,8 @@ impl<'a> FrictionMap<'a> {
         self.responses.components(interface).next()
     }
 
-    /// Normal force for a wrench of the joint. The friction of a thread, its only component, carries
-    /// part of it: `constant`.
+    /// Computes the normal force for a wrench of the joint. The friction `constant` of a thread, its only
+    /// component, carries part of the wrench.
     fn load_of(
         &self,
         interface: usize,

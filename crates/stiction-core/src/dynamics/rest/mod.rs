@@ -1,9 +1,9 @@
 //! Static friction at rest: effort intervals, breakaway efforts, and positions that friction holds.
 //!
 //! Joint wrenches and efforts are affine in the friction forces ([`FrictionMap`]), but the limit of
-//! each friction grows with a normal force. Each result therefore has inner bounds, attained by
-//! friction forces that satisfy all laws at once, and guaranteed bounds, from upper bounds of the
-//! normal forces.
+//! each friction force grows with a normal force. Each result therefore has inner bounds, attained by
+//! friction forces that satisfy all friction laws at once, and guaranteed bounds, from upper bounds of
+//! the normal forces.
 
 pub(super) mod bounds;
 mod breakaway;
@@ -29,16 +29,16 @@ pub struct Rest {
     /// Breakaway efforts of each actuator while the others hold; `None` if actuators are redundant
     /// or fewer than the DOFs.
     pub breakaway: Vec<Option<Breakaway>>,
-    /// Holding by friction for each actuator while it exerts no effort and the others hold.
+    /// For each actuator, the test for self-locking while it exerts no effort and the others hold.
     pub alone: Vec<Holding>,
-    /// Holding by friction while no actuator exerts an effort.
+    /// Test for self-locking while no actuator exerts an effort.
     pub unpowered: Holding,
 }
 
 impl Rest {
-    /// Extends the effort intervals to the breakaway efforts, at which every friction is within its
-    /// limits. With strong coupling the computed interval may end before them, since not all static
-    /// frictions are tried.
+    /// Extends the effort intervals to the breakaway efforts, at which all friction forces are within
+    /// their limits. With strong coupling the computed interval may not contain the breakaway efforts,
+    /// since the search does not try all combinations of static friction.
     pub(super) fn extend_intervals(&self, forces: &mut Forces) {
         if forces.bounds != Bounds::Attained {
             return;
@@ -53,9 +53,9 @@ impl Rest {
         }
     }
 
-    /// Decides undecided verdicts from the effort intervals. If the solution is unique for every
-    /// static friction, it depends on it continuously; an interval that contains zero then contains
-    /// a static friction with zero effort.
+    /// Decides undecided verdicts from the effort intervals. If the solution is unique for every static
+    /// friction, the effort depends continuously on the static friction; if its interval contains zero, some
+    /// static friction then requires no effort.
     pub(super) fn take_intervals(&mut self, forces: &Forces) {
         if !matches!(forces.bounds, Bounds::Exact | Bounds::Certified) {
             return;

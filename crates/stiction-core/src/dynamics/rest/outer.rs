@@ -6,10 +6,11 @@ use super::map::FrictionMap;
 use crate::friction_problem::uniqueness::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
-/// Upper bound of the friction force of each interface, for forward and backward sliding (positive
-/// and negative friction), over all solutions of the friction laws with coefficients times `part`;
-/// for a sliding interface, of its change. `loads` and `couplings` bound the normal forces: `N <=
-/// loads + couplings |friction|`. `None` if the spectral radius of the coupling is one or more.
+/// Computes an upper bound of the friction force of each interface, for forward and backward sliding
+/// (positive and negative friction), over all solutions of the friction laws with coefficients times
+/// `part`; for a sliding interface, a bound of the change of its friction. `loads` and `couplings` bound
+/// the normal forces: `N <= loads + couplings |friction|`. `None` if the spectral radius of the coupling
+/// is one or more.
 ///
 /// With `M = mu couplings` and a spectral radius of M below one, `|f| <= mu loads + M |f|` gives
 /// `|f| <= (I - M)^-1 mu loads`, as that inverse has no negative entries.
@@ -46,10 +47,10 @@ pub(super) fn greatest_frictions(
     sound.then(|| greatest.iter().enumerate().map(limit).collect())
 }
 
-/// Number of steps after which a factorisation is faster.
+/// Number of fixed-point steps after which a factorisation is faster.
 const STEPS: usize = 16;
 
-/// Solution of `x = constants + coupled x` for a spectral radius below one.
+/// Solves `x = constants + coupled x`, given a spectral radius of `coupled` below one.
 fn fixed_point(coupled: DMatrix<f64>, constants: &DVector<f64>) -> Option<DVector<f64>> {
     let mut solution = constants.clone();
     // Weak couplings converge in few steps.
@@ -64,8 +65,8 @@ fn fixed_point(coupled: DMatrix<f64>, constants: &DVector<f64>) -> Option<DVecto
     (DMatrix::identity(coupled.nrows(), coupled.ncols()) - coupled).lu().solve(constants)
 }
 
-/// Guaranteed bounds of the change of each effort by static friction. `None` if the coupling is too
-/// strong.
+/// Computes guaranteed bounds of the change of each effort due to static friction. `None` if the coupling
+/// is too strong.
 pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> =
         (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();

@@ -1,5 +1,5 @@
-//! Extreme efforts over static friction by the responses to unit frictions, for couplings so weak
-//! that every static friction has a single solution.
+//! Extreme efforts over static friction from the responses to unit friction forces, for couplings so
+//! weak that each static friction yields a unique solution.
 //!
 //! Equation (R1) of the book's theory.
 
@@ -11,7 +11,7 @@ use crate::friction_problem::normal_load::Configuration;
 use crate::topology::Topology;
 
 /// Largest number of updates of the directions: more than in the search by complete solutions,
-/// because each costs little.
+/// because each update costs little.
 const ROUNDS: usize = 16;
 
 /// Search over the static friction of the interfaces at rest.
@@ -21,14 +21,14 @@ pub(super) struct Search<'a> {
     pub(super) topology: &'a Topology,
     pub(super) at: Configuration<'a>,
     pub(super) settings: &'a Settings,
-    /// Interfaces at rest, without static friction.
+    /// Initial state of the interfaces at rest, without static friction.
     pub(super) released: &'a [StaticFriction],
 }
 
 impl Search<'_> {
     /// Finds the largest (smallest) value that static friction can give to an effort. The slopes of
-    /// the effort are exact, from the adjoint of the coupled problem; each value is that of
-    /// frictions that satisfy all laws. `None` if Newton's method fails.
+    /// the effort are exact, from the adjoint of the coupled problem; friction forces that satisfy all
+    /// friction laws attain each value. `None` if Newton's method fails.
     pub(super) fn extreme(&mut self, goal: Goal) -> Option<Extreme> {
         let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
         let mut frictions = self.released.to_vec();
@@ -57,7 +57,7 @@ impl Search<'_> {
         Some(found)
     }
 
-    /// Solves with these static frictions.
+    /// Solves with the given static friction.
     fn settle(&mut self, frictions: &[StaticFriction], start: Start<'_>) -> Option<()> {
         let Self { inverse, topology, at, settings, .. } = self;
         let mut next = frictions.iter().peekable();

@@ -1,12 +1,12 @@
-//! Position of a solver as numbers, from which a solver continues bit for bit.
+//! Saved position of a solver, from which a solver continues with bitwise identical results.
 
 use super::InverseDynamics;
 
 impl InverseDynamics {
     /// Saves the present position as numbers: coordinates, rates and accelerations of the tree,
     /// prescribed targets, and the positions at which the equations were compiled. A solver of the
-    /// same mechanism that [restores](Self::restore) them continues in the same assembly mode, bit
-    /// for bit.
+    /// same mechanism that [restores](Self::restore) them continues in the same assembly mode with bitwise
+    /// identical results.
     pub fn save(&self) -> Vec<f64> {
         let mut numbers = Vec::new();
         self.assembly.save(&mut numbers);

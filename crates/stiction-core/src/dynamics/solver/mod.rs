@@ -29,8 +29,8 @@ use crate::topology::{Topology, TreeRule};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// Driver of a mechanism along prescribed coordinates: closes the loops, follows motions, computes
-/// all forces with every check.
+/// Solver that moves a mechanism along prescribed coordinates: closes the loops, follows motions, and
+/// computes all forces with all checks.
 ///
 /// ```
 /// use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -59,7 +59,7 @@ pub struct InverseDynamics {
     parameters: Arc<Parameters<f64>>,
     assembly: Assembly,
     settings: Settings,
-    /// Compiled near the present position, with the results of its kernel.
+    /// Model compiled near the present position, with the results of its kernel.
     compiled: Result<Compiled, InverseError>,
     /// Static LU of the rate equations compiled first: it makes the signs of determinants
     /// comparable along a motion, independent of later compilations.
@@ -67,9 +67,9 @@ pub struct InverseDynamics {
     forces: Forces,
     /// Bound on the coupling in the last solution by the kernel, see [`InverseDynamics::coupling`].
     strength: f64,
-    /// Responses to unit frictions at the position of the last solution by the kernel.
+    /// Responses to unit friction forces at the position of the last solution by the kernel.
     friction_coupling: FrictionCoupling,
-    /// True if the last forces are those of the kernel, false for the dense fallback.
+    /// True if the kernel computed the last forces, false if the dense fallback did.
     forces_by_kernel: bool,
     shares: Contributions<f64>,
     /// Number of compilations of the balance.
@@ -83,7 +83,7 @@ pub struct InverseDynamics {
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     copy: Option<InverseDynamics>,
-    /// Numbers of compilations of the original and of the copy when they were last equal.
+    /// Numbers of compilations of the original and of the copy when the copy was last updated.
     plans: [(u64, u64); 2],
 }
 
@@ -139,7 +139,7 @@ impl InverseDynamics {
         Self::with_tree(mechanism, rule, initial_poses, coordinates, targets, settings)
     }
 
-    /// Assembles as [`Self::new`], with a spanning tree chosen by `rule`.
+    /// Assembles the mechanism as in [`Self::new`], with a spanning tree chosen by `rule`.
     ///
     /// # Errors
     /// See [`AssemblyError`].
@@ -184,7 +184,7 @@ impl InverseDynamics {
         Ok(solver)
     }
 
-    /// Mechanism.
+    /// The mechanism that the solver moves.
     pub fn mechanism(&self) -> &Mechanism {
         &self.mechanism
     }
@@ -231,9 +231,9 @@ impl InverseDynamics {
         &self.assembly.kinematics().bodies
     }
 
-    /// Bound on the coupling of friction and reactions in the last [`Self::solve`]. Below one the
-    /// solution is unique. Otherwise others may exist, and the computed one is connected with the
-    /// frictionless solution. Zero without friction or without coupling. `None` if the position is
+    /// Bound on the coupling of friction and reactions in the last [`Self::solve`]. Below one, the
+    /// solution is unique. Otherwise other solutions may exist; the computed solution is the one connected
+    /// with the frictionless solution. Zero without friction or without coupling. `None` if the position is
     /// singular, or constraints and actuators are both redundant.
     pub fn coupling(&self) -> Option<f64> {
         if self.settings.friction != FrictionMode::Converged
@@ -241,12 +241,12 @@ impl InverseDynamics {
         {
             return Some(0.0);
         }
-        // Bound of the last solution by the kernel; the dense fallback does not compute it.
+        // Only the kernel computes the bound, not the dense fallback.
         let strength = if self.forces_by_kernel { self.strength } else { f64::INFINITY };
         strength.is_finite().then_some(strength)
     }
 
-    /// Inputs and results of the kernel at the present position; `None` if it is singular, or
+    /// Inputs and results of the kernel at the present position; `None` if the position is singular, or
     /// constraints and actuators are both redundant.
     pub(super) fn parts(&mut self) -> Option<Parts<'_>> {
         self.share_kinematics();
@@ -257,9 +257,9 @@ impl InverseDynamics {
     }
 
     /// Sign, up to a constant, of the determinant of loop closures and actuators with respect to
-    /// the DOFs of the tree. It distinguishes the two sides of an actuation (type 2) singularity,
-    /// where the determinant vanishes: there the mechanism has instantaneous mobility while all
-    /// actuators are locked. `None` unless there are as many actuators as prescribed coordinates.
+    /// the DOFs of the tree. It distinguishes the two sides of an actuation (type 2) singularity, at which
+    /// the determinant vanishes and the mechanism has instantaneous mobility with all actuators locked.
+    /// `None` unless there are as many actuators as prescribed coordinates.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
         let dofs = topology.dofs();
@@ -270,7 +270,7 @@ impl InverseDynamics {
             return None;
         }
         kinematics.factor_here(model, &self.parameters);
-        // Compiled again elsewhere, the program has another constant.
+        // A program compiled again at another position has another constant.
         let own = match Arc::ptr_eq(&model.rates, &self.first_rates) {
             true => kinematics.sign(),
             false => kinematics.sign_by(&self.first_rates)?,
@@ -289,8 +289,8 @@ impl InverseDynamics {
                 matrix[(row, column)] = actuator_rate(topology, bodies, actuator, &twists);
             }
         }
-        // The determinant of closures and actuators equals this one times that of closures and
-        // coordinates.
+        // The determinant of closures and actuators equals the determinant of this matrix times that of
+        // closures and coordinates.
         let determinant = matrix.determinant() * own;
         determinant.is_finite().then(|| determinant.signum())
     }
@@ -302,8 +302,8 @@ impl InverseDynamics {
         spins.map(|spin| (spin.body.0, pose[spin.body.0].rotation * spin.axis)).collect()
     }
 
-    /// Scalar coordinates of a joint, m and rad, angles within half a turn; empty for joints that
-    /// rotate in all directions.
+    /// Scalar coordinates of a joint, m and rad; empty for joints that rotate in all directions. Angles are
+    /// between -pi and pi, except those of helical joints.
     pub fn joint_coordinates(&self, joint: JointId) -> Vec<f64> {
         let content = &self.mechanism.joints()[joint.0];
         if !content.joint_type.has_scalar_coordinates() {
@@ -315,15 +315,15 @@ impl InverseDynamics {
         coordinates[..content.joint_type.dofs().len()].to_vec()
     }
 
-    /// Coordinate (m or rad, angles within half a turn), rate and acceleration of a joint's degree of freedom;
+    /// Coordinate (m or rad, see [`Self::joint_coordinates`]), rate and acceleration of a joint's degree of freedom;
     /// the coordinate is zero for joints without scalar coordinates.
     pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
         let value = self.joint_coordinates(joint).get(dof).copied().unwrap_or(0.0);
         self.bodies().joint_motion(&self.topology, &self.parameters, (joint.0, dof), value)
     }
 
-    /// Largest loop-closure error at the present position, m; angles times the characteristic
-    /// length.
+    /// Largest loop-closure error at the present position, m; angular errors are multiplied by the
+    /// characteristic length.
     pub fn closure_error(&self) -> f64 {
         let assembly = &self.assembly;
         assembly.kinematics().closure_error(assembly.motion_constraints(), self.parameters.length)
@@ -335,8 +335,8 @@ impl InverseDynamics {
         &self.forces
     }
 
-    /// Friction contributions to each effort of the last [`Self::solve`]. Valid until the mechanism
-    /// is moved.
+    /// Computes the friction contributions to each effort of the last [`Self::solve`]. Valid until the
+    /// mechanism moves.
     pub fn shares(&mut self) -> &Contributions<f64> {
         // The dense fallback computes the contributions itself.
         self.share_kinematics();
@@ -361,8 +361,8 @@ impl InverseDynamics {
     }
 
     /// Efforts for the opposite motion at the present position, with the same accelerations and
-    /// loads as in the last [`Self::solve`]. `None` unless a few operations on its results suffice
-    /// and the solution is unique; [`Self::reversed`] then gives the answer.
+    /// loads as in the last [`Self::solve`]. `None` unless the solution is unique and a few operations on
+    /// the results of that solve suffice; otherwise use [`Self::reversed`].
     #[doc(hidden)]
     pub fn reversed_efforts(&mut self) -> Option<Vec<f64>> {
         let is_unique = self.forces_by_kernel && self.strength < 1.0;
@@ -384,8 +384,8 @@ impl InverseDynamics {
         actuators.map(|actuator| bodies.actuator_rate(topology, *actuator))
     }
 
-    /// Copy with reversed motion at the present position: all rates reversed, accelerations the
-    /// same. Only friction and dampers differ.
+    /// Copy with reversed motion at the present position: the signs of all rates change, accelerations stay
+    /// the same. Only the forces of friction and dampers differ.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut copy = self.clone();
@@ -393,7 +393,7 @@ impl InverseDynamics {
         copy
     }
 
-    /// Weighting that selects the redundant forces; `None` if the position is singular.
+    /// Weighting that selects redundant forces; `None` if the position is singular.
     pub fn weighting(&self) -> Option<Weighting> {
         self.compiled.as_ref().ok().map(|compiled| compiled.model.balance.weighting())
     }
@@ -420,8 +420,8 @@ impl InverseDynamics {
         self.assembly.move_to(&self.parameters, targets)
     }
 
-    /// Follows a motion in the same assembly mode from time `from`, that of the present position,
-    /// to time `to`, s. `motion` writes the targets at a time. The step is halved if the motion of
+    /// Follows a motion in the same assembly mode from time `from`, the time of the present position,
+    /// to time `to`, s. `motion` writes the targets at a given time. The step is halved if the motion of
     /// the bodies is not smooth. Forces remain those of the last [`Self::solve`].
     ///
     /// # Errors
@@ -446,17 +446,17 @@ impl InverseDynamics {
         self.assembly.follow_in_one_step(&self.parameters, step, targets)
     }
 
-    /// Moves to known coordinates, rates and accelerations of the tree, those of [`Self::state`] at an
-    /// earlier visit, and to the targets there. Returns false, and keeps the present position, if they
-    /// do not fit.
+    /// Moves to known coordinates, rates and accelerations of the tree, from [`Self::state`] at an earlier
+    /// visit of this position, and to the targets of that visit. Returns false, and keeps the present
+    /// position, if state and targets do not fit.
     #[doc(hidden)]
     #[must_use = "it may have stayed where it was"]
     pub fn return_to(&mut self, known: [&[f64]; 3], targets: &[Target<f64>]) -> bool {
         self.assembly.return_to(&self.parameters, known, targets)
     }
 
-    /// Extrapolates from the last two positions while following a motion, which saves Newton steps.
-    /// Results then depend on the positions before, within round-off.
+    /// Enables extrapolation from the last two positions while following a motion, which saves Newton
+    /// steps. Results then depend on the previous positions, within round-off.
     #[doc(hidden)]
     pub fn extrapolate(&mut self) {
         self.assembly.extrapolate();
@@ -472,8 +472,8 @@ impl InverseDynamics {
         Statics::new(&self.mechanism, self.balance(), self.bodies().frame_j.clone())
     }
 
-    /// Flag for each friction interface, true if the balance alone determines its normal force and
-    /// thereby its friction; `statics` belongs to the present position.
+    /// For each friction interface, true if the balance alone determines its normal force and thereby its
+    /// friction; `statics` must belong to the present position.
     pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
         let mut determined = vec![true; self.parameters.interfaces.len()];
         let at = Configuration { parameters: &self.parameters, bodies: self.bodies() };

@@ -97,7 +97,7 @@ impl InverseDynamics {
         balanced
     }
 
-    /// Solves by the kernel. Returns false if no model is compiled or its results are not reliable.
+    /// Solves with the kernel. Returns false if no model is compiled or its results are not reliable.
     fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         self.share_kinematics();
         let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };
@@ -124,12 +124,12 @@ impl InverseDynamics {
                 }
             }
         }
-        // From the normal loads found, the kernel takes one step.
+        // The kernel takes one step from these normal loads.
         inverse.complete(model, parameters, kinematics, settings);
         inverse.is_balanced(model, parameters)
     }
 
-    /// Checks friction and copies the results of the kernel, in which the balance holds or not.
+    /// Checks friction and copies the results of the kernel; `balanced` is true if the balance holds.
     fn finish(&mut self, loads: &[AppliedLoad<f64>], balanced: bool) -> Result<(), InverseError> {
         let Ok(Compiled { model, inverse }) = &mut self.compiled else {
             return Err(InverseError::Unsettled);
@@ -141,14 +141,14 @@ impl InverseDynamics {
         let settled =
             inverse.friction_settled(settings) || (is_unique && inverse.friction_stagnated());
         if !settled || !is_unique || !balanced {
-            // Other solutions may exist, or none: continuation from zero friction reaches the
-            // connected solution, or ends at the lock.
+            // Several solutions or none may exist: continuation from zero friction reaches the
+            // solution connected with zero friction, or ends at the lock.
             let followed = continuation::follow_friction(
                 inverse, model, parameters, kinematics, loads, settings, 1.0,
             );
             if let Err(lock) = followed {
-                // A solution exists, so only accuracy was lost. (The normal force of a thread
-                // contains its own friction and has no limit if the thread locks.)
+                // A solution exists, so the failure is one of accuracy only. (The normal force of a
+                // thread depends on the thread's own friction and has no limit if the thread locks.)
                 let is_thread = |interface: &InterfaceParameters<f64>| {
                     interface.shape == InterfaceShape::Thread
                 };
@@ -227,7 +227,7 @@ impl InverseDynamics {
     }
 
     /// Stops the mechanism at the present position, with zero rates and accelerations, and analyses
-    /// static friction there. [`Self::forces`] are then those at rest.
+    /// static friction there. [`Self::forces`] are then the forces at rest.
     ///
     /// # Errors
     /// See [`InverseError`]; [`InverseError::Unsettled`] if the position is singular, or

@@ -1,5 +1,5 @@
-//! Energy and power of springs, from lengths, coordinates and deflections instead of wrenches: an independent check of
-//! these.
+//! Energy and power of springs, computed from lengths, coordinates and deflections as an independent check of the
+//! spring wrenches.
 
 use super::bushing::BushingForce;
 use super::{SpringForce, joint};
@@ -20,7 +20,7 @@ pub(crate) struct SpringPower {
     pub(crate) turnover: f64,
 }
 
-/// Energy and power of all springs and bushings.
+/// Computes energy and power of all springs and bushings.
 pub(crate) fn spring_powers<'a>(
     parameters: &'a Parameters<f64>,
     bodies: &'a Bodies<f64>,

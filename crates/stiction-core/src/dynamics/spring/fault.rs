@@ -8,23 +8,24 @@ use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 
-/// Largest angle between the counted angle of a joint that closes a loop and the middle of its turn, rad: beyond half a
-/// turn the count jumps, and the motion between two samples may pass there unseen.
+/// Largest deviation of the wrapped angle of a joint that closes a loop from the centre of its full turn, rad. At half
+/// a turn the wrapped angle jumps, and a motion may cross this point unnoticed between two samples.
 const COUNTED: f64 = 170.0 * core::f64::consts::PI / 180.0;
 
 /// A spring whose force is not defined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SpringFault {
-    /// The ends of this spring coincide although its force needs a direction.
+    /// The ends of this spring coincide, so its force has no direction.
     NoDirection(usize),
-    /// This bushing is twisted by nearly half a turn, rad.
+    /// This bushing is twisted by the given angle, rad, of nearly half a turn.
     Twisted(usize, f64),
-    /// This spring is on a joint that closes a loop, and its angle, rad, is nearly half a turn from the middle of its range.
+    /// This spring is on a joint that closes a loop. The joint's angle, rad, is nearly half a turn from the middle of
+    /// the joint's range.
     Uncounted(usize, f64),
 }
 
 impl SpringFault {
-    /// The first of the springs whose force is not defined.
+    /// Finds the first spring whose force is not defined.
     pub(crate) fn first(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -36,7 +37,7 @@ impl SpringFault {
         coincide.map(Self::NoDirection).or_else(|| Self::first_turned(topology, parameters, bodies))
     }
 
-    /// The first bushing or spring on a joint that is turned too far.
+    /// Finds the first bushing or joint spring that is rotated too far.
     pub(crate) fn first_turned(
         topology: &Topology,
         parameters: &Parameters<f64>,

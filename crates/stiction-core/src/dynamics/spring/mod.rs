@@ -18,7 +18,7 @@ use crate::spatial::{Vec3, Wrench};
 /// Length, rate and force of a spring at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringForce<T> {
-    /// Distance between its ends, m.
+    /// Distance between the spring's ends, m.
     pub length: T,
     /// Rate of that distance, m/s; zero if the ends coincide.
     pub rate: T,
@@ -30,7 +30,7 @@ pub struct SpringForce<T> {
 }
 
 impl<T: Scalar> SpringForce<T> {
-    /// Spring force from poses and twists of the bodies.
+    /// Computes the spring force from poses and twists of the bodies.
     ///
     /// If the ends coincide, the direction is undefined, and only the linear part `stiffness *
     /// span` of the force, which is zero, remains; see [`Self::has_direction`].
@@ -54,8 +54,8 @@ impl<T: Scalar> SpringForce<T> {
     }
 }
 
-/// Passes the wrench of each spring and bushing on its second body to `apply`, with the two bodies; its negative acts on the
-/// first. Wrenches are about the reference point, in world axes.
+/// Calls `apply` for each spring and bushing with its two bodies and the wrench on the second body; the negative
+/// of this wrench acts on the first body. Wrenches are about the reference point, in world axes.
 // Not inlined: few mechanisms have springs, and inlined kernels of nested scalars take minutes to compile.
 #[inline(never)]
 pub(crate) fn spring_wrenches<T: Scalar>(
@@ -75,17 +75,17 @@ pub(crate) fn spring_wrenches<T: Scalar>(
 }
 
 impl SpringForce<f64> {
-    /// True if the direction of the force is defined, or the force needs none. `length` is the
+    /// True if the direction of the force is defined, or the force is zero where it is not. `length` is the
     /// characteristic length, m.
     pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {
-        // Closer ends define no direction: it would be round-off of the poses.
+        // The direction between closer ends would be round-off of the poses.
         const APART: f64 = 1e-12;
         let offset = spring.stiffness * spring.free_length + spring.preload;
         let needs_none = offset == 0.0 && spring.damping == 0.0;
         needs_none || self.length > APART * length
     }
 
-    /// Speeds of both ends times the force, W: the scale of round-off in the power.
+    /// Sum of the speeds of both ends, times the force, W: the scale of round-off in the power.
     pub fn turnover(&self, spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> f64 {
         let speed = |(&body, &point): (&usize, &Vec3<f64>)| {
             bodies.twist[body].velocity_at(bodies.pose[body].apply(point)).norm()

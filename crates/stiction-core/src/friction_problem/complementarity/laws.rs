@@ -7,10 +7,10 @@ use crate::friction::OwnFriction;
 pub(crate) enum MemberLaw {
     /// Coulomb's law: stick or slip.
     Dry(DryFriction),
-    /// Slip for certain: the unknown is the normal load, and the influence of friction is per unit
-    /// of it.
+    /// Slip that is certain in advance: the unknown is the normal load, and the influence of friction is per
+    /// newton of normal load.
     Sliding(OwnFriction<f64>),
-    /// Smooth function of the rate.
+    /// Friction as a smooth function of the rate.
     Smooth(Box<dyn SmoothFriction>),
 }
 

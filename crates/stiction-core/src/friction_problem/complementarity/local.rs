@@ -1,4 +1,4 @@
-//! Solution of one member's friction law while the frictions of all other members are fixed.
+//! Solution of one member's friction law with fixed friction at all other members.
 
 use super::laws::SmoothFriction;
 use crate::friction_problem::surface_vector::norm;
@@ -27,8 +27,8 @@ impl LocalResponse {
         Self { vectors: eigen.eigenvectors, values }
     }
 
-    /// Friction of this member by Coulomb's law, of magnitude at most `most`; `free` is its rate
-    /// without friction. If the solution is not unique, the one closest to `before` is returned.
+    /// Computes the friction of this member by Coulomb's law, of magnitude at most `most`; `free` is the
+    /// member's rate without its friction. If the solution is not unique, returns the one closest to `before`.
     pub(super) fn dry_friction(
         &self,
         free: [f64; 3],
@@ -39,7 +39,7 @@ impl LocalResponse {
         if most <= 0.0 {
             return [0.0; 3];
         }
-        // Viscous friction reduces the rates, and their change with the dry friction.
+        // Viscous friction reduces the rates, and the effect of dry friction on them.
         let damped = self.values.map(|w| 1.0 / (1.0 + viscous * w));
         let values = self.values.component_mul(&damped);
         let free = (self.vectors.transpose() * Vector3::from(free)).component_mul(&damped);
@@ -76,7 +76,7 @@ impl LocalResponse {
     }
 }
 
-/// Friction of a smooth law, where the velocity is `free - friction / factor`.
+/// Computes the friction of a smooth law at the velocity `free - friction / factor`.
 pub(super) fn smooth_friction(
     law: &dyn SmoothFriction,
     load: f64,

@@ -1,20 +1,20 @@
-//! Frictions of many interfaces that satisfy all friction laws at once: a nonlinear complementarity problem.
+//! Friction at many interfaces that satisfies all friction laws at once: a nonlinear complementarity problem.
 //!
-//! The unknowns are frictions `f` at the surfaces. Surface rates `b` (accelerations, or velocities at the end of a step)
+//! The unknowns are friction forces `f` at the surfaces. Surface rates `b` (accelerations, or velocities after a step)
 //! and joint wrenches are affine in them; normal loads `N` are norms of the wrenches. A dry interface satisfies
 //!
 //! ```text
 //! f = projection of (f + rho b) onto |f| <= mu N(f)
 //! ```
 //!
-//! This equation is Coulomb's law: friction is within its limit if the interface sticks, and at its
-//! limit against the slip if it slides. Balls and plates have three components, other interfaces
-//! one.
+//! This equation is Coulomb's law: friction is within its limit if the interface sticks; if it slides,
+//! friction equals the limit and opposes the slip. Balls and plates have three components, other
+//! interfaces one.
 //!
 //! The projected Gauss-Seidel method solves one interface after the other; it converges from any
 //! start, but slowly. Newton's method on the nonsmooth equations (Alart and Curnier 1991) converges
-//! fast near a solution. If self-stresses leave frictions indeterminate, its steps have minimum
-//! norm, so that it finds a solution near the start. If both fail, continuation follows the
+//! fast near a solution. If self-stresses leave friction indeterminate, its steps have minimum
+//! norm, so that it finds a solution near the start. If both methods fail, continuation follows the
 //! solution from zero friction.
 //!
 //! Equation (D5) of the book's theory.
@@ -32,13 +32,13 @@ pub(crate) use problem::{Complementarity, Member};
 
 use super::continuation::{self, Branch, StepPolicy};
 
-/// Residual of the laws relative to the largest force at which the iteration has converged.
+/// Residual of the friction laws, relative to the largest force, at which the iteration has converged.
 const SETTLED: f64 = 1e-12;
 /// Number of Gauss-Seidel sweeps before Newton's method is tried again; doubles after each failure.
 const SWEEPS: usize = 40;
 const ROUNDS: usize = 6;
-/// Factors of the rates in Newton's method, tried in this order. Effective masses are those of each
-/// member in its lightest direction: a rod between balls spins far more easily than it swings.
+/// Factors of the rates in Newton's method, tried in this order. The effective mass of a member is that
+/// in its lightest direction: a rod between balls spins far more easily than it swings.
 const SCALINGS: [Scaling; 4] = [
     Scaling::EffectiveMass(1.0),
     Scaling::ForcePerRate,
@@ -52,9 +52,9 @@ const STEPS: StepPolicy =
 /// Solution of the complementarity problem.
 #[derive(Clone, Debug)]
 pub(crate) struct Solution {
-    /// Frictions at the surfaces, and normal loads of sliding members, N.
+    /// Values of the unknowns: friction at the surfaces or, for sliding members, normal loads, N.
     pub(crate) amounts: Vec<f64>,
-    /// Surface rates.
+    /// Surface rate of each unknown.
     pub(crate) rates: Vec<f64>,
     /// Normal load of each member, N.
     pub(crate) loads: Vec<f64>,
@@ -65,7 +65,7 @@ pub(crate) struct Solution {
 }
 
 impl Complementarity<'_> {
-    /// Solves from a start. Returns `None` if no solution is found.
+    /// Solves the problem, starting from `start`. Returns `None` if no solution is found.
     pub(crate) fn solve(&mut self, start: &[f64]) -> Option<Solution> {
         if self.count() == 0 {
             return Some(self.complete(Vec::new()));
@@ -89,7 +89,7 @@ impl Complementarity<'_> {
         Some(self.complete(x))
     }
 
-    /// Interface with the largest residual of its law after the projected Gauss-Seidel method.
+    /// Finds the interface with the largest residual of its law after the projected Gauss-Seidel method.
     pub(crate) fn worst(&self, start: &[f64]) -> Option<usize> {
         let mut x = start.to_vec();
         self.project(&mut x, 1.0, 4 * SWEEPS);
@@ -104,7 +104,7 @@ impl Complementarity<'_> {
         worst.map(|member| member.interface)
     }
 
-    /// Runs Newton's method from a start, with each scaling in turn.
+    /// Runs Newton's method from `start`, with each scaling in turn.
     fn newton_from(&mut self, start: &[f64]) -> Option<Vec<f64>> {
         let mut found = None;
         for scaling in SCALINGS {
@@ -137,7 +137,7 @@ impl Complementarity<'_> {
     }
 }
 
-/// Frictions as functions of the fraction of the friction coefficients.
+/// Solution branch, parametrised by the fraction of the friction coefficients.
 struct FrictionBranch<'a> {
     problem: &'a Complementarity<'a>,
     x: Vec<f64>,

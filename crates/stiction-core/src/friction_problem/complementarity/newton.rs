@@ -4,7 +4,7 @@ use super::SETTLED;
 use super::problem::Complementarity;
 use crate::linalg::RowSpace;
 
-/// Residual that counts as round-off if it does not decrease further.
+/// Relative residual that counts as round-off if it does not decrease further.
 const STAGNATED: f64 = 1e-9;
 /// Largest number of Newton steps, and of halvings of a step until the residual decreases.
 const STEPS: usize = 40;
@@ -14,7 +14,7 @@ const HALVINGS: usize = 10;
 const DEPENDENT: f64 = 1e-11;
 
 impl Complementarity<'_> {
-    /// Runs Newton's method from `x` with a fraction of the friction coefficients. Returns whether
+    /// Runs Newton's method from `x` with the fraction `part` of the friction coefficients. Returns true if
     /// it converges to a solution.
     pub(super) fn newton(&self, x: &mut Vec<f64>, part: f64) -> bool {
         let n = self.count();

@@ -1,5 +1,4 @@
-//! Complementarity problem: members, and the response of rates and joint wrenches to their
-//! frictions.
+//! Complementarity problem: members, and the response of rates and joint wrenches to their friction.
 
 use super::laws::MemberLaw;
 use super::local::LocalResponse;
@@ -13,7 +12,7 @@ use std::ops::Range;
 #[derive(Clone, Debug)]
 pub(crate) struct Member {
     pub(crate) interface: usize,
-    /// Indices of its unknowns.
+    /// Indices of the member's unknowns.
     pub(crate) places: Range<usize>,
     pub(crate) law: MemberLaw,
 }
@@ -22,8 +21,8 @@ pub(crate) struct Member {
 pub(crate) struct Complementarity<'a> {
     at: Configuration<'a>,
     pub(crate) members: Vec<Member>,
-    /// Surface rate of each unknown without friction of the members; unused for members that slide
-    /// for certain.
+    /// Surface rate of each unknown without friction of the members; unused for members with
+    /// [`MemberLaw::Sliding`].
     pub(super) free: Vec<f64>,
     /// Change of each rate with each unknown, row by row.
     pub(super) compliance: Vec<f64>,
@@ -41,14 +40,14 @@ pub(crate) struct Complementarity<'a> {
     force: f64,
 }
 
-/// Choice of the factor that converts rates to the magnitude of forces. The solutions do not depend on it; the
-/// convergence does.
+/// Choice of the factor that converts rates to the magnitude of forces. It affects convergence, but not the
+/// solutions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Scaling {
     /// Multiple of a member's effective mass.
     EffectiveMass(f64),
-    /// Such that the largest rate counts at least as much as the largest friction. Where rates are
-    /// prescribed, no friction changes them, and effective masses say nothing about them.
+    /// Factor with which the largest rate counts at least as much as the largest friction. Prescribed
+    /// rates do not change with friction, so effective masses give no scale for them.
     ForcePerRate,
 }
 
@@ -93,7 +92,7 @@ impl<'a> Complementarity<'a> {
         self.free.len()
     }
 
-    /// Surface rates.
+    /// Computes the surface rates for given values of the unknowns.
     pub(super) fn rates(&self, amounts: &[f64]) -> Vec<f64> {
         let n = self.count();
         let each = self.free.iter().zip(self.compliance.chunks_exact(n.max(1)));
@@ -101,7 +100,7 @@ impl<'a> Complementarity<'a> {
             .collect()
     }
 
-    /// Wrench at a member's joint.
+    /// Computes the wrench at a member's joint for given values of the unknowns.
     pub(super) fn wrench(&self, member: usize, amounts: &[f64]) -> Wrench<f64> {
         let n = self.count();
         let row = &self.influence[member * n..(member + 1) * n];
@@ -112,7 +111,7 @@ impl<'a> Complementarity<'a> {
         sum
     }
 
-    /// Normal load of a member for the wrench at its joint.
+    /// Computes the normal load of a member from the wrench at its joint.
     pub(super) fn load(&self, member: usize, amounts: &[f64], wrench: Wrench<f64>) -> Load<f64> {
         let Member { interface, places, law } = &self.members[member];
         let own = match law {
@@ -137,7 +136,7 @@ impl<'a> Complementarity<'a> {
         }
     }
 
-    /// Largest friction over the largest of some rates, 0 if these vanish.
+    /// Ratio of the largest friction to the largest of the given rates, 0 if these vanish.
     fn force_per_rate(&self, rates: &[f64]) -> f64 {
         let factor = self.force / rates.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));
         if factor.is_finite() { factor } else { 0.0 }

@@ -1,4 +1,4 @@
-//! Projected Gauss-Seidel method: solves one interface after the other.
+//! Projected Gauss-Seidel method: solves the friction law of one interface after the other.
 
 use super::SETTLED;
 use super::laws::{DryFriction, MemberLaw, SmoothFriction};
@@ -18,12 +18,12 @@ struct View<'a> {
     load: f64,
     /// Fraction of the friction coefficients.
     part: f64,
-    /// Factor that converts its rates to the magnitude of forces.
+    /// Factor that converts the member's rates to the magnitude of forces.
     factor: f64,
 }
 
 impl Complementarity<'_> {
-    /// Solves the law of each member in turn, with a fraction of the friction coefficients, and
+    /// Solves the law of each member in turn, with the fraction `part` of the friction coefficients, and
     /// updates rates and wrenches.
     pub(super) fn project(&self, x: &mut [f64], part: f64, sweeps: usize) {
         let n = self.count();
@@ -65,8 +65,8 @@ impl Complementarity<'_> {
         }
     }
 
-    /// Friction of a ball or plate, all components solved together, because its effective masses
-    /// may differ by orders of magnitude.
+    /// Computes the friction of a ball or plate, solving for all components together, because the effective
+    /// masses in different directions may differ by orders of magnitude.
     fn coupled_friction(
         &self,
         local: &LocalResponse,
@@ -97,7 +97,7 @@ impl Complementarity<'_> {
     }
 }
 
-/// Dry friction projected onto the friction limit of the normal load.
+/// Computes dry friction by projection onto the friction limit of the normal load.
 fn projected_friction(law: DryFriction, view: &View<'_>) -> [f64; 3] {
     let View { places, x, rates, load, part, factor } = view;
     let viscous = law.viscous;

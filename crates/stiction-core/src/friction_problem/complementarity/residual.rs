@@ -5,7 +5,7 @@ use super::problem::Complementarity;
 use crate::friction::Load;
 use crate::friction_problem::surface_vector::norm;
 
-/// Rate, relative to the largest one without friction, that counts as round-off.
+/// Rate, relative to the largest rate without friction, that counts as round-off.
 const ROUND_OFF: f64 = 1e-14;
 
 /// Residual of the friction laws.
@@ -14,14 +14,14 @@ pub(super) struct Residual {
     pub(super) values: Vec<f64>,
     /// Largest force, N.
     scale: f64,
-    /// Rates of sticking members relative to the largest, times the slack; infinite for all others.
+    /// Rates of sticking members relative to the largest rate, times the slack; infinite for all others.
     rates: Vec<f64>,
     /// Flag for each member, true if it sticks.
     pub(super) sticks: Vec<bool>,
 }
 
 impl Residual {
-    /// Sum of squares.
+    /// Sum of squares of all residuals.
     pub(super) fn square(&self) -> f64 {
         self.values.iter().map(|x| x * x).sum()
     }
@@ -52,8 +52,8 @@ struct Point<'a> {
 }
 
 impl Complementarity<'_> {
-    /// Computes the residual with a fraction of the friction coefficients; `matrix` becomes its
-    /// derivatives with respect to the unknowns, row by row.
+    /// Computes the residual with the fraction `part` of the friction coefficients; `matrix` receives the
+    /// derivatives of the residual with respect to the unknowns, row by row.
     pub(super) fn residual(
         &self,
         x: &[f64],
@@ -62,7 +62,7 @@ impl Complementarity<'_> {
     ) -> Residual {
         let n = self.count();
         let mut rates = self.rates(x);
-        // Round-off of rates is set to zero: short steps would turn it into large forces.
+        // Set round-off of rates to zero, because short time steps would turn it into large forces.
         let largest = self.free.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));
         rates.iter_mut().filter(|rate| rate.abs() < ROUND_OFF * largest).for_each(|r| *r = 0.0);
         let mut residual = Residual {
@@ -111,7 +111,7 @@ impl Complementarity<'_> {
     ) {
         let (n, part) = (self.count(), point.part);
         let load = self.load_at(point, index);
-        // The response is given for the full coefficient.
+        // The influence refers to the full friction coefficient.
         let i = self.members[index].places.start;
         residual.scale = residual.scale.max(load.value.abs());
         residual.values[i] = point.x[i] - part * load.value;

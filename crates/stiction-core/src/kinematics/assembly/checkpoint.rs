@@ -1,4 +1,4 @@
-//! Checkpoint of the current position, from which an assembly continues bit-identically.
+//! Checkpoint of the current position, from which an assembly continues with bitwise identical results.
 
 use super::Assembly;
 use crate::kinematics::coordinate::Target;
@@ -15,7 +15,7 @@ impl Assembly {
     }
 
     /// Restores a position saved by [`Self::save`] from the start of `numbers` and returns the
-    /// rest; `None` if numbers are missing or the rate equations cannot be compiled there.
+    /// rest; `None` if numbers are missing or the rate equations cannot be compiled at that position.
     pub(crate) fn restore<'n>(
         &mut self,
         parameters: &Parameters<f64>,

@@ -1,17 +1,17 @@
-//! Extrapolation of a motion from two positions, and the accuracy of steps with the matrix of the last one.
+//! Extrapolation of a motion from two positions, and the accuracy of Newton steps with the matrix of the last position.
 
 /// Factor by which a step with the matrix of the last position is expected to reduce the error, before
-/// any such step.
+/// the first such step.
 const UNKNOWN: f64 = 1e-3;
-/// Factor by which that expectation improves with each position at which no such step was taken.
+/// Factor by which the expected factor decreases with each position at which no such step was taken.
 const HOPE: f64 = 0.7;
 
-/// State of the extrapolation. It depends on the positions before, and so do results within round-off; an
-/// assembly that must continue bit by bit from its position alone leaves it off.
+/// State of the extrapolation. It depends on the previous positions, and so do results, within round-off.
+/// Extrapolation must be off if an assembly is to continue with bitwise identical results from its position alone.
 #[derive(Clone, Debug)]
 pub(super) struct Extrapolation {
     is_active: bool,
-    /// Duration of the last step, if the state before it is known.
+    /// Duration of the last step, s, if the state before it is known.
     step: Option<f64>,
     reduction: f64,
 }
@@ -31,17 +31,17 @@ impl Extrapolation {
         self.is_active = true;
     }
 
-    /// Forgets the last step: the position has changed otherwise.
+    /// Forgets the last step, after the position has changed in another way.
     pub(super) fn forget(&mut self) {
         self.step = None;
     }
 
-    /// Returns the duration of the last step and forgets it.
+    /// Returns the duration of the last step, s, and forgets it.
     pub(super) fn take(&mut self) -> Option<f64> {
         self.step.take()
     }
 
-    /// Notes a step of this duration.
+    /// Records a step of this duration, s.
     pub(super) fn stepped(&mut self, step: f64) {
         self.step = (self.is_active && step != 0.0).then_some(step);
     }
@@ -55,7 +55,8 @@ impl Extrapolation {
         suffices
     }
 
-    /// Notes the errors before and after such a step; errors below the limit are round-off.
+    /// Records the errors before and after a step with the matrix of the last position; errors below the limit
+    /// are round-off.
     pub(super) fn add(&mut self, before: f64, after: f64, limit: f64) {
         if after.is_nan() || after > limit {
             let reduction = after / before;

@@ -8,20 +8,21 @@ use crate::kinematics::error::AssemblyError;
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 
-/// Distance from the predicted pose that is no jump: lengths in units of the characteristic length.
+/// Distance from the predicted pose that does not count as a jump: angles in rad, lengths in units of the
+/// characteristic length.
 const NEGLIGIBLE: f64 = 1e-6;
 /// Maximum number of halvings of a step of the motion.
 const HALVINGS: u32 = 12;
-/// Part of a motion above which a step that does not converge is halved without a search.
+/// Fraction of a motion above which a step that does not converge is halved without a search.
 const LONG: f64 = 1.0 / 16.0;
 
 impl Assembly {
-    /// Moves along a motion from time `from` (the current position) to `to` within the same
-    /// assembly mode. `motion` writes the targets of an instant.
+    /// Moves along a motion from time `from` (the current position) to `to`, s, within the same
+    /// assembly mode. `motion` writes the targets at a given time.
     ///
     /// # Errors
-    /// See [`AssemblyError`], among them a jump that persists at the smallest step. Loops may be
-    /// open then: move the mechanism to a reachable position before further use.
+    /// See [`AssemblyError`], which includes a jump that persists at the smallest step. After an error,
+    /// loops may be open: move the mechanism to a reachable position before further use.
     pub(crate) fn follow(
         &mut self,
         parameters: &Parameters<f64>,
@@ -39,7 +40,7 @@ impl Assembly {
         let mut singular = None;
         self.passed.copy_from_slice(&self.targets);
         while now != to {
-            // The last piece ends exactly at `to`.
+            // The last step ends exactly at `to`.
             let last = (to - now).abs() <= step.abs() * (1.0 + 1e-9);
             let next = if last { to } else { now + step };
             let is_long = (next - now).abs() > LONG * (to - from).abs();
@@ -63,7 +64,7 @@ impl Assembly {
                     self.passed.copy_from_slice(&self.targets);
                     step *= 2.0;
                 }
-                // Far from time zero half a step may vanish by rounding; treat it as the last
+                // Far from time zero, half a step may vanish by rounding; treat this as the last
                 // halving.
                 Err(error) if (0.5 * step).abs() < smallest.abs() || now + 0.5 * step == now => {
                     let out_of_reach = self.out_of_reach(parameters, to, motion);
@@ -81,8 +82,8 @@ impl Assembly {
         Ok(())
     }
 
-    /// Gap at `to` if the mechanism cannot be assembled there. An unreachable position is not a
-    /// jump.
+    /// Returns the gap at time `to` if the mechanism cannot be assembled at that time. An unreachable
+    /// position is not a jump.
     fn out_of_reach(
         &mut self,
         parameters: &Parameters<f64>,
@@ -201,7 +202,7 @@ impl Assembly {
         self.model.constraints.spins().is_empty()
     }
 
-    /// Returns `true` if the coordinates of the tree are so near the predicted ones that no body can
+    /// Returns `true` if the coordinates of the tree are so near their predicted values that no body can
     /// be farther than [`NEGLIGIBLE`] from its predicted pose.
     fn is_near_prediction(&self, parameters: &Parameters<f64>) -> bool {
         let pairs = self.state.coordinates.iter().zip(&self.predicted.coordinates);
@@ -213,7 +214,7 @@ impl Assembly {
         let reach = places.map(|pose| (pose.position - base).norm()).fold(0.0, f64::max);
         let pitch = parameters.pitch.iter().fold(0.0_f64, |most, pitch| most.max(pitch.abs()));
         let turned = 4.0 * (1.0 + (2.0 * reach + pitch) / parameters.length);
-        // Twice the first order.
+        // Twice the first-order estimate.
         2.0 * apart * (turned + 1.0 / parameters.length) <= NEGLIGIBLE
     }
 
@@ -227,7 +228,7 @@ impl Assembly {
         if !kinked || missed > 0.01 {
             return false;
         }
-        // Within the step the rates lie between those before and those after it.
+        // Within the step, the rates lie between the rates before and after it.
         let ends = [&self.before.rates, &self.state.rates].map(|rates| {
             let mut end = self.before.clone();
             end.advance(
@@ -253,8 +254,8 @@ pub(super) fn on_the_way(error: AssemblyError) -> AssemblyError {
     }
 }
 
-/// Body with the largest difference between two placements: its index, its relative pose, and the
-/// size of the difference, with displacements in units of `length`.
+/// Finds the body with the largest difference between two placements. Returns its index, its relative pose,
+/// and the size of the difference, with displacements in units of `length`.
 fn farthest(a: &Bodies<f64>, b: &Bodies<f64>, length: f64) -> (usize, Pose<f64>, f64) {
     let mut worst = (0, Pose::identity(), 0.0);
     for (body, (a, b)) in a.pose.iter().zip(&b.pose).enumerate() {

@@ -1,4 +1,4 @@
-//! Poses of bodies by chains of given coordinates, from prescribed poses and from homes.
+//! Poses of bodies from prescribed poses and homes, along chains of joints with given coordinates.
 
 use super::metric::displacement;
 use super::prescribed_pose::PrescribedPose;
@@ -8,12 +8,12 @@ use crate::spatial::Pose;
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Path costs for the choice of a body's pose: across a joint with given coordinates, by the body's
+/// Path costs for the choice of a body's pose: across a joint with given coordinates, from the body's
 /// home, and across a joint without any information.
 const ACROSS: u64 = 1;
 const HOME: u64 = 1 << 20;
 const UNKNOWN: u64 = 1 << 40;
-/// Differences between given quantities beyond this are conflicts, rad or characteristic lengths.
+/// Differences between given quantities beyond this value are conflicts, in rad or characteristic lengths.
 pub(super) const CONFLICT: f64 = 1.0;
 
 /// Poses of all bodies relative to the reference point.
@@ -23,13 +23,13 @@ pub(super) struct BodyPoses {
     pub(super) is_known: Vec<bool>,
     /// Known bodies, and bodies with poses that close loops as far as possible.
     pub(super) is_placed: Vec<bool>,
-    /// All bodies but the ground, each after the one from which it hangs: by a joint or, if its
-    /// pose is known, by none.
+    /// All bodies except the ground, each after the body from which it hangs, with the connecting joint;
+    /// `None` if the pose of the body is known.
     pub(super) paths: Vec<(usize, Option<usize>)>,
 }
 
 impl Given<'_> {
-    /// Poses of all bodies relative to the reference point, along the cheapest paths from the
+    /// Computes the poses of all bodies relative to the reference point, along the cheapest paths from the
     /// ground, from prescribed poses and from homes.
     pub(super) fn body_poses(
         &self,

@@ -20,9 +20,9 @@ const DIFFERENCE: f64 = 1e-4;
 const REFINEMENTS: usize = 4;
 
 impl Given<'_> {
-    /// Coordinates, with their values, that lock all instantaneous motions left open by the
-    /// prescribed coordinates at the configuration near the reference. With them prescribed as
-    /// well, the position is regular even if the mechanism is singular or shaky.
+    /// Finds coordinates, with their values, that lock all instantaneous motions left open by the prescribed
+    /// coordinates at the configuration near the reference. If these coordinates are prescribed as well, the
+    /// position is regular even if the mechanism is singular or shaky.
     pub(in crate::kinematics) fn locks(&self) -> Result<Vec<(Coordinate, f64)>, AssemblyError> {
         let (topology, parameters) = (self.topology, self.parameters);
         let values: Vec<f64> = self.targets.iter().map(|target| target.value).collect();
@@ -67,9 +67,9 @@ impl Given<'_> {
         Ok(locks)
     }
 
-    /// Refines a singular position. Its closure determines it to the square root of round-off only.
-    /// The singular values vanish linearly, so Newton's method on the near-null space of the
-    /// Jacobian gives it to round-off: `P J(q + V t) V = 0` with the near-null vectors `V` and the
+    /// Refines a singular position, which loop closure determines only to the square root of round-off.
+    /// The singular values vanish linearly, so Newton's method on the near-null space of the Jacobian
+    /// determines the position to round-off: `P J(q + V t) V = 0` with the near-null vectors `V` and the
     /// projection `P` on the left near-null space.
     fn refine_singular(&self, state: &mut State<f64>) {
         let topology = self.topology;
@@ -129,7 +129,7 @@ impl Given<'_> {
         }
     }
 
-    /// Scalar coordinates that can be locked: of joints, then of bodies.
+    /// Lists the scalar coordinates that can be locked: first of joints, then of bodies.
     fn candidates(&self) -> Vec<Coordinate> {
         let joints = self.mechanism.joints().iter().enumerate();
         let of_joints = joints.filter(|(_, j)| j.joint_type.has_scalar_coordinates());

@@ -9,27 +9,27 @@ pub(super) struct Metric<'a> {
     pub(super) length: f64,
     /// Centres of mass of the bodies, in their frames.
     pub(super) com: &'a [Vec3<f64>],
-    /// For each body that moves in passive spins, their axis through its centre of mass, in its
-    /// frame.
+    /// For each body, the axis of its passive spins through the centre of mass, in the body's frame;
+    /// `None` without a passive spin.
     pub(super) spin_axes: Vec<Option<Vec3<f64>>>,
 }
 
-/// Displacement of a body between two poses over the characteristic length: the distance of its
+/// Displacement of a body between two poses, divided by the characteristic length: the distance between the
 /// origins and, as an orthogonal component, the rotation angle times the characteristic length.
 pub(super) fn displacement(a: &Pose<f64>, b: &Pose<f64>, length: f64) -> f64 {
     let apart = a.inverse() * *b;
     (apart.position.norm() / length).hypot(apart.rotation.rotation_vector().norm())
 }
 
-/// Root mean square; `None` of no numbers.
+/// Root mean square; `None` without numbers.
 pub(super) fn rms(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = numbers.fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
     (count > 0).then(|| (sum / f64::from(count)).sqrt())
 }
 
 impl Metric<'_> {
-    /// Displacement of a body between two poses, m and rad. Of a body with a passive spin, the
-    /// displacement of its centre of mass and the angle between the axes count.
+    /// Displacement of a body between two poses, m and rad. For a body with a passive spin, the
+    /// displacement of the centre of mass and the angle between the spin axes.
     pub(super) fn parts(&self, body: usize, a: &Pose<f64>, b: &Pose<f64>) -> (f64, f64) {
         match self.spin_axes[body] {
             None => {
@@ -44,7 +44,7 @@ impl Metric<'_> {
         }
     }
 
-    /// Displacement of a body between two poses, over the characteristic length.
+    /// Displacement of a body between two poses, divided by the characteristic length.
     pub(super) fn displacement(&self, body: usize, a: &Pose<f64>, b: &Pose<f64>) -> f64 {
         let (moved, turned) = self.parts(body, a, b);
         (moved / self.length).hypot(turned)

@@ -13,7 +13,7 @@ use crate::random::Random;
 use crate::topology::{Link, Role, Topology};
 use core::f64::consts::PI;
 
-/// Closure tolerance, rad or characteristic lengths: homes and starts have few digits.
+/// Closure tolerance, in rad or characteristic lengths; large, because homes and starts have few digits.
 const ROUGHLY_CLOSED: f64 = 0.05;
 /// Number of starts of the search for the coordinates of a group, and of steps per start.
 const STARTS: usize = 16;
@@ -34,7 +34,7 @@ impl Given<'_> {
     /// Places bodies without known poses by the closure of loops with known bodies. Bodies are
     /// known afterwards if these loops close.
     ///
-    /// The bodies hang from known ones along [`BodyPoses::paths`]: the result does not depend on
+    /// The bodies hang from known bodies along [`BodyPoses::paths`], so the result does not depend on
     /// the mechanism's own tree.
     pub(super) fn close_loops(
         &self,
@@ -81,7 +81,7 @@ impl Given<'_> {
                 each.map(|(dof, moves)| if *moves { size(dof) * random.number() } else { 0.0 })
                     .collect()
             };
-            // From the present coordinates, then from random ones.
+            // Start from the present coordinates, then from random coordinates.
             let mut best: Option<(f64, State<f64>)> = None;
             for attempt in 0..STARTS {
                 let mut trial = state.clone();
@@ -115,7 +115,7 @@ impl Given<'_> {
         }
     }
 
-    /// Prescribed coordinates, and starts of cut joints, which are not coordinates of the tree.
+    /// Collects prescribed coordinates, and starts of cut joints, which are not coordinates of the tree.
     fn given_coordinates(
         &self,
         prescribed: bool,
@@ -164,8 +164,8 @@ impl Given<'_> {
     }
 }
 
-/// Groups of open nodes that rows connect, each with all its rows; large groups in parts, with the
-/// rows that add no further node.
+/// Finds groups of open nodes that rows connect, each with all its rows. Large groups are divided into parts,
+/// each with the rows that add no further node.
 fn groups(topology: &Topology, constraints: &MotionConstraints, is_open: &[bool]) -> Vec<Group> {
     let open_nodes: Vec<Vec<usize>> = constraints
         .rows

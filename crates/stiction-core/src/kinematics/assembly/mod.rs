@@ -35,15 +35,15 @@ use extrapolation::Extrapolation;
 use following::on_the_way;
 use std::sync::Arc;
 
-/// Tolerance of closed loops and prescribed values: m over the characteristic length, and rad.
+/// Tolerance of closed loops and prescribed values: m divided by the characteristic length, and rad.
 /// Round-off of a chain of poses is about 1e-16.
 const CLOSED: f64 = 1e-14;
 /// Closure tolerance near a singular position, which magnifies round-off.
 const CLOSED_AT_WORST: f64 = 1e-12;
 /// Error below which Newton's method converges quadratically.
 const NEAR: f64 = 1e-7;
-/// Error below which a step with the matrix of the step before leaves about its product with the
-/// error before that.
+/// Error below which a step with the matrix of the previous step leaves an error of about the product of the
+/// present and the previous error.
 const CLOSE: f64 = 1e-3;
 /// Fraction of the tolerance that is about round-off.
 const ROUNDED: f64 = 0.1;
@@ -77,12 +77,12 @@ pub(crate) struct Assembly {
     report: AssemblyReport,
 }
 
-/// Coordinates, with their values, that lock all instantaneous motions left open by the prescribed
-/// coordinates at the configuration near the given one; none at a completely prescribed regular
+/// Finds coordinates, with their values, that lock all instantaneous motions left open by the prescribed
+/// coordinates at the configuration near the given one; empty at a completely prescribed regular
 /// position.
 ///
 /// # Errors
-/// [`AssemblyError::Gap`] if the loops do not close there.
+/// [`AssemblyError::Gap`] if the loops do not close at that configuration.
 ///
 /// # Panics
 /// Unless there is one target for each coordinate, and all named bodies, joints and degrees of freedom exist.
@@ -159,8 +159,8 @@ impl Assembly {
         Ok(assembly)
     }
 
-    /// Extrapolates from the last two positions while following a motion. Results then depend on the
-    /// positions before, within round-off.
+    /// Enables extrapolation from the last two positions while following a motion. Results then depend on
+    /// the previous positions, within round-off.
     pub(crate) fn extrapolate(&mut self) {
         self.extrapolation.activate();
     }
@@ -255,7 +255,7 @@ impl Assembly {
     }
 
     /// Moves to known coordinates, rates and accelerations of the tree, at which the loops are closed and
-    /// these targets hold; `false`, and no move, if the loops are open.
+    /// these targets hold. Returns `false`, without moving, if the loops are open.
     pub(crate) fn return_to(
         &mut self,
         parameters: &Parameters<f64>,
@@ -283,7 +283,7 @@ impl Assembly {
             let Self { kinematics, model, state, .. } = self;
             kinematics.move_with(&model.topology, state);
             if !model.constraints.spins().is_empty() {
-                // Dynamics needs their responses.
+                // Dynamics requires the responses to passive spins.
                 kinematics.factor_here(model, parameters);
             }
         } else {
@@ -303,8 +303,8 @@ impl Assembly {
         self.differentiate(parameters);
     }
 
-    /// Newton's method from the current state to the current targets, then rates and accelerations.
-    /// If it fails, plans the elimination again or searches.
+    /// Runs Newton's method from the current state to the current targets, then computes rates and
+    /// accelerations. If a step fails, plans the elimination again or searches.
     fn settle(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         let arrived = self.newton(parameters);
         if !arrived {
@@ -316,7 +316,7 @@ impl Assembly {
         };
         if differentiates {
             let agreed = self.agree(parameters);
-            // A plan made far from here may omit rows that are independent here, or lose digits.
+            // A plan made far from this position may omit rows that are independent here, or lose digits.
             if agreed.is_err() && self.plan(parameters).is_ok() && self.differentiates(parameters) {
                 return self.agree(parameters);
             }
@@ -379,14 +379,14 @@ impl Assembly {
         self.kinematics.differentiate(&self.model, parameters, &mut self.state, &self.targets);
     }
 
-    /// Newton's method with the current plan; `false` if some loops remain open. Otherwise the
-    /// bodies are placed.
+    /// Runs Newton's method with the current plan and places the bodies. Returns `false` if some loops
+    /// remain open.
     fn newton(&mut self, parameters: &Parameters<f64>) -> bool {
         let closed = CLOSED.max(self.state.round_off());
         let mut error = f64::INFINITY;
         let mut is_placed = false;
         if self.extrapolation.is_active() && self.is_determined() && self.kinematics.is_factored() {
-            // The matrix of the position before is almost that of this one.
+            // The matrix of the previous position is almost the matrix of the present position.
             error = self.place(parameters);
             if error < closed {
                 return true;
@@ -421,7 +421,7 @@ impl Assembly {
             let before = self.scaled_error();
             if before < CLOSE {
                 error = self.place(parameters);
-                // Its matrix is still good enough for two more steps, down to round-off.
+                // The matrix of this step is still good enough for two more steps, down to round-off.
                 let again = if before < NEAR { 0 } else { 2 };
                 for _ in 0..again {
                     if error < ROUNDED * closed {

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Pivots of the scaled system below this require singular values to determine the rank.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
-/// Angular rates in unit motions below this are round-off.
+/// Angular rates in unit motions below this value are round-off.
 const SPINS: f64 = 1e-4;
 
 impl Assembly {
@@ -60,7 +60,7 @@ impl Assembly {
         Err(AssemblyError::Open { open })
     }
 
-    /// For each body that moves in the locked passive spins, their axis in its frame.
+    /// For each body, the axis of the locked passive spins in which it moves, in the body's frame; `None` without any.
     pub(super) fn spin_axes(&mut self, parameters: &Parameters<f64>) -> Vec<Option<Vec3<f64>>> {
         let mut axes = vec![None; self.body_names.len()];
         let spins = self.model.constraints.spins().len();

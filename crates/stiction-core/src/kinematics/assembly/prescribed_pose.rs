@@ -1,4 +1,4 @@
-//! Prescribed coordinates of one body as parts of its pose.
+//! Prescribed coordinates of one body as components of its pose.
 
 use super::super::coordinate::{AngleOrder, Coordinate, Target};
 use super::super::measure::intrinsic_angles;
@@ -38,7 +38,7 @@ impl PrescribedPose {
         poses
     }
 
-    /// Tests for six prescribed components.
+    /// Tests if all six components are prescribed.
     pub(super) fn is_whole(&self) -> bool {
         let turned = self.rotation_vector.iter().all(Option::is_some)
             || (0..3).all(|index| {

@@ -1,8 +1,8 @@
 //! Reference configuration of a model: `home` poses of bodies, `start` coordinates of joints, and
 //! the prescribed coordinates.
 //!
-//! Prescribed coordinates take precedence over starts, starts over homes. A missing start follows
-//! from homes, from neighbours and from prescribed poses.
+//! Prescribed coordinates take precedence over starts, and starts over homes. A missing start follows
+//! from homes, from neighbouring bodies and from prescribed poses.
 
 use super::super::bodies::{Bodies, State, write_floating};
 use super::super::coordinate::{Coordinate, Target};
@@ -29,7 +29,7 @@ pub(in crate::kinematics) struct Given<'a> {
     pub(in crate::kinematics) targets: &'a [Target<f64>],
 }
 
-/// Reference configuration. Its loops are open to the accuracy of the given numbers.
+/// Reference configuration. Its loops are closed only to the accuracy of the given numbers.
 #[derive(Clone, Debug)]
 pub(in crate::kinematics) struct Reference {
     /// Coordinates of the tree.
@@ -101,8 +101,8 @@ impl Given<'_> {
         values
     }
 
-    /// Coordinates of all joints: prescribed values, else starts, else zero. Starts of angles are
-    /// shifted by whole turns to the nearest prescribed value.
+    /// Coordinates of all joints: prescribed values, otherwise starts, otherwise zero. Starts of angles are
+    /// shifted by whole turns to be nearest to the prescribed value.
     fn joint_coordinates(
         &self,
         prescribed: bool,
@@ -157,7 +157,7 @@ impl Reference {
         }))
     }
 
-    /// Body farthest from its given pose: its index, and its displacement, m and rad.
+    /// Finds the body farthest from its given pose; returns its index, and its displacement in m and rad.
     pub(super) fn farthest(
         &self,
         bodies: &Bodies<f64>,
@@ -202,7 +202,7 @@ impl Reference {
         self.unwind(topology, state);
     }
 
-    /// Adds whole turns to angles of the tree to bring them nearest to those of the reference.
+    /// Adds whole turns to angles of the tree, so that they are nearest to the angles of the reference.
     pub(super) fn unwind(&self, topology: &Topology, state: &mut State<f64>) {
         for node in &topology.nodes {
             let Link::Joint { joint, .. } = node.link else { continue };

@@ -59,14 +59,14 @@ impl fmt::Display for Conflict {
 /// Comparison of the assembled configuration with the given one.
 ///
 /// Distances are root mean squares over all bodies with poses determined by `home`, `start` and
-/// prescribed coordinates. Each body contributes the displacement of its origin over the
-/// characteristic length, and its rotation angle, rad, as two orthogonal components; of a body with
-/// a passive spin, the displacement of its centre of mass and the tilt of the spin axis.
+/// prescribed coordinates. Each body contributes the displacement of its origin, divided by the
+/// characteristic length, and its rotation angle, rad, as two orthogonal components; a body with
+/// a passive spin contributes the displacement of its centre of mass and the tilt of the spin axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AssemblyReport {
     /// Distance of the assembled configuration from the given one; `None` without given data.
     pub distance: Option<f64>,
-    /// Distances of other assembly modes from the search, nearest first. The list may be
+    /// Distances of other assembly modes that the search found, nearest first. The list may be
     /// incomplete.
     pub other_modes: Vec<f64>,
     /// Body farthest from its given pose: name, displacement of its origin, m, and rotation, rad.
@@ -76,7 +76,7 @@ pub struct AssemblyReport {
 }
 
 impl AssemblyReport {
-    /// Notes to the user: conflicts, a configuration far from the given one, and another assembly
+    /// Composes notes to the user: conflicts, a configuration far from the given one, and another assembly
     /// mode at a similar distance.
     pub fn notes(&self) -> Vec<String> {
         let mut notes: Vec<String> = self.conflicts.iter().map(ToString::to_string).collect();

@@ -23,13 +23,13 @@ use std::sync::Arc;
 const SEARCH_STEPS: usize = 500;
 /// Error at which a search stops: passive spins are visible only with closed loops.
 const CLOSELY: f64 = 1e-12;
-/// A search ends at a closed configuration if its largest weighted error is below this.
+/// A search has found a closed configuration if the largest weighted error is below this value.
 const FOUND: f64 = 1e-6;
 /// Maximum number of moves away from configurations at which the angles of a body have no rates.
 const UNDEFINED_AT_MOST: usize = 8;
 /// Minimum size of a random perturbation, rad and characteristic lengths.
 const NUDGE: f64 = 0.1;
-/// Distance from the reference of the start opposite to the first result, relative to that of the
+/// Ratio of the distances from the reference of the start opposite to the first result, and of the first
 /// result.
 const OVERSHOOT: f64 = 1.3;
 /// Maximum number of searches from random configurations.
@@ -63,7 +63,7 @@ fn perturb(
 }
 
 impl Assembly {
-    /// Searches from the current state; needs neither a plan nor a good initial guess. Complete
+    /// Searches from the current state; requires neither a plan nor a good initial guess. Complete
     /// orientations prescribed by angles of orders like zxz are first searched as rotation vectors,
     /// because such angles are undefined between parallel frames.
     pub(super) fn search(
@@ -81,7 +81,8 @@ impl Assembly {
         self.search_directly(parameters)
     }
 
-    /// The prescribed coordinates with such orientations as rotation vectors; `None` without any.
+    /// Replaces complete orientations prescribed by angles of orders like zxz by rotation vectors; returns all
+    /// prescribed coordinates with their targets, or `None` without such orientations.
     fn by_rotations(&self) -> Option<(MotionConstraints, Vec<Target<f64>>)> {
         let mut coordinates = self.model.constraints.coordinates().to_vec();
         let mut targets = self.targets.clone();
@@ -112,9 +113,9 @@ impl Assembly {
         some.then(|| (MotionConstraints::new(&self.model.topology, &coordinates, spins), targets))
     }
 
-    /// Damped least squares on all rows from the current state. If the prescribed angles of a body
-    /// have no rates (such as those of the order zxz between parallel frames), all coordinates are
-    /// first perturbed.
+    /// Runs damped least squares on all rows from the current state. If the prescribed angles of a body
+    /// have no rates (such as angles of the order zxz between parallel frames), first perturbs all
+    /// coordinates.
     fn search_directly(&mut self, parameters: &Parameters<f64>) -> Result<Descent, AssemblyError> {
         let topology = Arc::clone(&self.model.topology);
         let topology = &*topology;
@@ -146,7 +147,7 @@ impl Assembly {
     /// A search whose steps contract from the beginning ends at the nearest mode
     /// ([`Descent::contracts`]). Otherwise, and far from the reference, further searches begin at
     /// the given starts, opposite to the first result, and at random around the reference; the
-    /// nearest result is selected. Without any given pose no mode is nearest, and the first result
+    /// nearest result is selected. Without any given pose, no mode is nearest, and the first result
     /// is selected.
     pub(super) fn assemble(
         &mut self,
@@ -214,8 +215,8 @@ impl Assembly {
         (other < SAFETY * NEARLY_AS_NEAR * distance).then_some(twin)
     }
 
-    /// Assembly modes by several searches, in search order, and the error of the first search if
-    /// all fail.
+    /// Finds assembly modes by several searches, in the order of the searches; returns the error of the first
+    /// search if all searches fail.
     fn modes(
         &mut self,
         parameters: &Parameters<f64>,
@@ -242,7 +243,7 @@ impl Assembly {
                 self.add_mode(parameters, (reference, metric), &mut modes);
             }
         }
-        // From the given starts to the prescribed values.
+        // Search from the given starts to the prescribed values.
         self.state = given.reference(false).state;
         if self.search(parameters).is_ok() {
             if !is_any_given {
@@ -293,7 +294,7 @@ impl Assembly {
         }
     }
 
-    /// Bodies at the present coordinates.
+    /// Places the bodies at the present coordinates.
     fn placed(&self, parameters: &Parameters<f64>) -> Bodies<f64> {
         let mut bodies = self.kinematics.bodies.clone();
         bodies.place(&self.model.topology, parameters, &self.state.coordinates);

@@ -9,13 +9,13 @@ use crate::parameters::Parameters;
 
 /// Step of the central difference, rad and characteristic lengths.
 const DIFFERENCE: f64 = 1e-3;
-/// Largest distance of the other mode, in these units, at which a quadratic equation represents it.
+/// Largest distance, in rad and characteristic lengths, at which a quadratic equation represents the other mode.
 const NEARBY: f64 = 1.0;
 
 impl Assembly {
-    /// State near another mode: with the smallest singular value `d` of the position equations and
-    /// their second derivative `h` along its right singular vector, both as components along the
-    /// left one, the equation `d s + h s^2 / 2 = 0` has a second root `s = -2 d / h`. `None` if
+    /// Estimates a state near another mode: with the smallest singular value `d` of the position equations
+    /// and their second derivative `h` along the right singular vector, both as components along the left
+    /// singular vector, the equation `d s + h s^2 / 2 = 0` has a second root `s = -2 d / h`. `None` if
     /// this root is far away.
     pub(super) fn twin(&self, parameters: &Parameters<f64>) -> Option<State<f64>> {
         let (topology, constraints) = (&*self.model.topology, &*self.model.constraints);

@@ -12,32 +12,32 @@ pub struct BodySpec {
 }
 
 impl BodySpec {
-    /// A body without mass.
+    /// Creates a body without mass.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             body: Body { name: name.into(), mass: 0.0, com: Vec3::zero(), inertia: Mat3::zero() },
         }
     }
 
-    /// Mass, kg.
+    /// Sets the mass, kg.
     pub fn mass(mut self, mass: f64) -> Self {
         self.body.mass = mass;
         self
     }
 
-    /// Centre of mass in the body's frame, m.
+    /// Sets the centre of mass in the body's frame, m.
     pub fn com(mut self, com: Vec3<f64>) -> Self {
         self.body.com = com;
         self
     }
 
-    /// Inertia about the centre of mass, in the body's axes, kg m^2.
+    /// Sets the inertia about the centre of mass, in the body's axes, kg m^2.
     pub fn inertia(mut self, inertia: Mat3<f64>) -> Self {
         self.body.inertia = inertia;
         self
     }
 
-    /// Checks the numbers of the body.
+    /// Checks mass, centre of mass and inertia.
     pub(super) fn check(&self, defects: &mut Vec<Defect>) {
         let body = &self.body;
         let name = || body.name.clone();

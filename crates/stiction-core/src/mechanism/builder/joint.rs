@@ -7,7 +7,7 @@ use crate::mechanism::{BodyId, Compliance, Defect, Joint, JointRange};
 use crate::spatial::Pose;
 use std::collections::HashMap;
 
-/// Specification of a joint; bodies by name.
+/// Specification of a joint; it refers to its bodies by name.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
@@ -26,7 +26,7 @@ pub struct JointSpec {
 }
 
 impl JointSpec {
-    /// A joint with both frames at the origins of its bodies.
+    /// Creates a joint with both frames at the origins of its bodies.
     pub fn new(
         name: impl Into<String>,
         joint_type: JointType,
@@ -49,13 +49,13 @@ impl JointSpec {
         }
     }
 
-    /// The joint frames in the predecessor (`X_PJ`) and in the successor (`X_SK`).
+    /// Sets the joint frames in the predecessor (`X_PJ`) and in the successor (`X_SK`).
     pub fn frames(mut self, frame_j: Pose<f64>, frame_k: Pose<f64>) -> Self {
         (self.frame_j, self.frame_k) = (frame_j, frame_k);
         self
     }
 
-    /// Advance of a helical joint, m/rad.
+    /// Sets the advance of a helical joint, m/rad.
     pub fn pitch(mut self, pitch: f64) -> Self {
         self.pitch = pitch;
         self
@@ -73,13 +73,13 @@ impl JointSpec {
         self
     }
 
-    /// Coordinates near which the joint is assembled.
+    /// Sets the coordinates near which the joint is assembled.
     pub fn start(mut self, coordinates: impl Into<Vec<f64>>) -> Self {
         self.start = Some(coordinates.into());
         self
     }
 
-    /// Compliance of the joint under load.
+    /// Sets the compliance of the joint under load.
     pub fn compliance(mut self, compliance: Compliance) -> Self {
         self.compliance = Some(compliance);
         self
@@ -98,7 +98,7 @@ impl JointSpec {
         self
     }
 
-    /// Builds the joint, unless its bodies are unknown; other defects go to `defects`.
+    /// Builds the joint, unless its bodies are unknown; adds all defects to `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,

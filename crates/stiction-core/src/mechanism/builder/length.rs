@@ -3,7 +3,7 @@
 use crate::mechanism::{Body, BodyId, Joint};
 use crate::spatial::Vec3;
 
-/// See [`crate::mechanism::Mechanism::characteristic_length`].
+/// Computes the default of [`crate::mechanism::Mechanism::characteristic_length`], m.
 pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
     let mut squares = Vec::new();
     let mut points_of: Vec<Vec<Vec3<f64>>> = vec![Vec::new(); bodies.len()];

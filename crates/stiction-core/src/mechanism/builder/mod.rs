@@ -21,7 +21,7 @@ use std::collections::{HashMap, HashSet};
 /// Reserved column names of the results.
 const TAKEN: [&str; 3] = ["time", "loads", "dampers"];
 
-/// Checks names against `joint.dof`, the names of the degrees of freedom of joints with several.
+/// Checks that no joint has a reserved name, or the name `joint.dof` of a degree of freedom of another joint.
 fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
     for joint in joints {
         if TAKEN.contains(&joint.name.as_str()) {
@@ -71,7 +71,7 @@ pub struct MechanismBuilder {
 }
 
 impl MechanismBuilder {
-    /// An empty mechanism in a world without gravity.
+    /// Creates an empty mechanism without gravity.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -88,13 +88,13 @@ impl MechanismBuilder {
         }
     }
 
-    /// Acceleration of gravity in world axes, m/s^2.
+    /// Sets the acceleration of gravity in world axes, m/s^2.
     pub fn gravity(mut self, gravity: Vec3<f64>) -> Self {
         self.gravity = gravity;
         self
     }
 
-    /// `X_WG`: the ground's frame in the world.
+    /// Sets `X_WG`, the ground's frame in the world.
     pub fn base(mut self, base: Pose<f64>) -> Self {
         self.base = base;
         self
@@ -280,7 +280,7 @@ fn check_finite(defects: &mut Vec<Defect>, place: &str, numbers: &[f64]) {
     }
 }
 
-/// Bodies without a chain of joints to the ground.
+/// Finds the bodies that no chain of joints connects with the ground.
 fn disconnected(bodies: &[Body], joints: &[Joint]) -> Vec<Defect> {
     let mut reached = vec![false; bodies.len()];
     reached[BodyId::GROUND.0] = true;

@@ -2,23 +2,23 @@
 //!
 //! Equation (G5) of the book's theory.
 
-/// Friction on an inclined flank: that of a screw's thread or of a worm.
+/// Friction on an inclined flank of a screw's thread or of a worm.
 ///
 /// With `f = mu / cos(b)`, where `b` is half the flank angle in the section normal to the flank, and the lead
 /// angle `l`, the screw raises its load with the efficiency `tan l (1 - f tan l) / (tan l + f)`, and
-/// the load lowers itself with `(tan l - f) / (tan l (1 + f tan l))`. It is self-locking where `f >= tan l`.
+/// the load drives the screw with `(tan l - f) / (tan l (1 + f tan l))`. The screw is self-locking if `f >= tan l`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mesh {
-    /// Coefficient of friction, not negative.
+    /// Coefficient of friction, nonnegative.
     pub mu: f64,
     /// Lead angle, rad, between 0 and a right angle: `atan(lead / (2 pi radius))`.
     pub lead_angle: f64,
-    /// Half the angle between the flanks in the axial section, rad, from 0 to below a right angle.
+    /// Half the angle between the flanks in the axial section, rad, at least 0 and less than a right angle.
     pub flank_angle: f64,
 }
 
 impl Mesh {
-    /// Efficiencies while the screw is driven, and while the load drives the screw.
+    /// Computes the efficiencies while the motor drives the screw, and while the load drives the screw.
     pub fn efficiencies(&self) -> (f64, f64) {
         let lead = self.lead_angle.tan();
         // The flank angle in the normal section: tan b = tan(flank angle) cos l.

@@ -1,4 +1,4 @@
-//! Drive trains: motor, gear or screw, and what they lose, between a motor and one or several joint coordinates.
+//! Drive trains: a motor with a gear or screw, including losses, that drives one or several joint coordinates.
 //!
 //! Equations (G1), (G2) and (G10) of the book's theory.
 
@@ -20,7 +20,7 @@ use core::f64::consts::TAU;
 
 /// Drive train of one motor: a rotary motor with a transmission to one or several degrees of freedom of joints.
 ///
-/// Its output coordinate `u` is the joint coordinate, or a sum of several with coefficients. With the
+/// Its output coordinate `u` is the joint coordinate, or a weighted sum of several. With the
 /// transmission `n`, the motor turns by `n u`, and its torque
 ///
 /// ```text
@@ -28,30 +28,30 @@ use core::f64::consts::TAU;
 /// ```
 ///
 /// accelerates the rotor, overcomes the friction of the motor, and enters the gear as `tau_g`. The gear
-/// exerts the effort `tau_o` at its output: `tau_g = tau_o / (n efficiency)` where it drives,
-/// and `tau_g = backward_efficiency tau_o / n` where it is driven.
+/// exerts the effort `tau_o` at its output: `tau_g = tau_o / (n efficiency)` while the motor drives,
+/// and `tau_g = backward_efficiency tau_o / n` while it is driven.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrain {
     /// Name, unique among drive trains.
     pub name: String,
-    /// Degrees of freedom that it moves together; at least one, each once.
+    /// Degrees of freedom that the motor drives; at least one, each listed once.
     pub dofs: Vec<GearedDof>,
     /// Revolutions of the motor per revolution of the output or, with a lead, of the screw or pulley; not zero.
     pub ratio: f64,
     /// Travel per revolution of the screw or pulley, m; only for degrees of freedom that translate, not zero.
     pub lead: Option<f64>,
-    /// Weight with which it takes part where motors share the efforts of joints; for one degree of freedom the part
-    /// of its effort. One unless several motors share efforts.
+    /// Weight of this motor where several motors share the efforts of joints; for a single degree of freedom, the
+    /// fraction of its effort that this motor exerts. One if no efforts are shared.
     pub share: f64,
-    /// Moment of inertia of all that turns with the motor, about its axis, kg m^2; not negative.
+    /// Moment of inertia of all parts that turn with the motor, about the motor's axis, kg m^2; nonnegative.
     pub rotor_inertia: f64,
-    /// Axis of the rotor in the body that carries it; without it the rotor is reflected to the joint alone.
+    /// Axis of the rotor in the body that carries it. `None`: only the reflected inertia acts, at the joint.
     pub rotor_axis: Option<RotorAxis>,
-    /// Loss that depends on the load.
+    /// Load-dependent loss of the gear or screw.
     pub gear: GearLoss,
     /// Friction on the side of the motor.
     pub motor_friction: MotorFriction,
-    /// Torque per current, N m/A; positive.
+    /// Torque per unit current, N m/A; positive.
     pub torque_constant: Option<f64>,
     /// Limits of the motor.
     pub limits: MotorLimits,
@@ -62,8 +62,8 @@ pub struct DriveTrain {
 pub struct RotorAxis {
     /// Body that carries the motor.
     pub body: BodyId,
-    /// Unit vector in the body's frame; the motor turns about it in the positive sense with the joint if the
-    /// transmission is positive.
+    /// Unit vector in the body's frame. If the transmission is positive, the motor turns about it in the positive
+    /// sense when the joint moves in the positive direction.
     pub axis: Vec3<f64>,
 }
 
@@ -85,9 +85,9 @@ pub enum GearLoss {
 /// Friction torque on a motor's shaft that does not depend on the load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorFriction {
-    /// Constant torque opposing the rotation, N m; not negative. It includes the no-load torque of the gear.
+    /// Constant torque that opposes the rotation, including the no-load torque of the gear, N m; nonnegative.
     pub constant: f64,
-    /// Torque per angular rate, N m s/rad; not negative.
+    /// Torque per unit angular rate, N m s/rad; nonnegative.
     pub viscous: f64,
 }
 
@@ -106,13 +106,13 @@ impl GearLoss {
     /// No loss.
     pub const NONE: Self = Self::Efficiency { forward: 1.0, backward: 1.0 };
 
-    /// Loss of a gear with this efficiency, which loses the same at the same effort in both directions:
-    /// the backward efficiency is `2 - 1/efficiency`.
+    /// Creates the loss of a gear with this forward efficiency and the same power loss at the same effort in both
+    /// directions: the backward efficiency is `2 - 1/efficiency`.
     pub fn of_efficiency(efficiency: f64) -> Self {
         Self::Efficiency { forward: efficiency, backward: 2.0 - efficiency.recip() }
     }
 
-    /// Efficiencies while the motor drives the joint, and while the joint drives the motor.
+    /// Returns the efficiencies while the motor drives the joint, and while the joint drives the motor.
     pub fn efficiencies(&self) -> (f64, f64) {
         match self {
             Self::Efficiency { forward, backward } => (*forward, *backward),
@@ -122,8 +122,8 @@ impl GearLoss {
 }
 
 impl DriveTrain {
-    /// Transmission `n`: angle of the motor over the output coordinate, rad/rad, or rad/m if all its degrees of
-    /// freedom translate.
+    /// Transmission `n`: angle of the motor per unit of the output coordinate, in rad/rad, or in rad/m if all its
+    /// degrees of freedom translate.
     pub fn transmission(&self) -> f64 {
         match self.lead {
             Some(lead) if self.translates() => self.ratio * (TAU / lead),
@@ -136,8 +136,8 @@ impl DriveTrain {
         self.dofs.iter().all(|driven| driven.translates)
     }
 
-    /// Degrees of freedom of the output coordinate `u`, each with its part `du/dq`. If some rotate and others
-    /// translate, `u` is an angle, and the parts of the translations contain the lead.
+    /// Degrees of freedom of the output coordinate `u`, each with its derivative `du/dq`. If some rotate and others
+    /// translate, `u` is an angle, and the derivatives with respect to translations include the lead.
     pub fn output_parts(&self) -> impl Iterator<Item = (JointId, usize, f64)> + '_ {
         let mixed = !self.translates();
         self.dofs.iter().map(move |driven| {
@@ -149,7 +149,7 @@ impl DriveTrain {
         })
     }
 
-    /// Joint and degree of freedom, if it moves only one.
+    /// Joint and degree of freedom, if the drive train moves only one.
     pub fn only_dof(&self) -> Option<(JointId, usize)> {
         match self.dofs[..] {
             [GearedDof { joint, dof, .. }] => Some((joint, dof)),
@@ -157,12 +157,12 @@ impl DriveTrain {
         }
     }
 
-    /// True if it moves this degree of freedom.
+    /// True if the drive train moves this degree of freedom.
     pub fn moves(&self, joint: JointId, dof: usize) -> bool {
         self.dofs.iter().any(|driven| (driven.joint, driven.dof) == (joint, dof))
     }
 
-    /// Inertia of the rotor as the output coordinate has it, `n^2 J`, kg m^2 or kg.
+    /// Inertia of the rotor reflected to the output coordinate, `n^2 J`, kg m^2 or kg.
     pub fn reflected_inertia(&self) -> f64 {
         let n = self.transmission();
         n * n * self.rotor_inertia
@@ -173,15 +173,15 @@ impl DriveTrain {
         self.motor_friction != MotorFriction::default()
     }
 
-    /// Losses of the gear per effort at its output, while the motor drives and while it is driven: `1/efficiency - 1`
-    /// and `1 - backward_efficiency`. `None` without a loss.
+    /// Losses of the gear per unit effort at its output, while the motor drives and while it is driven:
+    /// `1/efficiency - 1` and `1 - backward_efficiency`. `None` without a loss.
     pub fn losses(&self) -> Option<[f64; 2]> {
         let (forward, backward) = self.gear.efficiencies();
         let losses = [forward.recip() - 1.0, 1.0 - backward];
         (losses != [0.0; 2]).then_some(losses)
     }
 
-    /// True if motor or gear have friction.
+    /// True if the motor or the gear has friction.
     pub fn has_friction(&self) -> bool {
         self.has_motor_friction() || self.losses().is_some()
     }

@@ -8,22 +8,22 @@ use crate::spatial::{Pose, Twist};
 /// Motor and gear at one instant: `power = output + rotor_power + friction_power + gear_loss`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motor {
-    /// Torque of the motor, N m: that of its current. At rest without friction and gear loss.
+    /// Torque that the motor's current produces, N m. At rest it excludes friction and gear loss.
     pub torque: f64,
-    /// Least and greatest torque. At rest, those that hold the joint against motion in either direction; in
-    /// motion they differ where the joint's effort has an interval.
+    /// Least and greatest torque, N m. At rest, the ends of the interval of torques that hold the joint; in
+    /// motion they differ only if the joint's effort is an interval.
     pub torque_bounds: (f64, f64),
     /// Angular rate of the motor, rad/s.
     pub speed: f64,
     /// Angular acceleration of the motor relative to the body that carries it, rad/s^2.
     pub acceleration: f64,
-    /// Effort at the output of its gear, N or N m: its part of the effort of its joints.
+    /// Effort at the output of the gear, N or N m: this motor's part of the efforts of the joints.
     pub effort: f64,
     /// Mechanical power of the motor, W.
     pub power: f64,
     /// Power that the gear delivers to the joint, W.
     pub output: f64,
-    /// Power that accelerates the rotor, W; of a reflected rotor the rate of change of its kinetic energy.
+    /// Power that accelerates the rotor, W; for a reflected rotor, the rate of change of its kinetic energy.
     pub rotor_power: f64,
     /// Power dissipated by the friction of the motor, W.
     pub friction_power: f64,
@@ -40,10 +40,11 @@ impl Motor {
 }
 
 impl DriveTrain {
-    /// State of the motor for the effort at the output of its gear (N or N m; [`MotorMap`](super::MotorMap) gives it),
-    /// the interval of this effort, and rate and acceleration of the output coordinate. The rate is `None` at rest, where
-    /// friction of motor and gear is a set, and the torque has an interval. `carrier` is the angular acceleration
-    /// about the rotor's axis, rad/s^2, of the body that carries it; zero for a rotor that is reflected alone.
+    /// Computes the state of the motor from the effort at the output of its gear (N or N m, from
+    /// [`MotorMap`](super::MotorMap)), the interval of this effort, and rate and acceleration of the output
+    /// coordinate. The rate is `None` at rest, where static friction of motor and gear makes the torque an interval.
+    /// `carrier` is the angular acceleration about the rotor's axis, rad/s^2, of the body that carries the rotor;
+    /// zero if only the reflected inertia acts.
     pub fn motor(
         &self,
         effort: f64,
@@ -101,8 +102,8 @@ impl DriveTrain {
         }
     }
 
-    /// Angular acceleration about the rotor's axis, rad/s^2, of the body that carries it, for poses and
-    /// accelerations of all bodies; zero for a rotor that is reflected alone.
+    /// Angular acceleration about the rotor's axis, rad/s^2, of the body that carries the rotor, from the poses and
+    /// accelerations of all bodies; zero if only the reflected inertia acts.
     pub fn acceleration_of_carrier(
         &self,
         poses: &[Pose<f64>],
@@ -113,7 +114,7 @@ impl DriveTrain {
         })
     }
 
-    /// Torque that enters the gear for an output effort, while the motor drives and while it is driven.
+    /// Torques that enter the gear for an output effort, while the motor drives and while it is driven, N m.
     fn inputs(&self, effort: f64) -> [f64; 2] {
         let (forward, backward) = self.gear.efficiencies();
         let ideal = effort / self.transmission();
@@ -121,7 +122,7 @@ impl DriveTrain {
     }
 }
 
-/// Product that is zero if the factor is, also of an infinite effort.
+/// Product that is zero for a zero factor, even if the effort is infinite.
 pub(super) fn times(effort: f64, factor: f64) -> f64 {
     if factor == 0.0 { 0.0 } else { effort * factor }
 }
@@ -130,7 +131,7 @@ fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// Efforts of an interval at which a piecewise linear function with a kink at zero can be extreme.
+/// Efforts of an interval at which a piecewise linear function with a kink at zero can have its extreme values.
 fn candidates((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
     let kink = (low < 0.0 && high > 0.0).then_some(0.0);
     [low, high].into_iter().chain(kink)

@@ -1,4 +1,4 @@
-//! Parts of motors in the efforts of joints: several motors on one joint, and motors that move several joints together.
+//! Distribution of joint efforts to motors: several motors on one joint, and motors that move several joints together.
 //!
 //! Equations (G10) and (G11) of the book's theory.
 
@@ -7,7 +7,7 @@ use super::motor::times;
 use crate::mechanism::{Defect, Joint, JointId};
 use nalgebra::DMatrix;
 
-/// A motor at the actuated degrees of freedom of a mechanism: its motion and its effort follow from theirs.
+/// Map from the actuated degrees of freedom of a mechanism to the motion and the effort of one motor.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotorMap {
     /// Actuators on which the motion or the effort of the motor depends.
@@ -19,31 +19,32 @@ pub struct MotorMap {
 pub struct MotorTerm {
     /// Index of the actuator, in the order of [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub actuator: usize,
-    /// Part of the output coordinate of the motor's gear per coordinate of the degree of freedom. The effort of the
-    /// gear acts on the degree of freedom with the same factor.
+    /// Derivative of the output coordinate of the motor's gear with respect to the coordinate of the degree of
+    /// freedom. The effort of the gear acts on the degree of freedom with the same factor.
     pub part: f64,
-    /// Effort at the output of the gear per effort of the degree of freedom, all motors together.
+    /// Effort at the output of the gear per unit effort of all motors together on the degree of freedom.
     pub share: f64,
 }
 
 impl MotorMap {
-    /// Rate, or acceleration, of the output coordinate for those of the actuators.
+    /// Computes the rate or acceleration of the output coordinate from the rates or accelerations of the actuators.
     pub fn output(&self, of: impl Fn(usize) -> f64) -> f64 {
         self.terms.iter().map(|term| term.part * of(term.actuator)).sum()
     }
 
-    /// Greatest magnitude of the output coordinate or its rate for magnitudes of the actuators.
+    /// Bounds the magnitude of the output coordinate, or of its rate, by the magnitudes at the actuators.
     pub fn most(&self, of: impl Fn(usize) -> f64) -> f64 {
         self.terms.iter().map(|term| term.part.abs() * of(term.actuator)).sum()
     }
 
-    /// Effort at the output of the gear for the efforts of all actuators.
+    /// Computes the effort at the output of the gear from the efforts of all actuators.
     pub fn effort(&self, efforts: &[f64]) -> f64 {
         self.terms.iter().map(|term| term.share * efforts[term.actuator]).sum()
     }
 
-    /// Interval of the effort for those of all actuators. It is attained if it depends on one actuator; otherwise its
-    /// ends are guaranteed, but friction may not attain the ends of all actuators together.
+    /// Computes the interval of the effort from the intervals of all actuators. Its ends are guaranteed bounds. They
+    /// are attained if the effort depends on one actuator only; otherwise friction may not attain the required ends
+    /// of several intervals at once.
     pub fn effort_bounds(&self, bounds: &[(f64, f64)]) -> (f64, f64) {
         let each = self.terms.iter().map(|term| {
             let (low, high) = bounds[term.actuator];
@@ -54,7 +55,7 @@ impl MotorMap {
     }
 }
 
-/// Drive trains that move common degrees of freedom, directly or through others.
+/// Drive trains linked by degrees of freedom that they share, directly or through other drive trains.
 struct Group {
     /// Indices of the drive trains.
     trains: Vec<usize>,
@@ -84,7 +85,7 @@ impl Group {
         groups
     }
 
-    /// Parts of the output coordinates, motor by motor, for each degree of freedom.
+    /// Derivatives of the output coordinates (rows) with respect to the degrees of freedom (columns).
     fn parts(&self, trains: &[DriveTrain]) -> DMatrix<f64> {
         let mut parts = DMatrix::zeros(self.trains.len(), self.dofs.len());
         for (row, &train) in self.trains.iter().enumerate() {
@@ -97,17 +98,18 @@ impl Group {
         parts
     }
 
-    /// Efforts of the motors per effort of each degree of freedom: of all that add up to the efforts of the joints,
-    /// those with the least sum of squares over shares. `None` if the motors do not determine all motions.
+    /// Efforts of the motors per unit effort of each degree of freedom. Among the motor efforts that produce the
+    /// efforts of the joints, selects those with the least sum of `effort^2 / share`. `None` if the motors do not
+    /// determine all motions.
     fn shares(&self, trains: &[DriveTrain]) -> Option<DMatrix<f64>> {
-        // Relative size of singular values that are rounding.
+        // Relative size below which singular values are round-off.
         const DEPENDENT: f64 = 1e-9;
         if self.dofs.len() == 1 {
             let each = self.trains.iter().map(|&train| trains[train].share);
             return Some(DMatrix::from_iterator(self.trains.len(), 1, each));
         }
         let parts = self.parts(trains);
-        // Rows scaled by the roots of the shares, columns to size one, because units differ.
+        // Scale rows by the roots of the shares, and columns to unit norm, because units differ.
         let mut scaled = parts.clone();
         for (mut row, &train) in scaled.row_iter_mut().zip(&self.trains) {
             row *= trains[train].share.max(0.0).sqrt();

@@ -7,7 +7,7 @@ use crate::spatial::Vec3;
 use core::f64::consts::FRAC_PI_2;
 use std::collections::HashMap;
 
-/// Specification of a drive train; the joints by name. It actuates its degrees of freedom.
+/// Specification of a drive train, which refers to joints by name and actuates their degrees of freedom.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrainSpec {
@@ -22,14 +22,14 @@ const POSITIVE: &str = "greater than 0";
 const NOT_NEGATIVE: &str = "at least 0";
 
 impl DriveTrainSpec {
-    /// A motor without inertia and losses, coupled directly to a degree of freedom: the name of the joint,
-    /// followed by that of the degree of freedom where the joint has several actuators.
+    /// Creates a motor without inertia and losses, coupled directly to a degree of freedom. `joint` is the name of
+    /// the joint or, if the joint has several actuators, `joint.dof`.
     pub fn new(name: impl Into<String>, joint: impl Into<String>) -> Self {
         Self::of_joints(name, [(joint, 1.0)])
     }
 
-    /// A motor without inertia and losses whose output coordinate is a sum of degrees of freedom with coefficients, such
-    /// as that of a differential.
+    /// Creates a motor without inertia and losses whose output coordinate is a weighted sum of joint coordinates, as
+    /// in a differential.
     pub fn of_joints<N: Into<String>>(
         name: impl Into<String>,
         joints: impl IntoIterator<Item = (N, f64)>,
@@ -55,62 +55,62 @@ impl DriveTrainSpec {
         &self.train.name
     }
 
-    /// Revolutions of the motor per revolution of the output, screw or pulley.
+    /// Sets the revolutions of the motor per revolution of the output, screw or pulley.
     pub fn ratio(mut self, ratio: f64) -> Self {
         self.train.ratio = ratio;
         self
     }
 
-    /// Travel per revolution of the screw or pulley, m.
+    /// Sets the travel per revolution of the screw or pulley, m.
     pub fn lead(mut self, lead: f64) -> Self {
         self.train.lead = Some(lead);
         self
     }
 
-    /// Part of the effort that this motor exerts, where several drive one degree of freedom; its weight, where several
-    /// motors share the efforts of several.
+    /// Sets the fraction of the effort that this motor exerts, if several motors drive one degree of freedom, or its
+    /// weight, if several motors share the efforts of several degrees of freedom.
     pub fn share(mut self, share: f64) -> Self {
         self.train.share = share;
         self
     }
 
-    /// Moment of inertia of all that turns with the motor, kg m^2.
+    /// Sets the moment of inertia of all parts that turn with the motor, about its axis, kg m^2.
     pub fn rotor_inertia(mut self, inertia: f64) -> Self {
         self.train.rotor_inertia = inertia;
         self
     }
 
-    /// Body that carries the rotor, and the rotor's axis in the body's frame.
+    /// Sets the body that carries the rotor, and the rotor's axis in the frame of that body.
     pub fn rotor_axis(mut self, body: impl Into<String>, axis: Vec3<f64>) -> Self {
         self.rotor_axis = Some((body.into(), axis));
         self
     }
 
-    /// Load-dependent loss.
+    /// Sets the load-dependent loss.
     pub fn gear(mut self, gear: GearLoss) -> Self {
         self.train.gear = gear;
         self
     }
 
-    /// Friction on the side of the motor.
+    /// Sets the friction on the side of the motor.
     pub fn motor_friction(mut self, friction: MotorFriction) -> Self {
         self.train.motor_friction = friction;
         self
     }
 
-    /// Torque per current, N m/A.
+    /// Sets the torque per unit current, N m/A.
     pub fn torque_constant(mut self, constant: f64) -> Self {
         self.train.torque_constant = Some(constant);
         self
     }
 
-    /// Limits of the motor.
+    /// Sets the limits of the motor.
     pub fn limits(mut self, limits: MotorLimits) -> Self {
         self.train.limits = limits;
         self
     }
 
-    /// Builds the drive train and actuates its degrees of freedom; defects go to `defects`.
+    /// Builds the drive train and actuates its degrees of freedom; adds defects to `defects`.
     pub(in crate::mechanism) fn resolve(
         mut self,
         ids: &HashMap<String, BodyId>,

@@ -1,4 +1,4 @@
-//! Bushings: elastic connections of frames of two bodies in all six directions.
+//! Bushings: elastic connections between frames of two bodies in all six directions.
 
 use super::resolve_ends;
 use crate::mechanism::{BodyId, Defect};
@@ -6,14 +6,15 @@ use crate::spatial::Pose;
 use nalgebra::{Matrix6, SymmetricEigen};
 use std::collections::HashMap;
 
-/// Six rows of six numbers.
+/// Matrix of six rows and six columns, stored as an array of rows.
 pub type SixBySix = [[f64; 6]; 6];
 
 /// An elastic connection with damping between a frame of one body and a frame of another.
 ///
-/// The deflection `x` is the displacement of the second frame's origin and its rotation vector, both relative to the
-/// first frame and in its axes. The elastic energy is `x K x / 2`; its gradient is the elastic wrench. The damping wrench
-/// is `-C v` with the velocity and the angular velocity `v` of the second frame relative to the first, in its axes.
+/// The deflection `x` consists of the displacement of the second frame's origin and the second frame's rotation
+/// vector, both relative to the first frame and in the axes of the first frame. The elastic energy is `x K x / 2`; the
+/// elastic wrench follows from its gradient. The damping wrench is `-C v`, where `v` are the velocity and the angular
+/// velocity of the second frame relative to the first, in the axes of the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bushing {
     /// Name, unique among springs and bushings.
@@ -22,13 +23,13 @@ pub struct Bushing {
     pub ends: [BodyId; 2],
     /// The two frames, each in its body.
     pub frames: [Pose<f64>; 2],
-    /// Stiffness matrix K, forces before moments: N/m, N/rad and N, N m/rad; symmetric, not negative.
+    /// Stiffness matrix K, forces before moments: N/m, N/rad and N, N m/rad; symmetric, positive semidefinite.
     pub stiffness: SixBySix,
-    /// Damping matrix C: N s/m, N s/rad and N s, N m s/rad; symmetric, not negative.
+    /// Damping matrix C: N s/m, N s/rad and N s, N m s/rad; symmetric, positive semidefinite.
     pub damping: SixBySix,
 }
 
-/// Specification of a bushing; bodies by name.
+/// Specification of a bushing; it refers to its bodies by name.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct BushingSpec {
@@ -40,7 +41,7 @@ pub struct BushingSpec {
 }
 
 impl BushingSpec {
-    /// A bushing without stiffness and damping between the frames of two bodies.
+    /// Creates a bushing without stiffness and damping between the frames of two bodies.
     pub fn new(name: impl Into<String>, from: impl Into<String>, to: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -73,7 +74,7 @@ impl BushingSpec {
         &self.name
     }
 
-    /// Builds the bushing unless its bodies are unknown; defects go to `defects`.
+    /// Builds the bushing unless its bodies are unknown; adds all defects to `defects`.
     pub(in crate::mechanism) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,
@@ -98,9 +99,9 @@ impl BushingSpec {
     }
 }
 
-/// Defect of a matrix that should be symmetric without negative eigenvalues, in words.
+/// Describes why a matrix is not symmetric positive semidefinite; `None` if it is.
 fn defect_of(matrix: &SixBySix) -> Option<String> {
-    // Digits in a file: entries of a rotated matrix are rarely exactly symmetric.
+    // Entries in files are rounded, so a rotated matrix is rarely exactly symmetric.
     const ROUNDING: f64 = 1e-9;
     if matrix.iter().flatten().any(|x| !x.is_finite()) {
         return Some("contains a number that is not finite".to_owned());
@@ -111,7 +112,7 @@ fn defect_of(matrix: &SixBySix) -> Option<String> {
             return Some(format!("has {value} on its diagonal, but must be at least 0"));
         }
     }
-    // Scaled to a unit diagonal, entries of different units are comparable.
+    // Scale the diagonal to one, so that entries of different units are comparable.
     let scale = |i: usize| if matrix[i][i] > 0.0 { matrix[i][i].sqrt().recip() } else { 1.0 };
     for i in 0..6 {
         for j in 0..i {

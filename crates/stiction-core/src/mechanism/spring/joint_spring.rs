@@ -1,4 +1,4 @@
-//! Springs with dampers on degrees of freedom of joints: torsion springs, and linear ones.
+//! Torsion and linear springs with dampers on degrees of freedom of joints.
 
 use super::check_not_negative;
 use crate::mechanism::scalar_dof::{Coefficients, find_scalar};
@@ -10,20 +10,20 @@ use crate::mechanism::{Defect, Joint, JointId};
 pub struct JointSpring {
     /// Name, unique among springs and bushings.
     pub name: String,
-    /// Joint on which it acts.
+    /// Joint on which the spring acts.
     pub joint: JointId,
     /// Index of the degree of freedom in the joint.
     pub dof: usize,
-    /// Stiffness, N m/rad or N/m, not negative.
+    /// Stiffness, N m/rad or N/m, nonnegative.
     pub stiffness: f64,
     /// Coordinate at which the effort is the preload, rad or m.
     pub rest: f64,
     /// Effort at the coordinate `rest`, N m or N; positive towards larger coordinates.
     pub preload: f64,
-    /// Damping, N m s/rad or N s/m, not negative.
+    /// Damping, N m s/rad or N s/m, nonnegative.
     pub damping: f64,
-    /// Middle of the turn in which angles of a joint that closes a loop are counted, rad: the middle of
-    /// the joint's range, or zero.
+    /// Centre of the full turn into which angles of a joint that closes a loop are wrapped, rad: the middle
+    /// of the joint's range, or zero.
     pub(crate) middle: f64,
 }
 
@@ -36,8 +36,8 @@ pub struct JointSpringSpec {
 }
 
 impl JointSpringSpec {
-    /// A spring without stiffness and damping; `joint` is the name of a joint with one degree of
-    /// freedom, or that of a degree of freedom such as `leg1.U.first`.
+    /// Creates a spring without stiffness and damping; `joint` is the name of a joint with one degree of
+    /// freedom, or of a degree of freedom such as `leg1.U.first`.
     pub fn new(name: impl Into<String>, joint: impl Into<String>) -> Self {
         let spring = JointSpring {
             name: name.into(),
@@ -74,7 +74,7 @@ impl JointSpringSpec {
         &self.spring.name
     }
 
-    /// Builds the spring unless its joint is unknown; defects go to `defects`.
+    /// Builds the spring unless its joint is unknown; adds all defects to `defects`.
     pub(in crate::mechanism) fn resolve(
         mut self,
         joints: &[Joint],

@@ -21,24 +21,24 @@ pub struct Spring {
     pub ends: [BodyId; 2],
     /// Positions of the ends, each in its body's frame, m.
     pub points: [Vec3<f64>; 2],
-    /// Stiffness, N/m, not negative.
+    /// Stiffness, N/m, nonnegative.
     pub stiffness: f64,
-    /// Free length, m, not negative.
+    /// Free length, m, nonnegative.
     pub free_length: f64,
     /// Force at the free length, N; positive if it pushes the ends apart.
     pub preload: f64,
-    /// Damping, N s/m, not negative.
+    /// Damping, N s/m, nonnegative.
     pub damping: f64,
-    /// Least and greatest length that the design allows, m; it only raises cautions.
+    /// Least and greatest length that the design allows, m; lengths beyond them only raise cautions.
     pub lengths: Option<(f64, f64)>,
 }
 
-/// A gas spring in the terms of its data sheet.
+/// A gas spring, specified by data-sheet values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GasSpring {
-    /// Force at the extended length, N (`F1` of data sheets), not negative.
+    /// Force at the extended length, N (`F1` of data sheets), nonnegative.
     pub extension_force: f64,
-    /// Force at the end of the stroke over the extension force (`x = F2/F1`), at least one.
+    /// Ratio of the force at the end of the stroke to the extension force (`x = F2/F1`), at least one.
     pub progression: f64,
     /// Length between the ends of the extended spring, m, positive.
     pub extended_length: f64,
@@ -46,7 +46,7 @@ pub struct GasSpring {
     pub stroke: f64,
 }
 
-/// Specification of a spring; bodies by name.
+/// Specification of a spring; it refers to its bodies by name.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpringSpec {
@@ -61,7 +61,7 @@ pub struct SpringSpec {
 }
 
 impl SpringSpec {
-    /// A spring without stiffness and damping between the origins of two bodies.
+    /// Creates a spring without stiffness and damping between the origins of two bodies.
     pub fn new(name: impl Into<String>, from: impl Into<String>, to: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -75,7 +75,7 @@ impl SpringSpec {
         }
     }
 
-    /// Sets the ends in the frames of their bodies, m.
+    /// Sets the positions of the ends in the frames of their bodies, m.
     pub fn points(mut self, from: Vec3<f64>, to: Vec3<f64>) -> Self {
         self.points = [from, to];
         self
@@ -99,8 +99,8 @@ impl SpringSpec {
         self
     }
 
-    /// Makes it a gas spring: it pushes its ends apart with a force that grows linearly over the stroke, from the
-    /// extension force to `progression` times that force. It replaces stiffness, free length and preload.
+    /// Makes this a gas spring: it pushes its ends apart with a force that grows linearly over the stroke, from the
+    /// extension force to `progression` times that force. Replaces stiffness, free length and preload.
     pub fn gas(mut self, gas: GasSpring) -> Self {
         let GasSpring { extension_force, progression, extended_length, stroke } = gas;
         self.stiffness = extension_force * (progression - 1.0) / stroke;
@@ -113,7 +113,7 @@ impl SpringSpec {
         &self.name
     }
 
-    /// Builds the spring, unless its bodies are unknown; other defects go to `defects`.
+    /// Builds the spring, unless its bodies are unknown; adds all defects to `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,
@@ -182,7 +182,7 @@ impl GasSpring {
     }
 }
 
-/// Reports numbers that are negative or not finite.
+/// Reports parameters that are negative or not finite.
 fn check_not_negative(spring: &str, numbers: &[(&'static str, f64)], defects: &mut Vec<Defect>) {
     for &(parameter, value) in numbers {
         if !(value >= 0.0 && value.is_finite()) {
