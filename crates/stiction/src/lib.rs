@@ -19,15 +19,13 @@
 //! | --- | --- |
 //! | efforts, reactions and friction along a motion | [`Robot::inverse`] |
 //! | motion under efforts, controllers, loads and locks | [`Robot::forward`] |
-//! | forward dynamics step by step, with efforts from the caller
-//! [`Forward::plant`] |
+//! | forward dynamics step by step, with efforts from the caller | [`Forward::plant`] |
 //! | mobility, redundant constraints, singularities | [`Robot::check`] |
 //! | efforts at which a robot at rest begins to move | [`Robot::breakaway`] |
 //! | positions of rest, and their stability | [`Robot::equilibrium`] |
 //! | linear models about an operating point | [`Robot::linearize`] |
 //! | efforts in a control loop, without allocation | [`Robot::control_loop`] |
-//! | inverse dynamics with friction as source code for a controller
-//! [`Robot::export`] |
+//! | inverse dynamics with friction as source code for a controller | [`Robot::export`] |
 //! | control laws with and without friction compensation, simulated | [`Robot::compensation`] |
 //! | statistics of many designs | [`Robot::sweep`], [`fn@sweep`] |
 //! | efforts, poses, Jacobians, mass matrices of many states | [`Robot::states`] |
