@@ -119,7 +119,7 @@ impl Listing {
     }
 }
 
-/// Statements of one routine in the making.
+/// Writer of the statements of one routine.
 struct Writer<'a> {
     places: &'a HashMap<u32, usize>,
     /// Slots whose values are known in this routine.

@@ -308,8 +308,7 @@ impl InverseProgram {
         memory.wrench(&self.places.reactions, lane, joint)
     }
 
-    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its friction force,
-    /// N, not negative.
+    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its nonnegative friction force, N.
     pub fn interface(&self, memory: &Memory, lane: usize, interface: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
         [loads, velocities, frictions].map(|places| memory.read(places[interface], lane))
