@@ -29,8 +29,8 @@ impl Tunable {
         }
     }
 
-    /// Coefficients of all friction interfaces, except those with a table of coefficients or with a separate law for
-    /// each direction.
+    /// Coefficients of all friction interfaces without a separate law for each direction; interfaces with a table of
+    /// coefficients have only the viscous coefficient.
     pub fn frictions(parameters: &Parameters<f64>) -> Vec<Self> {
         let interfaces = || parameters.interfaces.iter().enumerate();
         let plain = interfaces().filter(|(_, interface)| interface.backward.is_none());

@@ -50,7 +50,8 @@ pub struct Functions {
 /// Options of the source code.
 #[derive(Clone, Debug)]
 pub struct SourceOptions {
-    /// Name of the files and prefix of all names in the code; replaced by an identifier if it is not one.
+    /// Name of the files and prefix of all names in the code; by default an identifier derived from the name of the
+    /// model.
     pub name: String,
     /// Floating-point type.
     pub precision: Precision,

@@ -20,7 +20,7 @@ pub struct Labels {
     pub bodies: Vec<String>,
 }
 
-/// Greatest length of an identifier, characters: compilers may ignore those beyond the 31st of external names.
+/// Greatest length of an identifier, characters: compilers may ignore characters beyond the 31st of external names.
 const LONGEST: usize = 20;
 
 /// Headers of the C library, and files that belong to the code: a file of such a name would hide

@@ -49,7 +49,7 @@ impl TestVector {
             let targets: Vec<Target<f64>> = signal[k % signal.len()].iter().map(about).collect();
             found.extend(Self::at((&home, first), &targets, clear));
         }
-        // A single effort may vanish by chance, so the largest effort is compared with rounding errors.
+        // If all efforts of a state happen to vanish, they give no scale for rounding errors.
         let mut sizes: Vec<f64> = found.iter().map(Self::largest).collect();
         sizes.sort_unstable_by(f64::total_cmp);
         let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
