@@ -1,9 +1,9 @@
-//! Formulas over time and measured coordinates.
+//! Formulas that contain the time and measured coordinates.
 
 use crate::expression::Formula;
 use stiction_core::kinematics::{Coordinate, Target};
 
-/// A formula over the time and the measured coordinates of a mechanism and their rates, such as
+/// A formula that contains the time and the measured coordinates and rates of a mechanism, such as
 /// `-200 N m/rad*A - 5 N m s/rad*d(A)`.
 #[derive(Clone, Debug)]
 pub struct Law {

@@ -138,7 +138,7 @@ pub struct Drives {
     /// Efforts by actuator index ([`Mechanism::actuators`]), N or N m; those of other actuators are
     /// zero.
     pub efforts: Vec<(usize, Signal)>,
-    /// Efforts as formulas over measured coordinates, by actuator index; no actuator is in both lists.
+    /// Efforts as formulas of measured coordinates, by actuator index; no actuator is in both lists.
     pub laws: Vec<(usize, Law)>,
     /// Times of the samples of a recording, s, strictly increasing.
     pub samples: Option<SampleTimes>,
@@ -241,7 +241,7 @@ pub struct LoadCase {
     pub payloads: Vec<Payload>,
 }
 
-/// A component of a force or moment on a body as a formula over the measured state.
+/// A component of a force or moment on a body as a formula of the measured state.
 #[derive(Clone, Debug)]
 pub struct LoadLaw {
     /// Body.

@@ -61,7 +61,7 @@ pub fn csv_of_npz(bytes: &[u8]) -> Result<String, String> {
     for row in 0..count {
         for (k, column) in columns.iter().enumerate() {
             let comma = if k > 0 { "," } else { "" };
-            // Writing to a string cannot fail. The shortest digits that read back as the same number.
+            // Writing to a string cannot fail. The digits are the fewest that read back as the same number.
             let _ = write!(out, "{comma}{:e}", column.numbers[row]);
         }
         out.push('\n');

@@ -94,7 +94,7 @@ impl fmt::Display for Setting {
 pub struct Variation {
     /// The key.
     pub key: Key,
-    /// Its values.
+    /// Values of the key.
     pub values: Values,
 }
 

@@ -26,7 +26,7 @@ pub(crate) enum Op {
     },
     /// Function that no processor computes in one instruction.
     Call(Function, Node, Node),
-    /// Value as a constant for differentiation. [`Graph::released`] removes these nodes afterwards.
+    /// Value that counts as a constant in differentiation. [`Graph::released`] removes these nodes afterwards.
     Held(Node),
 }
 

@@ -118,17 +118,17 @@ impl Report {
             .collect()
     }
 
-    /// Approach to type-2 (actuation) singularities, at which the actuators do not determine the motion.
+    /// Nearest approach to type-2 (actuation) singularities, at which the actuators do not determine the motion.
     pub fn actuation_singularity(&self) -> Singularity {
         self.singularity(Kind::Actuation).unwrap_or(NEVER)
     }
 
-    /// Approach to constraint singularities, at which the mechanism gains a degree of freedom.
+    /// Nearest approach to constraint singularities, at which the mechanism gains a degree of freedom.
     pub fn constraint_singularity(&self) -> Singularity {
         self.singularity(Kind::Constraint).unwrap_or(NEVER)
     }
 
-    /// Approach to type-1 (leg) singularities; `None` for a mechanism without legs.
+    /// Nearest approach to type-1 (leg) singularities; `None` for a mechanism without legs.
     pub fn leg_singularity(&self) -> Option<Singularity> {
         self.singularity(Kind::Leg)
     }

@@ -150,7 +150,7 @@ impl Pen {
         path(faces.dim, &barrel) + &path(faces.bright, &end)
     }
 
-    /// Draws the windings of a screw on a cylinder.
+    /// Draws the turns of a screw thread on a cylinder.
     fn thread(&self, at: Point, axis: Vec3<f64>, length: f64, r: f64) -> String {
         let [x, y] = self.view.project(axis);
         let across = x.hypot(y);

@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn a_single_point_is_marked() {
         let svg = figure(vec![vec![(0.0, 1.0)], vec![(0.0, 2.0)]]).svg();
-        // The dashed line is a cross.
+        // The point of the dashed line is drawn as a cross.
         assert!(svg.contains("<circle") && svg.contains("m-5-5l10 10"), "{svg}");
     }
 

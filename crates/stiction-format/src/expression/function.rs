@@ -22,7 +22,7 @@ pub(crate) enum Function {
     Min,
     Max,
     Smooth,
-    /// Sign; allowed only in formulas over measured coordinates, because simulations locate its jump.
+    /// Sign; allowed only in formulas of measured coordinates, because simulations locate its jump.
     Sign,
 }
 

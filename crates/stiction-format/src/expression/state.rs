@@ -1,4 +1,4 @@
-//! Values of formulas over measured coordinates, with their kinks and jumps.
+//! Values of formulas of measured coordinates, with their kinks and jumps.
 //!
 //! `abs`, `min`, `max` and `sign` of measured quantities are not smooth. A simulation locates the instants at which
 //! they change their branch. Each of them has a switching function; its sign (side) selects the branch, on which the

@@ -254,8 +254,8 @@ impl Description {
         }
     }
 
-    /// Poses of all bodies in the ground's frame in the file's position, along joints that close no
-    /// loop first; `None` for bodies without a connection.
+    /// Poses of all bodies in the ground's frame at the file's position, computed first along joints that close no
+    /// loop; `None` for bodies without a connection.
     pub(super) fn poses(&self) -> Vec<Option<Pose<f64>>> {
         let mut poses = vec![None; self.bodies.len()];
         poses[GROUND] = Some(Pose::identity());

@@ -68,7 +68,7 @@ mod tests {
         for (solid, (mass, side, axial)) in cases {
             let found = [solid.mass, solid.inertia.at(0, 0), solid.inertia.at(2, 2)];
             for (found, expected) in found.into_iter().zip([mass, side, axial]) {
-                // Slices have 1e-5 of the length; the relative error is its square.
+                // The thickness of the slices is 1e-5 of the length; the relative error is the square of this ratio.
                 assert!((found - expected).abs() < 1e-8 * expected, "{found} {expected}");
             }
         }

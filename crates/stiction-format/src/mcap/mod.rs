@@ -178,7 +178,7 @@ impl Recorded {
             let _ = write!(out, "{}", since as f64 * 1e-9);
             let efforts = more.next().filter(|_| efforts).unwrap_or_default();
             for number in positions.iter().chain(efforts) {
-                // Writing to a string cannot fail. The shortest digits that read back as the same number.
+                // Writing to a string cannot fail. The digits are the fewest that read back as the same number.
                 let _ = write!(out, ",{number:e}");
             }
             out.push('\n');

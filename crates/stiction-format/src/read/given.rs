@@ -281,7 +281,7 @@ impl ModelFile {
     }
 }
 
-/// Adds the warnings about its text to a motion.
+/// Adds to a motion the warnings about its text.
 fn with_doubts(context: &Context<'_>, mut motion: Motion) -> Motion {
     let found = context.out.borrow();
     for warning in found.iter().filter(|found| !found.is_error()) {

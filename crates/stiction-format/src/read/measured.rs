@@ -1,4 +1,4 @@
-//! Formulas over measured coordinates: efforts and stop conditions.
+//! Formulas of measured coordinates: efforts and stop conditions.
 
 use super::context::Context;
 use super::names::Names;

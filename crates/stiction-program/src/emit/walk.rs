@@ -1,7 +1,7 @@
 //! Routines as lists of statements, for any programming language.
 //!
-//! Values that one routine computes and another reads are in a workspace, which begins with the
-//! inputs; all others are local. Each routine copies its results to an array of their own.
+//! Values that one routine computes and another reads are in a workspace, which begins with the inputs; all other
+//! values are local. Each routine copies its results to a separate array.
 
 use crate::code::{Call, Code, Part, Source, Step};
 use crate::feedforward::Routine;

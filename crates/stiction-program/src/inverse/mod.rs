@@ -44,7 +44,7 @@ pub struct InverseProgram {
 pub(crate) struct DerivativeCode {
     /// Operations that do not depend on directions, for one state at a time.
     pub(crate) preparation: Runner,
-    /// Operations for all directions in parallel, with slots of their own.
+    /// Operations for all directions in parallel, with separate slots.
     pub(crate) directions: Runner,
     pub(crate) slots: usize,
     pub(crate) operations: [usize; 2],

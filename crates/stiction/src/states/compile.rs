@@ -140,7 +140,7 @@ impl Compile {
         })
     }
 
-    /// Names, coordinates and home values.
+    /// Returns name, coordinate and home value for each coordinate of a state.
     fn named(&self, home: &Home<'_>) -> Result<Vec<(String, Which, f64)>, Error> {
         let of_joint = |which| match which {
             Which::Joint { joint, dof } => home.coordinates[joint.0].get(dof).copied().flatten(),

@@ -1,7 +1,7 @@
 //! Closures and motors in a YAML file beside the URDF: the convention of *example-parallel-robots*.
 //!
 //! `closed_loop` is a list of pairs of frames that coincide, each that of a joint or link; `type`
-//! says if whole frames (`6d`) or only their origins (`3d`) do. `name_mot` lists the actuated
+//! specifies if whole frames (`6d`) or only their origins (`3d`) coincide. `name_mot` lists the actuated
 //! joints. `joint_name` with `joint_type` replaces joints of the URDF by others.
 
 use super::super::context::Context;

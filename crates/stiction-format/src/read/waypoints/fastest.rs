@@ -59,8 +59,8 @@ fn duration(peaks: Limits, limits: Limits) -> f64 {
     ratio(0).max(ratio(1).sqrt()).max(ratio(2).cbrt())
 }
 
-/// Greatest speed, acceleration and jerk of a quantity during a move with this profile; `curves` are its components as
-/// functions of the course, which the profile leads from 0 to 1.
+/// Greatest speed, acceleration and jerk of a quantity during a move with this profile; `curves` are its components
+/// as functions of the path parameter, which the profile moves from 0 to 1.
 pub(super) fn peaks(curves: &[Curve], profile: &Profile, exact: bool) -> Limits {
     let phases = profile.phases();
     // Corners, each with the phase that follows it.

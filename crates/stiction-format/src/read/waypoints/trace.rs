@@ -21,7 +21,7 @@ pub(super) struct Goals {
 }
 
 impl Goals {
-    /// Coordinates with these moves.
+    /// Combines the coordinates of all channels with these moves.
     pub(super) fn new(channels: &[Channel], moves: &Arc<Moves>) -> Self {
         let (mut courses, mut turnings) = (Vec::new(), Vec::new());
         for channel in channels {

@@ -39,7 +39,7 @@ impl LowPass {
         knots_needed(self.cutoff, self.ends.1 - self.ends.0)
     }
 
-    /// Filters coordinates with their derivatives.
+    /// Filters coordinates and computes their derivatives.
     pub fn smooth(&self, times: &[f64], signals: &[Vec<f64>]) -> Vec<Smooth> {
         let mut samples = Samples::new(self.cutoff, self.ends, signals.len());
         let mut row = vec![0.0; signals.len()];
