@@ -88,9 +88,9 @@
 //!
 //! The frame J of a joint has z along `axis`, and x along `x_axis` (for a U joint: `second_axis`). By default, x is
 //! rotated by the smallest rotation that takes z to the axis; for the axis -z this is the half turn about y. At zero
-//! coordinates the frame of `to` is parallel to that of `from`, rotated by `turn`. Rotations are given as `{ axis =
-//! "z", angle = "30 deg" }`, or as three intrinsic angles under the name of their order: `{ xyz = [0, "30 deg", 0]
-//! }`.
+//! coordinates the frame of `to` is parallel to that of `from`, rotated by `turn`. Rotations are given as
+//! `{ axis = "z", angle = "30 deg" }`, or as three intrinsic angles under the name of their order:
+//! `{ xyz = [0, "30 deg", 0] }`.
 //!
 //! A chain lists joints and bodies alternately: `chain = "R cylinder P* rod S"`, where `*`
 //! means actuated; or only the joints, `chain = "R P* S"`, with `between = ["cylinder", "rod"]` or with

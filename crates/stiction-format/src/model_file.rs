@@ -235,7 +235,7 @@ pub struct LoadCase {
     pub title: String,
     /// Loads, at most one per body.
     pub wrenches: Vec<AppliedWrench>,
-    /// Components that are formulas over the measured state, in addition to `wrenches`; only simulations use them.
+    /// Components that are formulas of the measured state, in addition to `wrenches`; only simulations use them.
     pub laws: Vec<LoadLaw>,
     /// Payloads.
     pub payloads: Vec<Payload>,

@@ -86,8 +86,8 @@ impl Forward {
         self.task.names = Arc::new(Names::new(&self.task.model.mechanism));
     }
 
-    /// Sets the efforts of actuators. Possible are assignments such as `"leg1.P = 50 N; leg2.P = 20 N"`, which may
-    /// depend on measured coordinates and rates (`"A = -200 N m/rad*A - 5 N m s/rad*d(A)"`), the name of a file,
+    /// Sets the efforts of actuators: assignments such as `"leg1.P = 50 N; leg2.P = 20 N"`, which may depend on
+    /// measured coordinates and rates (`"A = -200 N m/rad*A - 5 N m s/rad*d(A)"`), the name of a file,
     /// `inverse` (the efforts of inverse dynamics for the motion), or `none`.
     ///
     /// # Errors

@@ -159,9 +159,9 @@ impl ModelFile {
         self.document(&source, |context, names, table| Some(load::read(context, names, table)))
     }
 
-    /// Reads efforts from the text of an option: `none`, a CSV or TOML file, or assignments such as `leg1.P = 50 N;
-    /// leg2.P = 20 N*sin(2*pi*t)`, which may contain measured coordinates and their rates: `leg1.P = -2 kN/m*leg1.P -
-    /// 80 N s/m*d(leg1.P)`.
+    /// Reads efforts from the text of an option: `none`, a CSV or TOML file, or assignments such as
+    /// `leg1.P = 50 N; leg2.P = 20 N*sin(2*pi*t)`, which may contain measured coordinates and their rates:
+    /// `leg1.P = -2 kN/m*leg1.P - 80 N s/m*d(leg1.P)`.
     ///
     /// # Errors
     /// All errors, each with its place.
