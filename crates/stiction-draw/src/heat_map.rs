@@ -1,10 +1,10 @@
-//! Maps of a quantity over two others, as coloured cells.
+//! Maps of a quantity as a function of two others, as coloured cells.
 
 use crate::numbers::number;
 use crate::xml::escape;
 use std::fmt::Write;
 
-/// Map of a quantity over a grid of two others.
+/// Map of a quantity on a grid of two others.
 #[derive(Clone, Debug)]
 pub struct HeatMap {
     /// Name and unit of the quantity.
@@ -24,16 +24,16 @@ pub struct HeatMap {
 /// Size of the area of the cells, px.
 const WIDTH: f64 = 560.0;
 const HEIGHT: f64 = 420.0;
-/// Margins around it, px.
+/// Margins around the area of the cells, px.
 const LEFT: f64 = 92.0;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 62.0;
 const RIGHT: f64 = 132.0;
 /// Largest number of values named along an axis.
 const MOST_NAMED: usize = 8;
-/// Largest number of cells in a row whose values are written in them.
+/// Largest number of cells in a row for which values are written in the cells.
 const MOST_WRITTEN: usize = 8;
-/// Colours of a scale whose lightness grows evenly, and which readers with colour vision deficiencies can read:
+/// Colour scale with uniformly increasing lightness, which readers with colour vision deficiencies can distinguish:
 /// dark blue, blue, green, yellow.
 const SCALE: [[f64; 3]; 5] = [
     [68.0, 1.0, 84.0],
@@ -44,17 +44,18 @@ const SCALE: [[f64; 3]; 5] = [
 ];
 
 impl HeatMap {
-    /// The map as a file in SVG, on white.
+    /// The map as an SVG file, on a white background.
     pub fn svg(&self) -> String {
         self.render("none", "#000000", Some("#ffffff"))
     }
 
-    /// The map for a page, in the colours of its text; `index` is different for each map of the page.
+    /// The map for a page, in the colours of its text; `index` must be different for each map of the page.
     pub fn inline(&self, index: usize) -> String {
         self.render(&format!("none-{index}"), "currentColor", None)
     }
 
-    /// Draws with this name of the pattern of cells without a value, this colour of text and this background.
+    /// Draws the map; `pattern` is the name of the pattern for cells without a value, `ink` the colour of text, and
+    /// `paper` the background.
     fn render(&self, pattern: &str, ink: &str, paper: Option<&str>) -> String {
         let (width, height) = (LEFT + WIDTH + RIGHT, TOP + HEIGHT + BOTTOM);
         let mut out = String::new();
@@ -103,7 +104,7 @@ impl HeatMap {
                     Some(value) => number(*value),
                     None => "no value".to_owned(),
                 };
-                // Cells overlap a little: no light lines remain between them.
+                // Cells overlap slightly, so that no light lines remain between them.
                 let _ = write!(
                     out,
                     "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"{fill}\">\
@@ -143,7 +144,7 @@ impl HeatMap {
         text(out, (x, y), "middle", &turn, &self.y_label);
     }
 
-    /// Scale of the colours with its values.
+    /// Draws the colour scale with its values.
     fn legend(&self, out: &mut String) {
         const STEPS: usize = 60;
         let Some((least, greatest)) = self.range() else { return };
@@ -173,7 +174,7 @@ fn named(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(step)
 }
 
-/// Part of the way from the least to the greatest value, without overflow.
+/// Position of a value between the least (0) and the greatest (1), without overflow.
 fn fraction(value: f64, (least, greatest): (f64, f64)) -> f64 {
     let part = (0.5 * value - 0.5 * least) / (0.5 * greatest - 0.5 * least);
     if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.5 }
@@ -219,7 +220,7 @@ mod tests {
         assert!(svg.contains("fill=\"#440154\"><title>1.000</title>"), "{svg}");
         assert!(svg.contains("fill=\"#fde725\"><title>3.000</title>"), "{svg}");
         assert!(svg.contains("fill=\"url(#none)\"><title>no value</title>"), "{svg}");
-        // The first row is below.
+        // The first row is at the bottom.
         let place = |words: &str| svg.find(words).unwrap();
         assert!(place("<title>1.000") < place("<title>3.000"));
     }

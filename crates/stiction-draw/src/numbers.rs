@@ -25,7 +25,7 @@ pub fn percent(ratio: Option<f64>) -> String {
     })
 }
 
-/// Formats a number with a fixed count of decimals; zero has no sign.
+/// Formats a number with a fixed number of decimals; zero has no sign.
 pub fn fixed(x: f64, decimals: usize) -> String {
     let decimals = decimals.min(MOST_DIGITS);
     if x.abs() >= LONGEST {

@@ -1,7 +1,7 @@
 //! Text in XML and HTML.
 
-/// Escapes text for element content and for attributes in double quotes; characters that XML does
-/// not allow are omitted.
+/// Escapes text for element content and for attributes in double quotes; characters that XML does not permit are
+/// omitted.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -18,7 +18,7 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// True if XML allows a character.
+/// Tests if XML permits a character.
 pub(crate) fn is_of_xml(c: char) -> bool {
     match c {
         '\t' | '\n' | '\r' => true,

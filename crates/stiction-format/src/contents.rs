@@ -1,4 +1,4 @@
-//! File contents for the reader: a whole text, or a source of bytes that can be read repeatedly.
+//! File contents for the reader: a complete text, or a source of bytes that can be read repeatedly.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -6,10 +6,10 @@ use std::sync::Arc;
 /// The contents of a file.
 #[derive(Clone, Debug)]
 pub enum Contents {
-    /// The whole text.
+    /// The complete text.
     Whole(String),
-    /// UTF-8 text read piece by piece when needed. Only recordings use this form; it needs little
-    /// memory at any length.
+    /// UTF-8 text that is read piece by piece when needed. Only recordings use this form; it needs little memory,
+    /// however long the text is.
     Stored(Arc<dyn Store>),
 }
 
@@ -26,7 +26,7 @@ impl From<&str> for Contents {
 }
 
 impl Contents {
-    /// Returns the whole text of a file that is not a recording.
+    /// Returns the complete text of a file that is not a recording.
     pub(crate) fn whole(self) -> Result<String, String> {
         match self {
             Self::Whole(text) => Ok(text),
@@ -50,8 +50,8 @@ pub trait Store: Debug + Send + Sync {
     fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<usize, String>;
 }
 
-/// Diagnostic for bytes that are not UTF-8. `at` is the index of the first invalid byte in `bytes`,
-/// which begin at byte `offset` of the text, after `lines` lines.
+/// Diagnostic for bytes that are not UTF-8. `at` is the index of the first invalid byte in `bytes`; the slice begins
+/// at byte `offset` of the text, after `lines` lines.
 pub fn not_text(bytes: &[u8], at: usize, (offset, lines): (u64, usize)) -> String {
     let is_begin = offset == 0;
     if is_begin && (bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])) {

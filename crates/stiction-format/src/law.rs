@@ -1,14 +1,14 @@
-//! Formulas over time and measured coordinates.
+//! Formulas that contain the time and measured coordinates.
 
 use crate::expression::Formula;
 use stiction_core::kinematics::{Coordinate, Target};
 
-/// A formula over the time and the measured coordinates of a mechanism and their rates, such as
+/// A formula that contains the time and the measured coordinates and rates of a mechanism, such as
 /// `-200 N m/rad*A - 5 N m s/rad*d(A)`.
 #[derive(Clone, Debug)]
 pub struct Law {
     formula: Formula,
-    /// Measured coordinates; true for rates.
+    /// Measured coordinates; the flag is true for rates.
     measured: Vec<(Coordinate, bool)>,
 }
 
@@ -27,7 +27,7 @@ impl Law {
         self.formula.has_time()
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve what depends on the time alone.
+    /// Time, s, up to which a few samples from `t` (s) on resolve the parts that depend on time alone.
     pub fn resolved_until(&self, t: f64) -> f64 {
         self.formula.resolved_until(t)
     }
@@ -88,12 +88,12 @@ impl Condition {
         self.left.has_time() || self.right.has_time()
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve what depends on the time alone.
+    /// Time, s, up to which a few samples from `t` (s) on resolve the parts that depend on time alone.
     pub fn resolved_until(&self, t: f64) -> f64 {
         self.left.resolved_until(t).min(self.right.resolved_until(t))
     }
 
-    /// Distance from the condition, in SI units: not negative until it holds.
+    /// Distance from the condition, in SI units; negative once the condition holds.
     pub fn distance(&self, t: f64, mut measure: impl FnMut(Coordinate) -> Target<f64>) -> f64 {
         let (left, right) = (self.left.at(t, &mut measure, &[]), self.right.at(t, measure, &[]));
         let distance = if self.is_less { left - right } else { right - left };

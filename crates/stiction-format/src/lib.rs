@@ -1,8 +1,8 @@
 //! Reader of model files: from text to a mechanism, or to diagnostics.
 //!
-//! A model is a TOML file that holds a mechanism, its named motions and its named loads. [`read`]
-//! turns it into a [`ModelFile`], or into [`Diagnostics`]: all errors at once, each with its place,
-//! what was expected, and a remedy.
+//! A model is a TOML file that contains a mechanism, its named motions and its named loads. [`read`] converts it to a
+//! [`ModelFile`], or returns [`Diagnostics`]: all errors at once, each with its place, what was expected, and a
+//! remedy.
 //!
 //! ```
 //! use stiction_format::{Source, read};
@@ -65,9 +65,9 @@
 //! A TOML number is in SI units. A string is an expression with units: `"128.48 mm"`,
 //! `"2*l1 + 5 mm"`, `"l1*cos(30 deg)"`. Units directly after a number bind tighter than any operator,
 //! so `5 mm / 2 s` is (5 mm)/(2 s), and `0.02 N s/m` is one unit. Dimensions are checked; angles are
-//! plain numbers, but `30 deg` is not accepted as a length. A dimensionless result counts in SI
-//! units. There are `+ - * / ^ ( )`, the functions `sin cos tan asin acos atan atan2 sinh cosh tanh exp
-//! log sqrt abs min max smooth`, the constants `pi` and `e`, and the names of `[parameters]`.
+//! plain numbers, but `30 deg` is not accepted as a length. A dimensionless result is taken in SI units. Expressions
+//! can contain `+ - * / ^ ( )`, the functions `sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs min
+//! max smooth`, the constants `pi` and `e`, and the names of `[parameters]`.
 //! `smooth(t, t0, t1)` goes from 0 at `t0` to 1 at `t1` with vanishing first and second derivatives at
 //! both ends, and is constant outside.
 //!
@@ -86,11 +86,11 @@
 //! | `[legs]` or `[[legs]]` | equal legs around an axis, written as one chain |
 //! | `[default]` | `motion`, `load`, `friction` (`"on"`, `"off"`, `"one-pass"`) |
 //!
-//! A joint's frame J has its z along `axis`, and its x along `x_axis` (of a U joint: `second_axis`).
-//! By default the smallest rotation that takes z to the axis takes x to it; for the axis -z it is the
-//! half turn about y. At zero coordinates the frame of `to` is parallel to that of `from`, rotated
-//! by `turn`. Rotations are `{ axis = "z", angle = "30 deg" }`, or three intrinsic angles under the name
-//! of their order: `{ xyz = [0, "30 deg", 0] }`.
+//! The frame J of a joint has z along `axis`, and x along `x_axis` (for a U joint: `second_axis`). By default, x is
+//! rotated by the smallest rotation that takes z to the axis; for the axis -z this is the half turn about y. At zero
+//! coordinates the frame of `to` is parallel to that of `from`, rotated by `turn`. Rotations are given as
+//! `{ axis = "z", angle = "30 deg" }`, or as three intrinsic angles under the name of their order:
+//! `{ xyz = [0, "30 deg", 0] }`.
 //!
 //! A chain lists joints and bodies alternately: `chain = "R cylinder P* rod S"`, where `*`
 //! means actuated; or only the joints, `chain = "R P* S"`, with `between = ["cylinder", "rod"]` or with

@@ -15,8 +15,7 @@ use stiction_core::spatial::{Pose, Vec3};
 pub struct ModelFile {
     /// Name.
     pub name: String,
-    /// One-line description, with the changes of its text ([`crate::Source::with_changes`]); may be
-    /// empty.
+    /// One-line description, including the changes made to the text ([`crate::Source::with_changes`]); may be empty.
     pub title: String,
     /// Source of the model's numbers, such as a publication; may be empty.
     pub source: String,
@@ -34,9 +33,9 @@ pub struct ModelFile {
     pub default_load: Option<String>,
     /// Friction mode used by default.
     pub default_friction: Option<FrictionMode>,
-    /// The legs.
+    /// Legs, if the model has any.
     pub legs: Vec<Leg>,
-    /// Suspicious input. Warnings never change numbers.
+    /// Warnings about suspicious input. They do not affect results.
     pub warnings: Diagnostics,
     pub(crate) parameters: Parameters,
 }
@@ -69,7 +68,7 @@ pub struct Leg {
     pub name: String,
     /// Joints, from the base to the platform.
     pub joints: Vec<JointId>,
-    /// The bodies between them.
+    /// Bodies between the joints.
     pub bodies: Vec<BodyId>,
 }
 
@@ -117,7 +116,7 @@ impl Motion {
         self.signals().map(move |signal| signal.at(t))
     }
 
-    /// Doubts about the data of a recording, one sentence each, with what to do.
+    /// Warnings about the data of a recording, one sentence each, with advice.
     pub fn cautions(&self) -> impl Iterator<Item = String> {
         self.warnings.iter().map(|doubt| match &doubt.help {
             Some(help) => format!("{}; {help}", doubt.message),
@@ -131,7 +130,7 @@ impl Motion {
     }
 }
 
-/// Actuator efforts as functions of time and, where they are formulas over it, of the measured state.
+/// Actuator efforts as functions of time, or as formulas that also depend on the measured state.
 #[derive(Clone, Debug, Default)]
 pub struct Drives {
     /// One-line description; may be empty.
@@ -139,7 +138,7 @@ pub struct Drives {
     /// Efforts by actuator index ([`Mechanism::actuators`]), N or N m; those of other actuators are
     /// zero.
     pub efforts: Vec<(usize, Signal)>,
-    /// Efforts as formulas over measured coordinates, by actuator index; no actuator is in both lists.
+    /// Efforts as formulas of measured coordinates, by actuator index; no actuator is in both lists.
     pub laws: Vec<(usize, Law)>,
     /// Times of the samples of a recording, s, strictly increasing.
     pub samples: Option<SampleTimes>,
@@ -173,7 +172,7 @@ pub enum FrictionFeed {
     Off,
     /// The reference motion.
     Reference,
-    /// The measured motion.
+    /// The measured motion of the actuators.
     Measured,
 }
 
@@ -192,7 +191,7 @@ pub struct Control {
     pub bandwidth: f64,
     /// Damping ratio of the closed loop without friction.
     pub damping: f64,
-    /// True if rates are differences of measured positions.
+    /// True if rates are computed as differences of measured positions.
     pub differences: bool,
     /// Settings of each actuator, by actuator index ([`Mechanism::actuators`]).
     pub channels: Vec<Channel>,
@@ -221,11 +220,11 @@ pub struct Channel {
     pub derivative: Option<f64>,
     /// Integral gain, N/(m s) or N m/(rad s), if given.
     pub integral: Option<f64>,
-    /// Time constant, s, with which the integral part leaves saturation, if given.
+    /// Time constant, s, with which the integral term leaves saturation (anti-windup tracking), if given.
     pub tracking: Option<f64>,
-    /// Resolution of the measured position, m or rad; zero for none.
+    /// Resolution of the measured position, m or rad; zero for exact positions.
     pub resolution: f64,
-    /// Effort limit, N or N m; infinite for none.
+    /// Effort limit, N or N m; infinite for no limit.
     pub limit: f64,
 }
 
@@ -236,13 +235,13 @@ pub struct LoadCase {
     pub title: String,
     /// Loads, at most one per body.
     pub wrenches: Vec<AppliedWrench>,
-    /// Components that are formulas over the measured state, which only simulations have; besides those of `wrenches`.
+    /// Components that are formulas of the measured state, in addition to `wrenches`; only simulations use them.
     pub laws: Vec<LoadLaw>,
-    /// Parts that bodies carry.
+    /// Payloads.
     pub payloads: Vec<Payload>,
 }
 
-/// A component of a force or moment on a body as a formula over the measured state.
+/// A component of a force or moment on a body as a formula of the measured state.
 #[derive(Clone, Debug)]
 pub struct LoadLaw {
     /// Body.
@@ -258,7 +257,7 @@ pub struct LoadLaw {
 }
 
 impl LoadLaw {
-    /// The load at a value of the formula.
+    /// Load for a value of the formula.
     pub fn load(&self, value: f64) -> AppliedLoad<f64> {
         let mut components = [0.0; 6];
         components[self.component.min(5)] = value;
@@ -273,16 +272,16 @@ impl LoadLaw {
     }
 }
 
-/// A part that a body carries for a time.
+/// A part that a body carries during an interval of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Payload {
     /// The body that carries it.
     pub body: BodyId,
     /// Mass, centre of mass and inertia of the part, in the frame of the body that carries it.
     pub part: Body,
-    /// Time at which it is picked up, s; -infinity without one.
+    /// Time at which it is picked up, s; -infinity if it is carried from the beginning.
     pub from: f64,
-    /// Time at which it is placed, s; infinity without one.
+    /// Time at which it is placed, s; infinity if it is not placed.
     pub until: f64,
 }
 
@@ -298,13 +297,13 @@ pub struct PayloadChange<'a> {
 }
 
 impl PayloadChange<'_> {
-    /// Tests if the change is at this time, s, or before.
+    /// Tests if the change occurs at this time, s, or earlier.
     pub fn is_due(&self, time: f64) -> bool {
         self.time <= time + SAME_TIME
     }
 }
 
-/// Sides of an instant, at which a load can jump.
+/// Sides of an instant at which a load can jump.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Just before.
@@ -313,7 +312,7 @@ pub enum Side {
     After,
 }
 
-/// Times closer than this, s, are the same instant.
+/// Times that differ by less than this, s, are the same instant.
 const SAME_TIME: f64 = 1e-9;
 
 impl Payload {
@@ -337,7 +336,7 @@ impl LoadCase {
     /// payloads, valid from `start` to `end`, s.
     ///
     /// # Errors
-    /// The payload that is picked up or placed within this interval.
+    /// A payload that is picked up or placed within this interval, if there is one.
     pub fn attached(
         &self,
         mechanism: &Mechanism,
@@ -350,8 +349,8 @@ impl LoadCase {
         Ok((loaded, Self { payloads: Vec::new(), ..self.clone() }))
     }
 
-    /// Payloads that are picked up or placed between two times, s, in the order of time; at one
-    /// instant, parts are placed before others are picked up.
+    /// Payloads that are picked up or placed between two times, s, in the order of time; at the same instant, parts
+    /// are placed before others are picked up.
     pub fn payload_changes(&self, (start, end): (f64, f64)) -> Vec<PayloadChange<'_>> {
         let inside = |time: f64| (start + SAME_TIME..end - SAME_TIME).contains(&time);
         let mut changes: Vec<PayloadChange<'_>> = Vec::new();

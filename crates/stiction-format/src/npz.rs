@@ -1,4 +1,4 @@
-//! Recordings in NumPy archives (NPZ), read as tables.
+//! Recordings in NumPy archives (NPZ), converted to tables.
 
 use std::fmt::Write;
 use std::io::{Cursor, Read};
@@ -13,8 +13,8 @@ struct Column {
     numbers: Vec<f64>,
 }
 
-/// The arrays of an NPZ archive as a table in CSV, a column for each array, with the time first. Names of arrays are
-/// headers of columns, `platform.x [mm]`; `time` alone is in seconds.
+/// Converts the arrays of an NPZ archive to a table in CSV, with a column for each array and the time first. Names of
+/// arrays are column headers such as `platform.x [mm]`; `time` without a unit is in seconds.
 ///
 /// # Errors
 /// The reason, as the end of the sentence "cannot read FILE: ".
@@ -61,7 +61,7 @@ pub fn csv_of_npz(bytes: &[u8]) -> Result<String, String> {
     for row in 0..count {
         for (k, column) in columns.iter().enumerate() {
             let comma = if k > 0 { "," } else { "" };
-            // Writing to a string cannot fail. The shortest digits that read back as the same number.
+            // Writing to a string cannot fail. The digits are the fewest that read back as the same number.
             let _ = write!(out, "{comma}{:e}", column.numbers[row]);
         }
         out.push('\n');
@@ -69,7 +69,7 @@ pub fn csv_of_npz(bytes: &[u8]) -> Result<String, String> {
     Ok(out)
 }
 
-/// Numbers of a one-dimensional array; also of one with a single row or column.
+/// Numbers of an array that is one-dimensional, or has a single row or column.
 fn array(content: &[u8]) -> Result<Vec<f64>, String> {
     let not_array = || "is no NumPy array".to_owned();
     let rest = content.strip_prefix(b"\x93NUMPY").ok_or_else(not_array)?;
@@ -186,7 +186,7 @@ mod tests {
         assert!(why(&npy("|O", "(1,)", &[0; 16])).contains("`|O`"));
         assert!(why(&npy("<f8", "(3,)", &[0; 16])).contains("has 2 numbers, its header says 3"));
         for end in 0..100 {
-            // Nothing panics on a file that is cut.
+            // No truncated file causes a panic.
             let _ = array(&npy("<f8", "(1,)", &[0; 8])[..end]);
         }
         assert!(csv_of_npz(b"time,x\n").unwrap_err().contains("not an NPZ archive"));

@@ -63,7 +63,7 @@ impl Parameters {
     }
 }
 
-/// Explains why a name cannot be that of a parameter; `None` if it can.
+/// Explains why a name cannot be used for a parameter; `None` if it can.
 pub(crate) fn complaint(name: &str) -> Option<String> {
     let mut letters = name.chars();
     let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');

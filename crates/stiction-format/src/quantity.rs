@@ -94,7 +94,7 @@ pub struct Amount {
 }
 
 impl Amount {
-    /// Parses a finite number, followed by a unit or not.
+    /// Parses a finite number with an optional unit.
     ///
     /// # Errors
     /// The reason, one line.
@@ -103,7 +103,7 @@ impl Amount {
         let is_of_number = |(at, c): &(usize, char)| match c {
             '0'..='9' | '.' => true,
             '+' | '-' => *at == 0 || text[..*at].ends_with(['e', 'E']),
-            // An exponent, unless a unit begins with this letter.
+            // An exponent, unless the letter begins a unit.
             'e' | 'E' => {
                 text[at + 1..].starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c))
             }
@@ -120,7 +120,8 @@ impl Amount {
         Ok(Self { number, unit: unit.to_owned() })
     }
 
-    /// The number in another unit of the same dimension, rounded to 15 digits; the number itself in its own.
+    /// Converts the number to another unit of the same dimension, rounded to 15 digits; in the own unit it is
+    /// unchanged.
     ///
     /// # Errors
     /// The reason, one line.
@@ -148,7 +149,7 @@ impl Amount {
     }
 }
 
-/// The number with 15 significant digits nearest to `x`, without the noise of its last bits.
+/// Rounds `x` to 15 significant digits, to remove rounding errors in the last bits.
 pub(crate) fn decimal(x: f64) -> f64 {
     format!("{x:.14e}").parse().unwrap_or(x)
 }

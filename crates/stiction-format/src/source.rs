@@ -11,7 +11,7 @@ pub(crate) type Span = Range<usize>;
 pub struct Source {
     /// File name, or an option such as `--motion`.
     pub name: String,
-    /// The text; of a text read in pieces, one piece of whole lines.
+    /// The text; if it is read in pieces, one piece of whole lines.
     pub text: String,
     /// Position of the piece in the whole text.
     begin: Begin,
@@ -29,29 +29,28 @@ pub(crate) struct Begin {
 }
 
 impl Source {
-    /// Makes a source from a name and a text.
+    /// Creates a source from a name and a text.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
         let (name, text) = (name.into(), text.into());
         Self { name, text, begin: Begin::default(), changes: None, filter: None }
     }
 
-    /// Makes a piece of whole lines of a text.
+    /// Creates a source for a piece of whole lines of a text.
     pub(crate) fn piece(name: impl Into<String>, text: String, begin: Begin) -> Self {
         Self { name: name.into(), text, begin, changes: None, filter: None }
     }
 
-    /// Size of the text before the piece.
+    /// Size of the text that precedes the piece.
     pub(crate) fn begin(&self) -> Begin {
         self.begin
     }
 
-    /// Returns the text of a model with changes of single values, each written as
-    /// `bodies.platform.mass = 2 kg`: the path of a key, or the name of a parameter, and the new value.
+    /// Adds changes of single values to the text of a model, each written as `bodies.platform.mass = 2 kg`: the path
+    /// of a key, or the name of a parameter, and the new value.
     ///
-    /// The name of a joint or body alone stands for its table (`platform.mass`). A key below `legs`
-    /// concerns all legs that have it; bodies and joints of legs can be named directly
-    /// (`legs.rod.mass`), and `legs.2` is the second of several tables of legs. The text is not
-    /// rewritten: the changes apply when it is read.
+    /// The name of a joint or body alone stands for its table (`platform.mass`). A key below `legs` changes all legs
+    /// that have it; bodies and joints of legs can be named directly (`legs.rod.mass`), and `legs.2` is the second of
+    /// several tables of legs. The text is not rewritten: the changes are applied when it is read.
     pub fn with_changes<S: AsRef<str>>(self, changes: impl IntoIterator<Item = S>) -> Self {
         let lines: Vec<String> =
             changes.into_iter().map(|change| change.as_ref().replace(['\n', '\r'], " ")).collect();
@@ -75,7 +74,7 @@ impl Source {
         self.changes.as_ref()
     }
 
-    /// Offset at which the places of the changes begin: after all places of the text.
+    /// Offset at which the places of the changes begin, after all places of the text.
     pub(crate) fn begin_of_changes(&self) -> usize {
         self.text.len() + 2
     }

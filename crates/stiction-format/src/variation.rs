@@ -1,4 +1,4 @@
-//! Values that a study gives to a key of the model: `mu = 0.05..0.3 in 6`, `crank = [200 mm, 220 mm]`.
+//! Values that a study assigns to a key of the model: `mu = 0.05..0.3 in 6`, `crank = [200 mm, 220 mm]`.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::quantity::{Amount, decimal};
@@ -34,8 +34,7 @@ impl Key {
         }
     }
 
-    /// The change of the model that gives the key a value; `None` for an empty text, which keeps the model's
-    /// value.
+    /// Change of the model that assigns a value to the key; `None` for an empty text, which keeps the model's value.
     pub fn change(&self, setting: &Setting) -> Option<String> {
         match setting {
             Setting::Text(text) if text.is_empty() => None,
@@ -78,7 +77,7 @@ impl Setting {
 }
 
 impl fmt::Display for Setting {
-    /// The value with all its digits, in a form that reads back as the same value.
+    /// Formats the value with all digits that are needed to read back the same value.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(number) if *number == 0.0 || (1e-5..1e16).contains(&number.abs()) => {
@@ -95,7 +94,7 @@ impl fmt::Display for Setting {
 pub struct Variation {
     /// The key.
     pub key: Key,
-    /// Its values.
+    /// Values of the key.
     pub values: Values,
 }
 
@@ -110,7 +109,7 @@ pub enum Values {
         to: f64,
         /// Number of equidistant values; `None` for an interval to be sampled.
         count: Option<u64>,
-        /// True for equal ratios instead of equal differences.
+        /// True for values in geometric progression instead of arithmetic progression.
         is_logarithmic: bool,
     },
     /// Single values.
@@ -136,7 +135,7 @@ impl Variation {
         }
     }
 
-    /// Value `k` of a counted variation; the last one beyond.
+    /// Value `k` of a counted variation; for a greater `k`, the last value.
     pub fn at(&self, k: u64) -> Setting {
         match &self.values {
             Values::Range { count, .. } => {
@@ -151,7 +150,7 @@ impl Variation {
         }
     }
 
-    /// Value at a part of the interval from 0 to 1, or of the list.
+    /// Value at a fraction, from 0 to 1, of the interval or of the list.
     pub fn within(&self, part: f64) -> Setting {
         match &self.values {
             Values::Range { from, to, is_logarithmic, .. } => Setting::Number(match part {
@@ -159,7 +158,7 @@ impl Variation {
                 _ if part <= 0.0 => *from,
                 _ if part >= 1.0 => *to,
                 _ if *is_logarithmic => decimal(from * (to / from).powf(part)),
-                // Without the noise of the last bits, 0.05..0.3 in 6 has the value 0.15.
+                // Rounded to remove errors in the last bits, so that 0.05..0.3 in 6 contains exactly 0.15.
                 _ => decimal(from * (1.0 - part) + to * part),
             }),
             Values::List(list) => self.at((part * list.len() as f64) as u64),
@@ -227,7 +226,7 @@ impl Reader<'_> {
         let dots = span.start + content.find("..").unwrap_or_default();
         let first = self.trimmed(span.start..dots);
         let rest = self.trimmed(dots + 2..span.end);
-        // The last ` in `: `in` is also a unit.
+        // The last ` in ` is the separator, because `in` is also a unit.
         let of_count = |(at, _): (usize, &str)| {
             let words: Vec<&str> =
                 self.text[rest.start + at + 4..rest.end].split_whitespace().collect();

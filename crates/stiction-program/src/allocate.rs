@@ -21,7 +21,7 @@ const SOON: u32 = 12;
 /// Machine code and its data.
 pub(crate) struct Assembled {
     pub(crate) bytes: Vec<u8>,
-    /// Constants, each with as many copies as instructions read.
+    /// Constants, each with as many copies as an instruction reads.
     pub(crate) constants: Vec<f64>,
     /// Number of scratch values.
     pub(crate) scratch: usize,
@@ -171,8 +171,8 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Returns a writable register that is not `pinned`. In contrast to [`Self::room`], even a free
-    /// register may be pinned.
+    /// Returns a writable register that is not `pinned`. In contrast to [`Self::room`], `pinned` may also contain
+    /// free registers.
     fn fresh(&mut self, pinned: &[u8]) -> u8 {
         let mut free = (0..self.holds.len() as u8).filter(|r| self.holds[*r as usize].is_none());
         match free.find(|register| !pinned.contains(register)) {
@@ -388,7 +388,7 @@ impl<'a> Allocator<'a> {
         to
     }
 
-    /// Stores constants and shared values that are results; no step computes them.
+    /// Stores results that are constants or shared values, which no step computes.
     fn rest(&mut self) {
         for &(source, slot) in &self.code.stores {
             if matches!(source, Source::Step(_)) {

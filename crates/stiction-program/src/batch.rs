@@ -33,7 +33,7 @@ pub struct StateError {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StateErrorCause {
-    /// The solver cannot follow from its previous position.
+    /// The solver cannot move to the state from its previous position.
     Position(AssemblyError),
     /// The solver finds no forces.
     Forces(InverseError),

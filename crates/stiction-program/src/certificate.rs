@@ -1,9 +1,9 @@
 //! Verification of recorded programs of forward dynamics.
 //!
-//! Value numbering distinguishes nodes by their values and bounds of rounding errors. It may merge
-//! different nodes if these bounds are large and the difference is small. Every program is
-//! therefore verified: the general kernel, evaluated at the accelerations and frictions of the
-//! program, must reproduce its efforts, reactions and normal loads.
+//! Value numbering distinguishes nodes by their values and bounds of rounding errors. It may merge different nodes if
+//! these bounds are large and the difference is small. Every program is therefore verified: the general kernel,
+//! evaluated at the accelerations and friction forces of the program, must reproduce its efforts, reactions and
+//! normal loads.
 
 use crate::forward::ForwardProgram;
 use crate::motions::run;

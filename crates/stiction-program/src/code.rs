@@ -172,7 +172,7 @@ impl Slots {
         nodes.iter().map(|node| self.of(*node).ok_or(RecordError::NotConfirmed)).collect()
     }
 
-    /// Slot of one compiled result, as [`Self::places`].
+    /// Slot of one compiled result; see [`Self::places`].
     pub(crate) fn place(&self, node: Node) -> Result<u32, RecordError> {
         self.of(node).ok_or(RecordError::NotConfirmed)
     }
@@ -197,8 +197,8 @@ impl Slots {
     }
 }
 
-/// Pairs of operations that become one step: a product with the sum that alone reads it, at the
-/// same level, and a reciprocal with the product that alone reads it, as a quotient.
+/// Pairs of operations that become one step: a product with the only sum that reads it, at the same level; and, as a
+/// quotient, a reciprocal with the only product that reads it.
 fn pairs(
     ops: &[Op],
     needed: &[bool],
@@ -240,8 +240,8 @@ fn is_reciprocal(ops: &[Op], node: Node) -> bool {
     matches!(ops[node as usize], Op::Div(a, _) if ops[a as usize] == one)
 }
 
-/// Compiles the part of `results` that has no slot yet, and assigns slots to it; products and sums
-/// become one step if `fuse`.
+/// Compiles those `results` that have no slot yet, and assigns slots to them. If `fuse` is true, products and sums
+/// are combined into fused steps.
 pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: bool) -> Vec<Part> {
     // Results with a slot need no code.
     let open: Vec<Node> = results.iter().copied().filter(|n| slots.of(*n).is_none()).collect();

@@ -1,10 +1,9 @@
 //! Recording of derivatives of actuator forces, in addition to inverse dynamics.
 //!
-//! The solution is a fixed point of the Newton step of the coupling. There the result of the step
-//! does not depend on its initial value to first order, which is why Newton's method converges
-//! quadratically. The derivatives of actuator forces are therefore those after one step from fixed
-//! reactions, without differentiation of the iteration. The same holds for the position, which one
-//! Newton step closes.
+//! The solution is a fixed point of the Newton step of the coupling. At the solution, the result of the step does not
+//! depend on the step's initial value to first order, which is why Newton's method converges quadratically. The
+//! derivatives of actuator forces are therefore those after one step from fixed reactions, without differentiation of
+//! the iteration. The same applies to the position, for which one Newton step closes the loops.
 //!
 //! Equations (P6) and (P7) of the book's theory.
 
@@ -24,10 +23,9 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::Wrench;
 
-/// Requested derivatives and the inputs that they need. These follow the inputs of inverse
-/// dynamics, in this order: the six components of the reaction of each joint with friction
-/// interfaces; the slopes of all quantities; and, during the recording only, the differentiated
-/// parameters of the mechanism.
+/// Requested derivatives and the inputs that they need. In the list of inputs, they follow the inputs of inverse
+/// dynamics, in this order: the six components of the reaction of each joint with friction interfaces; the slopes of
+/// all quantities; and, during the recording only, the differentiated parameters of the mechanism.
 pub(crate) struct DerivativeInputs<'a> {
     quantities: &'a [Quantity],
     /// Differentiated parameters of the mechanism, with their values.
@@ -77,7 +75,7 @@ impl<'a> DerivativeInputs<'a> {
         self.interface_joints.iter().copied().zip((self.first..).step_by(6)).collect()
     }
 
-    /// Number of all inputs during the recording, those of inverse dynamics included.
+    /// Number of all inputs during the recording, including those of inverse dynamics.
     pub(crate) fn inputs(&self) -> usize {
         self.slopes().end + self.numbers.len()
     }

@@ -12,9 +12,9 @@ use stiction_core::kinematics::{State, Target};
 /// respect to selected quantities of motion and mechanism. Derivatives are exact to round-off, in
 /// several directions at once.
 ///
-/// A direction consists of a slope for each quantity; a unit slope of one quantity alone gives the
-/// partial derivative. Friction is that of sliding interfaces, coupled with the normal loads; the
-/// derivatives include its change with them.
+/// A direction consists of a slope for each quantity; a unit slope of one quantity alone gives the partial
+/// derivative. Friction interfaces slide, and their friction is coupled with the normal loads; the derivatives
+/// include the change of friction with the normal loads.
 ///
 /// ```
 /// use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -67,8 +67,8 @@ impl DerivativeProgram {
     /// `solver`, `signal` and `loads` are as in [`InverseProgram::record`].
     ///
     /// # Errors
-    /// See [`RecordError`]: those of [`InverseProgram::record`]; and if `quantities` is empty or
-    /// contains one that does not exist.
+    /// See [`RecordError`]: the errors of [`InverseProgram::record`], and an error if `quantities` is empty or
+    /// contains a quantity that does not exist.
     pub fn record(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -78,8 +78,7 @@ impl DerivativeProgram {
         Self::record_with(solver, signal, loads, quantities, true)
     }
 
-    /// Records as [`Self::record`]; interpreted if `machine` is false, which is slow and serves for
-    /// comparison.
+    /// Like [`Self::record`], but interpreted if `machine` is false, which is slow and used for comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -169,8 +168,8 @@ impl DerivativeProgram {
         }
     }
 
-    /// Computes the slopes of all actuator forces along the directions, at the state of the last
-    /// [`Self::run`]; NaN if that failed or is missing.
+    /// Computes the slopes of all actuator forces along the directions, at the state of the last [`Self::run`]; NaN
+    /// if there was no run or it failed.
     pub fn differentiate(&self, memory: &mut DerivativeMemory) {
         let DerivativeMemory { inverse, directions, is_ready } = memory;
         let Memory { slots, scratch, .. } = directions;
@@ -194,9 +193,8 @@ impl DerivativeProgram {
         memory.directions.read(self.code.slopes[drive], lane)
     }
 
-    /// Computes all partial derivatives at the state of the last [`Self::run`]: one row of
-    /// `jacobian` for each actuator, one column for each quantity; NaN if that run failed or is
-    /// missing.
+    /// Computes all partial derivatives at the state of the last [`Self::run`]: one row of `jacobian` for each
+    /// actuator, one column for each quantity; NaN if there was no run or it failed.
     ///
     /// # Panics
     /// If the length of `jacobian` is not the number of actuators times that of quantities.

@@ -5,7 +5,7 @@ use crate::tunable::Tunable;
 use core::fmt;
 use stiction_core::kinematics::AssemblyError;
 
-/// Error: a mechanism has no program. Its solver remains usable.
+/// Error: no program can be recorded for a mechanism. Its solver remains usable.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RecordError {

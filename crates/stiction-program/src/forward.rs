@@ -37,7 +37,7 @@ const FAR: f64 = 0.05;
 const SETTLED: f64 = 1e-8;
 /// Rounding error relative to the largest normal load.
 const ROUNDING: f64 = 1e-15;
-/// Relative change that is rounding, in any kind of step.
+/// Relative change below which normal loads change by rounding only, in any kind of step.
 const STILL: f64 = 1e-14;
 
 /// Stages in the order of compilation.
@@ -149,8 +149,7 @@ impl ForwardProgram {
         Self::record_with(solver, signal, loads, true)
     }
 
-    /// Records as [`Self::record`]; interpreted if `machine` is false, which is slow and serves for
-    /// comparison.
+    /// Like [`Self::record`], but interpreted if `machine` is false, which is slow and used for comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -209,7 +208,7 @@ impl ForwardProgram {
         let given = counts.inputs() + counts.drives;
         let mut slots = Slots::of_inputs(ops, 0..given + 2 * counts.coupled);
         let mut stages = [const { Vec::new() }; 5];
-        // The frictionless stage has slots of its own, which no other stage reads.
+        // The frictionless stage has its own slots, which no other stage reads.
         let mut own = slots.clone();
         let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
         stages[IDEAL] = compile(ops, &with(&recorded.ideal, recorded.guards[0]), &mut own, fuse);
@@ -461,8 +460,7 @@ impl ForwardProgram {
         memory.wrench(&self.places.real.reactions, lane, joint)
     }
 
-    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its friction force,
-    /// N, not negative.
+    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its nonnegative friction force, N.
     pub fn interface(&self, memory: &Memory, lane: usize, interface: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
         [loads, velocities, frictions].map(|places| memory.read(places[interface], lane))

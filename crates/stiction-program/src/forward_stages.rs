@@ -1,15 +1,14 @@
-//! Recording of forward dynamics: evaluations of the inverse kernel, its responses to unit
-//! accelerations and unit frictions, and the coupling of friction.
+//! Recording of forward dynamics: evaluations of the inverse kernel, its responses to unit accelerations and unit
+//! friction forces, and the coupling of friction.
 //!
 //! Let `a` be the accelerations of as many coordinates as there are actuators, and `f` the friction
 //! forces. Actuator forces are `h + M a + C f`, and joint wrenches are `w + W a + R f`. For given
 //! actuator forces `t`, wrenches are `w + W b + (R - V C) f` with `M b = t - h` and `V = W / M`:
 //! affine in the friction forces alone.
 //!
-//! Expressions in `b` and in the inverse of `M` are recorded with these as inputs, which are then
-//! replaced by their solutions; the coupling is solved in the merged graph. The bounds of rounding
-//! errors, by which value numbering distinguishes nodes, therefore do not grow through solutions of
-//! linear systems.
+//! Expressions in `b` and in the inverse of `M` are recorded with `b` and the inverse as inputs, which are then
+//! replaced by their solutions; the coupling is solved in the merged graph. The bounds of rounding errors, by which
+//! value numbering distinguishes nodes, therefore do not grow through solutions of linear systems.
 //!
 //! Equations (P4) and (P5) of the book's theory.
 
@@ -286,8 +285,8 @@ impl RecordingSource<'_> {
         [ideal, begin, matrix, residual, residual_later, estimates, rest, influence, solutions]
     }
 
-    /// Accelerations of the coordinates and of the tree, and all reactions, under these
-    /// accelerations and frictions.
+    /// Accelerations of the coordinates and of the tree, and all reactions, under these accelerations and friction
+    /// forces.
     fn finish(
         &self,
         kernel: &KernelResponses,

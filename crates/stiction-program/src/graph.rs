@@ -26,11 +26,11 @@ pub(crate) enum Op {
     },
     /// Function that no processor computes in one instruction.
     Call(Function, Node, Node),
-    /// Value as a constant for differentiation. [`Graph::released`] removes these nodes afterwards.
+    /// Value that counts as a constant in differentiation. [`Graph::released`] removes these nodes afterwards.
     Held(Node),
 }
 
-/// Functions that are computed by calls. Those of one argument have it twice.
+/// Functions that are computed by calls. Functions of one argument receive it twice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Function {
     Sin,
@@ -140,7 +140,7 @@ impl Graph {
         }
     }
 
-    /// Returns the node of a number; both zeros are one node.
+    /// Returns the node of a number; positive and negative zero share one node.
     pub(crate) fn number(&mut self, x: f64) -> Node {
         self.place(Op::Constant((x + 0.0).to_bits()))
     }
@@ -239,7 +239,7 @@ impl Graph {
         }
     }
 
-    /// Returns the node of a root; that of a square is a magnitude with a sign by case.
+    /// Returns the node of a square root; the root of a square is a magnitude, recorded as a selection by sign.
     fn root(&mut self, a: Node) -> Node {
         match self.ops[a as usize] {
             Op::Constant(bits) => self.number(f64::from_bits(bits).sqrt()),

@@ -25,22 +25,21 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Vec3, Wrench};
 
-/// Stages as results of one graph. Its inputs are those of the program, then those of a step: the
-/// components of each cut joint's wrench and the accelerations of local passive DOFs; then those of
-/// derivatives, see [`DerivativeInputs`].
+/// Stages as results of one graph. Its inputs are the inputs of the program; then those of a step, which are the
+/// components of each cut joint's wrench and the accelerations of local passive DOFs; then those of derivatives, see
+/// [`DerivativeInputs`].
 pub(crate) struct InverseStages {
     pub(crate) graph: Graph,
     /// Actuator forces and reactions without friction.
     pub(crate) ideal: Vec<Node>,
     /// Indices of the inputs of a step that influence results.
     pub(crate) from: Vec<u32>,
-    /// Their initial values: those under the friction of the frictionless normal loads.
+    /// Initial values of these inputs, computed under the friction of the frictionless normal loads.
     pub(crate) begin: Vec<Node>,
-    /// Their values after a step.
+    /// Values of these inputs after a step.
     pub(crate) next: Vec<Node>,
-    /// Sums of squares of their changes in a step and of their values, with moments divided by the
-    /// characteristic length; the determinant of the step's matrix relative to that without
-    /// friction.
+    /// Sums of squares of the changes of these inputs in a step, and of their values, with moments divided by the
+    /// characteristic length; the determinant of the step's matrix relative to that without friction.
     pub(crate) control: [Node; 3],
     /// Actuator forces, reactions, normal loads, sliding velocities and friction forces after a
     /// step.
@@ -138,7 +137,7 @@ impl RecordingSource<'_> {
                 change += moved * moved;
                 size += now * now;
             }
-            // The factors that are known before a step form a product of their own.
+            // The factors that are known before a step form a separate product.
             let mut determinant = plain.iter().copied().fold(Recorded::one(), |a, b| a * b);
             for (tilted, (_, _, is_pivot)) in tilted.iter().zip(&pivots) {
                 determinant *= if *is_pivot { *tilted } else { tilted.recip() };

@@ -29,7 +29,7 @@ pub struct BodyMotion<T> {
     pub angular_acceleration: Vec3<T>,
 }
 
-/// Inputs of one of many states.
+/// Inputs of one state in a batch.
 #[derive(Clone, Copy, Debug)]
 pub struct StateOfMotion<'a> {
     /// Motions of [`crate::InverseProgram::bodies`].
@@ -37,7 +37,7 @@ pub struct StateOfMotion<'a> {
     /// Coordinates of the tree, of which the program reads [`crate::InverseProgram::coordinates`];
     /// may be empty if it reads none.
     pub coordinates: &'a [f64],
-    /// Prescribed values. The solver uses them alone.
+    /// Prescribed values. The solver uses only these.
     pub targets: &'a [Target<f64>],
     /// Loads with the bodies, points and axes of the recording.
     pub loads: &'a [AppliedLoad<f64>],
@@ -154,8 +154,8 @@ impl InputLayout {
         self.topology.floating().filter(|_| self.by_motions)
     }
 
-    /// Settings for this layout: with coordinates of the tree, however slow rates count as motion,
-    /// because they stand for the direction of motion at rest.
+    /// Settings for this layout. If coordinates of the tree are inputs, even the slowest rates count as motion,
+    /// because they indicate the direction of incipient motion at rest.
     pub(crate) fn adapt(&self, settings: &mut Settings) {
         if !self.by_motions {
             settings.rest_speed = 0.0;

@@ -6,30 +6,28 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::Vec3;
 
-/// Number of a state of motion or of a mechanism. Derivatives have the unit of actuator forces (N,
-/// N m) per unit of the quantity.
+/// Number that belongs to a state of motion or to a mechanism. Derivatives have the unit of actuator forces (N, N m)
+/// per unit of the quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
-    /// Prescribed coordinate, by its index among the prescribed ones, rad or m. The position of
-    /// everything else follows from the loops; rates and accelerations of all prescribed
-    /// coordinates remain.
+    /// Prescribed coordinate, by its index among the prescribed coordinates, rad or m. All other positions follow
+    /// from the loops; rates and accelerations of all prescribed coordinates do not change.
     Value(usize),
     /// Rate of a prescribed coordinate, rad/s or m/s.
     Rate(usize),
     /// Acceleration of a prescribed coordinate, rad/s^2 or m/s^2.
     Acceleration(usize),
-    /// Mass of a body, kg. Its inertia about its centre of mass remains.
+    /// Mass of a body, kg. Its inertia about its centre of mass does not change.
     Mass(BodyId),
     /// Position of a body's centre of mass along x, y or z (0, 1, 2) of its frame, m.
     CentreOfMass(BodyId, usize),
     /// Moment of inertia about the centre of mass (0, 1, 2 for x, y, z of the body's frame), kg
     /// m^2.
     Inertia(BodyId, usize),
-    /// Position of a joint in its predecessor, that of frame J, along x, y or z of the
-    /// predecessor's frame, m. Prescribed coordinates remain, and the loops are closed again.
+    /// Position of a joint in its predecessor, i.e. of frame J, along x, y or z of the predecessor's frame, m.
+    /// Prescribed coordinates do not change, and the loops are closed again.
     PlaceInPredecessor(JointId, usize),
-    /// Position of a joint in its successor, that of frame K, along x, y or z of the successor's
-    /// frame, m.
+    /// Position of a joint in its successor, i.e. of frame K, along x, y or z of the successor's frame, m.
     PlaceInSuccessor(JointId, usize),
     /// Coefficient of sliding friction, by the index of the interface in
     /// [`Parameters::interfaces`].
@@ -41,7 +39,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The number in the mechanism's parameters; `None` if it is no parameter or does not exist.
+    /// The number in the mechanism's parameters; `None` if the quantity is not a parameter or does not exist.
     pub(crate) fn of_mechanism<T: Scalar>(self, parameters: &mut Parameters<T>) -> Option<&mut T> {
         match self {
             Self::Value(_) | Self::Rate(_) | Self::Acceleration(_) => None,
@@ -65,8 +63,7 @@ impl Quantity {
         }
     }
 
-    /// The number among the prescribed values; `None` if it is no prescribed value or does not
-    /// exist.
+    /// The number among the prescribed values; `None` if the quantity is not a prescribed value or does not exist.
     pub(crate) fn of_motion<T>(self, targets: &mut [Target<T>]) -> Option<&mut T> {
         match self {
             Self::Value(k) => targets.get_mut(k).map(|target| &mut target.value),

@@ -41,7 +41,7 @@ pub(crate) fn largest_pivots(mut matrix: Vec<Vec<f64>>) -> Option<Vec<(usize, us
             .max_by(|&(a, b), &(c, d)| matrix[a][b].abs().total_cmp(&matrix[c][d].abs()))?;
         let (row, column) = best;
         let pivot = matrix[row][column];
-        // Rounding, or NaN.
+        // The pivot is a rounding error, or NaN.
         if !pivot.is_finite() || pivot.abs() < 1e-12 {
             return None;
         }

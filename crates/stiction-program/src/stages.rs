@@ -64,8 +64,8 @@ pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<us
     (0..count).filter(changes_a_load).collect()
 }
 
-/// Adds to `merged` a node that is positive where those assumptions of the merge hold on which
-/// `stage` of the graph `of` depends.
+/// Adds a node to `merged` that is positive if the assumptions of the merge hold on which `stage` of the graph `of`
+/// depends.
 pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut Graph) -> Node {
     let needed = needed(of.ops(), stage);
     let mut holds = merged.number(1.0);

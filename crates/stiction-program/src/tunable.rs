@@ -14,7 +14,7 @@ pub enum Tunable {
     Mu(usize),
     /// Viscous coefficient of a friction interface at its surface, N s/m.
     Viscous(usize),
-    /// Mass of a body, kg. Its centre of mass and the inertia about it remain.
+    /// Mass of a body, kg. Its centre of mass and the inertia about it do not change.
     Mass(BodyId),
     /// Point mass that is fixed to a body: mass, kg, and position x, y, z in the body's frame, m.
     Payload(BodyId),
@@ -29,8 +29,8 @@ impl Tunable {
         }
     }
 
-    /// Coefficients of all friction interfaces that have them: a table replaces the coefficient,
-    /// and interfaces with a law for each direction keep theirs.
+    /// Coefficients of all friction interfaces without a separate law for each direction; interfaces with a table of
+    /// coefficients have only the viscous coefficient.
     pub fn frictions(parameters: &Parameters<f64>) -> Vec<Self> {
         let interfaces = || parameters.interfaces.iter().enumerate();
         let plain = interfaces().filter(|(_, interface)| interface.backward.is_none());
@@ -46,8 +46,7 @@ impl Tunable {
         heavy.map(|(body, _)| Self::Mass(BodyId(body))).collect()
     }
 
-    /// Values in the model: those of the mechanism, and no payload. `None` if the mechanism has no
-    /// such parameter.
+    /// Values in the model; a payload is zero. `None` if the mechanism has no such parameter.
     pub(crate) fn values(self, parameters: &Parameters<f64>) -> Option<Vec<f64>> {
         match self {
             Self::Mu(k) => Some(vec![parameters.interfaces.get(k)?.law.mu]),

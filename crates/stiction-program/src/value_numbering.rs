@@ -34,8 +34,8 @@ impl Value {
     }
 }
 
-/// Value of an operation, from those of its operands. `chance` decides selections, from the node of
-/// the condition and its sign (`true` if positive).
+/// Value of an operation, from the values of its operands. `chance` decides selections, from the node of the
+/// condition and its sign (`true` if positive).
 fn value_of(
     op: Op,
     inputs: &[f64],
@@ -65,7 +65,7 @@ fn value_of(
         Op::Held(a) => of(a),
         Op::Neg(a) => Value { x: -of(a).x, error: of(a).error },
         Op::Sqrt(a) => {
-            // The magnitude, for negative arguments in branches that are not taken.
+            // The magnitude, because arguments can be negative in branches that are not taken.
             let (a, root) = (of(a), of(a).x.abs().sqrt());
             let error = if root > 0.0 { a.error / (2.0 * root) } else { a.error.sqrt() };
             Value::new(root, error)

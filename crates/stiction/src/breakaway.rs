@@ -12,7 +12,7 @@ use stiction_run::{Job, SinkError};
 /// Static friction of a robot at rest at a position of its motion; see [`Robot::breakaway`].
 pub type Breakaway = Request<StaticFriction>;
 
-/// Options of static friction at rest.
+/// Options of [`Breakaway`].
 #[derive(Clone, Debug)]
 pub struct StaticFriction {
     at: Option<f64>,
@@ -34,13 +34,13 @@ impl Breakaway {
     /// Converts the request to that of `stiction_run`, as its report requires.
     ///
     /// # Errors
-    /// The model has no default motion, and none was given.
+    /// The model has no default motion, and none was set.
     pub fn job(&self) -> Result<Job<'_>, Error> {
         self.along(FrictionMode::Converged)
     }
 
-    /// Examines the robot at rest at one position; [`samples`](Request::samples) does so at every sample of
-    /// the motion.
+    /// Examines the robot at rest at one position; [`samples`](Request::samples) examines it at every sample of the
+    /// motion.
     ///
     /// # Errors
     /// The position is singular or out of reach, or the requested time is after the end of the
@@ -72,7 +72,7 @@ impl Sampled for StaticFriction {
     }
 }
 
-/// Results for a robot at rest. `Display` prints them as the command `stiction breakaway` does.
+/// Static friction of a robot at rest. `Display` prints the results as the command `stiction breakaway` does.
 #[derive(Clone, Debug)]
 pub struct Rest {
     robot: Robot,

@@ -31,7 +31,7 @@ impl Check {
     /// Converts the request to that of `stiction_run`.
     ///
     /// # Errors
-    /// The model has several motions, but no default, and none was given.
+    /// The model has several motions, but no default, and none was set.
     pub fn job(&self) -> Result<Job<'_>, Error> {
         self.along(FrictionMode::Off)
     }
@@ -44,9 +44,8 @@ impl Check {
         self.run_with(|_phase, _done, _of| true)
     }
 
-    /// Examines the robot along the motion, without loads and friction, and reports progress: the
-    /// phase, the number of samples done, and that of all samples. Stops when `progress` returns
-    /// `false`.
+    /// Examines the robot along the motion, without loads and friction, and reports progress: the phase, the number
+    /// of samples done, and the number of all samples. Stops when `progress` returns `false`.
     ///
     /// # Errors
     /// The mechanism cannot follow the motion, or `progress` stopped the computation.
@@ -75,7 +74,7 @@ pub struct Report {
 /// Degrees of freedom at the first instant of the motion, counted in three ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mobility {
-    /// Grübler–Kutzbach count; negative where the mechanism is over-constrained.
+    /// Mobility by the Grübler–Kutzbach count; negative if the mechanism is over-constrained.
     pub gruebler: i64,
     /// Instantaneous mobility, from the rank of the constraints.
     pub instantaneous: usize,
@@ -119,17 +118,17 @@ impl Report {
             .collect()
     }
 
-    /// Singular positions of actuation (type 2): there the actuators do not determine the motion.
+    /// Nearest approach to type-2 (actuation) singularities, at which the actuators do not determine the motion.
     pub fn actuation_singularity(&self) -> Singularity {
         self.singularity(Kind::Actuation).unwrap_or(NEVER)
     }
 
-    /// Singular positions of the constraints: there the mechanism gains a degree of freedom.
+    /// Nearest approach to constraint singularities, at which the mechanism gains a degree of freedom.
     pub fn constraint_singularity(&self) -> Singularity {
         self.singularity(Kind::Constraint).unwrap_or(NEVER)
     }
 
-    /// Singular positions of legs (type 1); `None` for a mechanism without legs.
+    /// Nearest approach to type-1 (leg) singularities; `None` for a mechanism without legs.
     pub fn leg_singularity(&self) -> Option<Singularity> {
         self.singularity(Kind::Leg)
     }
@@ -161,7 +160,7 @@ impl Report {
     }
 }
 
-/// Value for a kind of singularity that the mechanism cannot have.
+/// Value for a kind of singularity that the mechanism does not have.
 const NEVER: Singularity = Singularity { index: f64::INFINITY, time: 0.0, is_met: false };
 
 impl fmt::Display for Report {

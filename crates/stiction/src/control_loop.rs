@@ -1,4 +1,4 @@
-//! Inverse dynamics for control loops: compiled once, without names, input, output or allocation.
+//! Inverse dynamics for control loops: compiled once, without look-up of names, input, output or allocation.
 
 use crate::error::Error;
 use crate::robot::Robot;

@@ -1,4 +1,4 @@
-//! A robot in formats of other programs.
+//! Conversion of a robot to the formats of other programs.
 
 use crate::check::Check;
 use crate::error::Error;
@@ -16,7 +16,7 @@ pub enum Conversion {
     Model,
     /// The format of MuJoCo.
     Mjcf,
-    /// URDF, with a YAML file that closes loops and names motors.
+    /// URDF, with a YAML file that defines loop closures and motors.
     Urdf,
     /// SDF, the format of Gazebo.
     Sdf,
@@ -27,14 +27,14 @@ pub enum Conversion {
 pub struct Converted {
     /// Text of the file.
     pub text: String,
-    /// Text of a YAML file of the same name beside it; of URDF with loops or motors.
+    /// Text of an additional YAML file of the same name, which URDF needs for loops or motors.
     pub beside: Option<String>,
     /// Notes on omitted or changed properties.
     pub notes: Vec<String>,
 }
 
 impl Check {
-    /// Converts the robot, assembled at the first instant of the motion.
+    /// Converts the robot in its configuration at the first instant of the motion.
     ///
     /// ```
     /// use stiction::{Conversion, Robot};

@@ -19,7 +19,7 @@ struct Content {
 enum Message {
     /// A message with an optional suggestion and the relevant numbers.
     Plain { text: String, help: Option<String>, option: Option<&'static str>, details: Value },
-    /// Messages that point at places in a model file or in another text.
+    /// Messages that refer to places in a model file or in another text.
     Diagnostics(Diagnostics),
 }
 
@@ -29,16 +29,16 @@ enum Message {
 pub enum ErrorKind {
     /// The input cannot be used: an unknown name, a defective model, a file that cannot be read.
     Input,
-    /// The question has no answer: a singular position, a mechanism that jams, a loop that cannot close.
+    /// The problem has no solution: a singular position, a mechanism that jams, a loop that cannot close.
     NoAnswer,
     /// The caller stopped the computation.
     Interrupted,
-    /// A receiver of the results failed, for example at a full disk.
+    /// A receiver of the results failed, for example because a disk was full.
     Output,
 }
 
 impl Error {
-    /// Creates an error with a message, a sentence without a full stop.
+    /// Creates an error with a message: a sentence without a full stop.
     pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
         let message =
             Message::Plain { text: message.into(), help: None, option: None, details: Value::Null };
@@ -60,7 +60,7 @@ impl Error {
         Self::new(ErrorKind::Interrupted, message)
     }
 
-    /// Sets the suggestion. Diagnostics keep their own.
+    /// Sets the suggestion. Diagnostics keep their own suggestions.
     pub fn with_help(mut self, suggestion: impl Into<String>) -> Self {
         if let Message::Plain { help, .. } = &mut self.0.message {
             *help = Some(suggestion.into());
@@ -68,8 +68,8 @@ impl Error {
         self
     }
 
-    /// Names the option that can avoid the error: a method of the request, and with leading dashes
-    /// an option of the command line.
+    /// Names the option that can avoid the error: a method of the request, or, with leading dashes, an option of the
+    /// command line.
     pub fn with_option(mut self, name: &'static str) -> Self {
         if let Message::Plain { option, .. } = &mut self.0.message {
             *option = Some(name);
@@ -98,7 +98,7 @@ impl Error {
         self.0.kind
     }
 
-    /// The message without the suggestion; of diagnostics, their whole text.
+    /// The message without the suggestion; for diagnostics, their whole text.
     pub fn message(&self) -> String {
         match &self.0.message {
             Message::Plain { text, .. } => text.clone(),

@@ -5,12 +5,12 @@ use crate::robot::Robot;
 use stiction_run::excite::{Excitation, ExciteError, ExciteSettings, excite};
 
 impl Robot {
-    /// Designs a motion that tells most about chosen parameters within the limits of the robot.
-    /// `progress` receives the steps done and their greatest number, and stops the search by returning
+    /// Designs a motion, within the limits of the robot, from which the chosen parameters can be identified best.
+    /// `progress` receives the number of steps done and the maximum number of steps; the search stops when it returns
     /// `false`.
     ///
     /// # Errors
-    /// Settings that do not suit the robot, or limits that no motion keeps.
+    /// Settings that do not suit the robot, or limits within which no motion is possible.
     pub fn excite(
         &self,
         settings: &ExciteSettings,

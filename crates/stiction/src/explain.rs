@@ -45,7 +45,7 @@ impl From<RunError> for Error {
             RunError::Forces { error: InverseError::Unsettled, .. } => {
                 without_friction(plain(message))
             }
-            // Assembled from zero coordinates, a mechanism may be in another assembly mode.
+            // When assembled from zero coordinates, a mechanism may be in another assembly mode.
             RunError::Assembly { error: AssemblyError::Open { .. }, .. } => plain(message).with_help(
                 "if this motion should not be free, a joint is missing, or the mechanism is in another \
                  assembly mode than intended: give its joints `start` values near their positions",
@@ -132,7 +132,7 @@ fn cannot_carry(missing: &Missing) -> Error {
     }))
 }
 
-/// Adds suggestions to the plain message of a simulation's error.
+/// Adds suggestions to the plain message of a simulation error.
 fn simulation(error: &ForwardError, plain: Error) -> Error {
     match error {
         ForwardError::UnequalGears { .. } => plain,

@@ -18,7 +18,7 @@ use stiction_program::emit::{
 use stiction_program::{Feedforward, RecordError, Tunable};
 use stiction_run::exchange::Home;
 
-/// Number of positions of the default motion at which a program is recorded.
+/// Number of positions along the default motion at which a program is recorded.
 const POSITIONS: u32 = 20;
 
 /// Export of a robot as source code; see [`Robot::export`].
@@ -34,11 +34,11 @@ pub struct Export {
     vectors: usize,
 }
 
-/// Recorded program of a robot with everything that its files contain.
+/// Recorded program of a robot, with all data from which its files are written.
 pub(crate) struct Recorded {
     pub(crate) program: Feedforward,
     pub(crate) solver: InverseDynamics,
-    /// Positions of the actuators along the default motion; the first is home.
+    /// Positions of the actuators along the default motion; the first is the home position.
     signal: Vec<Vec<Target<f64>>>,
     pub(crate) labels: Labels,
     options: SourceOptions,
@@ -58,14 +58,14 @@ impl Export {
         }
     }
 
-    /// Sets the language; C by default.
+    /// Sets the programming language; C by default.
     pub fn language(mut self, language: Language) -> Self {
         self.language = language;
         self
     }
 
-    /// Sets the name of the files and the beginning of all names in the code: a letter, then letters,
-    /// digits and underscores. By default it follows from the name of the model.
+    /// Sets the name of the files and the prefix of all names in the code: a letter, then letters, digits and
+    /// underscores. By default, the name is derived from the name of the model.
     pub fn name(mut self, name: &str) -> Self {
         self.named = Some(name.to_owned());
         self
@@ -77,26 +77,26 @@ impl Export {
         self
     }
 
-    /// Includes sine and cosine in the code, instead of those of the mathematical library.
+    /// Includes sine and cosine in the code, instead of calling those of the mathematical library.
     pub fn own_math(mut self, own: bool) -> Self {
         self.options.own_math = own;
         self
     }
 
-    /// Makes the coefficients of all friction interfaces (the default) and the masses of all bodies
-    /// parameters of the code that can be changed at run time.
+    /// Selects the parameters of the code that can be changed at run time: the coefficients of all friction
+    /// interfaces (the default) and the masses of all bodies.
     pub fn tunable(mut self, frictions: bool, masses: bool) -> Self {
         (self.frictions, self.masses) = (frictions, masses);
         self
     }
 
-    /// Adds functions beside inverse dynamics: forward kinematics and Jacobians, joint reactions. By default none.
+    /// Adds functions besides inverse dynamics: forward kinematics with Jacobians, joint reactions. Default: none.
     pub fn functions(mut self, functions: Functions) -> Self {
         self.options.functions = functions;
         self
     }
 
-    /// Adds a point mass on a body, whose size and place are parameters of the code.
+    /// Adds a point mass on a body; its mass and position are parameters of the code.
     pub fn payload(mut self, body: &str) -> Self {
         self.payload = Some(body.to_owned());
         self
@@ -109,8 +109,8 @@ impl Export {
         self
     }
 
-    /// Exports the plant instead: forward dynamics with stick and slip, as a functional mock-up unit. Only the
-    /// name is taken over.
+    /// Exports the plant instead: forward dynamics with stick and slip, as a functional mock-up unit. Of the options
+    /// set so far, only the name is kept.
     pub fn plant(&self) -> PlantExport {
         let name = self.checked_options().map(|options| match self.named {
             Some(_) => options.name,
@@ -122,7 +122,7 @@ impl Export {
     /// Records the program, computes test vectors with the general solver, and writes the files.
     ///
     /// # Errors
-    /// The robot has no such program, and why; or an option names what does not exist.
+    /// The robot has no such program, for the reason in the error, or an option contains an unknown name.
     pub fn files(&self) -> Result<Vec<SourceFile>, Error> {
         if self.language == Language::Rust && self.options.own_math {
             let error =
@@ -220,8 +220,8 @@ impl Export {
         Ok(tunables)
     }
 
-    /// Positions of the actuators along the default motion, as far as the actuators determine it; the
-    /// first is `home`.
+    /// Positions of the actuators along the default motion, up to the first singular position; the first one is
+    /// `home`.
     fn positions(
         &self,
         solver: &InverseDynamics,
@@ -243,7 +243,7 @@ impl Export {
                 .map(|((joint, dof), before)| {
                     let found = follower.solver.joint_motion(joint, dof).value;
                     let turn = if translates(solver, joint, dof) { f64::INFINITY } else { TURN };
-                    // Angles are within half a turn; this continues them.
+                    // The solver returns angles within half a turn; this makes them continuous.
                     let turns = ((found - before.value) / turn).round();
                     let value = if turns == 0.0 { found } else { found - turns * turn };
                     Target { value, rate: 0.0, acceleration: 0.0 }
@@ -289,9 +289,9 @@ fn translates(solver: &InverseDynamics, joint: JointId, dof: usize) -> bool {
     solver.mechanism().joints()[joint.0].joint_type.dofs()[dof].translates()
 }
 
-/// Solver with the actuators as independent coordinates at the first instant of the default motion,
-/// and their positions there, at rest. `refuse` makes an error of the reason why the actuators do not
-/// determine the position at a time, s.
+/// Creates the solver with the actuators as independent coordinates at the first instant of the default motion;
+/// returns it with their positions there, at rest. `refuse` creates the error from the reason why the actuators do
+/// not determine the position, and the time, s.
 fn driven_by_actuators(
     robot: &Robot,
     settings: Settings,

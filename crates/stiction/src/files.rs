@@ -6,24 +6,25 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use stiction_format::{Contents, Store, not_text};
 
-/// Called while a long recording is read: its name, the bytes read, and its length in bytes.
+/// Called while a long recording is read, with its name, the number of bytes read, and its length in bytes.
 pub type ReadProgress = dyn Fn(&str, u64, u64) + Send + Sync;
 
 /// Largest file that is read as a whole, bytes.
 const LARGEST: u64 = 1 << 30;
-/// Recordings longer than this, bytes, are read piece by piece: in memory they take five times as much.
+/// Length, in bytes, above which recordings are read piece by piece: in memory they need five times as much.
 const LONG: u64 = 8 << 20;
-/// Maximum number of bytes read from a device or a pipe. Text in a pipe is shorter; an endless
-/// device is refused within milliseconds.
+/// Maximum number of bytes read from a device or a pipe. Text from a pipe is shorter; an endless device is rejected
+/// within milliseconds.
 const LARGEST_STREAM: u64 = 256 << 20;
 
-/// Reads files for a robot and keeps their paths.
+/// Reads files for a robot and records their paths.
 #[derive(Clone, Default)]
 pub(crate) struct Files {
     read: Arc<Mutex<Vec<PathBuf>>>,
-    /// Paths of the files that models and options named, as named.
+    /// Paths of the files that models and options name, as written there.
     named: Arc<Mutex<Vec<PathBuf>>>,
-    /// Places of the only files there are, by the paths by which they are named; `None` for all files on disk.
+    /// Packed files: the path by which each is named, and its actual path; no other file can be read. `None` to read
+    /// any file on disk.
     packed: Option<Arc<Vec<(PathBuf, PathBuf)>>>,
     progress: Option<Arc<ReadProgress>>,
 }
@@ -39,12 +40,12 @@ impl Files {
         Self { progress, ..Self::default() }
     }
 
-    /// Files packed elsewhere: the path by which each is named, and its place.
+    /// Gives access to packed files only: the path by which each is named, and its actual path.
     pub(crate) fn packed(places: Vec<(PathBuf, PathBuf)>) -> Self {
         Self { packed: Some(Arc::new(places)), ..Self::default() }
     }
 
-    /// Paths of the files that models and options have named so far, as named.
+    /// Paths of the files that models and options have named so far, as written there.
     pub(crate) fn named(&self) -> Vec<PathBuf> {
         self.named.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -57,15 +58,15 @@ impl Files {
     fn note(&self, path: &Path) {
         if let Ok(path) = path.canonicalize() {
             let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
-            // A study may read one file in every row.
+            // A study may read the same file in every row.
             if !read.contains(&path) {
                 read.push(path);
             }
         }
     }
 
-    /// Content of a file that a model or an option names: a short file as text, a long recording as
-    /// a store.
+    /// Content of a file that a model or an option names: a short file as text, a long recording as a
+    /// [`Contents::Stored`].
     ///
     /// # Errors
     /// The reason, as the end of the sentence "cannot read FILE: ".
@@ -98,7 +99,7 @@ impl Files {
         }
         let metadata = fs::metadata(path).map_err(|error| describe(&error))?;
         let is_table = has_ending("toml");
-        // A pipe cannot be read twice, so it is never a store.
+        // A pipe cannot be read twice, so it is always read as a whole.
         if metadata.is_file() && metadata.len() > LONG && !is_table {
             let stored = StoredFile::open(path, metadata.len(), self.progress.clone())
                 .map_err(|error| describe(&error))?;
@@ -132,7 +133,7 @@ impl Files {
             .to_owned())
     }
 
-    /// Bytes of a file that is no text: a mesh, an archive.
+    /// Bytes of a file that is not text, such as a mesh or an archive.
     ///
     /// # Errors
     /// The reason, as the end of the sentence "cannot read FILE: ".
@@ -185,7 +186,7 @@ fn bounded(from: impl Read, limit: u64) -> Result<String, String> {
     let mut bytes = Vec::new();
     let mut from = from.take(limit + 1);
     let mut checked = 0;
-    // Piece by piece: what is no text is refused at once, however much of it follows.
+    // Read piece by piece, so that content that is not text is rejected at once, however long it is.
     loop {
         let piece = (&mut from).take(PIECE).read_to_end(&mut bytes).map_err(|e| describe(&e))?;
         if piece == 0 {
@@ -220,7 +221,7 @@ fn describe(error: &io::Error) -> String {
 /// A long recording on disk, read piece by piece.
 struct StoredFile {
     name: String,
-    /// Length when it was opened, bytes.
+    /// Length of the file when it was opened, bytes.
     length: u64,
     state: Mutex<StoredState>,
 }

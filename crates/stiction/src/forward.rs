@@ -36,7 +36,7 @@ pub type Forward = Request<Simulation>;
 pub struct Simulation {
     /// The model with actuators on all locked joints.
     model: Arc<ModelFile>,
-    /// Names of this model. Locked joints are actuators, whose efforts hold them.
+    /// Names of the parts of `model`. Locked joints are actuators, whose efforts hold them.
     names: Arc<Names>,
     drives: Option<(Efforts, String)>,
     controller: Option<Option<(Control, String)>>,
@@ -56,7 +56,7 @@ impl Loaded for Simulation {}
 const USUAL_DURATION: f64 = 10.0;
 /// Time between samples, s, unless the motion states another.
 const USUAL_STEP: f64 = 0.01;
-/// Controller samples of a simulation, at most.
+/// Maximum number of controller samples in a simulation.
 const MOST_CONTROLLER_SAMPLES: f64 = 1e9;
 
 impl Forward {
@@ -86,8 +86,9 @@ impl Forward {
         self.task.names = Arc::new(Names::new(&self.task.model.mechanism));
     }
 
-    /// Sets the efforts of actuators: assignments such as `"leg1.P = 50 N; leg2.P = 20 N"`, which may depend
-    /// on measured coordinates and rates (`"A = -200 N m/rad*A - 5 N m s/rad*d(A)"`), the name of a file, `inverse` (the efforts of inverse dynamics for the motion), or `none`.
+    /// Sets the efforts of actuators: assignments such as `"leg1.P = 50 N; leg2.P = 20 N"`, which may depend on
+    /// measured coordinates and rates (`"A = -200 N m/rad*A - 5 N m s/rad*d(A)"`), the name of a file,
+    /// `inverse` (the efforts of inverse dynamics for the motion), or `none`.
     ///
     /// # Errors
     /// There is no such actuator, or the file or the assignments are defective.
@@ -115,9 +116,9 @@ impl Forward {
         Ok(self)
     }
 
-    /// Sets a control law: a function of the measured state that returns the efforts of all actuators, N or
-    /// N m, in the order of [`Sample::effort`]'s actuators. It is called every `period` seconds; its efforts are
-    /// added to those of [`drives`](Self::drives) and held until the next call.
+    /// Sets a control law: a function of the measured state that returns the efforts of all actuators, in N or N m
+    /// and in the order of [`Robot::actuators`]. It is called every `period` seconds; its efforts are added to those
+    /// of [`drives`](Self::drives) and held until the next call.
     ///
     /// # Errors
     /// The period is not positive.
@@ -178,9 +179,9 @@ impl Forward {
         Ok(self)
     }
 
-    /// Sets a coordinate at the start, m or rad, at rest unless [`rate`](Self::rate) sets its rate.
-    /// `coordinate` is a joint's name, or one like `platform.x` of a body. Coordinates that are not set
-    /// follow from the loops and from the model's home position.
+    /// Sets a coordinate at the start, m or rad; its rate is zero unless [`rate`](Self::rate) sets it. `coordinate`
+    /// is the name of a joint, or of a body's coordinate such as `platform.x`. Coordinates that are not set follow
+    /// from the loops and from the model's home position.
     ///
     /// # Errors
     /// There is no such coordinate.
@@ -222,9 +223,9 @@ impl Forward {
         Ok(&mut all[index])
     }
 
-    /// Sets the start: `motion` (position and rates of the motion), `rest` (its position, at rest), or
-    /// assignments such as `"A = 60 deg + 2 rad/s*t"`, whose values and rates at t = 0 count. A rate may be
-    /// given apart, with or without a value: `"A = 60 deg; d(B) = 2 rad/s"`.
+    /// Sets the start: `motion` (position and rates of the motion), `rest` (the same position, at rest), or
+    /// assignments such as `"A = 60 deg + 2 rad/s*t"`, of which the values and rates at t = 0 are used. A rate may be
+    /// given separately, with or without a value: `"A = 60 deg; d(B) = 2 rad/s"`.
     ///
     /// # Errors
     /// The assignments are defective.
@@ -247,7 +248,7 @@ impl Forward {
         }
         let mut given: Vec<Coordinate> = Vec::new();
         for (name, rate) in rates {
-            // The product with the time has the coordinate's unit.
+            // The rate times `t` has the unit of the coordinate.
             let motion = self.robot.parse_state(&format!("{name} = ({rate})*t"))?;
             let target = motion.at(motion.start).next();
             let known = self.known(&name)?;
@@ -262,7 +263,7 @@ impl Forward {
         Ok(self)
     }
 
-    /// Begins at a later time of the motion, s.
+    /// Starts at a later time of the motion, s.
     pub(crate) fn begin_at(mut self, time: f64) -> Result<Self, Error> {
         let Some((motion, _)) = &mut self.motion else { return Err(self.robot.motion_missing()) };
         let end = motion.start + motion.duration;
@@ -274,17 +275,17 @@ impl Forward {
         Ok(self)
     }
 
-    /// Sets the end, s. Default: the end of the motion if a controller or an actuator follows it,
-    /// else 10 s after the start.
+    /// Sets the end time, s. Default: the end of the motion if a controller or an actuator follows the motion, else
+    /// 10 s after the start.
     pub fn until(mut self, time: f64) -> Self {
         self.task.until = Some(time);
         self
     }
 
-    /// Ends the simulation as soon as a condition holds, such as `platform.z < 100 mm` or
-    /// `d(leg1.P) > 0.5 m/s`: over coordinates, their rates and the time `t`. The instant is located to the
-    /// tolerance of the simulation; it is the last sample, and an event. Several conditions: each of them
-    /// ends it.
+    /// Ends the simulation as soon as a condition holds, such as `platform.z < 100 mm` or `d(leg1.P) > 0.5 m/s`.
+    /// Conditions may contain coordinates, their rates and the time `t`. The instant is located to the tolerance of
+    /// the simulation; it is the last sample, and is recorded as an event. Of several conditions, each can end the
+    /// simulation.
     ///
     /// # Errors
     /// The condition is defective.
@@ -307,10 +308,10 @@ impl Forward {
         self
     }
 
-    /// Sets the relative error of a step of integration; that of a time step is a thousand times as large.
+    /// Sets the relative error of an integration step; that of a Moreau time step is a thousand times as large.
     ///
     /// # Errors
-    /// It is not between 1e-14 and 1e-2.
+    /// The tolerance is not between 1e-14 and 1e-2.
     pub fn tolerance(mut self, tolerance: f64) -> Result<Self, Error> {
         if !(1e-14..=1e-2).contains(&tolerance) {
             return Err(Error::input(format!("the tolerance is {tolerance}"))
@@ -355,9 +356,9 @@ impl Forward {
         Ok(plan)
     }
 
-    /// Simulates, and keeps all samples in memory.
+    /// Simulates and keeps all samples in memory.
     ///
-    /// A simulation that stops early is no error: [`Run::ended`] gives the reason and the time.
+    /// A simulation that ends early is no error: [`Run::ended`] gives the reason and the time.
     ///
     /// # Errors
     /// The options contradict each other, or the robot cannot start.
@@ -376,7 +377,7 @@ impl Forward {
 }
 
 impl Forward {
-    /// Names an option that cannot act in a plant.
+    /// Names an option of this request that a plant does not support; `None` if there is no such option.
     pub(crate) fn unfit_for_plant(&self) -> Option<&'static str> {
         let task = &self.task;
         match () {
@@ -485,12 +486,12 @@ impl Plan {
         job
     }
 
-    /// Simulates and hands all samples to a receiver, with a function that creates a checkpoint: tables,
-    /// plots and summaries of `stiction_run` take them by way of its recorder. Polls `is_stopped` while
-    /// samples are computed; with a checkpoint, continues after its last sample.
+    /// Simulates and passes each sample to `receive`, with a function that creates a checkpoint. Tables, plots and
+    /// summaries of `stiction_run` receive the samples through its `Recorder`. Polls `is_stopped` while samples are
+    /// computed; with a checkpoint, continues after its last sample.
     ///
     /// # Errors
-    /// The robot cannot start, or the error of the receiver. Later failures are in the outcome.
+    /// The robot cannot start, or `receive` returned an error. Later failures are in the outcome.
     pub fn record(
         &self,
         receive: impl FnMut(&Record<'_>, &dyn Fn() -> RunCheckpoint) -> Result<(), SinkError>,

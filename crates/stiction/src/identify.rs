@@ -50,8 +50,8 @@ impl Robot {
         Ok(identify(self.model(), logs, settings)?)
     }
 
-    /// Efforts of the logs, measured and predicted by an identified model, and friction over speed: the
-    /// data of its report.
+    /// Computes the data of the report: the efforts in the logs, measured and predicted by an identified model, and
+    /// friction as a function of speed.
     ///
     /// # Errors
     /// As [`Self::identify`].

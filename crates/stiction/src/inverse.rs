@@ -15,7 +15,7 @@ use stiction_run::{Indices, Job, Sink, SinkError};
 /// Inverse dynamics of a robot along a motion: options, then [`samples`](Request::samples),
 /// [`each`](Request::each) or [`collect`](Request::collect).
 ///
-/// Without options: the model's default motion, load and friction, on one thread.
+/// By default: the model's default motion, load and friction, on one thread.
 pub type Inverse = Request<InverseDynamics>;
 
 /// Options of inverse dynamics.
@@ -51,15 +51,15 @@ impl Inverse {
         self
     }
 
-    /// Asks for the friction margin to jamming: the factor by which all friction coefficients can grow
-    /// before friction locks the mechanism.
+    /// Requests the friction margin to jamming: the factor by which all friction coefficients can grow before
+    /// friction locks the mechanism.
     pub fn friction_margin(mut self, ask: bool) -> Self {
         self.task.friction_margin = ask;
         self
     }
 
-    /// Sets where the singularity indices are computed. Default: at all samples. A summary needs only the
-    /// least ones, which takes less time; elsewhere they are then NaN.
+    /// Sets at which samples the singularity indices are computed. Default: at all samples. A summary needs only the
+    /// least indices, which takes less time; the indices of the other samples are then NaN.
     pub fn indices(mut self, at: Indices) -> Self {
         self.task.indices = at;
         self
@@ -68,7 +68,7 @@ impl Inverse {
     /// Converts the request to that of `stiction_run`, as its tables, plots and summaries require.
     ///
     /// # Errors
-    /// The model has no default motion, and none was given.
+    /// The model has no default motion, and none was set.
     pub fn job(&self) -> Result<Job<'_>, Error> {
         let InverseDynamics { friction, friction_margin, indices, .. } = self.task;
         Ok(Job { friction_margin, indices, ..self.along(friction)? })
@@ -78,7 +78,7 @@ impl Inverse {
     /// progress: the phase, the number of samples done, and their total number; stops when `progress` returns `false`.
     ///
     /// # Errors
-    /// The motion cannot be followed, or there are no finite efforts; or the error of the sink.
+    /// The motion cannot be followed, there are no finite efforts, or the sink returned an error.
     pub fn record(
         &self,
         mut sink: impl Sink<Record>,
@@ -113,7 +113,7 @@ impl Sampled for InverseDynamics {
     }
 }
 
-/// All results at one instant, by name. SI units, world axes.
+/// All results at one instant, by name, in SI units and along world axes.
 #[derive(Clone, Debug)]
 pub struct Sample {
     names: Arc<Names>,
@@ -129,7 +129,7 @@ pub struct Sample {
     poses: Vec<BodyPose>,
     /// Residual of the power balance, W; zero up to rounding.
     pub power_residual: f64,
-    /// Largest loop-closure error, m; angles times the characteristic length.
+    /// Largest loop-closure error, m; angles are multiplied by the characteristic length.
     pub closure_error: f64,
     /// Singularity index of actuation (type 2), dimensionless; zero at a singular position.
     pub actuation_distance: f64,
@@ -174,7 +174,7 @@ pub struct BodyPose {
 }
 
 impl BodyPose {
-    /// Converts a pose relative to the reference point `origin` of the kernel to one in the world.
+    /// Converts a pose relative to the reference point `origin` of the kernel to a pose in the world.
     pub(crate) fn new(pose: Pose<f64>, origin: Vec3<f64>) -> Self {
         Self {
             position: (pose.position + origin).to_array(),
@@ -259,8 +259,8 @@ impl Sample {
         &self.efforts
     }
 
-    /// Effort of a rigid gearing, N m, or N if its sum is a length: it exerts its coefficient times this effort on each
-    /// of its joints.
+    /// Effort of a rigid gearing, N m, or N if its equation is a sum of lengths. The gearing exerts, on each of its
+    /// joints, this effort times the coefficient of the joint.
     ///
     /// # Errors
     /// There is no gearing of that name.
@@ -276,8 +276,8 @@ impl Sample {
         Ok(self.reactions[self.names.joint(joint)?])
     }
 
-    /// Friction in a friction interface: a joint's name, followed by that of the interface where the joint
-    /// has several.
+    /// Friction in a friction interface: the name of the joint, followed by that of the interface if the joint has
+    /// several.
     ///
     /// # Errors
     /// There is no friction interface of that name.

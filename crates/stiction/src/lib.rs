@@ -19,19 +19,19 @@
 //! | --- | --- |
 //! | efforts, reactions and friction along a motion | [`Robot::inverse`] |
 //! | motion under efforts, controllers, loads and locks | [`Robot::forward`] |
-//! | the same step by step, with efforts from outside | [`Forward::plant`] |
+//! | forward dynamics step by step, with efforts from the caller | [`Forward::plant`] |
 //! | mobility, redundant constraints, singularities | [`Robot::check`] |
 //! | efforts at which a robot at rest begins to move | [`Robot::breakaway`] |
 //! | positions of rest, and their stability | [`Robot::equilibrium`] |
 //! | linear models about an operating point | [`Robot::linearize`] |
 //! | efforts in a control loop, without allocation | [`Robot::control_loop`] |
-//! | the same as source code for a controller | [`Robot::export`] |
+//! | inverse dynamics with friction as source code for a controller | [`Robot::export`] |
 //! | control laws with and without friction compensation, simulated | [`Robot::compensation`] |
 //! | statistics of many designs | [`Robot::sweep`], [`fn@sweep`] |
 //! | efforts, poses, Jacobians, mass matrices of many states | [`Robot::states`] |
 //!
-//! Every failure is one type, [`Error`]: it names the place, the value and the limit, and suggests a cure.
-//! Nothing here panics on bad input, and an unknown name is answered by the nearest known one:
+//! Every failure has the type [`Error`], which names the place, the value and the limit, and suggests a remedy. No
+//! function panics on bad input, and the error for an unknown name suggests the nearest known one:
 //!
 //! ```
 //! let robot = stiction::Robot::builtin("five-bar")?;
@@ -42,9 +42,9 @@
 //!
 //! # Layers
 //!
-//! This crate gives names to three others. [`core`] holds the mechanics and does no input or output;
-//! [`format`](mod@format) reads model files; [`run`] carries a model along a motion and makes tables, plots
-//! and reports. [`Inverse::job`] and [`Plan::job`] lead there.
+//! This crate gives access by name to three other crates. [`core`] contains the mechanics and does no input or
+//! output; [`format`](mod@format) reads model files; [`run`] moves a model along a motion and writes tables, plots
+//! and reports. [`Inverse::job`] and [`Plan::job`] convert a request to that of [`run`].
 
 mod breakaway;
 mod check;

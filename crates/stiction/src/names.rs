@@ -1,4 +1,4 @@
-//! Names of actuators, joints, bodies and friction interfaces, and look-ups by them.
+//! Names of actuators, joints, bodies and friction interfaces, and look-up by name.
 
 use crate::error::Error;
 use stiction_core::mechanism::{JointId, Mechanism};
@@ -7,8 +7,8 @@ use stiction_format::did_you_mean;
 /// All names of a mechanism, each list in the order of the corresponding results.
 #[derive(Debug)]
 pub(crate) struct Names {
-    /// For each actuator its short name (`leg1.P`) and its full name, which ends in the degree of
-    /// freedom if the joint has several.
+    /// Short name (`leg1.P`) and full name of each actuator; the full name ends in the degree of freedom if the joint
+    /// has several.
     pub(crate) actuators: Vec<(String, String)>,
     /// Drive trains.
     pub(crate) motors: Vec<String>,
@@ -18,7 +18,7 @@ pub(crate) struct Names {
     pub(crate) bodies: Vec<String>,
     /// Scalar joint coordinates: name, joint, index of the degree of freedom.
     pub(crate) coordinates: Vec<(String, JointId, usize)>,
-    /// Friction interfaces: the joint's name, followed by that of the interface where the joint has several.
+    /// Friction interfaces: the name of the joint, followed by that of the interface if the joint has several.
     pub(crate) interfaces: Vec<String>,
     /// Friction interfaces of simulations: those of the joints, then the shafts of motors.
     pub(crate) with_shafts: Vec<String>,

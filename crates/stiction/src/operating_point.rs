@@ -25,7 +25,7 @@ pub struct Rests {
     friction: bool,
 }
 
-/// Options that both share.
+/// Options shared by [`Linearize`] and [`Rests`].
 macro_rules! shared_options {
     () => {
         /// Sets the motion: its name in the model, the name of a file, or assignments.
@@ -73,16 +73,16 @@ impl Linearize {
 
     shared_options!();
 
-    /// Sets the time of the motion at which the robot is linearised, s. Default: its start.
+    /// Sets the time of the motion at which the robot is linearised, s. Default: the start of the motion.
     ///
     /// # Errors
-    /// The motion has no such time, or there is none.
+    /// The motion does not include this time, or there is no motion.
     pub fn at(mut self, time: f64) -> Result<Self, Error> {
         self.forward = self.forward.begin_at(time)?;
         Ok(self)
     }
 
-    /// Sets the efforts at the operating point, as [`Forward::drives`]. Default: those of inverse dynamics
+    /// Sets the efforts at the operating point, as in [`Forward::drives`]. Default: the efforts of inverse dynamics
     /// if the actuators determine the motion, else none.
     ///
     /// # Errors
@@ -102,7 +102,7 @@ impl Linearize {
     /// Linearises the robot.
     ///
     /// # Errors
-    /// The position is singular, nothing can move there, or the robot cannot start.
+    /// The position is singular, the mechanism has no degree of freedom there, or the robot cannot start.
     pub fn run(&self) -> Result<LinearModel, Error> {
         Ok(self.forward.plan()?.job().linearize(!self.has_efforts)?)
     }
@@ -117,7 +117,7 @@ impl Rests {
 
     shared_options!();
 
-    /// Sets the efforts, as [`Forward::drives`]. Default: none.
+    /// Sets the efforts, as in [`Forward::drives`]. Default: none.
     ///
     /// # Errors
     /// The assignments are defective.
@@ -126,20 +126,21 @@ impl Rests {
         Ok(self)
     }
 
-    /// Takes the nearest equilibrium, stable or not, by Newton's method from the start. Default: the stable
-    /// one down the potential.
+    /// Finds the nearest equilibrium, stable or not, by Newton's method from the start. Default: a stable
+    /// equilibrium, reached by descending the potential energy.
     pub fn nearest(mut self) -> Self {
         self.nearest = true;
         self
     }
 
-    /// Searches the equilibrium.
+    /// Searches for the equilibrium.
     ///
     /// # Errors
-    /// None is found: the reason says why.
+    /// No equilibrium is found; the error gives the reason.
     pub fn run(&self) -> Result<Equilibrium, Error> {
         let mut found = self.forward.plan()?.job().equilibrium(self.nearest)?;
-        // The search is without friction; what friction adds is found in the model with it.
+        // The search is without friction; the efforts that friction permits at rest are computed with the frictional
+        // model.
         let rubs = self.forward.clone().friction(true).plan()?;
         let mechanism = &rubs.job().model.mechanism;
         let has_friction = mechanism.joints().iter().any(|joint| !joint.friction.is_empty())
@@ -151,8 +152,7 @@ impl Rests {
     }
 }
 
-/// A position in which a robot rests without friction. `Display` prints it as the command
-/// `stiction equilibrium` does.
+/// Position in which a robot rests without friction. `Display` prints it as the command `stiction equilibrium` does.
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
     found: run::Equilibrium,

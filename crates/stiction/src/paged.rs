@@ -1,4 +1,4 @@
-//! Results of a whole run as a page, the `report.html` that the command line writes.
+//! Results of a whole run as an HTML page, the `report.html` that the command line writes.
 
 use crate::error::Error;
 use crate::forward::Plan;
@@ -11,13 +11,13 @@ use stiction_run::inverse::{Animation, Curves, Phase, draw_report};
 /// Report of a whole run, in memory.
 #[derive(Debug)]
 pub struct Paged {
-    /// The page: the moving robot, plots, tables and verdicts. Self-contained HTML.
+    /// The page: self-contained HTML with the moving robot, plots, tables and verdicts.
     pub page: String,
     /// Summary as text, as the command line prints it.
     pub text: String,
     /// Summary, with the keys of `summary.json`.
     pub summary: Value,
-    /// `Ok` if the run reached its end, else the reason; the page then shows the part up to there.
+    /// `Ok` if the run reached its end, else the reason; the page then shows the results up to that time.
     pub ended: Result<(), Error>,
 }
 
@@ -49,7 +49,7 @@ impl Inverse {
 }
 
 impl Plan {
-    /// Simulates and draws the report. Reports progress, also within a sample: the samples done and all
+    /// Simulates and writes the report. Reports progress, also between samples: the number of samples done and of all
     /// samples; stops when `progress` returns `false`.
     ///
     /// # Errors

@@ -7,11 +7,11 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, Motion};
 use stiction_run::{Job, SinkError};
 
-/// Computation on a robot, with the options that all computations share; `T` has the options of one kind:
-/// [`Inverse`](crate::Inverse), [`Forward`](crate::Forward), [`Check`](crate::Check) or
+/// A computation on a robot, with the options that all computations share. `T` contains the options of one kind of
+/// computation: [`Inverse`](crate::Inverse), [`Forward`](crate::Forward), [`Check`](crate::Check) or
 /// [`Breakaway`](crate::Breakaway).
 ///
-/// Without options: the model's default motion and load.
+/// By default the model's default motion and load are used.
 #[derive(Clone, Debug)]
 pub struct Request<T> {
     pub(crate) robot: Robot,
@@ -21,7 +21,7 @@ pub struct Request<T> {
     pub(crate) task: T,
 }
 
-/// Kind of computation in which loads act.
+/// Kind of computation to which loads apply.
 pub trait Loaded {}
 
 impl<T> Request<T> {
@@ -52,8 +52,8 @@ impl<T> Request<T> {
         Ok(self)
     }
 
-    /// Sets the time between samples, s. Default: that of the motion, else 0.01 s. It does not change the
-    /// steps of integration.
+    /// Sets the time between samples, s. Default: that of the motion, else 0.01 s. The steps of integration do not
+    /// depend on it.
     pub fn step(mut self, step: f64) -> Self {
         self.step = Some(step);
         self
@@ -68,7 +68,7 @@ impl<T> Request<T> {
     }
 }
 
-/// Kind of computation that gives samples, one by one.
+/// Kind of computation that returns samples one by one.
 pub trait Sampled: Clone + Send + 'static {
     /// Results at one instant.
     type Sample: Send + 'static;
@@ -137,8 +137,8 @@ pub struct Samples<T: Sampled> {
 }
 
 impl<T: Sampled> Samples<T> {
-    /// Results for the whole computation, once the iterator has returned all samples: of inverse
-    /// dynamics mobility, uniqueness and passages of singular positions, of a simulation its events.
+    /// Results for the whole computation, available after the iterator has returned all samples. Inverse dynamics
+    /// gives mobility, uniqueness and passages of singular positions; a simulation gives its events.
     pub fn outcome(&self) -> Option<&T::Outcome> {
         self.stream.result()
     }

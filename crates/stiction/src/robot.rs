@@ -25,7 +25,7 @@ pub struct Robot {
     model: Arc<ModelFile>,
     names: Arc<Names>,
     files: Files,
-    /// The text from which the robot was read, if it was.
+    /// Text from which the robot was read; `None` for a robot described by code.
     text: Option<Arc<ModelText>>,
 }
 
@@ -47,8 +47,8 @@ impl Robot {
         ModelText::text(text).read()
     }
 
-    /// A built-in model, for example `gough` or `five-bar`; [`gallery::names`](crate::gallery::names)
-    /// lists all.
+    /// Reads a built-in model, for example `gough` or `five-bar`; [`gallery::names`](crate::gallery::names) lists
+    /// all.
     ///
     /// # Errors
     /// There is no built-in model of that name.
@@ -60,7 +60,7 @@ impl Robot {
     /// (`bodies.platform.mass = 2 kg`) or the name of a parameter (`mu = 0.12`).
     ///
     /// # Errors
-    /// The model has no such key, or the value is defective there; the robot was described by code.
+    /// The model has no such key, the value is not valid for the key, or the robot was described by code.
     pub fn with(&self, change: &str) -> Result<Self, Error> {
         let text = self.text.as_deref().ok_or_else(|| {
             Error::input("the robot has no text to be changed: it was described by code")
@@ -97,7 +97,7 @@ impl Robot {
         &self.model.title
     }
 
-    /// Warnings about the model, each with its place. They never change numbers.
+    /// Warnings about the model, each with its place. They do not affect results.
     pub fn warnings(&self) -> &Diagnostics {
         &self.model.warnings
     }
@@ -117,8 +117,8 @@ impl Robot {
         self.names.bodies.iter().map(String::as_str)
     }
 
-    /// Names of the friction interfaces: the joint's name, followed by that of the interface where the
-    /// joint has several.
+    /// Names of the friction interfaces: the name of the joint, followed by that of the interface if the joint has
+    /// several.
     pub fn friction_interfaces(&self) -> impl Iterator<Item = &str> {
         self.names.interfaces.iter().map(String::as_str)
     }
@@ -133,12 +133,12 @@ impl Robot {
         self.model.loads.iter().map(|(name, _)| name.as_str())
     }
 
-    /// Remarks of the import of a URDF, MJCF or SDF file, each with its places; empty for model files.
+    /// Remarks of the import of a URDF, MJCF or SDF file, each with its places in the file; empty for model files.
     pub fn import_notes(&self) -> &[Note] {
         self.text.as_deref().map_or(&[], ModelText::notes)
     }
 
-    /// Names of the default motion and load, if the model has them.
+    /// Names of the default motion, if the model has one, and of the default load.
     pub fn defaults(&self) -> (Option<String>, String) {
         (self.default_motion().map(|(_, name)| name), self.default_load().1)
     }
@@ -154,14 +154,14 @@ impl Robot {
         self.model.parameters()
     }
 
-    /// The text from which the robot was read, with the changes of single values; `None` for a robot
-    /// described by code.
+    /// The text from which the robot was read, with the changes made by [`Self::with`]; `None` for a robot described
+    /// by code.
     pub fn text(&self) -> Option<&ModelText> {
         self.text.as_deref()
     }
 
-    /// Drawing of the robot at the most legible instant of its default motion, or at its home position, as
-    /// SVG in light or dark colours by the reader's preference.
+    /// Draws the robot at the most legible instant of its default motion, or at its home position, as SVG in light or
+    /// dark colours according to the reader's preference.
     ///
     /// # Errors
     /// The robot cannot be assembled, or cannot follow its motion.
@@ -215,7 +215,7 @@ impl Robot {
         self.files.contents(Path::new(file))
     }
 
-    /// A motion by its name in the model, the name of a file, or assignments, and its label in
+    /// Reads a motion from its name in the model, the name of a file, or assignments; returns it with its label in
     /// results.
     pub(crate) fn parse_motion(&self, text: &str) -> Result<(Motion, String), Error> {
         let filter = self.text.as_ref().and_then(|text| text.filter());
@@ -224,7 +224,7 @@ impl Robot {
         Ok((motion, label(text)))
     }
 
-    /// The state at the first instant of assignments such as `A = 60 deg + 2 rad/s*t`.
+    /// Reads the state at the first instant of assignments such as `A = 60 deg + 2 rad/s*t`.
     pub(crate) fn parse_state(&self, text: &str) -> Result<Motion, Error> {
         Ok(self.model.parse_motion(&Source::new("from", text), &|file| self.contents(file))?)
     }
@@ -275,8 +275,7 @@ impl Robot {
         }
     }
 
-    /// Actuator efforts for `model`, which is this robot's model or the same model with additional
-    /// actuators.
+    /// Reads actuator efforts for `model`, which is this robot's model or the same model with additional actuators.
     pub(crate) fn parse_drives(
         &self,
         model: &ModelFile,
@@ -287,8 +286,7 @@ impl Robot {
         Ok((drives, label(text)))
     }
 
-    /// A controller for `model`, which is this robot's model or the same model with additional
-    /// actuators.
+    /// Reads a controller for `model`, which is this robot's model or the same model with additional actuators.
     pub(crate) fn parse_controller(
         &self,
         model: &ModelFile,
@@ -366,7 +364,7 @@ impl RobotBuilder {
     /// Builds the robot.
     ///
     /// # Errors
-    /// All defects of the mechanism at once, or those of a motion or load.
+    /// The mechanism, a motion or a load is defective; the error lists all defects of the mechanism at once.
     pub fn build(self) -> Result<Robot, Error> {
         let mechanism =
             self.mechanism.build().map_err(|defects| Error::input(defects.to_string()))?;

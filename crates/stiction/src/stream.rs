@@ -7,15 +7,15 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 use stiction_run::SinkError;
 
-/// Maximum number of samples that wait for the caller; the computation then pauses.
+/// Maximum number of samples that are ready but not yet received; the computation pauses when there are so many.
 const WAITING: usize = 64;
 
-/// Iterator over the samples of a computation, which runs ahead by at most [`WAITING`] of them.
+/// Iterator over the samples of a computation, which is ahead by at most [`WAITING`] samples.
 ///
-/// After the last sample it holds the result of the whole computation. Dropping it stops the
+/// After the last sample, the stream contains the result of the whole computation. Dropping the stream stops the
 /// computation.
 pub(crate) struct Stream<T, R> {
-    /// `None` once the computation is to stop.
+    /// `None` once the computation has been asked to stop.
     receiver: Option<Receiver<T>>,
     worker: Option<JoinHandle<Result<R, Error>>>,
     stopped: Arc<AtomicBool>,
@@ -99,7 +99,7 @@ impl<T, R> Drop for Stream<T, R> {
     fn drop(&mut self) {
         self.stopped.store(true, Ordering::Relaxed);
         self.receiver = None;
-        // Joined, so that no computation outlives its stream; its outcome does not matter any more.
+        // Waits for the thread, so that no computation outlives its stream; its outcome is no longer needed.
         if let Some(worker) = self.worker.take() {
             let _ = worker.join();
         }

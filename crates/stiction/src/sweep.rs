@@ -1,4 +1,4 @@
-//! Studies of many designs: a robot with other values in every row, and statistics of its runs.
+//! Studies of many designs: a robot with other parameter values in every row, and statistics of its runs.
 
 mod study;
 
@@ -12,7 +12,7 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_format::{Draft, Key, Setting};
 use stiction_run::sweep::{Row, in_order};
 
-/// Study of many designs of a robot: what is measured of each, along which motion and under which load.
+/// Study of many designs of a robot: the objectives to compute for each, the motion and the load.
 ///
 /// ```
 /// use stiction::{Robot, format::Setting};
@@ -36,15 +36,15 @@ pub struct Sweep {
     objectives: Vec<String>,
 }
 
-/// Computes a row for each design: a pure function of its arguments, so that the rows of a large table may be
-/// computed in any pieces, anywhere.
+/// Computes a row for each design. The result depends only on the arguments, so the rows of a large table may be
+/// computed in any groups and on any machine.
 ///
-/// `keys` are headers such as `mu` or `tool.mass [kg]`: paths of keys or names of parameters, as in
-/// [`Robot::with`], with the unit of the numbers; `motion.KEY` and `load.KEY` are keys of the motion and load of the
-/// study. Each design has a value for each key. A design that fails has no values, and its status says why.
+/// `keys` are headers such as `mu` or `tool.mass [kg]`: paths of keys or names of parameters, as in [`Robot::with`],
+/// with the unit of the numbers; `motion.KEY` and `load.KEY` are keys of the motion and load of the study. Each
+/// design has a value for each key. A row that fails contains no values, and its status gives the reason.
 ///
 /// # Errors
-/// The study itself is defective: unknown keys, objectives, motions; rows of another length than the keys.
+/// The study itself is defective: an unknown key, objective or motion, or a design with another length than `keys`.
 pub fn sweep<D: AsRef<[Setting]> + Sync>(
     sweep: &Sweep,
     keys: &[impl AsRef<str>],
@@ -114,7 +114,7 @@ impl Sweep {
         self
     }
 
-    /// Checks everything that does not depend on values, and compiles what all rows share.
+    /// Checks everything that does not depend on the varied values, and compiles what all rows share.
     ///
     /// # Errors
     /// The motion, the load, an objective or a key is unknown or defective.
@@ -125,10 +125,10 @@ impl Sweep {
 
 impl Study {
     /// Computes rows on several threads, and passes them in their order to `receive`, on the calling thread; stops
-    /// where it returns false. Results do not depend on the number of threads, to the last bit.
+    /// when `receive` returns `false`. Results are bit-identical for any number of threads.
     ///
     /// # Errors
-    /// The error of `receive`, or the first of `designs`.
+    /// `receive` returned an error, or `designs` contained one; the first is returned.
     pub fn run(
         &self,
         designs: impl Iterator<Item = Result<Vec<Setting>, Error>> + Send,

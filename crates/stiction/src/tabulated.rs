@@ -9,7 +9,7 @@ use stiction_run::forward::{self as simulated, Ending, EventRow, Outcome, Record
 use stiction_run::inverse::{Columns, Phase, Sample, Summary, Verdict, write_summary};
 use stiction_run::{Job, Sink, Table};
 
-/// Results of a whole run: the numbers of the tables and of `summary.json` that the command line writes.
+/// Results of a whole run: the tables and the content of `summary.json` that the command line writes.
 #[derive(Clone, Debug)]
 pub struct Tabulated {
     /// Tables, each with the name of its file.
@@ -54,7 +54,7 @@ impl Inverse {
         Ok(Tabulated { tables: columns.finish(), summary: summary.json(&job, &verdict), text })
     }
 
-    /// Passes all samples to a sink; returns the summary, the verdict, and both as text.
+    /// Passes all samples to a sink; returns the summary, the verdict, and a text of both.
     pub(crate) fn summarise(
         &self,
         job: &Job<'_>,
@@ -104,7 +104,7 @@ impl Plan {
         Ok(TabulatedSimulation { results, events, ended })
     }
 
-    /// Passes all rows to a sink; returns it with the summary, the outcome, and both as text.
+    /// Passes all rows to a sink; returns the sink with the summary, the outcome, and a text of both.
     pub(crate) fn summarise<S: Sink<simulated::Rows>>(
         &self,
         job: &simulated::Job<'_>,
@@ -130,7 +130,7 @@ impl Plan {
     }
 }
 
-/// The end of a simulation: `Ok` if it reached its end time or a stop condition and its energy balance closes.
+/// Outcome of a simulation: `Ok` if it reached its end time or a stop condition and its energy balance closes.
 pub(crate) fn ended(
     job: &simulated::Job<'_>,
     summary: &simulated::Summary,
@@ -147,7 +147,7 @@ pub(crate) fn ended(
     }
 }
 
-/// Error for a simulation whose energy balance has a relative error of `part`.
+/// Creates the error for a simulation whose energy balance has the relative error `part`.
 pub fn energy_lost(part: f64) -> Error {
     Error::no_answer(format!(
         "the energy balance does not close: its relative error is {part:.1e}, so these results are wrong by \

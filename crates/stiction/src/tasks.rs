@@ -1,4 +1,4 @@
-//! The computations that a robot offers.
+//! Computations on a robot.
 
 use crate::breakaway::Breakaway;
 use crate::check::{Check, Report};
@@ -14,17 +14,17 @@ use crate::states::Compile;
 use crate::sweep::Sweep;
 
 impl Robot {
-    /// Inverse dynamics along a motion: actuator efforts, joint reactions and joint friction.
+    /// Computes actuator efforts, joint reactions and joint friction along a motion (inverse dynamics).
     pub fn inverse(&self) -> Inverse {
         Inverse::of(self)
     }
 
-    /// Forward dynamics: the motion under given efforts, controllers, loads and locks.
+    /// Computes the motion under given efforts, controllers, loads and locks (forward dynamics).
     pub fn forward(&self) -> Forward {
         Forward::of(self)
     }
 
-    /// Mobility, redundancy and singularities along the model's default motion.
+    /// Checks mobility, redundancy and singularities along the model's default motion.
     ///
     /// # Errors
     /// The model has no default motion, or the mechanism cannot follow it.
@@ -32,19 +32,19 @@ impl Robot {
         self.check_along().run()
     }
 
-    /// Mobility, redundancy and singularities along a motion of choice.
+    /// Checks mobility, redundancy and singularities along a motion that the request sets.
     pub fn check_along(&self) -> Check {
         Check::of(self)
     }
 
-    /// Static friction of the robot at rest at a position of its motion: the interval of each actuator's
-    /// effort, and the efforts at which motion begins.
+    /// Computes static friction of the robot at rest at a position of its motion: the interval in which each
+    /// actuator's effort can lie, and the efforts at which motion begins.
     pub fn breakaway(&self) -> Breakaway {
         Breakaway::of(self)
     }
 
-    /// Static equilibrium without friction: where the robot rests under gravity, springs, loads and given
-    /// efforts, and whether this position is stable.
+    /// Finds the static equilibrium without friction: the position in which the robot rests under gravity, springs,
+    /// loads and given efforts, and its stability.
     ///
     /// # Errors
     /// The options contradict each other.
@@ -52,7 +52,7 @@ impl Robot {
         Rests::of(self)
     }
 
-    /// Linear model about an operating point: A, B, C, D in independent coordinates.
+    /// Computes a linear model about an operating point: A, B, C, D in independent coordinates.
     ///
     /// ```
     /// let robot = stiction::Robot::builtin("five-bar")?;
@@ -67,13 +67,13 @@ impl Robot {
         Linearize::of(self)
     }
 
-    /// Batches of states: inverse dynamics, poses, Jacobians and mass matrices for rows of coordinates.
+    /// Computes inverse dynamics, poses, Jacobians and mass matrices for batches of states (rows of coordinates).
     pub fn states(&self) -> Compile {
         Compile::of(self)
     }
 
-    /// Inverse dynamics for a control loop: a model compiled at the first instant of the default motion, with
-    /// the actuators as independent coordinates, and its data, allocated once.
+    /// Compiles inverse dynamics for a control loop, at the first instant of the default motion and with the
+    /// actuators as independent coordinates. The data are allocated once.
     ///
     /// ```
     /// let robot = stiction::Robot::builtin("five-bar")?;
@@ -93,8 +93,8 @@ impl Robot {
         ControlLoop::new(self)
     }
 
-    /// Source code of inverse dynamics with friction for a controller, from the actuators'
-    /// coordinates.
+    /// Exports inverse dynamics with friction as source code for a controller; its inputs are the coordinates of the
+    /// actuators.
     ///
     /// ```
     /// let robot = stiction::Robot::builtin("five-bar")?;
@@ -106,16 +106,16 @@ impl Robot {
         Export::of(self)
     }
 
-    /// Comparison of control laws on the simulated robot: without friction compensation, with constant
-    /// friction of each actuator, and with the friction of the model.
+    /// Compares control laws on the simulated robot: without friction compensation, with constant friction of each
+    /// actuator, and with the friction of the model.
     pub fn compensation(&self) -> Compensation {
         Compensation::of(self)
     }
 
-    /// Study of many designs: statistics of inverse dynamics with other values in every row.
+    /// Studies many designs: statistics of inverse dynamics with other parameter values in every row.
     ///
     /// # Errors
-    /// The robot was described by code, and has no text with values to be changed.
+    /// The robot was described by code and has no text whose values could be changed.
     pub fn sweep(&self) -> Result<Sweep, Error> {
         Sweep::of(self)
     }

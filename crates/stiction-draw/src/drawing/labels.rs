@@ -1,10 +1,10 @@
-//! Placement of labels, one by one, at positions where they cover the least.
+//! Placement of labels, one by one, at the positions where they hide the least.
 
 use super::svg::{Anchor, Point, line, px, text, width_of};
 
 /// Font size, px.
 pub(super) const LETTERS: f64 = 14.0;
-/// Largest number of characters of a label; the symbol's title has the whole name.
+/// Largest number of characters in a label; the title of the symbol contains the complete name.
 const LONGEST: usize = 26;
 
 /// Axis-aligned box in the picture, px.
@@ -40,7 +40,7 @@ impl Area {
         along(0) * along(1)
     }
 
-    /// True if a point is in the box or within a margin of it.
+    /// Returns true if a point is in the box or within a margin around it.
     fn holds(&self, point: Point, margin: f64) -> bool {
         (0..2).all(|k| self.least[k] - margin <= point[k] && point[k] <= self.greatest[k] + margin)
     }
@@ -51,7 +51,7 @@ impl Area {
 pub(super) struct Label {
     /// Labelled point, px.
     pub(super) at: Point,
-    /// Radius around the point that the label keeps clear, px.
+    /// Radius around the point that the label must not cover, px.
     pub(super) radius: f64,
     pub(super) class: String,
     pub(super) content: String,
@@ -64,7 +64,7 @@ pub(super) struct Label {
 pub(super) struct Obstacles {
     /// Symbols and labels.
     pub(super) areas: Vec<Area>,
-    /// Lines, as points along them.
+    /// Lines, represented by points along them.
     pub(super) points: Vec<Point>,
 }
 
@@ -105,7 +105,7 @@ pub(super) fn place(labels: &[Label], obstacles: &mut Obstacles, middle: Point) 
         // The baseline lies about a third of the font size below the centre.
         let base = [centre[0], centre[1] + 0.34 * LETTERS];
         drawn += &text(&label.class, base, Anchor::Middle, &content);
-        // The margin keeps two neighbouring labels from being read as one.
+        // The margin prevents two neighbouring labels from being read as one.
         obstacles.areas.push(Area::around(centre, [half[0] + 5.0, half[1]]));
         area.include(&own);
     }
@@ -119,14 +119,14 @@ fn shortened(content: &str) -> String {
     content.chars().take(LONGEST - 1).chain(['…']).collect()
 }
 
-/// Candidate centres of a label: rings around its point, near and farther away.
+/// Candidate centres of a label: rings of different radii around its point.
 fn candidates(label: &Label, half: Point) -> impl Iterator<Item = Point> + use<> {
     let (at, radius, inside) = (label.at, label.radius, label.inside);
     let around = (0..3).flat_map(move |ring| {
         (0..16).map(move |k| {
             let (s, c) = (f64::from(k) * core::f64::consts::TAU / 16.0).sin_cos();
             let reach = radius + 3.0 + 15.0 * f64::from(ring);
-            // The reach applies to the box of the label, not to its centre.
+            // The reach is measured to the box of the label, not to its centre.
             let x = c * reach + half[0] * (1.6 * c).clamp(-1.0, 1.0);
             let y = s * reach + half[1] * (1.6 * s).clamp(-1.0, 1.0);
             [at[0] + x, at[1] + y]

@@ -5,20 +5,20 @@ use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::Vec3;
 
-/// Least number of joints of a hub, a body where legs end.
+/// Least number of joints of a hub, a body at which legs end.
 const HUB: usize = 3;
 
 /// Layout of a mechanism. Points are in world axes, relative to the reference point of the kernel,
 /// m.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    /// Position of the symbol of each joint.
+    /// Position of each joint's symbol.
     pub(super) places: Vec<Vec3<f64>>,
     /// Points to which the symbols are attached.
     pub(super) anchorages: Vec<Anchorage>,
     /// Joints of each body.
     pub(super) joints: Vec<Vec<usize>>,
-    /// True for each body that is a hub; the ground always is one.
+    /// True for each body that is a hub; the ground is always a hub.
     pub(super) hubs: Vec<bool>,
     /// Branch of each body; `None` for hubs.
     pub(super) branch: Vec<Option<usize>>,
@@ -37,7 +37,7 @@ impl Layout {
         Self { places, anchorages, joints, hubs, branch, branches }
     }
 
-    /// Branch of a joint: that of either of its bodies.
+    /// Branch of a joint: that of its predecessor or successor.
     pub(super) fn branch_of_joint(&self, mechanism: &Mechanism, joint: usize) -> Option<usize> {
         let (p, s) = ends(mechanism, joint);
         self.branch[s].or(self.branch[p])
@@ -49,7 +49,7 @@ impl Layout {
     }
 }
 
-/// Part of a name before its first dot: the leg.
+/// Part of a name before its first dot, which is the name of the leg.
 pub(super) fn leg_of(name: &str) -> Option<&str> {
     name.split_once('.').map(|(leg, _)| leg)
 }
@@ -71,8 +71,8 @@ fn joints_of_bodies(mechanism: &Mechanism) -> Vec<Vec<usize>> {
     joints
 }
 
-/// Hubs: the ground, and bodies with three joints or more that do not belong to a named leg, as the
-/// upper arms of a Delta robot do.
+/// Hubs: the ground, and bodies with at least three joints that do not belong to a named leg, as the upper arms of a
+/// Delta robot do.
 fn hubs(mechanism: &Mechanism, joints: &[Vec<usize>]) -> Vec<bool> {
     let is_hub = |(body, own): (usize, &Vec<usize>)| {
         body == BodyId::GROUND.0
@@ -81,8 +81,8 @@ fn hubs(mechanism: &Mechanism, joints: &[Vec<usize>]) -> Vec<bool> {
     joints.iter().enumerate().map(is_hub).collect()
 }
 
-/// Legs: bodies connected without passing a hub, and bodies with the same leg in their names. In a
-/// mechanism without legs, such as a plain loop, each body is a branch of its own.
+/// Legs: bodies that are connected without a hub in between, and bodies whose names contain the same leg. In a
+/// mechanism without legs, such as a plain loop, each body is a separate branch.
 fn branches(
     mechanism: &Mechanism,
     joints: &[Vec<usize>],
@@ -108,7 +108,7 @@ fn branches(
             unite(&mut group, a, b);
         }
     }
-    // A chain connected to one hub only, a serial arm, is not a leg.
+    // A chain that is connected to one hub only is a serial arm, not a leg.
     let held = |member: usize| {
         let is_member = |body: usize| !hubs[body] && group[body] == member;
         let at_hub = (0..mechanism.joints().len()).filter(|&joint| {
@@ -147,18 +147,18 @@ fn branches(
     (branch, names)
 }
 
-/// Point that the symbol of a joint keeps along a motion: between a point of the predecessor and one of
-/// the successor, in the axes of these bodies, m.
+/// Point that the symbol of a joint follows during a motion. It lies between a point of the predecessor and a point
+/// of the successor, which are given in the axes of these bodies, m.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchorage {
     pub(super) on_predecessor: Vec3<f64>,
     pub(super) on_successor: Vec3<f64>,
-    /// Zero for the point of the predecessor, one for that of the successor.
+    /// Weight of the successor's point: zero at the point of the predecessor, one at that of the successor.
     pub(super) weight: f64,
 }
 
-/// Anchorages of the symbols: the origin of the joint, unless the joint slides. The frames of a
-/// sliding joint may lie anywhere along its axis, so its symbol is drawn near its bodies.
+/// Anchorages of the symbols: the origin of the joint, unless the joint slides. The frames of a sliding joint may lie
+/// anywhere along its axis, so its symbol is drawn near its bodies.
 fn anchorages(placed: &Placed<'_>, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<Anchorage> {
     let mechanism = placed.mechanism;
     let on_body = |joint: usize, body: usize| {
@@ -169,8 +169,7 @@ fn anchorages(placed: &Placed<'_>, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<
         };
         frame.position
     };
-    // Mean position of the body's other joints; without any, its centre of mass or this joint's
-    // frame.
+    // Mean position of the body's other joints; if there are none, its centre of mass or the frame of this joint.
     let anchor = |joint: usize, body: usize| {
         let others = joints[body].iter().filter(|&&other| other != joint);
         mean(others.map(|&other| on_body(other, body))).unwrap_or_else(|| {
@@ -230,8 +229,8 @@ fn places(placed: &Placed<'_>, anchorages: &[Anchorage]) -> Vec<Vec3<f64>> {
     anchorages.iter().enumerate().map(place).collect()
 }
 
-/// True if the origin of a guide lies well between its two bodies, whose positions along the axis are
-/// these, m from the origin.
+/// Tests if the origin of a guide lies well between its two bodies; `from` and `to` are their positions along the
+/// axis, m from the origin.
 fn is_amid(from: f64, to: f64) -> bool {
     let margin = 0.2 * (to - from).abs();
     from.min(to) + margin < 0.0 && 0.0 < from.max(to) - margin

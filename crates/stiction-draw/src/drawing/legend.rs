@@ -12,7 +12,7 @@ const ROW: f64 = 34.0;
 /// Length of the world axes, px.
 const AXIS: f64 = 26.0;
 
-/// Symbol with its meaning.
+/// Symbol and its meaning.
 pub(super) struct Entry {
     /// Drawing of the symbol at a given point.
     pub(super) symbol: Box<dyn Fn(Point) -> String>,
@@ -70,7 +70,7 @@ fn world_axis(view: &View, middle: Point, axis: Vec3<f64>, name: &str) -> String
     let [x, y] = view.project(axis);
     let across = x.hypot(y);
     if across < 0.05 {
-        // The axis points at the viewer or away.
+        // The axis points towards the viewer or away.
         let mark = if view.depth(axis) > 0.0 {
             format!(
                 r#"<circle class="free" style="stroke-dasharray:none" cx="{0}" cy="{1}" r="5"/><circle class="com" cx="{0}" cy="{1}" r="1.8"/>"#,
@@ -97,8 +97,7 @@ fn world_axis(view: &View, middle: Point, axis: Vec3<f64>, name: &str) -> String
     line("detail", middle, tip) + &head + &text("axis-name", over, Anchor::Middle, name)
 }
 
-/// Greatest of 1, 2 and 5 times a power of ten that does not exceed a length (m, positive), with
-/// its text.
+/// Greatest of 1, 2 and 5 times a power of ten that does not exceed a length (m, positive), and its text.
 fn round_length(most: f64) -> (f64, String) {
     let power = 10f64.powf(most.log10().floor());
     let digit = [5.0, 2.0].into_iter().find(|digit| digit * power <= most).unwrap_or(1.0);

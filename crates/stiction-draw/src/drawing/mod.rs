@@ -1,4 +1,4 @@
-//! Pictures of mechanisms: any joints, any number of legs, planar ones face-on.
+//! Pictures of mechanisms with any joints and any number of legs; planar mechanisms are seen face-on.
 //!
 //! The poses of the bodies provide the geometry: bodies are drawn between the positions of their
 //! joints, and joints as symbols oriented along their axes in space.
@@ -33,9 +33,9 @@ use stiction_core::spatial::{Pose, Vec3};
 /// Level of detail of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// With labels, legend, scale and axes.
+    /// Picture with labels, legend, scale and axes.
     Full,
-    /// Small, with scale and axes only.
+    /// Small picture with scale and axes only.
     Small,
 }
 
@@ -45,14 +45,14 @@ pub struct Drawing<'a> {
     placed: Placed<'a>,
     layout: Layout,
     trail: Option<&'a Trail>,
-    /// Points that the picture must hold besides those of this pose; the first ones are the joints that
+    /// Points that the picture must contain in addition to those of this pose; the first ones are the joints that
     /// determine the size of the symbols.
     extent: Vec<Vec3<f64>>,
     normal: Option<Vec3<f64>>,
 }
 
 impl<'a> Drawing<'a> {
-    /// Draws the mechanism at these poses of all bodies, the ground first, in common axes.
+    /// Draws the mechanism; `poses` are those of all bodies, the ground first, in common axes.
     pub fn new(mechanism: &'a Mechanism, poses: &[Pose<f64>]) -> Self {
         let placed = Placed::new(mechanism, poses);
         let layout = Layout::new(&placed);
@@ -65,7 +65,7 @@ impl<'a> Drawing<'a> {
         Self { trail: Some(trail), ..self }
     }
 
-    /// True if all bodies move in parallel planes.
+    /// Tests if all bodies move in parallel planes.
     pub fn is_planar(&self) -> bool {
         self.normal.is_some()
     }
@@ -84,8 +84,8 @@ impl<'a> Drawing<'a> {
         layout::mean(self.layout.places.iter().copied()).unwrap_or_else(Vec3::zero)
     }
 
-    /// Apparent thickness in the best view relative to the length: zero if all joints lie on a
-    /// line, as for a slider-crank at its dead centres.
+    /// Apparent thickness in the best view, relative to the length: zero if all joints lie on a line, as in a
+    /// slider-crank at its dead centres.
     pub fn thickness(&self) -> f64 {
         view::thickness(&self.best_view(), &self.layout)
     }

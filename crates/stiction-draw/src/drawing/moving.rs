@@ -1,4 +1,4 @@
-//! Moving picture of a mechanism as one SVG file, a flip-book of frames that CSS shows in turn.
+//! Moving picture of a mechanism as one SVG file: a sequence of frames that CSS shows one after the other.
 
 use super::labels::{Area, view_box};
 use super::sheet::{Sheet, sheet};
@@ -17,7 +17,8 @@ pub fn moving_picture(mechanism: &Mechanism, frames: &[Vec<Pose<f64>>], seconds:
     let mut drawings: Vec<Drawing<'_>> =
         frames.iter().map(|poses| Drawing::new(mechanism, poses)).collect();
     let view = drawings[0].best_view();
-    // All frames have one scale, so all hold the joints, and the centres of bodies with a single joint, of all.
+    // All frames have the same scale, so each includes the joints of all frames, and the centres of bodies with a
+    // single joint.
     let lonely = |drawing: &Drawing<'_>, body: usize| drawing.layout.joints[body].len() < 2;
     let coms = drawings.iter().zip(frames).flat_map(|(drawing, poses)| {
         let bodies = mechanism.bodies().iter().zip(poses).enumerate().skip(1);
@@ -28,7 +29,7 @@ pub fn moving_picture(mechanism: &Mechanism, frames: &[Vec<Pose<f64>>], seconds:
     let extent: Vec<_> = places.chain(coms).collect();
     drawings.iter_mut().for_each(|drawing| drawing.extent.clone_from(&extent));
     let with_paths = Drawing { trail: Some(&trail), ..drawings[0].clone() };
-    // Paths are those of the middles of joints, so they lie within the extent.
+    // The paths are those of the centres of joints, so they lie within the extent.
     let (paths, mut area) = Sheet::new(&with_paths, &view, Detail::Full).paths();
     let every = 1.0 / frames.len() as f64;
     let mut drawn = String::new();

@@ -1,4 +1,4 @@
-//! Mechanism at one pose: poses of its bodies, and the frames of its joints that follow from them.
+//! Mechanism at one pose: poses of its bodies, and the resulting frames of its joints.
 
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Pose;

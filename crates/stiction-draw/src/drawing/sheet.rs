@@ -17,7 +17,7 @@ use stiction_core::spatial::Vec3;
 /// Size of the area for the mechanism, px.
 const ROOM: [f64; 2] = [540.0, 420.0];
 const SMALL_ROOM: [f64; 2] = [230.0, 200.0];
-/// Largest number of joints or legs with labels; beyond it, browsers show names under the pointer.
+/// Largest number of joints or legs with labels; if there are more, browsers show names at the pointer.
 const LABELLED: usize = 48;
 
 pub(super) struct Sheet<'a> {
@@ -122,7 +122,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// The parts from back to front, and the area of the picture.
+    /// Draws the parts from back to front; returns them with the area of the picture.
     fn composed(&mut self) -> (String, Area) {
         self.parts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let drawn: String = self.parts.iter().map(|(_, part)| part.as_str()).collect();
@@ -132,7 +132,7 @@ impl<'a> Sheet<'a> {
             area.include(&Area::around(self.at(*place), [half; 2]));
         }
         area.include(&area_of(self.obstacles.points.iter().copied(), 6.0));
-        // Small pictures have equal width, so that their letters have one size.
+        // Small pictures have the same width, so that their letters have the same size.
         let wide = if self.detail == Detail::Small { 0.5 * SMALL_ROOM[0] + 20.0 } else { 1.0 };
         area.include(&Area::around([0.0; 2], [wide, 1.0]));
         self.obstacles.areas.iter().for_each(|own| area.include(own));
@@ -154,7 +154,7 @@ impl<'a> Sheet<'a> {
         self.pen.view.depth(point) * self.scale
     }
 
-    /// Size of the symbols, px, small where joints are close to each other.
+    /// Size of the symbols, px; small if joints are close to each other.
     fn symbol_size(&self) -> f64 {
         let places = match self.drawing.extent.as_slice() {
             [] => &self.drawing.layout.places,
@@ -163,7 +163,8 @@ impl<'a> Sheet<'a> {
         let points: Vec<Point> = places.iter().take(200).map(|place| self.at(*place)).collect();
         let nearest = |k: usize| {
             let gaps = points.iter().map(|p| (p[0] - points[k][0]).hypot(p[1] - points[k][1]));
-            // Smaller symbols do not separate coinciding joints, such as a slider and its pin.
+            // Joints that coincide, such as a slider and its pin, do not count: smaller symbols would not separate
+            // them.
             gaps.filter(|gap| *gap > 4.0).fold(f64::INFINITY, f64::min)
         };
         let mut gaps: Vec<f64> = (0..points.len()).map(nearest).collect();
@@ -190,7 +191,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Draws the ground plate of a spatial mechanism with three joints or more on the ground.
+    /// Draws the ground plate of a spatial mechanism with at least three joints on the ground.
     fn draw_ground_plate(&mut self) {
         let layout = &self.drawing.layout;
         if self.drawing.is_planar() {
@@ -252,7 +253,7 @@ impl<'a> Sheet<'a> {
         if to_com {
             shape += &circle("com", self.at(com), 3.0);
         }
-        // The depth of its farthest point, so that the body's own joints lie above it.
+        // Depth of the body's farthest point, so that its own joints are drawn above it.
         let depth = points.iter().map(|point| self.depth(*point)).fold(self.depth(com), f64::min);
         let name = escape(&content.name);
         let part =
@@ -302,7 +303,7 @@ impl<'a> Sheet<'a> {
             joint.joint_type.symbol(),
             escape(&title),
         );
-        // A joint lies above its bodies, and a pin above the slide that it passes through.
+        // A joint is drawn above its bodies, and a pin above the slide through which it passes.
         let slides = matches!(joint.joint_type, JointType::Prismatic | JointType::Planar);
         let before = if slides { 0.5 } else { 1.0 };
         self.add(self.depth(point) + before * r, part);
@@ -313,7 +314,7 @@ impl<'a> Sheet<'a> {
         trail.and_then(|trail| trail.stroke(&self.drawing.placed, joint)).unwrap_or((0.0, 0.0))
     }
 
-    /// Draws the mark of a joint on the ground: a hatched line below it, or along its slide.
+    /// Draws the ground mark of a joint: a hatched line below the joint, or along its slide.
     fn ground_mark(&mut self, index: usize, at: Point) -> String {
         let joint = &self.joints()[index];
         let (p, s) = ends(self.drawing.placed.mechanism, index);
@@ -361,8 +362,8 @@ impl<'a> Sheet<'a> {
         stem + &if goes_down { hatched(b, a) } else { hatched(a, b) }
     }
 
-    /// Collects the labels: joints first, whose labels must be near; bodies and legs have more
-    /// space.
+    /// Collects the labels: those of joints first, because they must be near their joints; labels of bodies and legs
+    /// have more space.
     fn ask_for_labels(&mut self) {
         if self.joints().len() <= LABELLED {
             for joint in 0..self.joints().len() {
@@ -393,7 +394,7 @@ impl<'a> Sheet<'a> {
         let layout = &self.drawing.layout;
         let name = &self.joints()[index].name;
         let branch = layout.branch_of_joint(self.drawing.placed.mechanism, index);
-        // The label of the leg has the first part of the name already.
+        // The label of the leg already contains the first part of the name.
         let content = match (name.split_once('.'), branch) {
             (Some((leg, rest)), Some(branch)) if layout.branches[branch] == leg => rest,
             _ => name,
@@ -404,7 +405,7 @@ impl<'a> Sheet<'a> {
         Label { at, radius, class, content: content.to_owned(), inside: false }
     }
 
-    /// Middle of the longest line of a branch, or its first joint if it has no line.
+    /// Middle of the longest line of a branch; its first joint if it has no line.
     fn middle_of_branch(&self, branch: usize) -> Option<Point> {
         let layout = &self.drawing.layout;
         let mut best: Option<(f64, Point)> = None;
@@ -418,7 +419,7 @@ impl<'a> Sheet<'a> {
             for (k, a) in points.iter().enumerate() {
                 for b in &points[..k] {
                     let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-                    // Of lines of the same length, but for round-off, the first.
+                    // Selects the first of several lines whose lengths differ by round-off only.
                     if best.is_none_or(|(known, _)| length > known * (1.0 + 1e-6)) {
                         best = Some((length, [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]));
                     }
@@ -473,7 +474,7 @@ pub(super) fn sheet(area: &Area) -> String {
     corners("sheet", &[[x, y], [right, y], [right, bottom], [x, bottom]], true)
 }
 
-/// Line style of a body: of two bodies that slide in each other, the one with the guide is thicker.
+/// Line style of a body: if two bodies slide in each other, the body with the guide is thicker.
 pub(super) fn thickness(mechanism: &Mechanism, joints: &[usize], body: usize) -> &'static str {
     let slides = |joint: &&usize| {
         let kind = mechanism.joints()[**joint].joint_type;
@@ -492,7 +493,7 @@ fn fit(seen: &Area, room: Point, length: f64) -> (f64, Point) {
     let middle = |k: usize| 0.5 * (seen.greatest[k] + seen.least[k]);
     let ratio = |k: usize| room[k] / size(k);
     let by_size = ratio(0).min(ratio(1));
-    // If all points coincide, or without any point, the characteristic length determines the scale.
+    // If all points coincide or there are none, the characteristic length determines the scale.
     let scale = if by_size.is_finite() && by_size > 0.0 && size(0).max(size(1)) > 1e-6 * length {
         by_size
     } else {
@@ -503,7 +504,7 @@ fn fit(seen: &Area, room: Point, length: f64) -> (f64, Point) {
     (scale, if centre.iter().all(|c| c.is_finite()) { centre } else { [0.0; 2] })
 }
 
-/// Draws a line with short strokes on its right side, as seen along it with y downwards.
+/// Draws a line with short strokes on its right side, seen in its direction with y downwards.
 fn hatched(a: Point, b: Point) -> String {
     let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(1e-9);
     let (u, v) = ((b[0] - a[0]) / length, (b[1] - a[1]) / length);

@@ -3,8 +3,8 @@
 //! Colours are literal values, because programs other than browsers do not support CSS variables;
 //! such programs use the light colours.
 
-/// Colours of branches, distinguishable on paper, on screen and with most colour vision
-/// deficiencies (after Okabe and Ito), without those near the yellow of actuated joints.
+/// Colours of branches, distinguishable on paper, on screen and with most colour vision deficiencies (after Okabe and
+/// Ito), except those similar to the yellow of actuated joints.
 pub const BRANCHES: [&str; 7] =
     ["#0072b2", "#c1440e", "#00835f", "#b0478c", "#7a6000", "#2c8fc9", "#666666"];
 /// Colours of branches on a dark background.
@@ -17,7 +17,7 @@ pub(super) const COLOURS: usize = BRANCHES.len();
 /// Background of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surface {
-    /// Transparent, in light or dark colours by the reader's preference.
+    /// Transparent; light or dark colours according to the reader's preference.
     Inline,
     /// White sheet.
     Paper,

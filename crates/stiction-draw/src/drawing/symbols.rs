@@ -1,4 +1,4 @@
-//! Symbols of joints, drawn as solids in the direction of view.
+//! Symbols of joints, drawn as solids seen in the direction of view.
 
 use super::svg::{Point, circle, corners, line, path, px};
 use super::view::View;
@@ -13,7 +13,7 @@ pub(super) struct Pen {
     pub(super) size: f64,
 }
 
-/// CSS classes of the faces of a joint; faces turned away are darker.
+/// CSS classes of the faces of a joint; faces that look away from the viewer are darker.
 struct Faces {
     bright: &'static str,
     dim: &'static str,
@@ -23,13 +23,13 @@ const PLAIN: Faces = Faces { bright: "joint-face", dim: "joint-side" };
 const DRIVEN: Faces = Faces { bright: "drive-face", dim: "drive-side" };
 
 impl Pen {
-    /// Point at `length` px from another along a unit vector in world axes.
+    /// Point at a distance of `length` px from another point, along a unit vector in world axes.
     pub(super) fn go(&self, from: Point, direction: Vec3<f64>, length: f64) -> Point {
         let [x, y] = self.view.project(direction);
         [from[0] + x * length, from[1] + y * length]
     }
 
-    /// Largest distance of a symbol with its axes from its centre, px.
+    /// Largest distance from the centre to a part of a symbol, including its axes, px.
     pub(super) fn reach(&self, kind: JointType) -> f64 {
         let radii = match kind {
             JointType::Cylindrical | JointType::Helical => 5.2,
@@ -100,7 +100,7 @@ impl Pen {
         }
     }
 
-    /// Draws a line along an axis to both sides; empty if the axis points at the viewer.
+    /// Draws a line along an axis to both sides; empty if the axis points towards the viewer.
     fn dashed(&self, at: Point, axis: Vec3<f64>, reach: f64) -> String {
         let (a, b) = (self.go(at, axis, -reach), self.go(at, axis, reach));
         if (a[0] - b[0]).hypot(a[1] - b[1]) < 2.4 * self.size {
@@ -150,7 +150,7 @@ impl Pen {
         path(faces.dim, &barrel) + &path(faces.bright, &end)
     }
 
-    /// Draws the turns of a screw on a cylinder.
+    /// Draws the turns of a screw thread on a cylinder.
     fn thread(&self, at: Point, axis: Vec3<f64>, length: f64, r: f64) -> String {
         let [x, y] = self.view.project(axis);
         let across = x.hypot(y);
@@ -166,7 +166,7 @@ impl Pen {
         (-2..=2).map(turn).collect()
     }
 
-    /// Draws a box along an axis, rotated so that one of its faces turns to the viewer.
+    /// Draws a box along an axis, rotated so that one of its faces looks towards the viewer.
     fn slide_box(&self, faces: &Faces, at: Point, axis: Vec3<f64>, length: f64, r: f64) -> String {
         let level = axis.cross(self.view.toward).direction();
         let level = level.unwrap_or_else(|| axis.any_perpendicular());
@@ -212,7 +212,7 @@ impl Pen {
     fn cross(&self, faces: &Faces, at: Point, first: Vec3<f64>, second: Vec3<f64>) -> String {
         let r = self.size;
         let mut drawn = self.dashed(at, first, 3.3 * r) + &self.dashed(at, second, 3.3 * r);
-        // The pin that points more towards the viewer lies above.
+        // The pin that points more towards the viewer is drawn above the other.
         let mut pins = [first, second];
         pins.sort_by(|a, b| self.view.depth(*a).abs().total_cmp(&self.view.depth(*b).abs()));
         for pin in pins {

@@ -1,4 +1,4 @@
-//! Traces of a motion: paths of bodies and strokes of slides.
+//! Traces of a motion: paths of bodies and strokes of sliding joints.
 
 use super::layout::Layout;
 use super::placed::Placed;
@@ -10,7 +10,7 @@ const KEPT: usize = 600;
 /// Largest number of traced bodies.
 const TRACED: usize = 4;
 
-/// Paths of the hubs, or of coupler bodies, and strokes of slides.
+/// Paths of the hubs, or of coupler bodies, and strokes of sliding joints.
 #[derive(Clone, Debug)]
 pub struct Trail {
     bodies: Vec<Path>,
@@ -35,8 +35,8 @@ struct Slide {
 }
 
 impl Trail {
-    /// Starts at these poses of all bodies, the ground first; traces the hubs, or without hubs the
-    /// bodies not connected to the ground.
+    /// Starts with these poses of all bodies, the ground first; traces the hubs, or, if there are none, the bodies
+    /// not connected to the ground.
     pub fn new(mechanism: &Mechanism, poses: &[Pose<f64>]) -> Self {
         let placed = Placed::new(mechanism, poses);
         let layout = Layout::new(&placed);
@@ -62,7 +62,7 @@ impl Trail {
             for path in &mut self.bodies {
                 path.points.push(poses[path.body].apply(path.point));
             }
-            // A full path keeps every second point only.
+            // If a path is full, only every second point is kept.
             if self.samples / self.stride >= KEPT {
                 self.stride *= 2;
                 for path in &mut self.bodies {
@@ -82,7 +82,7 @@ impl Trail {
         self.bodies.iter().map(|path| path.points.as_slice())
     }
 
-    /// Backward and forward stroke of a slide from its present position, m.
+    /// Backward and forward stroke of a sliding joint from its present position, m.
     pub(super) fn stroke(&self, placed: &Placed<'_>, joint: usize) -> Option<(f64, f64)> {
         let slide = self.slides.iter().find(|slide| slide.joint == joint)?;
         let now = slid(placed.mechanism, &placed.pose, joint);
@@ -90,8 +90,8 @@ impl Trail {
     }
 }
 
-/// Traced bodies and their traced points, in the axes of the bodies, m: the hubs, or without hubs the
-/// bodies not connected to the ground; none if they are many.
+/// Traced bodies and their traced points, in the axes of the bodies, m: the hubs, or, if there are none, the bodies
+/// not connected to the ground; empty if there are many.
 pub(super) fn traced(placed: &Placed<'_>, layout: &Layout) -> Vec<(usize, Vec3<f64>)> {
     let bodies = layout.joints.len();
     let hubs: Vec<usize> = (1..bodies).filter(|&body| layout.hubs[body]).collect();
@@ -106,7 +106,7 @@ pub(super) fn traced(placed: &Placed<'_>, layout: &Layout) -> Vec<(usize, Vec3<f
     if traced.len() > TRACED { Vec::new() } else { traced.into_iter().map(point).collect() }
 }
 
-/// Displacement of a joint's frames along its axis, m: the coordinate of a slide up to a constant.
+/// Displacement of a joint's frames along its axis, m: the coordinate of a sliding joint up to a constant.
 fn slid(mechanism: &Mechanism, poses: &[Pose<f64>], joint: usize) -> f64 {
     let joint = &mechanism.joints()[joint];
     let frame_j = poses[joint.predecessor.0] * joint.frame_j;

@@ -6,7 +6,7 @@ use super::placed::Placed;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::Vec3;
 
-/// Direction of view without perspective: lengths perpendicular to it are true.
+/// Direction of view, without perspective: lengths perpendicular to this direction are true.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Direction to the right in the picture, a unit vector in world axes.
@@ -43,7 +43,7 @@ impl View {
         Self::from(Vec3::unit(2), Vec3::unit(1))
     }
 
-    /// Projects a point, m: to the right, and downwards as on a screen.
+    /// Projects a point; returns its distances to the right and downwards, as on a screen, m.
     pub(super) fn project(&self, point: Vec3<f64>) -> [f64; 2] {
         [self.right.dot(point), -self.up.dot(point)]
     }
@@ -57,9 +57,9 @@ impl View {
 /// Threshold below which components of unit vectors count as zero.
 const NONE: f64 = 1e-6;
 
-/// Normal of the plane of motion, if the joints allow planar motion only: axes of rotation are
-/// parallel to it, slides perpendicular. Universal and spherical joints are accepted if all joints
-/// lie in one plane.
+/// Normal of the plane of motion, if the joints permit only planar motion: axes of rotation are parallel to the
+/// normal, slides are perpendicular to it. Universal and spherical joints are accepted if all joints lie in one
+/// plane.
 pub(super) fn plane_normal(placed: &Placed<'_>, layout: &Layout) -> Option<Vec3<f64>> {
     let joints = placed.mechanism.joints();
     let frames = &placed.frame_j;
@@ -134,9 +134,9 @@ pub(super) fn axonometric(placed: &Placed<'_>, layout: &Layout) -> View {
     best.map_or_else(View::front, |(_, view)| view)
 }
 
-/// Number of joints that lie behind or in front of a platform they do not belong to.
+/// Number of joints that lie behind or in front of a platform to which they do not belong.
 fn hidden(view: &View, layout: &Layout) -> f64 {
-    // Coordinates are scaled to units in which the hull distinguishes neighbouring corners.
+    // Coordinates are scaled so that the hull distinguishes neighbouring corners.
     let seen: Vec<[f64; 2]> = layout.places.iter().map(|place| view.project(*place)).collect();
     let size = seen.iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
     if size == 0.0 {
@@ -153,7 +153,7 @@ fn hidden(view: &View, layout: &Layout) -> f64 {
     platforms.map(count).sum::<usize>() as f64
 }
 
-/// Apparent thickness relative to the length: zero if all joints lie on a line.
+/// Apparent thickness, relative to the length: zero if all joints lie on a line.
 pub(super) fn thickness(view: &View, layout: &Layout) -> f64 {
     let points: Vec<[f64; 2]> = layout.places.iter().map(|place| view.project(*place)).collect();
     let count = points.len().max(1) as f64;
@@ -168,12 +168,12 @@ pub(super) fn thickness(view: &View, layout: &Layout) -> f64 {
     if large > 0.0 { (small.max(0.0) / large).sqrt() } else { 0.0 }
 }
 
-/// Separation of joints in the picture, with most weight on the closest pairs.
+/// Separation of joints in the picture; the closest pairs have the greatest weight.
 fn clearance(view: &View, places: &[Vec3<f64>]) -> f64 {
     let mut sum = 0.0;
     let mut count = 0.0;
     let mut size = 0.0_f64;
-    // A subset represents mechanisms with hundreds of joints.
+    // Of hundreds of joints, only a subset is compared.
     let stride = places.len().div_ceil(60).max(1);
     let some: Vec<Vec3<f64>> = places.iter().step_by(stride).copied().collect();
     for (k, a) in some.iter().enumerate() {
@@ -186,7 +186,7 @@ fn clearance(view: &View, places: &[Vec3<f64>]) -> f64 {
             let apart = *a - *b;
             if apart.norm() > 1e-3 * size {
                 let [x, y] = view.project(apart);
-                // Joints above each other are penalised, too, because most legs are upright.
+                // Joints above each other are penalised as well, because most legs are upright.
                 sum += (x.hypot(y) / size + 0.02).powi(-2) + 0.1 * (x.abs() / size + 0.03).powi(-2);
                 count += 1.0;
             }

@@ -2,7 +2,7 @@
 
 use crate::numbers::significant;
 
-/// Relative spread below which values count as equal, so that rounding errors are not enlarged to curves.
+/// Relative range below which values count as equal, so that rounding errors are not enlarged to curves.
 const FLAT: f64 = 1e-9;
 
 /// Range of an axis with round ticks.
@@ -14,7 +14,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// Axis from the least to the greatest value, exactly.
+    /// Axis exactly from the least to the greatest value.
     pub(super) fn exact(values: impl Iterator<Item = f64>, ticks: usize) -> Self {
         let (low, high) = extremes(values);
         let (low, high) = if high > low { (low, high) } else { around(low) };
@@ -24,7 +24,7 @@ impl Axis {
     /// Axis with a margin below and above the values.
     pub(super) fn padded(values: impl Iterator<Item = f64>, ticks: usize) -> Self {
         let (low, high) = extremes(values);
-        // Halves keep the difference of the greatest doubles finite.
+        // Halves are subtracted, so that the difference of the greatest doubles remains finite.
         let half = 0.5 * high - 0.5 * low;
         let (low, high) = match half > FLAT * low.abs().max(high.abs()) {
             true => (low - 0.12 * half, high + 0.12 * half),
@@ -33,7 +33,7 @@ impl Axis {
         Self { low, high, step: round_step(high - low, ticks) }
     }
 
-    /// Position of a value, 0 at the low end and 1 at the high one; infinite values lie at the ends.
+    /// Position of a value: 0 at the low end and 1 at the high end; infinite values lie at the ends.
     pub(super) fn place(&self, value: f64) -> f64 {
         ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
@@ -68,7 +68,7 @@ fn around(value: f64) -> (f64, f64) {
     (value - half, value + half)
 }
 
-/// One, two or five times a power of ten, so that about so many steps fit.
+/// Step of one, two or five times a power of ten, so that about `ticks` steps fit.
 fn round_step(span: f64, ticks: usize) -> f64 {
     let raw = span / ticks.max(1) as f64;
     let power = 10f64.powf(raw.log10().floor());
@@ -77,7 +77,7 @@ fn round_step(span: f64, ticks: usize) -> f64 {
     step.unwrap_or(10.0 * power)
 }
 
-/// Label of a tick: plain decimals as its step needs, with the minus sign of tables.
+/// Label of a tick: as many decimals as the step needs, with the same minus sign as in tables.
 fn label(value: f64, step: f64) -> String {
     let size = value.abs().max(step);
     let text = if value == 0.0 {

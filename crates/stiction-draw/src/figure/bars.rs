@@ -1,4 +1,4 @@
-//! Horizontal bars: amounts, and intervals about zero.
+//! Horizontal bars: amounts from zero, and intervals.
 
 use super::COLOURS;
 use crate::drawing::px;
@@ -10,7 +10,7 @@ use crate::xml::escape;
 pub struct Bars {
     /// Title above the bars.
     pub title: String,
-    /// Unit of the ends.
+    /// Unit of the values.
     pub unit: String,
     /// Bars from top to bottom.
     pub bars: Vec<Bar>,
@@ -24,7 +24,7 @@ pub struct Bar {
     /// Low and high end; if the bar shows an amount, one of them is zero. Infinite ends are drawn at the end of
     /// the axis.
     pub ends: (f64, f64),
-    /// A value within that is marked.
+    /// A value within the interval that is marked, if any.
     pub mark: Option<f64>,
     /// Index of the colour.
     pub colour: usize,

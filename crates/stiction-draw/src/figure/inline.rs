@@ -1,4 +1,4 @@
-//! Figure inside a page, in the page's colours, with a legend that fits narrow screens.
+//! Figure within a page, in the page's colours, with a legend that fits narrow screens.
 
 use super::{COLOURS, Figure, Form, Panel};
 use crate::xml::escape;
@@ -21,7 +21,7 @@ impl Figure {
             )
     }
 
-    /// Legend of all lines and bands, each appearance once; empty where there is nothing to distinguish.
+    /// Legend of all lines and bands, with each appearance once; empty if there is nothing to distinguish.
     fn legend(&self) -> String {
         let mut seen = Vec::new();
         let mut items = String::new();

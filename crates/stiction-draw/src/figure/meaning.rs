@@ -1,14 +1,14 @@
 //! Colours by meaning, the same in all plots of runs.
 
-/// The result: efforts, positions, the work of actuators.
+/// Results: efforts, positions, the work of actuators.
 pub const RESULT: usize = 0;
 /// Quantity for comparison: the effort without friction, or the reference.
 pub const REFERENCE: usize = 1;
 /// External loads.
 pub const LOAD: usize = 2;
-/// Friction and what it dissipates.
+/// Friction and the energy that it dissipates.
 pub const FRICTION: usize = 3;
-/// Kinetic energy, or all energy stored.
+/// Kinetic energy, or the whole stored energy.
 pub const ENERGY: usize = 4;
 /// Potential energy.
 pub const POTENTIAL: usize = 5;

@@ -1,6 +1,6 @@
 //! Line plots and bars.
 //!
-//! Colours keep their meaning in all plots of runs: see [`meaning`].
+//! Each colour has the same meaning in all plots of runs: see [`meaning`].
 
 mod axis;
 mod bars;
@@ -38,12 +38,12 @@ pub struct Panel {
     pub bands: Vec<Band>,
 }
 
-/// Interval of a quantity over the horizontal axis.
+/// Interval of a quantity as a function of x.
 #[derive(Clone, Debug)]
 pub struct Band {
     /// Name in the legend.
     pub label: String,
-    /// Points: x, low and high end, which may be infinite. A NaN separates two parts.
+    /// Points: x, low end and high end, which may be infinite. A NaN interrupts the band.
     pub points: Vec<(f64, f64, f64)>,
     /// Index of the colour.
     pub colour: usize,
@@ -52,9 +52,9 @@ pub struct Band {
 /// Curve.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// Name in the legend; a line without one is not in it.
+    /// Name in the legend; a line without a name is omitted from the legend.
     pub label: String,
-    /// Points, x and y. A point that is not finite interrupts the curve.
+    /// Points, x and y. A point with a value that is not finite interrupts the curve.
     pub points: Vec<(f64, f64)>,
     /// Index of the colour.
     pub colour: usize,
@@ -65,9 +65,9 @@ pub struct Line {
 /// Medium of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
-    /// Separate picture with its title and legends.
+    /// Separate picture, with its title and legends.
     Paper,
-    /// Part of a page, which has the title and the legend.
+    /// Part of a page, which contains the title and the legend.
     Page,
 }
 
@@ -85,14 +85,14 @@ impl Figure {
         self.render(Form::Paper)
     }
 
-    /// True if no point can be drawn.
+    /// Tests if there is no point that can be drawn.
     pub fn is_empty(&self) -> bool {
         let mut points = self.panels.iter().flat_map(|panel| &panel.lines).flat_map(|l| &l.points);
         !points.any(|(x, y)| x.is_finite() && y.is_finite())
     }
 
-    /// True if the names of the lines stand at their ends; false if one legend serves all panels, because
-    /// each appearance, colour with solid or dashed, has the same meaning in all of them.
+    /// True if the names of the lines are written at their ends; false if one legend serves all panels, because each
+    /// appearance (colour, and solid or dashed) has the same meaning in all panels.
     fn labels_lines(&self) -> bool {
         let all = || self.panels.iter().flat_map(Panel::labels).filter(|entry| !entry.0.is_empty());
         let entries: HashSet<_> = all().collect();
@@ -100,12 +100,12 @@ impl Figure {
             all().map(|(_, colour, dashed, is_band)| (colour, dashed, is_band)).collect();
         let is_common = appearances.len() == entries.len() && self.panels.len() > 1;
         let most = self.panels.iter().map(|panel| panel.labels().count()).max().unwrap_or(0);
-        // More names than these do not fit beside a panel.
+        // More names than this do not fit beside a panel.
         !is_common && most <= 9
     }
 }
 
-/// Groups of panels that are visible at once; each names its horizontal axis once, below.
+/// Groups of panels that are visible at the same time; each group names its horizontal axis once, at the bottom.
 fn groups(panels: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
     const SEEN: usize = 4;
     let count = panels.div_ceil(SEEN);
@@ -113,7 +113,7 @@ fn groups(panels: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
 }
 
 impl Panel {
-    /// Name, index of the colour, dashes, and true for a band, of each line and band.
+    /// For each line and band: name, index of the colour, true if dashed, true for a band.
     fn labels(&self) -> impl Iterator<Item = (&str, usize, bool, bool)> {
         let lines = self.lines.iter();
         let lines = lines
@@ -140,7 +140,7 @@ mod tests {
         }
     }
 
-    /// Figures of unusual data are complete and well formed.
+    /// Figures of unusual data are complete and well-formed.
     #[test]
     fn odd_data_are_drawn() {
         let cases = [
@@ -165,11 +165,11 @@ mod tests {
     #[test]
     fn a_single_point_is_marked() {
         let svg = figure(vec![vec![(0.0, 1.0)], vec![(0.0, 2.0)]]).svg();
-        // The dashed one is a cross.
+        // The point of the dashed line is drawn as a cross.
         assert!(svg.contains("<circle") && svg.contains("m-5-5l10 10"), "{svg}");
     }
 
-    /// Every panel has its axis in view without scrolling to the last panel.
+    /// In tall figures, an axis is visible for each panel without scrolling to the last one.
     #[test]
     fn tall_figures_name_their_axis_more_than_once() {
         for (panels, names) in [(1, 1), (4, 1), (5, 2), (9, 3)] {

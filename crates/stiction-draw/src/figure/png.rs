@@ -1,4 +1,4 @@
-//! Figures as PNG, rendered by kuva: the only use of this library.
+//! Figures as PNG, rendered by kuva; this library is used only here.
 
 use super::{COLOURS, Figure, Line};
 use crate::xml::is_of_xml;
@@ -14,7 +14,7 @@ impl Figure {
     /// Figure as PNG.
     ///
     /// # Errors
-    /// The renderer fails.
+    /// The renderer failed.
     pub fn png(&self) -> Result<Vec<u8>, String> {
         let rows: Vec<Vec<Plot>> = self
             .panels
@@ -49,12 +49,12 @@ impl Figure {
     }
 }
 
-/// Removes characters that are not drawn.
+/// Removes characters that cannot be drawn.
 fn clean(text: &str) -> String {
     text.chars().filter(|c| is_of_xml(*c)).collect()
 }
 
-/// The parts of a line between its interruptions.
+/// Parts of a line between its interruptions.
 fn plots(line: &Line) -> Vec<Plot> {
     let colour = COLOURS[line.colour % COLOURS.len()];
     let runs = line.points.split(|(x, y)| !(x.is_finite() && y.is_finite()));

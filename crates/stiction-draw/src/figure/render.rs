@@ -6,17 +6,17 @@ use crate::drawing::px;
 use crate::xml::escape;
 use std::fmt::Write;
 
-/// Widths of a file and of a figure in a page, px: small, so that letters keep their size in a narrow page.
+/// Widths of a file and of a figure in a page, px; small, so that letters remain legible in a narrow page.
 const WIDTHS: [f64; 2] = [860.0, 700.0];
 /// Width of a letter, px.
 const LETTER: f64 = 6.6;
-/// Height of the name of a panel, of tick labels with the name of the axis, and of a row of a legend, px.
+/// Heights of the name of a panel, of tick labels with the name of the axis, and of a row of a legend, px.
 const NAME: f64 = 26.0;
 const TICKS: f64 = 44.0;
 const ROW: f64 = 22.0;
 /// Largest number of letters of a label at the end of a line.
 const LONGEST: usize = 24;
-/// Least distance of two such labels, px.
+/// Least distance between two such labels, px.
 const APART: f64 = 14.0;
 
 impl Figure {
@@ -166,7 +166,7 @@ impl<'a> Renderer<'a> {
         )
     }
 
-    /// Draws the one legend of a file; returns the height below it.
+    /// Draws the common legend of a file; returns the height below it.
     fn legend(&mut self, top: f64) -> f64 {
         let mut entries: Vec<(&str, usize, bool, bool)> = Vec::new();
         for entry in self.figure.panels.iter().flat_map(Panel::labels) {
@@ -297,7 +297,7 @@ impl<'a> Renderer<'a> {
         }
         for run in runs.iter().filter(|run| !run.is_empty()) {
             if let [(x, y)] = &run[..] {
-                // A single point needs a marker; a cross stays visible on top of another's circle.
+                // A single point needs a marker; a cross remains visible on top of the circle of another line.
                 if line.dashed {
                     let _ = write!(path, "M{x} {y}m-5-5l10 10m0-10l-10 10");
                 } else {
@@ -319,7 +319,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Draws the intervals of a band: areas, and bars where a single sample has one.
+    /// Draws the intervals of a band: areas, and bars for isolated samples.
     fn band(&mut self, band: &Band, y: &Axis, bottom: f64) {
         let name = format!("line{}", band.colour % COLOURS.len());
         let fill = self.colour(&name);
@@ -399,7 +399,7 @@ fn dashes(dashed: bool) -> &'static str {
     if dashed { " stroke-width=\"1.6\" stroke-dasharray=\"7 4\"" } else { " stroke-width=\"1.8\"" }
 }
 
-/// A label that is not too long.
+/// Shortens a label that is too long.
 fn short(label: &str) -> String {
     match label.chars().count() > LONGEST {
         true => label.chars().take(LONGEST - 1).chain(['…']).collect(),

@@ -1,18 +1,18 @@
-//! Long series, thinned for drawing.
+//! Long series of points, thinned for drawing.
 
 use super::{Band, Line};
 
-/// Long series of points, thinned for drawing to the least and greatest value of each interval.
+/// Long series of points, thinned for drawing: of each interval, only the least and greatest value are kept.
 #[derive(Clone, Debug)]
 pub struct Trace {
     stretch: usize,
-    /// Number of points in the current interval, with the least and the greatest.
+    /// Number of points in the current interval; `extremes` are its least and greatest point.
     taken: usize,
     extremes: Option<[(f64, f64); 2]>,
     points: Vec<(f64, f64)>,
 }
 
-/// Largest number of points drawn.
+/// Largest number of points that are drawn.
 const DRAWN: usize = 2800;
 
 impl Trace {
@@ -58,8 +58,7 @@ impl Trace {
         }
     }
 
-    /// Curve of the series with its name in the legend, the index of its colour, and dashed or
-    /// solid.
+    /// Converts the series to a curve with a name in the legend and the index of its colour, dashed or solid.
     pub fn line(self, label: &str, colour: usize, dashed: bool) -> Line {
         Line { label: label.to_owned(), points: self.into_points(), colour, dashed }
     }
@@ -71,12 +70,12 @@ impl Trace {
     }
 }
 
-/// Curve of a quantity with a smooth part and one that friction causes, which jumps where sliding reverses
-/// and is an interval at rest. Samples alone would show jumps as slopes and rest as spikes.
+/// Curve of a quantity with a smooth part and a friction part. The friction part jumps where sliding reverses and is
+/// an interval at rest. Samples alone would show jumps as slopes and rest as spikes.
 #[derive(Clone, Debug)]
 pub struct JumpTrace {
     trace: Trace,
-    /// Last sample: time, smooth part, part of friction, true at rest.
+    /// Last sample: time, smooth part, friction part, true at rest.
     last: Option<(f64, f64, f64, bool)>,
 }
 
@@ -86,13 +85,13 @@ impl JumpTrace {
         Self { trace: Trace::new(count), last: None }
     }
 
-    /// Adds a sample: its smooth part, the part of friction, true if that part is an interval because the
+    /// Adds a sample: its smooth part, its friction part, true if the friction part is an interval because the
     /// mechanism rests, and the instant of a reversal since the last sample, if any.
     pub fn push(&mut self, time: f64, smooth: f64, part: f64, rests: bool, reversal: Option<f64>) {
         match (self.last, rests) {
             (None, true) => {}
             (None, false) => self.trace.push(time, smooth + part),
-            // The curve reaches the instant of rest with its last friction, and leaves it with its next.
+            // The curve ends at the instant of rest with the last friction, and continues after it with the next.
             (Some((.., last_part, false)), true) => self.trace.push(time, smooth + last_part),
             (Some((.., true)), true) => self.trace.interrupt(),
             (Some((before, last_smooth, _, true)), false) => {
@@ -112,19 +111,19 @@ impl JumpTrace {
         self.last = Some((time, smooth, part, rests));
     }
 
-    /// The curve, see [`Trace::line`].
+    /// Converts to a curve; see [`Trace::line`].
     pub fn line(self, label: &str, colour: usize, dashed: bool) -> Line {
         self.trace.line(label, colour, dashed)
     }
 }
 
-/// Instant of a reversal between two samples of a velocity by linear interpolation; `None` if it keeps its
-/// sign.
+/// Instant at which a velocity reverses between two samples, by linear interpolation; `None` if its sign does not
+/// change.
 pub fn reversal((t0, v0): (f64, f64), (t1, v1): (f64, f64)) -> Option<f64> {
     (v0 * v1 < 0.0).then(|| t0 + (t1 - t0) * v0 / (v0 - v1))
 }
 
-/// Intervals over time, thinned for drawing to the widest of each stretch.
+/// Intervals as functions of time, thinned for drawing to the widest one of each stretch.
 #[derive(Clone, Debug)]
 pub struct BandTrace {
     stretch: usize,
@@ -139,7 +138,7 @@ impl BandTrace {
         Self { stretch: count.div_ceil(DRAWN).max(1), taken: 0, widest: None, points: Vec::new() }
     }
 
-    /// Adds a sample; without an interval the band is interrupted.
+    /// Adds a sample; `None` interrupts the band.
     pub fn push(&mut self, time: f64, interval: Option<(f64, f64)>) {
         if let Some((low, high)) = interval
             && self.widest.is_none_or(|(_, a, b)| high - low > b - a)
@@ -163,7 +162,7 @@ impl BandTrace {
         }
     }
 
-    /// The band; `None` if there was no interval.
+    /// Converts to a band; `None` if there was no interval.
     pub fn band(mut self, label: &str, colour: usize) -> Option<Band> {
         self.flush();
         let label = label.to_owned();
@@ -207,7 +206,7 @@ mod tests {
         );
     }
 
-    /// A sample at rest is no spike, and a dwell interrupts the curve.
+    /// A sample at rest does not cause a spike, and a dwell interrupts the curve.
     #[test]
     fn rest_is_no_spike() {
         let run = |rests: [bool; 4], parts: [f64; 4]| {

@@ -1,8 +1,7 @@
-//! Frame of all pages: self-contained, light or dark by the reader's preference, black on white in
-//! print.
+//! Frame of all pages: self-contained, light or dark according to the reader's preference, black on white in print.
 //!
-//! The policy of a page allows nothing but its own styles and, if it shows a moving robot, the one script
-//! of [`crate::viewer`], named by its digest: markup that a name or a title smuggles in cannot run.
+//! The content security policy of a page permits only its own styles and, if it shows a moving robot, the script of
+//! [`crate::viewer`], identified by its digest. Markup smuggled in through a name or a title therefore cannot run.
 
 use crate::drawing::{BRANCHES, BRANCHES_ON_DARK, tones};
 use crate::figure::{COLOURS, COLOURS_ON_DARK};
@@ -29,7 +28,7 @@ const PALETTE: [(&str, &str, &str); 13] = [
     ("grid", "#cccccc", "#4a525c"),
 ];
 
-/// Declarations of the colours of the palette and of lines.
+/// Declarations of the colours of the palette and of the lines.
 fn variables(is_dark: bool) -> String {
     let colours = PALETTE.iter().map(|(name, light, dark)| {
         let value = if is_dark { dark } else { light };
@@ -43,22 +42,22 @@ fn variables(is_dark: bool) -> String {
     colours.chain(lines).chain(branches).chain(tones).collect::<Vec<_>>().join(";")
 }
 
-/// Colours of a light page as a rule.
+/// Style rule with the colours of a light page.
 pub fn light() -> String {
     format!(":root{{{}}}", variables(false))
 }
 
-/// Whole page, which runs no script; `inner` is markup, `style` follows the common style sheet.
+/// Complete page that runs no script; `inner` is markup, `style` is appended to the common style sheet.
 pub fn page(title: &str, style: &str, inner: &str) -> String {
     frame(title, style, inner, None)
 }
 
-/// Whole page with the script of [`crate::viewer`], the only one that it may run.
+/// Complete page with the script of [`crate::viewer`], the only script that it may run.
 pub fn page_with_viewer(title: &str, style: &str, inner: &str) -> String {
     frame(title, style, inner, Some(crate::viewer::SCRIPT))
 }
 
-/// Source expression of a script in a content security policy.
+/// Source expression for a script in a content security policy.
 pub fn source_of(script: &str) -> String {
     format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(script)))
 }
@@ -75,8 +74,8 @@ fn frame(title: &str, style: &str, inner: &str, script: Option<&str>) -> String 
     )
 }
 
-/// Whole page of an application: its own style sheet after the declarations of all colours, and the sources
-/// that it may use besides `default-src 'none'`. `inner` is markup and contains its scripts.
+/// Complete page of an application: its own style sheet after the declarations of all colours, and the sources that
+/// it may use in addition to `default-src 'none'`. `inner` is markup that includes its scripts.
 pub fn application(title: &str, policy: &str, style: &str, inner: &str) -> String {
     document(title, policy, style, inner)
 }
@@ -105,7 +104,7 @@ pub enum Column {
     Number,
 }
 
-/// Table; names and cells are markup.
+/// Creates a table; names and cells are markup.
 pub fn table(head: &[(String, Column)], rows: &[Vec<String>]) -> String {
     let cell = |element: &str, column: Column, inner: &str| {
         let class = if column == Column::Number { " class=\"number\"" } else { "" };

@@ -1,10 +1,10 @@
-//! The moving robot of a page: a canvas that a reader orbits, plays and asks, drawn by a script of our own.
+//! The moving robot of a page: a canvas that the reader can orbit, play and query, drawn by a script of this crate.
 
 use crate::xml::escape;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use serde_json::{Value, json};
 
-/// The script, the only one that a page with a moving robot may run.
+/// The script; the only one that a page with a moving robot may run.
 pub const SCRIPT: &str = concat!(
     "\n\"use strict\";\n(() => {\n",
     include_str!("data.js"),
@@ -28,12 +28,12 @@ pub struct Film {
     pub times: Vec<f64>,
     /// Number of samples of the run.
     pub of: usize,
-    /// Point of the world at which the axes of the poses begin, m.
+    /// Origin of the axes of the poses, in the world, m.
     pub origin: [f64; 3],
     /// Position (m, from the origin) and quaternion (w, x, y, z) of every body, the ground first, sample
     /// by sample.
     pub poses: Vec<f32>,
-    /// Names of the columns of the tables of the run.
+    /// Names of the columns of the run's tables.
     pub columns: Vec<String>,
     /// Values of the columns, sample by sample.
     pub values: Vec<f64>,
@@ -41,27 +41,27 @@ pub struct Film {
     pub interfaces: Vec<(String, usize)>,
     /// Actuators.
     pub actuators: Vec<Actuator>,
-    /// Least constrained motion at one sample.
+    /// Least-constrained motion at one sample.
     pub ghost: Option<Ghost>,
 }
 
-/// Motion with the actuators held that the constraints resist least: near a singular position, the motion
-/// that the mechanism gains there.
+/// Motion with locked actuators that the constraints resist least; near a singular position, the motion that the
+/// mechanism gains there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ghost {
     /// Time of the sample, s.
     pub time: f64,
-    /// Singularity index of actuation there.
+    /// Singularity index of actuation at this sample.
     pub index: f64,
-    /// Velocity of the origin and angular velocity of every body, the ground first, world axes; only their
-    /// ratios count.
+    /// Velocity of the origin and angular velocity of every body, the ground first, in world axes; only their ratios
+    /// matter.
     pub twists: Vec<[[f64; 3]; 2]>,
 }
 
 /// Actuator of the moving picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Actuator {
-    /// Name in the columns.
+    /// Name in the columns of the tables.
     pub name: String,
     /// Unit of its effort.
     pub unit: &'static str,
@@ -80,7 +80,7 @@ fn actuator(actuator: &Actuator) -> Value {
     json!({ "name": name, "unit": unit, "joint": joint, "axis": axis, "second": second, "turns": turns })
 }
 
-/// Markup of the moving robot; `still` is its picture without a script and in print.
+/// Markup of the moving robot; `still` is the picture shown without a script and in print.
 pub fn robot(scene: &Value, film: &Film, still: &str, caption: &str) -> String {
     let floats: Vec<u8> = film.poses.iter().flat_map(|x| x.to_le_bytes()).collect();
     let doubles = |list: &[f64]| {
@@ -100,7 +100,7 @@ pub fn robot(scene: &Value, film: &Film, still: &str, caption: &str) -> String {
         "poses": BASE64_STANDARD.encode(&floats),
         "values": doubles(&film.values),
     });
-    // Without `<`, no text in the data ends the element.
+    // Without the character `<`, no text in the data can end the element.
     let data = data.to_string().replace('<', "\\u003c");
     format!(
         "<figure class=\"robot\" id=\"robot\">\n\

@@ -16,7 +16,7 @@ use std::sync::Arc;
 pub enum Severity {
     /// Error: the input is unusable.
     Error,
-    /// Warning: the input is usable but suspicious. Warnings never change numbers.
+    /// Warning: the input is usable but suspicious. Warnings do not affect results.
     Warning,
 }
 
@@ -57,7 +57,7 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, message) }
     }
 
-    /// Sets the place and the words beneath it.
+    /// Sets the place, and the label under it.
     pub fn at(mut self, place: Place, label: impl Into<String>) -> Self {
         (self.place, self.label) = (Some(place), label.into());
         self
@@ -106,15 +106,15 @@ impl Diagnostic {
         object
     }
 
-    /// Tests for a duplicate message about the same location.
+    /// Tests if `other` is the same message about the same place.
     fn repeats(&self, other: &Self) -> bool {
         let place = |d: &Self| d.place.as_ref().map(|p| (Arc::as_ptr(&p.source), p.span.clone()));
         self.message == other.message && place(self) == place(other)
     }
 }
 
-/// Maximum number of messages kept; further ones are only counted. It bounds the memory that a
-/// large broken file needs.
+/// Maximum number of messages kept; further messages are only counted. This limits the memory that a large file with
+/// many errors needs.
 const MOST_KEPT: usize = 100;
 
 /// All messages about an input.

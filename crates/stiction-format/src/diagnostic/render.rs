@@ -5,10 +5,9 @@ use crate::source::{Place, boundary};
 use annotate_snippets::{Annotation, AnnotationKind, Element, Level, Origin, Renderer, Snippet};
 use std::sync::Arc;
 
-/// Longest line that is shown, in bytes; of longer lines (minified files) only the position is
-/// given.
+/// Longest line that is shown, in bytes; for longer lines (minified files) only the position is given.
 const LONGEST_LINE: usize = 500;
-/// Maximum distance, in lines, of two places that share an excerpt.
+/// Maximum distance, in lines, between two places in one excerpt.
 const MOST_LINES: usize = 200;
 
 pub(super) fn all(diagnostics: &Diagnostics, coloured: bool) -> String {
@@ -56,8 +55,7 @@ struct Annotated<'a> {
     kind: AnnotationKind,
 }
 
-/// First and last line of a place, and the part of the first line to underline. Only the first line
-/// is underlined.
+/// First and last line of a place, and the range of the first line to underline. Only the first line is underlined.
 struct Line {
     start: usize,
     end: usize,
@@ -122,7 +120,7 @@ fn excerpt<'a>(
     if shown.lines().any(|line| line.len() > LONGEST_LINE) {
         return Origin::path(name).line(line).char_column(column).into();
     }
-    // A byte order underline does not count as a character.
+    // A byte order mark does not count as a character.
     let skipped = if shown.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
     let from = from + skipped;
     let shown = shown.get(skipped..).unwrap_or_default();

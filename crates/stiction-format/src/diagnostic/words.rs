@@ -48,7 +48,7 @@ pub(crate) fn nearest<'a>(
     similar(name, candidates).first().copied()
 }
 
-/// Phrase `did you mean ...?` with all candidates that are equally similar, or `what` and a list of all if
+/// Phrase `did you mean ...?` with all candidates that are equally similar, or `what` and a list of all candidates if
 /// none is similar; `None` without candidates.
 pub fn did_you_mean<'a>(
     name: &str,

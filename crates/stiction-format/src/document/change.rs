@@ -7,7 +7,7 @@ use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use toml::de::DeTable;
 
-/// Tables of named parts. A change never adds a part: a misspelt name would be one.
+/// Tables of named parts. A change never adds a part, because a misspelt name would otherwise add one.
 const NAMED: &[&str] =
     &["parameters", "bodies", "joints", "springs", "bushings", "actuators", "motions", "loads"];
 
@@ -23,7 +23,7 @@ pub(crate) fn apply(source: &Arc<Source>, document: &mut Document, out: &mut Dia
     }
 }
 
-/// Applies one change; returns what is wrong with it.
+/// Applies one change; returns a diagnostic if it cannot be applied.
 fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> Option<Diagnostic> {
     let Some((path, value)) = line.split_once('=') else {
         return Some(
@@ -55,7 +55,7 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
     )
 }
 
-/// The parts of a key path: separated by points, quoted ones whole.
+/// Components of a key path, separated by points; a quoted component may contain points.
 fn segments(path: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
     let mut quote = None;
@@ -74,7 +74,7 @@ fn segments(path: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// A value in TOML, or else a string without quotes.
+/// Reads a TOML value, or else a string without quotes.
 fn read_value(written: &str, begin: usize) -> Value {
     const KEY: &str = "v=";
     let text = format!("{KEY}{written}");
@@ -92,7 +92,7 @@ fn read_value(written: &str, begin: usize) -> Value {
     Value { span, node: Node::Text(Text { content, start: Some(start) }) }
 }
 
-/// Moves all places in a value.
+/// Shifts all places in a value.
 fn move_by(value: &mut Value, offset: usize) {
     let moved = |span: &mut Span| {
         *span = span.start.wrapping_add(offset)..span.end.wrapping_add(offset);
@@ -114,12 +114,12 @@ fn move_by(value: &mut Value, offset: usize) {
 
 enum Outcome {
     Set,
-    /// No such name; the names that are known at this place.
+    /// There is no such name; lists the names that are known at this place.
     Unknown {
         name: String,
         known: Vec<String>,
     },
-    /// A value that has no keys.
+    /// The path leads to a value that has no keys.
     NotATable,
 }
 
@@ -132,7 +132,7 @@ struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// Sets the value of a key of the model, or of a parameter or part given by its name alone.
+    /// Sets the value of a key of the model, or of a parameter or part whose name is given alone.
     fn in_model(&self, root: &mut Table) -> Outcome {
         let first = self.path.first().map(String::as_str).unwrap_or_default();
         if MODEL.iter().any(|field| field.key == first) {
@@ -162,7 +162,7 @@ impl Target<'_> {
     /// reader checks. `parent` is the key of the table, or the first key to look for in the root.
     fn in_table(&self, table: &mut Table, open: bool, parent: &str) -> Outcome {
         let names = |table: &Table| table.entries.iter().map(|(key, _)| key.name.clone()).collect();
-        // Names may contain points: the longest one that exists.
+        // Names may contain points: tries the longest existing one first.
         for count in (1..=self.path.len()).rev() {
             let (name, rest) = self.path.split_at(count);
             let name = name.join(".");
@@ -214,7 +214,7 @@ impl Target<'_> {
         }
     }
 
-    /// Sets the value in one entry of a list, by its number from 1, or in all that have the key.
+    /// Sets the value in one entry of a list, given by its number from 1, or in all entries that have the key.
     fn in_list(&self, list: &mut [Value], parent: &str) -> Outcome {
         let count = list.len();
         if let [first, rest @ ..] = self.path

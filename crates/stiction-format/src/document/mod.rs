@@ -1,4 +1,4 @@
-//! Parser from TOML text to a tree with places that reports all syntax errors at once.
+//! Parser from TOML text to a document tree with places; it reports all syntax errors at once.
 
 mod change;
 mod repair;

@@ -37,7 +37,7 @@ pub(super) fn close_brackets(source: &Source) -> Repaired<'_> {
     repaired
 }
 
-/// Byte offset of the first value that, according to the parser, ends at one of `ends`.
+/// Byte offset of the first value whose end, according to the parser, is one of `ends`.
 fn opened(root: &DeTable<'_>, ends: &[usize]) -> Option<usize> {
     let mut first = None;
     let mut pending: Vec<&toml::Spanned<DeValue<'_>>> = root.values().collect();
@@ -70,7 +70,7 @@ fn end_of_value(text: &str, open: usize) -> usize {
     open + text.get(open..at).unwrap_or_default().trim_end().len()
 }
 
-/// Replaces a part of the text by `0` and spaces; line breaks are kept.
+/// Overwrites a range of the text with `0` and spaces; line breaks are kept.
 fn blank(text: &str, part: &Span) -> String {
     let (before, rest) = text.split_at_checked(part.start).unwrap_or((text, ""));
     let (inside, after) = rest.split_at_checked(part.len()).unwrap_or((rest, ""));

@@ -20,7 +20,7 @@ pub(crate) struct Value {
 #[derive(Clone, Debug)]
 pub(crate) enum Node {
     Text(Text),
-    /// Including infinity and NaN, so that the reader can report them.
+    /// A number, which may be infinite or NaN so that the reader can report it.
     Number(f64),
     Flag(bool),
     List(Vec<Value>),
@@ -33,25 +33,25 @@ pub(crate) enum Node {
 #[derive(Clone, Debug)]
 pub(crate) struct Text {
     pub(crate) content: String,
-    /// Byte offset of the content in the source, if it contains no escapes.
+    /// Byte offset of the content in the source; `None` if the content contains escapes.
     pub(crate) start: Option<usize>,
 }
 
 /// A table.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Table {
-    /// The place of its header, its braces, or its key.
+    /// Place of the table's header, braces or key.
     pub(crate) span: Span,
     pub(crate) entries: Vec<(Key, Value)>,
 }
 
 impl Table {
-    /// The entry of a key.
+    /// Key and value of the entry with this name.
     pub(crate) fn entry(&self, name: &str) -> Option<(&Key, &Value)> {
         self.entries.iter().find(|(key, _)| key.name == name).map(|(key, value)| (key, value))
     }
 
-    /// The value of a key.
+    /// Value of the entry with this name.
     pub(crate) fn get(&self, name: &str) -> Option<&Value> {
         self.entry(name).map(|(_, value)| value)
     }
@@ -96,7 +96,7 @@ impl Value {
 }
 
 impl Text {
-    /// Place of a part of the content, or of the whole value if it contains escapes.
+    /// Place of a range of the content, or of the whole value if the content contains escapes.
     pub(crate) fn place_of(&self, value: &Span, part: &Span) -> Span {
         match self.start {
             Some(start) => start + part.start..start + part.end,

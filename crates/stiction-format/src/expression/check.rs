@@ -7,21 +7,21 @@ use super::{Dimension, Fault, Scope};
 use crate::expression::Measure;
 use crate::source::Span;
 
-/// A number and its dimension; SI units.
+/// A number in SI units, and its dimension.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Quantity {
     pub(crate) value: f64,
     pub(crate) dimension: Dimension,
 }
 
-/// A checked expression in time.
+/// A checked expression that may contain the time.
 #[derive(Clone, Debug)]
 pub(crate) enum TimeFormula {
     Constant(f64),
     Changing(Formula),
 }
 
-/// The value of an expression without time.
+/// Evaluates an expression without time.
 pub(crate) fn constant(program: &Program, scope: &dyn Scope) -> Result<Quantity, Fault> {
     let (dimension, formula) = analyse(program, scope, Dimension::NONE)?;
     let value = formula.constant().unwrap_or(f64::NAN);
@@ -60,7 +60,7 @@ pub(crate) fn in_time(
     })
 }
 
-/// Checks two expressions that are compared with each other; the second fault is true if it is in the
+/// Checks two expressions that are compared with each other. The flag beside a fault is true if the fault is in the
 /// second expression.
 pub(crate) fn of_one_kind(
     [left, right]: [&str; 2],
@@ -92,13 +92,13 @@ pub(crate) fn of_one_kind(
 struct Part {
     dimension: Dimension,
     span: Span,
-    /// Index of its first instruction.
+    /// Index of the first instruction of the result.
     start: usize,
-    /// True if its instructions are a single number.
+    /// True if the instructions of the result are a single number.
     constant: bool,
 }
 
-/// Dimension of the program, and its instructions with the constant parts evaluated. `time` is the
+/// Returns the dimension of a program, and its instructions with constant subexpressions evaluated. `time` is the
 /// dimension of `t`.
 fn analyse(
     program: &Program,

@@ -22,7 +22,7 @@ pub(crate) enum Function {
     Min,
     Max,
     Smooth,
-    /// Only in formulas over measured coordinates, whose simulation locates the jump.
+    /// Sign; allowed only in formulas of measured coordinates, because simulations locate its jump.
     Sign,
 }
 
@@ -31,9 +31,9 @@ pub(crate) enum Function {
 pub(crate) enum Rule {
     /// Dimensionless argument (or angle), dimensionless result.
     Plain,
-    /// Arguments of one dimension, which the result shares.
+    /// Arguments of the same dimension; the result has this dimension.
     Keep,
-    /// Arguments of one dimension, dimensionless result.
+    /// Arguments of the same dimension, dimensionless result.
     Ratio,
     /// The result has the square root of the argument's dimension.
     Root,

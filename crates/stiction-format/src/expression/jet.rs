@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Value, first and second derivative.
+/// Value with its first and second derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jet {
     pub(crate) value: f64,
@@ -70,7 +70,7 @@ impl Jet {
         self.chain(x.atan(), slope, -2.0 * x * slope * slope)
     }
 
-    /// Angle of the point (`x`, `self`), as `atan2`.
+    /// Angle of the point (`x`, `self`), as computed by `atan2`.
     pub(crate) fn atan2(self, x: Self) -> Self {
         let y = self;
         let r2 = x.value * x.value + y.value * y.value;
@@ -148,7 +148,7 @@ impl Jet {
         if self.less_soon(other) { other } else { self }
     }
 
-    /// Compares with `other`, at a crossing by the values at later times.
+    /// Tests if `self` is less than `other`; at a crossing, if it is less at later times.
     fn less_soon(self, other: Self) -> bool {
         let difference =
             [self.value - other.value, self.first - other.first, self.second - other.second];

@@ -174,8 +174,8 @@ impl Measure {
         })
     }
 
-    /// Complaint about a quantity of the wrong dimension. Plain numbers count in SI units; an angle
-    /// is not accepted where a length is expected.
+    /// Returns a complaint if a quantity has the wrong dimension. Plain numbers are taken in SI units; an angle is
+    /// not accepted where a length is expected.
     pub(crate) fn complaint(self, found: Dimension) -> Option<impl FnOnce(Span) -> Fault> {
         let expected = self.dimension();
         let bare = found.is_none() && (!found.is_angle() || expected.is_none());

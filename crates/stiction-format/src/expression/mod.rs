@@ -66,13 +66,13 @@ pub(crate) trait Scope {
     fn value(&self, index: usize) -> Option<Quantity>;
     /// All names, for suggestions.
     fn names(&self) -> Vec<&str>;
-    /// Index and dimension of a measured coordinate, or of its rate, or the message and help for a name
-    /// that is none; `None` where expressions cannot use coordinates.
+    /// Index and dimension of a measured coordinate or of its rate; for any other name, a message and help. `None`
+    /// where expressions cannot use coordinates.
     fn measured(&self, name: &str, rate: bool) -> Option<Result<(usize, Dimension), Unmeasured>> {
         let _ = (name, rate);
         None
     }
 }
 
-/// Message and help for a name that is no coordinate.
+/// Message and help for a name that is not a coordinate.
 pub(crate) type Unmeasured = (String, Option<String>);

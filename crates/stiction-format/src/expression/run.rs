@@ -7,7 +7,7 @@ use super::jet::Jet;
 use super::parse::Op;
 use crate::source::Span;
 
-/// Checked instructions that yield a number at every time.
+/// Checked instructions that give a number at each time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Formula {
     pub(super) steps: Vec<(Op, Span)>,
@@ -49,7 +49,7 @@ impl Formula {
         self.steps.split_off(start).into_iter().map(|(op, _)| apply(op, &[])).collect()
     }
 
-    /// Value of the instruction at index `at` if it is a number.
+    /// Value of the instruction at index `at`; `None` if it is not a number.
     pub(super) fn number_at(&self, at: usize) -> Option<f64> {
         match self.steps.get(at) {
             Some((Op::Number(value, _), _)) => Some(*value),
@@ -57,7 +57,7 @@ impl Formula {
         }
     }
 
-    /// Value of the formula if it is a single number.
+    /// Value of the formula; `None` if it is not a single number.
     pub(super) fn constant(&self) -> Option<f64> {
         match self.steps.as_slice() {
             [(Op::Number(value, _), _)] => Some(*value),
@@ -70,7 +70,7 @@ impl Formula {
         self.run(t, &mut |_, _, _, _| true)
     }
 
-    /// Place and reason of a result that is not finite at time `t`.
+    /// Place and reason if the result is not finite at time `t`.
     pub(crate) fn fault_at(&self, t: f64) -> Option<Fault> {
         let mut fault = None;
         self.run(t, &mut |op, arguments, span, value| {

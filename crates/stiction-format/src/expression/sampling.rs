@@ -1,8 +1,7 @@
-//! Sampling limits of formulas: times up to which a few samples resolve sines, ramps, kinks and
-//! peaks.
+//! Sampling limits of formulas: times up to which a few samples are enough to resolve sines, ramps, kinks and peaks.
 //!
-//! A simulation that steps through time evaluates a formula at few instants. The value and the
-//! derivatives of each operation's argument predict its next feature.
+//! A simulation that steps through time evaluates a formula at few instants. The next feature of an operation is
+//! predicted from the value and the derivatives of its argument.
 
 use super::function::Function;
 use super::jet::Jet;
@@ -12,7 +11,7 @@ use std::f64::consts::FRAC_PI_4;
 
 /// Arguments of `exp` below this are negligible: e^-50 is 2e-22.
 const EXP_NEGLIGIBLE: f64 = -50.0;
-/// Sigmoids are constant beyond this argument: 1 - tanh 20 is 8e-18.
+/// Sigmoids count as constant beyond this argument: 1 - tanh 20 is 8e-18.
 const SIGMOID_LIMIT: f64 = 20.0;
 /// Number of samples across a ramp.
 const RAMP_SAMPLES: f64 = 4.0;
@@ -34,8 +33,8 @@ impl Formula {
     }
 }
 
-/// Time up to which samples resolve the result of an operation, s, counted from the present;
-/// infinite if the operation has no features.
+/// Time from the present up to which samples resolve the result of an operation, s; infinite if the operation has no
+/// features.
 fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
     let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(0.0));
     let a = argument(0);
@@ -80,7 +79,7 @@ fn until_zero(x: Jet) -> f64 {
     if until > 0.0 { until } else { f64::INFINITY }
 }
 
-/// Time until a number reaches zero, by its rate and acceleration, or turns back, s. A zero
+/// Time until a number reaches zero, according to its rate and acceleration, or its rate changes sign, s. A zero
 /// crossing at the present time counts as past.
 fn until_met(x: Jet, now: f64) -> f64 {
     let root = (x.first * x.first - 2.0 * x.value * x.second).sqrt();
@@ -91,7 +90,7 @@ fn until_met(x: Jet, now: f64) -> f64 {
     all.into_iter().filter(|within| *within > now).fold(f64::INFINITY, f64::min)
 }
 
-/// Time until a number changes by the given amount, by its rate and by its acceleration, s.
+/// Time until a number changes by the given amount, according to its rate and its acceleration, s.
 fn until_changed_by(x: Jet, change: f64) -> f64 {
     (change / x.first.abs()).min((2.0 * change / x.second.abs()).sqrt())
 }
@@ -105,8 +104,8 @@ fn until_steep(size: Jet, above: f64) -> f64 {
     let by_rate = if size.first > 0.0 { -above / size.first } else { f64::INFINITY };
     let by_acceleration =
         if size.second > 0.0 { (-2.0 * above / size.second).sqrt() } else { f64::INFINITY };
-    // Time until the argument changes by the missing amount, or by one, so that steps shrink near
-    // the feature.
+    // Waits until the argument has changed by the missing amount, but at least until it has changed by one, so that
+    // steps shrink near the feature.
     by_rate.min(by_acceleration).max(until_changed_by(size, 1.0))
 }
 
@@ -114,7 +113,7 @@ fn until_steep(size: Jet, above: f64) -> f64 {
 mod tests {
     use crate::expression::tests::formula;
 
-    /// Steps from limit to limit; returns the greatest value sampled up to `end` and the number of
+    /// Steps from one sampling limit to the next; returns the greatest value sampled up to `end`, and the number of
     /// samples.
     fn most(text: &str, end: f64) -> (f64, usize) {
         let formula = formula(text);
@@ -129,7 +128,7 @@ mod tests {
         (most, samples)
     }
 
-    /// Samples pulses that last 2 ms of 10 s and reach 1.
+    /// Pulses of 2 ms within 10 s, which reach 1, are sampled near their maximum.
     #[test]
     fn short_pulses_are_resolved() {
         for text in [
@@ -138,7 +137,7 @@ mod tests {
             "exp(-((t - 7)/0.0003)^2)",
             "0.5*(tanh((t - 7)/0.0001) - tanh((t - 7.001)/0.0001))",
             "1/(1 + ((t - 7)/0.0001)^2)",
-            // Width 2 ms around the peak of a slow wave, which reaches 1 there.
+            // 2 ms wide around the peak of a slow wave, which reaches 1 there.
             "max(0, cos(0.9*(t - 7)) - cos(0.0009))/(1 - cos(0.0009))",
             "(abs(cos(0.9*(t - 7)) - cos(0.0009)) + cos(0.9*(t - 7)) - cos(0.0009))/(2 - 2*cos(0.0009))",
         ] {
@@ -149,7 +148,7 @@ mod tests {
         }
     }
 
-    /// Takes eight samples per period, at any frequency.
+    /// Oscillations of any frequency are sampled about eight times per period.
     #[test]
     fn oscillations_are_resolved() {
         for (text, turns) in [("sin(2*pi*50*t)", 500.0), ("cos(2*pi*10*t^2)", 1000.0)] {

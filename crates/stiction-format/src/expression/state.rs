@@ -1,8 +1,8 @@
-//! Values of formulas over measured coordinates, with their kinks and jumps.
+//! Values of formulas of measured coordinates, with their kinks and jumps.
 //!
-//! `abs`, `min`, `max` and `sign` of measured quantities are not smooth. A simulation locates the
-//! instants at which they change their branch: each has a switching function, and in between the
-//! formula stays on the branch that the side of that function selects.
+//! `abs`, `min`, `max` and `sign` of measured quantities are not smooth. A simulation locates the instants at which
+//! they change their branch. Each of them has a switching function; its sign (side) selects the branch, on which the
+//! formula stays until the next switch.
 
 use super::function::Function;
 use super::jet::Jet;
@@ -25,8 +25,8 @@ impl Formula {
         self.steps.iter().any(|(op, _)| *op == Op::Time)
     }
 
-    /// Value at time `t`, s, for measured quantities and the sides of the switching functions, which
-    /// `see` receives with their values.
+    /// Value at time `t`, s, for measured quantities. `side` receives the value of each switching function and
+    /// returns its side.
     pub(crate) fn at_state(
         &self,
         t: f64,

@@ -11,8 +11,8 @@ pub(crate) struct Unit {
     pub(crate) dimension: Dimension,
 }
 
-/// Number of SI units in a unit, `factor * 10^ten`. The power of ten is separate so that it can be
-/// added to the decimal exponent of a number: `"128.48 mm"` is then exactly `0.12848`.
+/// Size of a unit in SI units, `factor * 10^ten`. The power of ten is separate so that it can be added to the decimal
+/// exponent of a number: `"128.48 mm"` is then exactly `0.12848`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
     pub(crate) factor: f64,
@@ -117,8 +117,8 @@ pub(crate) fn find(name: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|unit| unit.name == name)
 }
 
-/// Tests if a parameter may have the name of this unit, which then means the parameter: short names
-/// in use for amplitudes and areas.
+/// Tests if a parameter may have the name of this unit, and then takes precedence: short names that are common for
+/// amplitudes and areas.
 pub(crate) fn yields_to_parameters(name: &str) -> bool {
     find(name).is_some_and(|unit| unit.dimension == CURRENT)
 }

@@ -15,7 +15,7 @@ use crate::expression::Measure;
 pub(crate) struct Field {
     /// The key.
     pub(crate) key: &'static str,
-    /// Form of its value.
+    /// Form of the key's value.
     pub(crate) shape: Shape,
     /// True if the key is required. Conditional requirements ("required with mass") are checked by
     /// the reader.
@@ -33,11 +33,11 @@ pub(crate) enum Shape {
     Name,
     /// A list of names.
     Names,
-    /// One of these words.
+    /// One of the given words.
     Choice(&'static [&'static str]),
     /// A number or an expression.
     Quantity(Measure),
-    /// A number or an expression of a displacement or of an angle.
+    /// A number or an expression, whose measure is linear or angular.
     LinearOrAngular(Measure, Measure),
     /// Six quantities, or six rows of six.
     SixBySix(Measure),
@@ -55,7 +55,7 @@ pub(crate) enum Shape {
     Inertia,
     /// `true`, `false`, or the names of degrees of freedom.
     Actuated,
-    /// Start coordinates of a joint.
+    /// Coordinates of a joint at the start.
     Start,
     /// Range of a joint: a pair of quantities, or pairs by degree of freedom.
     Range,

@@ -95,8 +95,8 @@ fn inertia() -> Value {
     })
 }
 
-/// Schema of loads by body. Names of bodies may contain dots, which nest, so any other key may be
-/// part of a name.
+/// Schema of loads by body. Names of bodies may contain dots, which lead to nested tables; any other key may
+/// therefore be the beginning of a name.
 fn load() -> Value {
     let mut schema = table(BODY_LOAD);
     if let Some(schema) = schema.as_object_mut() {
@@ -219,7 +219,7 @@ fn shape(shape: &Shape) -> Value {
     }
 }
 
-/// Schema of a group of named tables with these keys, which may also contain arbitrary names.
+/// Schema of a table of named tables with these keys, which may also contain arbitrary names.
 fn named_open(fields: &[Field], others: &str) -> Value {
     json!({ "type": "object", "additionalProperties": open(fields, others) })
 }

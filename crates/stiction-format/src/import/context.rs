@@ -10,22 +10,23 @@ use std::sync::Arc;
 /// written, relative to the folder of the robot file.
 pub type FileLoader<'a> = dyn Fn(&str) -> Result<Vec<u8>, String> + 'a;
 
-/// A remark on something that the model does not express, or that was understood in another way.
+/// A remark on a property that the model does not express, or that was interpreted differently from how it is
+/// written.
 #[derive(Clone, Debug)]
 pub struct Note {
     /// The remark, a sentence without a full stop.
     pub message: String,
-    /// Places in the robot file that it concerns.
+    /// Places in the robot file to which the remark refers.
     pub places: Vec<Place>,
 }
 
 impl Note {
-    /// The remark after its file and lines: `models/arm.urdf:12, 15: …`.
+    /// The remark, preceded by its file and lines: `models/arm.urdf:12, 15: …`.
     pub fn line(&self) -> String {
         self.line_with(|name| name)
     }
 
-    /// The remark after its lines, with names of files as `shown` gives them.
+    /// The remark, preceded by its file and lines; `shown` converts the name of the file.
     pub(super) fn line_with(&self, shown: fn(&str) -> &str) -> String {
         let mut text = String::new();
         let mut file = None;
@@ -48,11 +49,11 @@ impl Note {
 /// State of an import.
 pub(super) struct Context<'a> {
     pub(super) files: &'a FileLoader<'a>,
-    /// True to keep what the file says, joint by joint.
+    /// True to import each joint as it is in the file.
     pub(super) literal: bool,
     pub(super) out: RefCell<Diagnostics>,
     notes: RefCell<Vec<Note>>,
-    /// Index of the note with a message, to which further places are added.
+    /// Index of the note for each message, so that further places are added to it.
     known: RefCell<HashMap<String, usize>>,
 }
 
@@ -87,7 +88,7 @@ impl<'a> Context<'a> {
         self.out.borrow().has_errors()
     }
 
-    /// Adds a remark. Remarks of equal words become one with all places.
+    /// Adds a remark. Remarks with the same text are combined into one with all places.
     pub(super) fn note(&self, message: impl Into<String>, place: Option<Place>) {
         let message = message.into();
         let mut notes = self.notes.borrow_mut();
@@ -112,7 +113,7 @@ impl<'a> Context<'a> {
         std::mem::take(&mut *self.notes.borrow_mut())
     }
 
-    /// Text of a further file as a source.
+    /// Reads the text of a further file as a source.
     pub(super) fn text(&self, name: &str) -> Result<Arc<Source>, String> {
         let bytes = (self.files)(name)?;
         let text = String::from_utf8(bytes).map_err(|_| "it is no UTF-8 text".to_owned())?;

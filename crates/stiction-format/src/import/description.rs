@@ -1,5 +1,5 @@
-//! A robot as its file describes it, in terms of bodies and joints: the form between the readers of
-//! all formats and the writer of the model file.
+//! A robot as described by its file, in terms of bodies and joints: the intermediate form between the readers of all
+//! formats and the writer of the model file.
 
 use crate::source::Place;
 use stiction_core::joint::JointType;
@@ -16,24 +16,24 @@ pub(super) struct Description {
     pub(super) format: &'static str,
     pub(super) name: String,
     pub(super) gravity: Vec3<f64>,
-    /// The first is the ground.
+    /// Bodies; the first is the ground.
     pub(super) bodies: Vec<Body>,
     pub(super) joints: Vec<Joint>,
     pub(super) springs: Vec<Spring>,
-    /// Springs of this program, from an extension of the file.
+    /// Tables of springs in the form of the model file, from extension elements.
     pub(super) spring_tables: Vec<(String, Table)>,
-    /// Motors of this program, from an extension of the file.
+    /// Tables of motors in the form of the model file, from extension elements.
     pub(super) motor_tables: Vec<(String, Table)>,
-    /// Gearings of this program, from an extension of the file.
+    /// Tables of gearings in the form of the model file, from extension elements.
     pub(super) gearing_tables: Vec<(String, Table)>,
-    /// Bushings of this program, from an extension of the file.
+    /// Tables of bushings in the form of the model file, from extension elements.
     pub(super) bushing_tables: Vec<(String, Table)>,
     pub(super) motors: Vec<Motor>,
     pub(super) joint_motors: Vec<JointMotor>,
     pub(super) gearings: Vec<Gearing>,
-    /// Elements of this program in the file.
+    /// Extension elements of this program in the file.
     pub(super) extensions: Vec<super::extension::Entry>,
-    /// Name of the position of the file in which joints start, such as a keyframe.
+    /// Name of the position at which joints start in the file, such as a keyframe.
     pub(super) position: &'static str,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Body {
     pub(super) name: String,
     pub(super) mass: f64,
     pub(super) com: Vec3<f64>,
-    /// About the centre of mass, in the body's axes.
+    /// Inertia about the centre of mass, in the body's axes, kg m^2.
     pub(super) inertia: Mat3<f64>,
     pub(super) place: Option<Place>,
     /// Comment above the body's table.
@@ -79,26 +79,26 @@ pub(super) struct Joint {
     pub(super) frame_j: Pose<f64>,
     /// Frame K in `to`; both frames coincide at zero coordinates.
     pub(super) frame_k: Pose<f64>,
-    /// m/rad.
+    /// Pitch of a screw joint, m/rad.
     pub(super) pitch: f64,
     /// Properties of each scalar coordinate; empty for joints without them.
     pub(super) dofs: Vec<Coordinate>,
     /// Damping of all rotations of a spherical joint, N m s/rad.
     pub(super) damping: f64,
-    /// Relative position in the file's position, for joints without scalar coordinates.
+    /// Relative pose of the frames at the file's position, for joints without scalar coordinates.
     pub(super) start: Option<Pose<f64>>,
-    /// True for a condition that closes a loop of a tree of bodies.
+    /// True for a joint that closes a loop of a tree of bodies.
     pub(super) closes: bool,
-    /// Friction of this program, from an extension of the file.
+    /// Friction table in the form of the model file, from an extension element.
     pub(super) friction: Option<Table>,
-    /// Ranges of this program, from an extension of the file.
+    /// Ranges in the form of the model file, from an extension element.
     pub(super) range: Option<Table>,
     pub(super) place: Option<Place>,
     pub(super) comment: Option<String>,
 }
 
 impl Joint {
-    /// A joint at which both frames coincide in zero coordinates.
+    /// A joint whose frames J and K are the frames of its bodies.
     pub(super) fn new(name: impl Into<String>, kind: JointType, ends: (usize, usize)) -> Self {
         let dofs = if kind.has_scalar_coordinates() { kind.dofs().len() } else { 0 };
         Self {
@@ -153,11 +153,11 @@ pub(super) struct Coordinate {
     pub(super) position: f64,
     pub(super) range: Option<[f64; 2]>,
     pub(super) damping: f64,
-    /// Friction that depends neither on the load nor on the speed.
+    /// Friction that depends neither on the load nor on the speed, N or N m.
     pub(super) friction: f64,
-    /// Inertia added at the coordinate.
+    /// Inertia added at the coordinate, kg or kg m^2.
     pub(super) armature: f64,
-    /// Stiffness of a spring at the coordinate and the value at which it is relaxed.
+    /// Stiffness of a spring at the coordinate, and coordinate at which it is relaxed.
     pub(super) spring: Option<[f64; 2]>,
     pub(super) actuated: bool,
 }
@@ -173,7 +173,7 @@ pub(super) struct Spring {
     pub(super) damping: f64,
 }
 
-/// Linear condition among coordinates of joints: the sum of factors times coordinates is constant.
+/// Linear constraint on coordinates of joints: the sum of the coordinates times their factors is constant.
 #[derive(Clone, Debug)]
 pub(super) struct Gearing {
     pub(super) name: String,
@@ -189,7 +189,7 @@ pub(super) struct Motor {
     pub(super) name: String,
     pub(super) joint: usize,
     pub(super) dof: usize,
-    /// Joint effort over motor torque; not 0.
+    /// Ratio of joint effort to motor torque; not 0.
     pub(super) gear: f64,
     /// Greatest effort at the joint, N or N m.
     pub(super) effort: Option<f64>,
@@ -202,11 +202,11 @@ pub(super) struct Motor {
 #[derive(Clone, Debug)]
 pub(super) struct JointMotor {
     pub(super) name: String,
-    /// Joints of one degree of freedom with their parts of the output coordinate.
+    /// Joints of one degree of freedom, with their coefficients in the output coordinate.
     pub(super) terms: Vec<(usize, f64)>,
-    /// Effort at the output over motor torque; not 0.
+    /// Ratio of the effort at the output to the motor torque; not 0.
     pub(super) gear: f64,
-    /// Greatest effort at the output.
+    /// Greatest effort at the output, N or N m.
     pub(super) effort: Option<f64>,
     /// Inertia, constant friction and damping at the output coordinate.
     pub(super) armature: f64,
@@ -254,8 +254,8 @@ impl Description {
         }
     }
 
-    /// Poses of all bodies in the ground's frame in the file's position, along joints that close no
-    /// loop first; `None` for bodies without a connection.
+    /// Poses of all bodies in the ground's frame at the file's position, computed first along joints that close no
+    /// loop; `None` for bodies without a connection.
     pub(super) fn poses(&self) -> Vec<Option<Pose<f64>>> {
         let mut poses = vec![None; self.bodies.len()];
         poses[GROUND] = Some(Pose::identity());

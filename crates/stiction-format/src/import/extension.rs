@@ -1,17 +1,17 @@
-//! Elements of this program in files of others: what those formats do not have.
+//! Extension elements of this program in files of other formats, for properties that these formats cannot express.
 //!
-//! In URDF and SDF they are elements in a namespace of their own, in MJCF custom texts. Each has the
-//! name of a joint or spring:
+//! In URDF and SDF these are elements in a separate namespace, in MJCF custom texts. Each has the name of a joint or
+//! spring:
 //!
 //! | kind | content |
 //! | --- | --- |
 //! | `friction` | the content of the joint's `friction` table in a model file |
 //! | `spring` | the content of the spring's table |
-//! | `bushing`, `actuator`, `gearing` | the same of bushings, motors, gearings |
+//! | `bushing`, `actuator`, `gearing` | the content of the table of the bushing, motor or gearing |
 //! | `range` | the content of the joint's `range` |
-//! | `from` | the predecessor of a joint that the file has the other way round |
+//! | `from` | the predecessor of a joint whose bodies are exchanged in the file |
 //! | `start` | coordinates of the joint at which the robot starts |
-//! | `coordinates` | coordinates of the joint at the position of the file, which is its zero there |
+//! | `coordinates` | coordinates of the joint at the position of the file, which are zero in the file |
 //! | `gravity` | three numbers, without a name |
 
 use super::context::Context;
@@ -103,7 +103,7 @@ pub(super) fn apply(
     left
 }
 
-/// Removes what other programs read of the file where an element of this program says it completely.
+/// Removes properties written for other programs if an extension element describes them completely.
 pub(super) fn supersede(robot: &mut Description) {
     let names_of = |table: &Table| -> Vec<String> {
         let joints = table.get("joints").and_then(toml::Value::as_table);
@@ -143,7 +143,7 @@ pub(super) fn supersede(robot: &mut Description) {
     }
 }
 
-/// Names elements that no joint took.
+/// Reports elements whose joint does not exist.
 pub(super) fn note_left(context: &Context<'_>, entries: Vec<Entry>) {
     for entry in entries {
         let message = format!("there is no joint {} for <{}>", quoted(&entry.name), entry.kind);
@@ -184,7 +184,7 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
     }
 }
 
-/// True for as many numbers as a type of joint has coordinates, with a quaternion that is not zero.
+/// Tests if there are as many numbers as a joint of this type has coordinates, and no zero quaternion.
 fn is_position(kind: JointType, numbers: &[f64]) -> bool {
     let unit = |q: &[f64]| (q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-6;
     numbers.len() == kind.coordinates()
@@ -195,7 +195,7 @@ fn is_position(kind: JointType, numbers: &[f64]) -> bool {
         }
 }
 
-/// Moves the zero of the coordinates: where the frames coincide now, the joint has these values.
+/// Shifts the zero of the coordinates: where the frames coincide now, the joint has these coordinates.
 fn shift(joint: &mut Joint, numbers: &[f64], across: Pose<f64>) {
     match joint.kind {
         JointType::Universal => {
@@ -206,13 +206,13 @@ fn shift(joint: &mut Joint, numbers: &[f64], across: Pose<f64>) {
             joint.frame_j = joint.frame_j * turn(2, -numbers[0]);
             joint.frame_k = joint.frame_k * turn(0, numbers[1]);
         }
-        // The position of a floating body is that of the file.
+        // The position of a floating body remains that of the file.
         JointType::Free => {}
         _ => joint.frame_k = joint.frame_k * across,
     }
 }
 
-/// Exchanges predecessor and successor; the coordinates stay the same.
+/// Exchanges predecessor and successor; the coordinates do not change.
 fn turn_round(joint: &mut Joint) {
     let [x, y, z] = [0, 1, 2].map(Vec3::unit);
     let axes = match joint.kind {

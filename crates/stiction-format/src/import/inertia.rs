@@ -2,7 +2,7 @@
 
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Mass with its centre and its inertia about the centre, in one frame.
+/// Mass, centre of mass, and inertia about the centre of mass, in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mass {
     pub(super) mass: f64,
@@ -10,7 +10,7 @@ pub(super) struct Mass {
     pub(super) inertia: Mat3<f64>,
 }
 
-/// Symmetric tensor of its six entries.
+/// Symmetric tensor with these six entries.
 pub(super) fn symmetric([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Mat3<f64> {
     let column = |a, b, c| Vec3::new(a, b, c);
     Mat3::from_columns(column(xx, xy, xz), column(xy, yy, yz), column(xz, yz, zz))
@@ -22,12 +22,12 @@ pub(super) fn turned(tensor: Mat3<f64>, rotation: Mat3<f64>) -> Mat3<f64> {
         return tensor;
     }
     let turned = rotation * tensor * rotation.transpose();
-    // Rounding leaves it not quite symmetric.
+    // Rounding errors leave it slightly unsymmetric.
     (turned + turned.transpose()) * 0.5
 }
 
-/// Inertia about another point at the distance `arm` from the centre of mass, less that about the
-/// centre.
+/// Inertia about another point at the distance `arm` from the centre of mass, minus the inertia about the centre of
+/// mass.
 fn steiner(mass: f64, arm: Vec3<f64>) -> Mat3<f64> {
     let square = arm.norm_squared();
     let column = |k: usize| (Vec3::unit(k) * square + arm * -arm.component(k)) * mass;
@@ -35,13 +35,13 @@ fn steiner(mass: f64, arm: Vec3<f64>) -> Mat3<f64> {
 }
 
 impl Mass {
-    /// Nothing.
+    /// No mass.
     pub(super) const fn none() -> Self {
         let zero = Vec3 { x: 0.0, y: 0.0, z: 0.0 };
         Self { mass: 0.0, com: zero, inertia: Mat3 { columns: [zero; 3] } }
     }
 
-    /// The same in a frame in which the present one has the given pose.
+    /// Transforms to a frame in which the present one has the given pose.
     pub(super) fn placed(self, pose: Pose<f64>) -> Self {
         Self {
             mass: self.mass,
@@ -50,7 +50,7 @@ impl Mass {
         }
     }
 
-    /// Both together.
+    /// Combines both masses.
     pub(super) fn with(self, other: Self) -> Self {
         let mass = self.mass + other.mass;
         if mass == 0.0 {
@@ -61,7 +61,7 @@ impl Mass {
         Self { mass, com, inertia: about(self) + about(other) }
     }
 
-    /// The same shape with another mass.
+    /// Scales the mass; the shape does not change.
     pub(super) fn scaled(self, factor: f64) -> Self {
         Self { mass: self.mass * factor, inertia: self.inertia * factor, ..self }
     }

@@ -1,15 +1,15 @@
-//! Motors that drive several joints together: kept as they are where they determine the efforts of their joints, moved
-//! to one joint where gearings couple the others to it.
+//! Motors that drive several joints together. They are kept if they determine the efforts of their joints, and moved
+//! to one joint if gearings couple the others to it.
 
 use super::context::Context;
 use super::description::{Description, JointMotor, Motor};
 use super::text::gearing;
 use crate::diagnostic::quoted;
 
-/// Relative size of pivots that are rounding.
+/// Relative size below which pivots are rounding errors.
 const DEPENDENT: f64 = 1e-9;
 
-/// Settles all motors of several joints; those that a model cannot express are listed.
+/// Processes all motors of several joints; those that a model cannot express are reported.
 pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
     let mut several = Vec::new();
     for motor in std::mem::take(&mut robot.joint_motors) {
@@ -39,8 +39,8 @@ pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// The first joint of a motor whose other joints follow from it by gearings of two joints, and the output coordinate of
-/// the motor per coordinate of this joint.
+/// For a motor whose joints are all coupled to its first joint by gearings of two joints: this joint, and the output
+/// coordinate of the motor per unit of the joint's coordinate.
 fn alone(robot: &Description, motor: &JointMotor) -> Option<(usize, f64)> {
     let first = motor.terms.first()?.0;
     let mut ratios: Vec<Option<f64>> = vec![None; robot.joints.len()];
@@ -106,7 +106,7 @@ fn move_to_one(
     });
 }
 
-/// Tests if the motors, with those of one joint on the same joints, determine the motion of each of their joints.
+/// Tests if the motors, together with motors of one joint on the same joints, determine the motion of each joint.
 fn determines(robot: &Description, several: &[JointMotor]) -> bool {
     let mut joints: Vec<usize> =
         several.iter().flat_map(|motor| &motor.terms).map(|term| term.0).collect();
@@ -134,7 +134,7 @@ fn determines(robot: &Description, several: &[JointMotor]) -> bool {
     rank(rows) == joints.len()
 }
 
-/// Rank by elimination with complete pivoting.
+/// Rank of a matrix, by elimination with complete pivoting.
 fn rank(mut rows: Vec<Vec<f64>>) -> usize {
     let largest = rows.iter().flatten().fold(0.0_f64, |most, entry| most.max(entry.abs()));
     let mut rank = 0;

@@ -5,7 +5,7 @@ use stiction_core::spatial::{Mat3, Vec3};
 
 type Triangle = [Vec3<f64>; 3];
 
-/// Triangles of a mesh file, by the ending of its name.
+/// Reads the triangles of a mesh file, whose format follows from the extension of its name.
 ///
 /// # Errors
 /// The reason, as the end of the sentence "the mesh cannot be read: ".
@@ -90,13 +90,13 @@ fn obj(text: &str) -> Result<Vec<Triangle>, String> {
     }
 }
 
-/// Mass of the solid with density 1. Triangles that look outwards or inwards give the same.
+/// Mass of the solid with density 1. The orientation of the triangles, outwards or inwards, does not matter.
 pub(super) fn solid(triangles: &[Triangle]) -> Mass {
     let Some([origin, ..]) = triangles.first().copied() else { return Mass::none() };
     let (mut volume, mut first) = (0.0, Vec3::zero());
     let mut second = [[0.0; 3]; 3];
     for triangle in triangles {
-        // Relative to a point of the surface, sums cancel least.
+        // Relative to a point of the surface, so that the sums lose few digits by cancellation.
         let [a, b, c] = triangle.map(|point| point + -origin);
         let six = a.dot(b.cross(c));
         let sum = a + b + c;
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_box_has_the_inertia_of_a_box() {
-        // The fourth face is written the wrong way round: repaired here, as no reader repairs it.
+        // The fourth face has the wrong orientation in the file: corrected here, as no reader corrects it.
         let text = BOX.replace("f -6 -5 -1 -2", "f 2 3 7 6");
         let triangles = read("a.obj", text.as_bytes()).unwrap();
         check(solid(&triangles));

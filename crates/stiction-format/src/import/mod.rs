@@ -1,9 +1,9 @@
 //! Import of robot files of other programs: URDF, MJCF and SDF become the text of a model file.
 //!
-//! A reader for each format fills one [description](description::Description) of bodies and joints;
-//! [`meaning`] replaces what the format could only say in a roundabout way, such as a closure by
-//! three equations in a chain that moves in a plane; [`text`] writes the model file. What has no
-//! counterpart is listed with its places, never left out in silence.
+//! A reader for each format fills one [description](description::Description) of bodies and joints; [`meaning`]
+//! replaces joints that the format can only express indirectly, such as a closure by three equations in a chain that
+//! moves in a plane; [`text`] writes the model file. Content without a counterpart is reported with its places, never
+//! omitted silently.
 
 mod context;
 mod description;
@@ -38,14 +38,14 @@ use xml::Element;
 pub struct Imported {
     /// Text of a model file.
     pub text: String,
-    /// Remarks on content that the model does not express, or expresses in another way than the file.
+    /// Remarks on content that the model does not express, or expresses differently from the file.
     pub notes: Vec<Note>,
 }
 
-/// Choices of an import.
+/// Options of an import.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ImportOptions {
-    /// Keeps every joint as the file has it, instead of recognising hinges, balls and others.
+    /// Imports every joint as it is in the file, without merging chains of joints into hinges, balls and others.
     pub literal: bool,
 }
 
@@ -92,10 +92,10 @@ fn file_name(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
 }
 
-/// Greatest number of bodies; decompositions of larger mechanisms would take hours.
+/// Greatest number of bodies; analysing larger mechanisms would take hours.
 const MOST_BODIES: usize = 2000;
 
-/// Refuses files with too many bodies.
+/// Rejects files with too many bodies.
 fn limit_size(context: &Context<'_>, root: &Element) -> Option<()> {
     let mut count = 0;
     let mut open = vec![root];
@@ -114,7 +114,7 @@ fn limit_size(context: &Context<'_>, root: &Element) -> Option<()> {
     Some(())
 }
 
-/// Reads a file by the name of its root element.
+/// Reads a file with the reader of its root element.
 fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Description> {
     limit_size(context, root)?;
     match root.tag.as_str() {
@@ -130,7 +130,8 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
     }
 }
 
-/// Writes the model file, at first without and then with the position of its motion.
+/// Writes the model file: first without a motion, to find the position in which loops close, then with a motion that
+/// holds the robot in this position.
 fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Option<String> {
     let entries = std::mem::take(&mut robot.extensions);
     let left = extension::apply(context, &mut robot, entries);
@@ -139,7 +140,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     if !context.literal {
         meaning::simplify(context, &mut robot);
     }
-    // Joints that the file has in parts have their names only now.
+    // Joints that the file contains in parts have their names only after merging.
     let left = extension::apply(context, &mut robot, left);
     extension::supersede(&mut robot);
     extension::note_left(context, left);
@@ -157,7 +158,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
         }
     };
     let motion = position::assemble(context, &mut robot, &model);
-    // Writing the text again would repeat its notes, which are the same.
+    // The second text would repeat the notes of the first, which are the same.
     let notes = context.take_notes();
     let draft = text::Draft { notes: &notes, motion, ..draft };
     let text = text::write(&Context::new(context.files, context.literal), &robot, &draft);
@@ -172,7 +173,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     Some(text)
 }
 
-/// Masses that no robot has are kept, with a remark: exporters lose units.
+/// Reports unrealistic masses but keeps them: exporters sometimes lose units.
 fn check_masses(context: &Context<'_>, robot: &Description) {
     /// Greatest mass of a body without a remark, kg.
     const HEAVY: f64 = 1e5;

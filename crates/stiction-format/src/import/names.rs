@@ -11,7 +11,7 @@ const TAKEN: [&str; 10] =
 /// Longest name that is kept, in characters.
 const LONGEST: usize = 100;
 
-/// Letters, digits, `_` and `-`, with dots between non-empty parts.
+/// Converts a name to allowed characters: letters, digits, `_` and `-`, with dots between non-empty parts.
 fn allowed(name: &str) -> String {
     let parts = name.replace("::", ".");
     let parts = parts.split('.').map(|part| {
@@ -34,7 +34,7 @@ fn allowed(name: &str) -> String {
 struct Names(HashSet<String>);
 
 impl Names {
-    /// The allowed form of a name, with a number if it is taken.
+    /// Replaces a name by its allowed form, with a number if that name is already used.
     fn take(&mut self, context: &Context<'_>, name: &mut String, kind: &str) {
         let own = allowed(name);
         let mut unique = own.clone();
@@ -43,7 +43,7 @@ impl Names {
             unique = format!("{own}_{number}");
             number += 1;
         }
-        // Dots for the colons of nested models are no change of the name.
+        // Dots in place of the colons of nested models do not count as a change of the name.
         if unique != name.replace("::", ".") {
             let message = format!("{kind} {} is named {unique} here", quoted(name));
             context.note(message, None);

@@ -1,5 +1,5 @@
-//! The position of the robot: where its loops close, nearest to the position of its file, and the
-//! coordinates that hold it there.
+//! Finds the position of the robot with closed loops that is nearest to the position of its file, and the coordinates
+//! that fix this position.
 
 use super::context::Context;
 use super::description::{Description, Joint};
@@ -12,10 +12,10 @@ use stiction_core::kinematics::{Coordinate, Target, locks};
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
 
-/// Greatest change of a coordinate, rad or m, that counts as closing of rounded numbers.
+/// Greatest change of a coordinate, rad or m, that is attributed to rounded numbers.
 const SAME: f64 = 1e-6;
 
-/// Greatest number of degrees of freedom of all joints whose loops are closed here.
+/// Greatest number of degrees of freedom of all joints for which loops are closed here.
 const MOST: usize = 400;
 
 /// Coordinates of all joints of an open chain; `None` with loops, balls or floating bodies.
@@ -47,8 +47,8 @@ fn solver(model: &ModelFile, fixed: &Fixed) -> Option<InverseDynamics> {
     InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default()).ok()
 }
 
-/// Moves the description to the nearest position with closed loops. Returns the coordinates that
-/// hold the robot there, preferably those of its motors.
+/// Moves the description to the nearest position with closed loops. Returns coordinates that fix this position,
+/// preferably those of the motors.
 pub(super) fn assemble(
     context: &Context<'_>,
     robot: &mut Description,
@@ -85,7 +85,7 @@ pub(super) fn assemble(
     Some(held.into_iter().map(|(coordinate, value)| named(mechanism, coordinate, value)).collect())
 }
 
-/// The coordinates of the motors with what they leave open, if they hold the robot.
+/// Coordinates of the motors, and of any motion that they leave free, if these fix the position of the robot.
 fn by_motors(model: &ModelFile, at: &InverseDynamics) -> Option<Fixed> {
     let mechanism = &model.mechanism;
     let motors: Fixed = mechanism
@@ -107,7 +107,7 @@ fn by_motors(model: &ModelFile, at: &InverseDynamics) -> Option<Fixed> {
         let limit = SAME * mechanism.characteristic_length();
         (0..mechanism.bodies().len()).all(|body| moved(body) < limit)
     };
-    // Bodies that spin idly need no coordinate.
+    // Bodies with a local passive rotation need no coordinate for it.
     if solver(model, &motors).is_some_and(|again| same(&again)) {
         return Some(motors);
     }
@@ -119,7 +119,7 @@ fn by_motors(model: &ModelFile, at: &InverseDynamics) -> Option<Fixed> {
     solver(model, &all).is_some_and(|again| same(&again)).then_some(all)
 }
 
-/// Difference of two coordinates; half turns in both directions are the same.
+/// Difference of two coordinates; half turns in opposite directions count as equal.
 fn difference(a: f64, b: f64) -> f64 {
     let difference = a - b;
     if (difference.abs() - std::f64::consts::TAU).abs() < SAME { 0.0 } else { difference }
@@ -135,7 +135,7 @@ fn take_position(context: &Context<'_>, robot: &mut Description, at: &InverseDyn
         let values = at.joint_coordinates(JointId(index));
         for (dof, value) in joint.dofs.iter().zip(values) {
             let change = difference(dof.position, value).abs();
-            // Turns beyond a half are not seen in the position.
+            // Angles that differ by a full turn give the same position.
             let change = change.min((change - std::f64::consts::TAU).abs());
             if change > largest && !joint.closes {
                 (largest, most) = (change, joint.name.clone());

@@ -1,8 +1,9 @@
-//! Rotations as robot files write them.
+//! Rotations in the notations of robot files.
 
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 
-/// Quarter turns are exact to this many radians: files write pi/2 with few or many digits.
+/// Tolerance, rad, within which an angle counts as an exact multiple of a quarter turn: files write pi/2 with few or
+/// many digits.
 const EXACT: f64 = 4e-16;
 
 /// Sine and cosine, exact at multiples of a quarter turn.
@@ -29,8 +30,8 @@ pub(super) fn roll_pitch_yaw([roll, pitch, yaw]: [f64; 3]) -> Mat3<f64> {
     about(2, yaw) * about(1, pitch) * about(0, roll)
 }
 
-/// Three angles in the sequence `order`: small letters turn about the moving axes, capital letters
-/// about the fixed ones. `None` for other letters.
+/// Rotation by three angles in the sequence `order`: small letters mean rotation about moving axes, capital letters
+/// about fixed axes. `None` for other letters.
 pub(super) fn euler(angles: [f64; 3], order: &str) -> Option<Mat3<f64>> {
     let mut rotation = Mat3::identity();
     let mut letters = order.chars();
@@ -58,7 +59,7 @@ pub(super) fn quaternion(q: [f64; 4]) -> Option<Mat3<f64>> {
     Some(Quaternion::from_coordinates(&scaled).normalised().rotation())
 }
 
-/// Position and roll, pitch, yaw.
+/// Pose with a position and roll, pitch, yaw, rad.
 pub(super) fn pose([x, y, z]: [f64; 3], angles: [f64; 3]) -> Pose<f64> {
     Pose { position: Vec3::new(x, y, z), rotation: roll_pitch_yaw(angles) }
 }
@@ -82,7 +83,7 @@ pub(super) fn z_to(axis: Vec3<f64>) -> Mat3<f64> {
     }
 }
 
-/// Rotation with z along `axis` and x along the part of `x` perpendicular to it.
+/// Rotation with z along `axis` and x along the component of `x` perpendicular to `axis`.
 pub(super) fn z_and_x(axis: Vec3<f64>, x: Vec3<f64>) -> Option<Mat3<f64>> {
     let z = axis.direction()?;
     let x = (x + z * -z.dot(x)).direction()?;
@@ -98,7 +99,7 @@ mod tests {
         let angles = [0.3, -0.7, 1.1];
         let [a, b, c] = angles;
         let fixed = roll_pitch_yaw(angles);
-        // Fixed axes x, y, z are moving axes z, y, x.
+        // Rotations about fixed axes x, y, z equal rotations about moving axes z, y, x.
         let same = [euler([c, b, a], "zyx").unwrap(), euler(angles, "XYZ").unwrap()];
         for other in same {
             for k in 0..9 {

@@ -30,7 +30,7 @@ pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     with_moments(mass, [side, side, mass * square / 2.0])
 }
 
-/// A cylinder with half balls at its ends.
+/// A cylinder with a hemisphere at each end.
 pub(super) fn capsule(radius: f64, half: f64) -> Mass {
     let cylinder = cylinder(radius, half);
     let ball = 4.0 / 3.0 * PI * radius.powi(3);
@@ -43,7 +43,7 @@ pub(super) fn capsule(radius: f64, half: f64) -> Mass {
 mod tests {
     use super::*;
 
-    /// Thin slices along z, summed numerically.
+    /// Integrates numerically over thin slices along z.
     fn sliced(radius_at: impl Fn(f64) -> f64, half: f64) -> (f64, f64, f64) {
         let count = 200_000;
         let step = 2.0 * half / f64::from(count);
@@ -68,7 +68,7 @@ mod tests {
         for (solid, (mass, side, axial)) in cases {
             let found = [solid.mass, solid.inertia.at(0, 0), solid.inertia.at(2, 2)];
             for (found, expected) in found.into_iter().zip([mass, side, axial]) {
-                // Slices of 1e-5 of the length: relative error of its square.
+                // The thickness of the slices is 1e-5 of the length; the relative error is the square of this ratio.
                 assert!((found - expected).abs() < 1e-8 * expected, "{found} {expected}");
             }
         }

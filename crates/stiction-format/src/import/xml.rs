@@ -9,7 +9,7 @@ use std::sync::Arc;
 const DEEPEST: usize = 1000;
 /// Greatest magnitude of a number, as in the model file.
 const LARGEST: f64 = 1e30;
-/// Greatest number of elements and texts in a file; it bounds the memory.
+/// Greatest number of elements and texts in a file; it limits the memory.
 const MOST_NODES: u32 = 4_000_000;
 
 /// Message about a program that writes URDF, and its cure.
@@ -85,7 +85,7 @@ impl Element {
 /// Parses a file into elements.
 ///
 /// # Errors
-/// The text is no well-formed XML, declares entities, or is nested too deeply.
+/// The text is not well-formed XML, declares entities, or is nested too deeply.
 pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
     let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
     let document =
@@ -122,7 +122,7 @@ fn offset(text: &str, position: roxmltree::TextPos) -> usize {
     start + column.map_or(rest.len(), |(at, _)| at)
 }
 
-/// Copies the elements, without recursion because files may be nested deeply.
+/// Copies the elements; without recursion, because files may be nested deeply.
 fn build(root: roxmltree::Node<'_, '_>, source: &Arc<Source>) -> Result<Element, Diagnostics> {
     let mut open: Vec<(roxmltree::Node<'_, '_>, Element)> = vec![(root, element(root, source))];
     let mut next = root.first_element_child();
@@ -169,7 +169,7 @@ fn element(node: roxmltree::Node<'_, '_>, source: &Arc<Source>) -> Element {
     }
 }
 
-/// Reads numbers separated by white space; `None` with a message if one is no finite number.
+/// Reads numbers separated by white space; returns `None` with a message if one is not a finite number.
 pub(super) fn numbers_in(context: &Context, text: &str, place: &Place) -> Option<Vec<f64>> {
     let mut numbers = Vec::new();
     for word in text.split([' ', '\t', '\n', '\r', ',']).filter(|word| !word.is_empty()) {
@@ -209,13 +209,13 @@ pub(super) fn array<const N: usize>(
 }
 
 impl Element {
-    /// Attribute with any number of numbers.
+    /// Reads an attribute with any number of numbers.
     pub(super) fn list(&self, context: &Context, name: &str) -> Option<Vec<f64>> {
         let attribute = self.attribute(name)?;
         numbers_in(context, &attribute.value, &attribute.place())
     }
 
-    /// Attribute with `N` numbers.
+    /// Reads an attribute with `N` numbers.
     pub(super) fn numbers<const N: usize>(
         &self,
         context: &Context,
@@ -225,12 +225,12 @@ impl Element {
         array(context, &attribute.value, &attribute.place())
     }
 
-    /// Attribute with one number.
+    /// Reads an attribute with one number.
     pub(super) fn number(&self, context: &Context, name: &str) -> Option<f64> {
         self.numbers::<1>(context, name).map(|[value]| value)
     }
 
-    /// Required attribute; a message if it is absent.
+    /// Value of a required attribute; reports its absence.
     pub(super) fn required(&self, context: &Context, name: &str) -> Option<&str> {
         let value = self.get(name);
         if value.is_none() {
@@ -240,12 +240,12 @@ impl Element {
         value
     }
 
-    /// Text of the element as `N` numbers.
+    /// Reads the text of the element as `N` numbers.
     pub(super) fn text_numbers<const N: usize>(&self, context: &Context) -> Option<[f64; N]> {
         array(context, &self.text, &self.place())
     }
 
-    /// Text of a child as a number, if there is such a child with a text.
+    /// Reads the text of a child as a number; `None` if there is no such child or its text is empty.
     pub(super) fn child_number(&self, context: &Context, tag: &str) -> Option<f64> {
         let child = self.child(tag).filter(|child| !child.text.is_empty())?;
         child.text_numbers::<1>(context).map(|[value]| value)

@@ -1,4 +1,4 @@
-//! The part of YAML in which closures of loops are written: a mapping of lists and texts.
+//! The subset of YAML used for loop closures: a mapping of lists and texts.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::source::{Place, Source};
@@ -33,7 +33,7 @@ impl Value {
         }
     }
 
-    /// Items of a list; a text is a list of one.
+    /// Items of a list; a text counts as a list with one item.
     pub(super) fn items(&self) -> &[Self] {
         match self {
             Self::Word(_) => std::slice::from_ref(self),
@@ -45,7 +45,7 @@ impl Value {
 /// Entries of the mapping, in their order.
 ///
 /// # Errors
-/// The text is no YAML, or no mapping.
+/// The text is not YAML, or not a mapping.
 pub(super) fn parse(source: &Arc<Source>) -> Result<Vec<(Word, Value)>, Diagnostics> {
     let text = source.text.as_str();
     let refused = |message: String, at: usize| {

@@ -1,15 +1,15 @@
-//! Joint states in the encodings of ROS 2, of ROS 1 and in JSON.
+//! Decoding of joint states in the encodings of ROS 2, ROS 1 and JSON.
 
 use serde_json::Value;
 
 /// State of some joints.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct JointState {
-    /// Time in the message, ns; 0 if it has none.
+    /// Time in the message, ns; 0 if the message has none.
     pub(super) time: u64,
     pub(super) names: Vec<String>,
     pub(super) positions: Vec<f64>,
-    /// Efforts; empty or as many as positions.
+    /// Efforts; empty, or one for each position.
     pub(super) efforts: Vec<f64>,
 }
 
@@ -34,7 +34,7 @@ impl Encoding {
     }
 }
 
-/// Decodes a joint state; `None` if the bytes are none.
+/// Decodes a joint state; `None` if the bytes are not a joint state.
 pub(super) fn decode(encoding: Encoding, data: &[u8]) -> Option<JointState> {
     match encoding {
         Encoding::Json => of_json(&serde_json::from_slice(data).ok()?),
@@ -62,13 +62,13 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn state(mut self) -> Option<JointState> {
         if !self.is_cdr {
-            // The number of the message.
+            // Sequence number of the message.
             self.whole()?;
         }
         let (seconds, nanoseconds) = (self.whole()?, self.whole()?);
         self.text()?;
         let count = self.whole()?;
-        // Each name has a length of four bytes.
+        // Each name takes four bytes at least, for its length.
         let mut names = Vec::with_capacity((count as usize).min(self.data.len() / 4));
         for _ in 0..count {
             names.push(self.text()?);
@@ -102,7 +102,7 @@ impl Reader<'_> {
         let length = self.whole()? as usize;
         let bytes = self.data.get(self.at..)?.get(..length)?;
         self.at += length;
-        // In CDR the length includes a zero at the end.
+        // In CDR the length includes a terminating zero byte.
         let bytes = if self.is_cdr { bytes.strip_suffix(b"\0").unwrap_or(bytes) } else { bytes };
         String::from_utf8(bytes.to_vec()).ok()
     }
@@ -155,7 +155,7 @@ fn of_json(value: &Value) -> Option<JointState> {
 mod tests {
     use super::*;
 
-    /// By the rules of CDR: 4 bytes of encapsulation, then little-endian with natural alignment.
+    /// Bytes by the rules of CDR: 4 bytes of encapsulation, then little-endian with natural alignment.
     const CDR: [&[u8]; 12] = [
         &[0, 1, 0, 0],
         &[3, 0, 0, 0],                                              // seconds
@@ -186,7 +186,7 @@ mod tests {
         for end in 0..data.len() {
             assert_eq!(decode(Encoding::Cdr, &data[..end]), None, "{end}");
         }
-        // Lengths beyond the data ask for no memory.
+        // Lengths beyond the end of the data do not cause large allocations.
         let huge = [&data[..16], &[0xff; 16]].concat();
         assert_eq!(decode(Encoding::Cdr, &huge), None);
     }

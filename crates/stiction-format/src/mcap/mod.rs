@@ -12,27 +12,27 @@ const LARGEST: usize = 1 << 30;
 /// Names of the schemas of joint states: of ROS 2, of ROS 1 and of Foxglove.
 const SCHEMAS: [&str; 3] =
     ["sensor_msgs/msg/JointState", "sensor_msgs/JointState", "foxglove.JointStates"];
-/// Topic that is read if there are several.
+/// Topic that is read if there are several topics.
 const USUAL_TOPIC: &str = "/joint_states";
-/// Largest number of topics or names in an error.
+/// Largest number of topics or names listed in an error.
 const LISTED: usize = 8;
 
-/// Joint states of a topic in the order of the log.
+/// Joint states of one topic, in the order of the log.
 struct Recorded {
     names: Vec<String>,
-    /// Times of the log and of the messages, ns; the latter are 0 where messages have none.
+    /// Times in the log and in the messages, ns; the latter are 0 if messages have none.
     times: Vec<[u64; 2]>,
     /// Positions of all joints, row by row.
     positions: Vec<f64>,
-    /// Efforts as the positions; empty without efforts.
+    /// Efforts of all joints, row by row; empty without efforts.
     efforts: Vec<f64>,
 }
 
-/// The joint states of an MCAP log as a table in CSV: time from the first state, s, the position of each joint, m
-/// or rad, under its name, and with `efforts` the effort of each joint, N or N m, under its name with `.effort`.
+/// Converts the joint states of an MCAP log to a table in CSV: time from the first state, s, the position of each
+/// joint, m or rad, under its name, and with `efforts` the effort of each joint, N or N m, under its name with
+/// `.effort`.
 ///
-/// Times are those in the messages, or those of the log where messages have none. Of several topics
-/// `/joint_states` is read.
+/// Times are those in the messages, or else those of the log. If there are several topics, `/joint_states` is read.
 ///
 /// # Errors
 /// The reason, as the end of the sentence "cannot read FILE: ".
@@ -65,7 +65,7 @@ pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
                 format!("it is no {schema} in the encoding {}", channel.message_encoding)
             })
         });
-        // An error of a topic matters only if this topic is read.
+        // An error in a topic matters only if this topic is read.
         let log_time = message.log_time;
         match topics.get_mut(&channel.topic) {
             Some(Ok(recorded)) => {
@@ -84,7 +84,7 @@ pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
     choose(topics, &others)?.csv(efforts)
 }
 
-/// The one topic of joint states, or the usual one of several.
+/// Selects the only topic of joint states, or the usual one of several.
 fn choose(
     mut topics: BTreeMap<String, Result<Recorded, String>>,
     others: &[String],
@@ -105,7 +105,7 @@ fn choose(
 }
 
 impl Recorded {
-    /// Begins with the first state.
+    /// Creates the table with the first state.
     fn of(time: [u64; 2], state: &JointState) -> Result<Self, String> {
         if let Some(name) = state.names.iter().find(|name| !is_header(name)) {
             return Err(format!("the name of the joint {name:?} cannot be that of a column"));
@@ -122,7 +122,7 @@ impl Recorded {
         Ok(recorded)
     }
 
-    /// Adds a state, whose joints may be in another order.
+    /// Adds a state; its joints may be in another order.
     fn add(&mut self, time: [u64; 2], state: &JointState) -> Result<(), String> {
         let count = self.names.len();
         let place = |name: &String| state.names.iter().position(|other| other == name);
@@ -140,7 +140,7 @@ impl Recorded {
         if state.positions.len() != count {
             return Err(format!("it has {count} joints, but {} positions", state.positions.len()));
         }
-        // Joint states without efforts leave them out; a log has them throughout or not at all.
+        // Either all joint states of a log contain efforts, or none.
         let has_efforts = state.efforts.len() == count;
         if !self.times.is_empty() && has_efforts == self.efforts.is_empty() && count > 0 {
             return Err("some messages have efforts, others have none".to_owned());
@@ -173,12 +173,12 @@ impl Recorded {
         let count = self.names.len().max(1);
         let mut more = self.efforts.chunks(count);
         for (times, positions) in self.times.iter().zip(self.positions.chunks(count)) {
-            // Whole nanoseconds: a time since 1970 has fewer digits than a double.
+            // Computed in whole nanoseconds: the time since 1970 has more digits than a double.
             let since = i128::from(times[clock]) - i128::from(first);
             let _ = write!(out, "{}", since as f64 * 1e-9);
             let efforts = more.next().filter(|_| efforts).unwrap_or_default();
             for number in positions.iter().chain(efforts) {
-                // Writing to a string cannot fail. The shortest digits that read back as the same number.
+                // Writing to a string cannot fail. The digits are the fewest that read back as the same number.
                 let _ = write!(out, ",{number:e}");
             }
             out.push('\n');
@@ -187,7 +187,7 @@ impl Recorded {
     }
 }
 
-/// True for the name of a column.
+/// Tests if a text can be the name of a column.
 fn is_header(name: &str) -> bool {
     !name.is_empty() && !name.contains(['"', '\n', '\r', ',', ';', '\t'])
 }
@@ -198,7 +198,7 @@ mod tests {
     use ::mcap::{Writer, records::MessageHeader};
     use std::io::Cursor;
 
-    /// A log with one message per payload; time 0.1 s apart from 5 s on.
+    /// A log with one message per payload, at intervals of 0.1 s from 5 s on.
     fn log(schema: &str, encoding: &str, topics: &[&str], payloads: &[Vec<u8>]) -> Vec<u8> {
         let mut file = Vec::new();
         {
@@ -282,7 +282,7 @@ mod tests {
         assert!(why(&changed).contains("its joints are C"));
         let file = of(SCHEMAS[0], "json", &["/a"]);
         for end in (0..file.len()).step_by(7) {
-            // Nothing panics on a file that is cut.
+            // No truncated file causes a panic.
             let _ = csv_of_mcap(&file[..end], true);
         }
     }

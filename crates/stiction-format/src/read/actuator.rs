@@ -24,7 +24,7 @@ pub(crate) struct ActuatorDraft {
 pub(crate) struct ActuatorSpans {
     pub(crate) name: Span,
     pub(crate) joint: Span,
-    /// Places of the values by key, `table.key` in inner tables.
+    /// Places of the values by key; `table.key` for keys of inner tables.
     pub(crate) values: Vec<(String, Span)>,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct Leg<'a> {
     pub(crate) bodies: &'a [(String, String)],
 }
 
-/// Reads a drive train, that of a leg if there is one; `what` describes it in messages.
+/// Reads a drive train; `leg` is given for the drive train of a leg. `what` describes it in messages.
 pub(crate) fn read(
     context: &Context<'_>,
     (name, span): (String, &Span),
@@ -147,7 +147,7 @@ fn spec(
     let lead = record.quantity("lead");
     match lead {
         Some(lead) => spec = spec.lead(lead),
-        // Without it the joint may seem not to fit.
+        // Without the invalid lead, the joint may wrongly seem not to fit.
         None if record.value("lead").is_some() => return None,
         None => {}
     }

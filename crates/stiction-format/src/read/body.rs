@@ -27,7 +27,7 @@ pub(crate) fn read(
 ) -> BodyDraft {
     let record = Record::new(context, table, BODY, what);
     let mut spec = BodySpec::new(name.as_str());
-    // After an invalid mass the requirements of other keys are unknown.
+    // If the mass is invalid, it is unknown which other keys are required.
     let mass = record.quantity("mass");
     if let Some(mass) = mass {
         spec = spec.mass(mass);

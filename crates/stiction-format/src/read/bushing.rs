@@ -8,7 +8,7 @@ use crate::fields::tables::BUSHING;
 use stiction_core::mechanism::{BushingSpec, SixBySix};
 use stiction_core::spatial::Pose;
 
-/// Measures of a matrix: of forces for displacements, of its coupling, of moments for rotations.
+/// Measures of the blocks of a matrix: forces per displacement, coupling, moments per rotation.
 type Measures = [Measure; 3];
 
 const STIFFNESS: Measures = [Measure::Stiffness, Measure::Force, Measure::AngularStiffness];
@@ -39,7 +39,7 @@ pub(crate) fn read(context: &Context<'_>, key: &Key, table: &Table, what: &str) 
     SpringDraft { name: key.name.clone(), spec, spans: SpringSpans::new(&record, key) }
 }
 
-/// Reads a matrix: the six entries of its diagonal, or six rows of six.
+/// Reads a matrix, given by the six entries of its diagonal or by six rows of six.
 fn matrix(context: &Context<'_>, value: &Value, measures: Measures) -> Option<SixBySix> {
     const FORMS: &str = "the 6 entries of a diagonal, x y z before rx ry rz, or 6 rows of 6";
     let Some(list) = value.as_list().filter(|list| list.len() == 6) else {

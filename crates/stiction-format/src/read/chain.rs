@@ -38,7 +38,7 @@ impl JointLink {
 const EXAMPLE: &str = "write joints and bodies alternately, \"R cylinder P* rod S\", or only the \
      joints, \"R P* S\"; * means actuated";
 
-/// Maximum number of joints and bodies in a chain, which bounds the time to read it.
+/// Maximum number of joints and bodies in a chain; it limits the time for reading a chain.
 const MAX_WORDS: usize = 1000;
 
 /// A word and its place in the chain's text.
@@ -98,7 +98,7 @@ fn symbol(word: &str) -> &str {
     word.trim_end_matches('*')
 }
 
-/// Separates joints written without blanks, such as `RP*S`.
+/// Separates joints written without blanks, such as `RP*S`, for a suggestion.
 fn apart(word: &str) -> Option<String> {
     let letters = word.chars().filter(|c| !matches!(c, '-' | '_' | ',' | '.'));
     let mut apart = String::new();
@@ -113,8 +113,7 @@ fn apart(word: &str) -> Option<String> {
     (all && joints().count() > 1).then_some(apart)
 }
 
-/// Tests if the chain contains only joints: the second word is a joint, and no word can only be the
-/// name of a body.
+/// Tests if the chain contains only joints: the second word is a joint, and every word looks like a joint.
 fn is_bare(words: &[Word<'_>]) -> bool {
     let is_joint = |word: &str| JointType::from_symbol(symbol(word)).is_some();
     let is_letter = |word: &str| symbol(word).chars().count() == 1 || word.ends_with('*');
@@ -167,7 +166,7 @@ impl Chain {
         let count = joints.len().saturating_sub(1);
         let bodies = match between {
             Some(list) => names_of(text.context, list, count)?,
-            // Unnamed bodies have no place in the text; their errors are shown at the joint before.
+            // Bodies without a name have no place in the text; their errors are shown at the preceding joint.
             None => joints
                 .iter()
                 .take(count)

@@ -13,11 +13,11 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use stiction_core::spatial::Vec3;
 
-/// Greatest magnitude of a number, so that products of several numbers stay finite.
+/// Greatest magnitude of a number, such that products of several numbers remain finite.
 pub(crate) const LARGEST: f64 = 1e30;
 /// Lengths below this, m, are rounding errors of zero.
 const SHORTEST: f64 = 1e-30;
-/// Other quantities below this are zero, as their squares underflow.
+/// Other quantities below this magnitude count as zero, because their squares underflow.
 const SMALLEST: f64 = 1e-150;
 
 /// A text with the messages about it.
@@ -121,8 +121,8 @@ impl<'a> Context<'a> {
         self.quantity_of(value, &[measure]).map(|(number, _)| number)
     }
 
-    /// Reads a number or an expression of one of several measures; bare numbers and errors are of
-    /// the first. Returns the measure found.
+    /// Reads a number or an expression that has one of several measures; bare numbers and errors refer to the first.
+    /// Returns the value and the measure found.
     pub(crate) fn quantity_of(
         &self,
         value: &Value,
@@ -188,7 +188,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Warns about the sine of a whole number of quarter turns, in degrees, times the time.
+    /// Warns about the sine of a number of quarter turns in degrees, times the time.
     fn doubt_degrees(&self, value: &Value, text: &Text) {
         let content = text.content.replace(' ', "");
         for function in ["sin(", "cos("] {
@@ -316,8 +316,7 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Remedy for a top-level key in another table: in TOML a key belongs to the last `[table]` above
-/// it.
+/// Remedy for a top-level key that is in another table: in TOML, a key belongs to the nearest `[table]` above.
 pub(crate) fn of_the_top(key: &str) -> Option<String> {
     fields::find(MODEL, key)?;
     Some(format!("`{key}` belongs to the whole model: put it above the first [table]"))
@@ -357,7 +356,7 @@ impl<'a> Record<'a> {
             }
         }
         for field in fields.iter().filter(|field| field.required) {
-            // A key with a spelling mistake is not also reported as missing.
+            // A misspelt key is not also reported as missing.
             if table.get(field.key).is_none() && !meant.contains(&field.key) {
                 record.missing(field.key, "");
             }

@@ -20,7 +20,7 @@ const PERIOD: f64 = 1e-3;
 const BANDWIDTH: f64 = 10.0;
 const DAMPING: f64 = 1.0;
 
-/// The controller with this name and default settings.
+/// The controller of this name with default settings.
 pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
     let (control, friction) = match name {
         "pd" => (ControlType::Pd, FrictionFeed::Off),
@@ -75,7 +75,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     let mut channels = usual.channels;
     for key in CHANNEL {
         let Some(value) = record.value(key) else { continue };
-        // Reported once, although it concerns all actuators.
+        // Reported once, although the error concerns all actuators.
         let errors = || context.out.borrow().len();
         let before = errors();
         for (actuator, channel) in channels.iter_mut().enumerate() {

@@ -30,9 +30,9 @@ pub(crate) struct Origin<'a> {
 }
 
 impl Origin<'_> {
-    /// Reports defects, those shared by many legs only once.
+    /// Reports defects; a defect that several legs share is reported only once.
     pub(crate) fn report(&self, defects: &[Defect]) {
-        // In a text with syntax errors, missing parts may be hidden by these.
+        // In a text with syntax errors, missing parts may be hidden by the errors.
         if !self.context.broken.is_empty() {
             return;
         }
@@ -149,7 +149,7 @@ impl Origin<'_> {
                 let draft = actuator(name);
                 let values = draft.into_iter().flat_map(|draft| &draft.spans.values);
                 let given = values.clone().find(|(key, _)| key == parameter);
-                // A value that follows from another has its place.
+                // A value that is derived from another one has the place of that value.
                 let table = parameter.split('.').next().unwrap_or_default();
                 let given = given.or_else(|| values.clone().find(|(key, _)| key == table));
                 let span = given.map(|(_, span)| span).or(draft.map(|a| &a.spans.name));
@@ -274,7 +274,7 @@ impl Origin<'_> {
         self.naming(body, &draft.spans.from, &draft.spans.to)
     }
 
-    /// The one of two locations that names this body.
+    /// Whichever of two places names this body.
     fn naming(&self, body: &str, from: &Span, to: &Span) -> Span {
         let text = |span: &Span| self.context.source.text.get(span.clone()).unwrap_or_default();
         let names_it = |span: &Span| text(span).trim_matches(['"', '\'']) == body;
@@ -293,7 +293,7 @@ impl Origin<'_> {
         WHOLE
     }
 
-    /// Reports warnings, those shared by many legs only once.
+    /// Reports warnings; a warning that several legs share is reported only once.
     pub(crate) fn warn(&self, warnings: &[Warning]) {
         let mut reported = Vec::new();
         for warning in warnings {

@@ -1,4 +1,4 @@
-//! A parsed model text that is read repeatedly with other values.
+//! A parsed model text that can be read repeatedly with other values.
 
 use super::{completed, read_document};
 use crate::contents::Contents;
@@ -8,23 +8,23 @@ use crate::model_file::ModelFile;
 use crate::source::Source;
 use std::sync::Arc;
 
-/// The text of a model, parsed once, to be read repeatedly with other values.
+/// Text of a model that is parsed once and can be read repeatedly with other values.
 ///
 /// Reading with changes gives the same model as [`read`](crate::read) of the text with these changes.
 #[derive(Clone, Debug)]
 pub struct Draft {
     /// The text without changes.
     source: Source,
-    /// Changes of the text itself, before all others.
+    /// Changes of the text itself; they are applied before all others.
     changes: Vec<String>,
     document: Document,
 }
 
 impl Draft {
-    /// Parses a text. Its own changes ([`Source::with_changes`]) come before those of every reading.
+    /// Parses a text. Its own changes ([`Source::with_changes`]) are applied before those of each reading.
     ///
     /// # Errors
-    /// All errors of syntax, each with its place.
+    /// All syntax errors, each with its place.
     pub fn parse(source: &Source) -> Result<Self, Diagnostics> {
         let own = source.changes().map(|changes| changes.text.lines().map(str::to_owned).collect());
         let source = source.clone().with_changes::<&str>([]);
@@ -56,7 +56,7 @@ impl Draft {
         completed(model, out)
     }
 
-    /// Checks that the model has the keys of changes, whatever their values are.
+    /// Checks that the model has the keys of these changes, whatever their values are.
     ///
     /// # Errors
     /// All unknown keys, each with the nearest known ones.

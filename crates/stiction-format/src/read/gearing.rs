@@ -17,7 +17,7 @@ pub(crate) struct GearingDraft {
     pub(crate) joints_span: Span,
 }
 
-/// Reads a gearing; `what` describes it in messages, `type_of` gives the type of a joint by its name.
+/// Reads a gearing; `what` describes it in messages, `type_of` returns the type of a joint from its name.
 pub(crate) fn read(
     context: &Context<'_>,
     key: &Key,
@@ -26,7 +26,7 @@ pub(crate) fn read(
     type_of: impl Fn(&str) -> Option<JointType>,
 ) -> GearingDraft {
     let record = Record::new(context, table, GEARING, what);
-    // The joint of one degree of freedom, or `joint.dof`.
+    // The name is that of a joint with one degree of freedom, or `joint.dof`.
     let translates = |name: &str| {
         let own = type_of(name).and_then(|joint_type| joint_type.dofs().first());
         let named = || {

@@ -8,7 +8,7 @@ use crate::fields::tables::{AXES, ORDERS, POSE, TENSOR};
 use stiction_core::kinematics::AngleOrder;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Tolerance of perpendicular directions, rad; smaller deviations are corrected.
+/// Tolerance for perpendicular directions, rad; smaller deviations are corrected.
 const SQUARE: f64 = 1e-6;
 
 impl Context<'_> {
@@ -43,7 +43,7 @@ impl Context<'_> {
             self.wrong(value, "an axis such as \"z\" or a vector such as [0, 0, 1]");
             return None;
         }
-        // Only the direction matters, so any unit is permitted. Scaled first to avoid overflow.
+        // Only the direction matters, so any unit is permitted. The vector is scaled first to avoid overflow.
         let v = self.vector(value, Measure::Number)?;
         let largest = v.to_array().into_iter().map(f64::abs).fold(0.0, f64::max);
         let direction = (v * (1.0 / largest)).direction();
@@ -197,7 +197,7 @@ impl Context<'_> {
     }
 }
 
-/// Rotation about a unit vector; about a coordinate axis without rounding in the other axes.
+/// Rotation about a unit vector; rotations about a coordinate axis have no rounding errors in the other axes.
 pub(crate) fn about(axis: Vec3<f64>, angle: f64) -> Mat3<f64> {
     for (k, component) in axis.to_array().into_iter().enumerate() {
         if component.abs() == 1.0 {
@@ -240,7 +240,7 @@ mod tests {
     }
 
     proptest! {
-        /// The frame is a rotation and agrees with the documentation.
+        /// The frame is a rotation and agrees with its documentation.
         #[test]
         fn frames_are_smallest_turns(v in prop::array::uniform3(-1.0..1.0f64), squeeze in 0.0..1.0f64) {
             let v = Vec3::new(v[0] * squeeze, v[1] * squeeze, v[2]);

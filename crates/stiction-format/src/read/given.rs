@@ -1,4 +1,4 @@
-//! Motions, loads and efforts given outside the model file: by name, as a file, or as assignments.
+//! Motions, loads and efforts given outside the model file: by name, in a file, or as assignments.
 
 use super::actuators::Actuators;
 use super::context::Context;
@@ -15,7 +15,7 @@ use crate::model_file::{Control, Drives, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
-/// Form of a text that an option received.
+/// Form of the text of an option.
 enum Given<'a> {
     Assignments,
     File(&'a str),
@@ -35,9 +35,9 @@ fn kind(text: &str) -> Given<'_> {
 }
 
 impl ModelFile {
-    /// Reads a motion from the text of an option: the name of one of the model's motions, a CSV or
-    /// TOML file, or assignments such as `platform.x = 5 mm*sin(2*pi*t); platform.z = 0.5; duration
-    /// = 2 s`. `given.name` is the name for messages, for example `--motion`.
+    /// Reads a motion from the text of an option: the name of one of the model's motions, a CSV or TOML file, or
+    /// assignments such as `platform.x = 5 mm*sin(2*pi*t); platform.z = 0.5; duration = 2 s`. `given.name` is used in
+    /// messages, for example `--motion`.
     ///
     /// # Errors
     /// All errors, each with its place.
@@ -49,7 +49,7 @@ impl ModelFile {
         let source = Arc::new(given.clone());
         match kind(&given.text) {
             Given::Name(name) => match self.motion(name) {
-                // A motion of the model is filtered when the model is read.
+                // The motions of the model were filtered when the model was read.
                 Some(motion) => Ok(motion.clone()),
                 None => Err(unknown(&source, "motion", name, self.motions.iter().map(|(n, _)| n))),
             },
@@ -107,7 +107,7 @@ impl ModelFile {
         motion::Assembly { mechanism: &self.mechanism, initial_poses: &self.initial_poses }
     }
 
-    /// Reads a recording named by `source`.
+    /// Reads a recording from the file that `source` names.
     fn recording<T>(
         &self,
         source: &Arc<Source>,
@@ -160,7 +160,7 @@ impl ModelFile {
     }
 
     /// Reads efforts from the text of an option: `none`, a CSV or TOML file, or assignments such as
-    /// `leg1.P = 50 N; leg2.P = 20 N*sin(2*pi*t)`, also over measured coordinates and their rates:
+    /// `leg1.P = 50 N; leg2.P = 20 N*sin(2*pi*t)`, which may contain measured coordinates and their rates:
     /// `leg1.P = -2 kN/m*leg1.P - 80 N s/m*d(leg1.P)`.
     ///
     /// # Errors
@@ -221,8 +221,8 @@ impl ModelFile {
         }
     }
 
-    /// Reads a condition that ends a simulation, such as `platform.z < 100 mm` or
-    /// `d(leg1.P) > 0.5 m/s`, over the time `t`, coordinates and their rates.
+    /// Reads a condition that ends a simulation, such as `platform.z < 100 mm` or `d(leg1.P) > 0.5 m/s`; it may
+    /// contain the time `t`, coordinates and their rates.
     ///
     /// # Errors
     /// All errors, each with its place.
@@ -281,7 +281,7 @@ impl ModelFile {
     }
 }
 
-/// A motion with the warnings about its text.
+/// Adds to a motion the warnings about its text.
 fn with_doubts(context: &Context<'_>, mut motion: Motion) -> Motion {
     let found = context.out.borrow();
     for warning in found.iter().filter(|found| !found.is_error()) {

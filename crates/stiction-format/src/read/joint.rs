@@ -13,7 +13,7 @@ use stiction_core::joint::{Dof, JointType, Motion};
 use stiction_core::mechanism::{Compliance, JointRange, JointSpec, RangeOf};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 
-/// A joint as read from the model file, with the locations of its entries.
+/// A joint as read from the model file, with the places of its entries.
 pub(crate) struct JointDraft {
     pub(crate) name: String,
     /// `None` if the type is unknown.
@@ -36,7 +36,7 @@ pub(crate) struct JointSpans {
     pub(crate) compliance: (Span, Vec<(&'static str, Span)>),
 }
 
-/// Attributes of a joint that its leg determines.
+/// Attributes of a joint that follow from its leg.
 pub(crate) struct LegAttributes<'a> {
     pub(crate) joint_type: JointType,
     pub(crate) actuated: bool,
@@ -91,7 +91,7 @@ pub(crate) fn read(
         if let Some(pitch) = pitch {
             built = built.pitch(pitch);
         } else if record.value("pitch").is_some() {
-            // The invalid value has been reported; avoid a second message about a zero.
+            // The invalid value has been reported; this avoids a second message about a zero.
             built = built.pitch(f64::from(u8::from(joint_type == JointType::Helical)));
         }
         built = reader.actuated(built, leg);
@@ -126,7 +126,7 @@ pub(crate) fn read(
     JointDraft { name, spec, joint_type, spans }
 }
 
-/// Type by its symbol; for a whole word the message suggests its symbol.
+/// Reads the type from its symbol; for a written-out type, the message suggests the symbol.
 fn read_type(context: &Context<'_>, record: &Record<'_>) -> Option<JointType> {
     const WORDS: &[(&str, &str)] = &[
         ("revolute", "R"),

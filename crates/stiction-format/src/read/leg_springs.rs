@@ -8,26 +8,26 @@ use crate::document::{Key, Node, Table, Text, Value};
 use crate::expression::Measure;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Spring of a leg before the joints of all legs are known.
+/// Spring of a leg, before the joints of all legs are known.
 pub(crate) struct LegSpring {
     key: Key,
     table: Table,
     what: String,
 }
 
-/// A leg for its springs.
+/// Data of a leg that its springs need.
 pub(crate) struct Leg<'a> {
     pub(crate) name: &'a str,
     /// Keys of its bodies and joints, and their names.
     pub(crate) bodies: &'a [(String, String)],
     pub(crate) joints: &'a [(String, String)],
-    /// Bodies at which legs begin and end: points on them turn with the leg.
+    /// Bodies at which legs begin and end; points on them rotate with the leg.
     pub(crate) ends: [&'a str; 2],
     pub(crate) turn: Mat3<f64>,
 }
 
 impl Leg<'_> {
-    /// The table of a spring of this leg, from that of the group.
+    /// Table of a spring of this leg, from the table of the group.
     pub(crate) fn spring(&self, context: &Context<'_>, key: &Key, table: &Table) -> LegSpring {
         names::check(context, &key.name, &key.span, "spring");
         let mut own = table.clone();
@@ -76,14 +76,14 @@ fn full(known: &[(String, String)], key: &str) -> Option<String> {
     known.iter().find(|(own, _)| own == key).map(|(_, name)| name.clone())
 }
 
-/// Replaces a name by that of the leg's own part.
+/// Replaces a name by that of the corresponding part of the leg.
 fn rename(value: &mut Value, own: impl Fn(&str) -> Option<String>) {
     if let Some(name) = value.as_text().and_then(own) {
         value.node = Node::Text(Text { content: name, start: None });
     }
 }
 
-/// A vector as plain numbers, m.
+/// Vector as plain numbers, in m.
 fn numbers(given: &Value, vector: Vec3<f64>) -> Value {
     let number = |x: f64| Value { span: given.span.clone(), node: Node::Number(x) };
     let list = vector.to_array().map(number).to_vec();

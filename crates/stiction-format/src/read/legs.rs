@@ -32,7 +32,7 @@ pub(crate) struct Expansion {
     pub(crate) actuators: Vec<ActuatorDraft>,
     pub(crate) springs: Vec<LegSpring>,
     pub(crate) legs: Vec<LegDraft>,
-    /// True if legs are invalid, so that missing parts may belong to them.
+    /// True if legs are invalid; parts that seem missing may then belong to them.
     pub(crate) lost: bool,
 }
 
@@ -147,7 +147,7 @@ fn placement<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Placement
     Some(Placement { angle, table: Some(table) })
 }
 
-/// Reports a group without legs. The remaining mechanism would be valid but meaningless.
+/// Reports a group without legs; the remaining mechanism would be formally valid but meaningless.
 fn no_legs(context: &Context<'_>, list: &Value) {
     context.push(
         Diagnostic::error("legs", "this group has no legs")
@@ -293,7 +293,7 @@ impl Group<'_> {
         all.legs.push(LegDraft { name, joints, bodies: ends });
     }
 
-    /// Springs of one leg: those of the group, overridden by those of the place.
+    /// Springs of one leg: those of the group, overridden by individual values of the leg.
     fn springs(&self, placement: &Placement<'_>) -> Vec<(Key, Table)> {
         let of = |table: &Table| table.get("springs").cloned();
         let merged = match (of(self.record.table), placement.table.and_then(of)) {
@@ -315,8 +315,8 @@ impl Group<'_> {
         own.collect()
     }
 
-    /// Home of a leg's body in the ground's frame. The file gives it in the rotated frame of
-    /// `from`, which must therefore be the ground.
+    /// Home pose of a leg's body in the ground's frame. The file gives the pose in the rotated frame of `from`, which
+    /// must therefore be the ground.
     fn placed_home(&self, home: Pose<f64>, turn: Mat3<f64>, table: &Table) -> Option<Pose<f64>> {
         if self.from.0 == GROUND_NAME {
             return Some(Pose { rotation: turn, position: Vec3::zero() } * home);
@@ -330,7 +330,7 @@ impl Group<'_> {
         None
     }
 
-    /// Table of a joint or body of one leg: that of the group, overridden by that of the place.
+    /// Table of a joint or body of one leg: that of the group, overridden by individual values of the leg.
     fn merged(&self, kind: &str, link: &Link, placement: &Placement<'_>) -> Table {
         let of = |table: &Table| {
             table.get(kind).and_then(Value::as_table).and_then(|t| t.get(&link.key)).cloned()
@@ -354,8 +354,8 @@ impl Group<'_> {
     }
 }
 
-/// Merges `over` onto `base` key by key. Tables that form one value (rotations, inertia) are
-/// replaced as a whole.
+/// Merges `over` into `base` key by key. Tables that represent one value (rotations, inertia) are replaced as a
+/// whole.
 fn merge(base: Value, over: Value) -> Value {
     const WHOLE: &[&str] = &["turn", "rotation", "inertia", "start", "home"];
     match (base.node, over.node) {

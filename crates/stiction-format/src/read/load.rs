@@ -20,7 +20,7 @@ pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadC
     let title = record.line("title");
     // Keys by body, in the order of the text.
     let mut bodies: Vec<(BodyId, Table)> = Vec::new();
-    // A body can have the name `payload`: its load is a table, payloads are a list.
+    // If a body is named `payload`, its load is a table, whereas payloads are a list.
     let list = table.get("payload").and_then(Value::as_list);
     let own = if list.is_some() { LOAD } else { LOAD.get(..1).unwrap_or_default() };
     let found = leaves(table, own);
@@ -49,7 +49,7 @@ pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadC
     LoadCase { title, wrenches, laws, payloads }
 }
 
-/// Reads a part that a body carries.
+/// Reads a payload.
 fn payload(context: &Context<'_>, names: &Names, entry: &Value) -> Option<Payload> {
     let Some(table) = entry.as_table() else {
         context.wrong(entry, "a table such as [[loads.NAME.payload]]");
@@ -187,7 +187,7 @@ fn wrench(
     Some(AppliedWrench { body, point, axes, force, moment })
 }
 
-/// Reads three components, given as a list or one by one.
+/// Reads three components, given as a list or individually.
 fn components(
     (context, names): (&Context<'_>, &Names),
     record: &Record<'_>,

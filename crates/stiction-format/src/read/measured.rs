@@ -1,4 +1,4 @@
-//! Formulas over measured coordinates: efforts and stop conditions.
+//! Formulas of measured coordinates: efforts and stop conditions.
 
 use super::context::Context;
 use super::names::Names;
@@ -16,7 +16,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
 
-/// Parameters and coordinates as names of an expression.
+/// Parameters and coordinates as names in an expression.
 struct Measurable<'a> {
     parameters: &'a Parameters,
     names: &'a Names,
@@ -74,13 +74,13 @@ fn explained(unresolved: Unresolved, names: &Names, name: &str) -> Unmeasured {
     }
 }
 
-/// An effort: a function of time, or of the measured state as well.
+/// An effort as a function of time, or as a formula that also depends on the measured state.
 pub(crate) enum Effort {
     Signal(Signal),
     Law(Law),
 }
 
-/// Reads an effort as a number or an expression over the time and measured coordinates.
+/// Reads an effort as a number or an expression, which may contain the time and measured coordinates.
 pub(crate) fn effort(
     context: &Context<'_>,
     names: &Names,

@@ -111,7 +111,7 @@ fn read_document(
 
 fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<ModelFile> {
     let record = Record::new(context, table, MODEL, "the model");
-    // Report a value that is not a table; the content of a table is read elsewhere.
+    // Reports a value that is not a table; the content of the table is read elsewhere.
     record.table("parameters");
     let parts = Parts::read(&record);
     let names = parts.names();
@@ -134,7 +134,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         }
         Some(name.to_owned())
     };
-    // All names in the text, including those of invalid parts.
+    // All names in the text, including those of defective parts.
     let keys = |key: &str| match table.get(key).and_then(Value::as_table) {
         Some(table) => table.entries.iter().map(|(key, _)| key.name.as_str()).collect(),
         None => Vec::new(),
@@ -148,7 +148,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         _ => FrictionMode::Converged,
     });
     let mechanism = mechanism?;
-    // In a text with errors, a suspicious part may be incomplete.
+    // In a text with errors, a part that looks suspicious may merely be incomplete.
     if !context.out.borrow().has_errors() {
         parts.origin(&record, &names).warn(&mechanism.warnings());
     }
@@ -169,7 +169,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
     })
 }
 
-/// The title of a model whose text is changed names the changes, as all results show it.
+/// Appends the changes of the text to the title, because all results show the title.
 fn title_with_changes(title: String, source: &Source) -> String {
     let Some(changes) = source.changes() else { return title };
     let changes: Vec<&str> = changes.text.lines().map(str::trim).collect();
@@ -208,7 +208,7 @@ fn read_loads(
     loads
 }
 
-/// Joints written as `[joints.leg1.R]` instead of `[joints."leg1.R"]`, with a message.
+/// Finds joints written as `[joints.leg1.R]` instead of `[joints."leg1.R"]`, and reports them.
 fn dotted<'a>(
     context: &Context<'_>,
     kind: &str,
@@ -258,7 +258,7 @@ impl Parts {
             tables.flat_map(|(key, table)| dotted(context, kind, key, table, fields)).collect()
         };
         for (key, table) in tables("bodies", BODY) {
-            // The name of the ground is reserved, which is reported elsewhere.
+            // The name of the ground is reserved; this is reported elsewhere.
             if key.name != GROUND_NAME {
                 names::check(context, &key.name, &key.span, "body");
             }

@@ -17,7 +17,7 @@ use stiction_core::kinematics::{AngleOrder, Coordinate};
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::Pose;
 
-/// Reader of the files that a text names: from the name as written to the contents.
+/// Function that returns the contents of a file from its name as written in a text.
 pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<Contents, String>;
 
 /// Default time between samples, s.
@@ -152,7 +152,7 @@ pub(crate) fn read(
         motion.coordinates.clear();
         return None;
     }
-    // Times of samples are sums of `start` and a part of `duration`.
+    // Times of samples are sums of `start` and a fraction of `duration`.
     if duration > 0.0 && start.abs() * f64::EPSILON > 1e-3 * step.unwrap_or(STEP) {
         let message = "the start time is so large that consecutive samples round to the same time";
         context.push(
@@ -167,8 +167,8 @@ pub(crate) fn read(
     Some(motion)
 }
 
-/// Compares the time column of a recording with the stated `rate` and `duration`, and reports a
-/// contradiction: a time column of another unit or another clock scales all speeds.
+/// Compares the time column of a recording with the stated `rate` and `duration`, and reports a contradiction: a time
+/// column with another unit or clock scales all speeds.
 fn is_as_stated(record: &Record<'_>, motion: &Motion) -> bool {
     /// Relative difference at which accelerations are wrong by two percent.
     const TOLERANCE: f64 = 0.01;
@@ -183,7 +183,7 @@ fn is_as_stated(record: &Record<'_>, motion: &Motion) -> bool {
             agrees = false;
             continue;
         };
-        // Also for a stated value that is not a number.
+        // Also true for a stated value that is not a number.
         let difference = (stated - found).abs();
         if difference <= least.max(TOLERANCE * found) {
             continue;
@@ -227,7 +227,7 @@ fn is_finite(signal: &Signal, t: f64) -> bool {
     target.value.is_finite() && target.rate.is_finite() && target.acceleration.is_finite()
 }
 
-/// Mechanism of a motion, with guesses of the poses of its bodies.
+/// Mechanism of a motion, with initial guesses for the poses of its bodies.
 #[derive(Clone, Copy)]
 pub(crate) struct Assembly<'a> {
     pub(crate) mechanism: &'a Mechanism,
@@ -243,7 +243,7 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Coordinates in the table; next to a file or waypoints only orders of angles are allowed.
+    /// Coordinates in the table; in addition to a file or waypoints, only orders of angles are allowed.
     fn coordinates(
         &mut self,
         table: &Table,
@@ -258,7 +258,7 @@ impl Reader<'_> {
             }
             let path = match leaf.value {
                 Some(_) => leaf.path.clone(),
-                // An empty table is still a name.
+                // An empty table still counts as a name.
                 None => format!("{}.x", leaf.path),
             };
             match resolve(self.names, &path) {

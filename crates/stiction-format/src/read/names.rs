@@ -42,7 +42,7 @@ impl Names {
         )
     }
 
-    /// Names in a mechanism of which some legs are invalid.
+    /// Marks the names as those of a mechanism with invalid legs.
     pub(crate) fn with_lost_legs(self, lost_legs: bool) -> Self {
         Self { lost_legs, ..self }
     }

@@ -1,4 +1,4 @@
-//! Reads the named quantities of a model.
+//! Reader of the named quantities of a model.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
@@ -17,7 +17,7 @@ pub(crate) fn read_parameters(
 ) -> Parameters {
     let mut all = Parameters::named(table.entries.iter().map(|(key, _)| key.name.clone()));
 
-    // Parse definitions first, then evaluate them in the order of dependence.
+    // Definitions are parsed first, then evaluated in the order of their dependences.
     let mut programs = Vec::new();
     {
         let context = Context::new(source, &all, broken);
@@ -64,7 +64,7 @@ fn check_name(context: &Context<'_>, name: &str, span: &Span) {
     );
 }
 
-/// A similar name that is valid and not in use.
+/// Similar name that is valid and not in use.
 fn possible(name: &str, context: &Context<'_>) -> String {
     let allowed = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '_' };
     let mut near: String = name.chars().map(allowed).collect();
@@ -91,7 +91,7 @@ fn define(context: &Context<'_>, value: &Value) -> Option<Definition> {
     }
 }
 
-/// Order of evaluation, and the cyclic definitions.
+/// Order of evaluation, and cyclic definitions.
 struct Order {
     sorted: Vec<usize>,
     cycles: Vec<Vec<usize>>,
@@ -109,7 +109,7 @@ impl Order {
                 _ => Vec::new(),
             })
             .collect();
-        // Kahn's algorithm: take any definition without open dependences.
+        // Kahn's algorithm: takes any definition whose dependences have been resolved.
         let mut waiting: Vec<usize> = needs.iter().map(Vec::len).collect();
         let mut users: Vec<Vec<usize>> = vec![Vec::new(); needs.len()];
         for (user, needs) in needs.iter().enumerate() {
@@ -137,7 +137,7 @@ impl Order {
     }
 }
 
-/// Finds cycles among the definitions that still wait for others (`waiting` counts these).
+/// Finds cycles among the definitions with unresolved dependences, which `waiting` counts.
 fn cycles(needs: &[Vec<usize>], waiting: &[usize]) -> Vec<Vec<usize>> {
     let waits = |i: usize| waiting.get(i).is_some_and(|&count| count > 0);
     let mut seen = vec![0usize; needs.len()];

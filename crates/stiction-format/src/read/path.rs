@@ -19,7 +19,7 @@ pub(crate) struct Leaf<'a> {
     pub(crate) key: Span,
     /// Key before the last; the last key itself if there is no other.
     pub(crate) owner: Span,
-    /// `None` for an empty table.
+    /// The value; `None` for an empty table.
     pub(crate) value: Option<&'a Value>,
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
     all
 }
 
-/// The object of a path.
+/// The object that a path names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Meaning<'a> {
     /// A coordinate of a body.
@@ -75,11 +75,11 @@ pub(crate) enum Meaning<'a> {
 /// Reason why a path cannot be resolved.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Unresolved {
-    /// Already reported elsewhere.
+    /// The problem has been reported elsewhere.
     Reported,
-    /// Unknown name.
+    /// The name is unknown.
     Unknown,
-    /// Known name without the requested coordinate: message and help.
+    /// The name is known but does not have the requested coordinate: message and help.
     Wrong(String, Option<String>),
 }
 
@@ -88,9 +88,9 @@ impl Unresolved {
         Self::Wrong(message, help.into())
     }
 
-    /// Message, help, and a flag that is true if the error is in the name of the body or joint
-    /// instead of the coordinate. The keys `own` are also candidates. The suggestion compares all
-    /// names, which is slow.
+    /// Message, help, and a flag that is true if the error is in the name of the body or joint instead of the
+    /// coordinate. The keys `own` are also candidates. Finding the suggestion is slow, because all names are
+    /// compared.
     pub(crate) fn explain(
         self,
         names: &Names,

@@ -58,7 +58,7 @@ impl SpringSpans {
         place.map_or(&self.name, |(_, span)| span).clone()
     }
 
-    /// Place of the first value whose key a message of the builder mentions.
+    /// Place of the first value whose key occurs in a message of the builder.
     pub(crate) fn mentioned_in(&self, message: &str) -> Span {
         let at = |key: &str| message.find(&key.replace('_', " "));
         let places = self.values.iter().filter_map(|(key, span)| Some((at(key)?, span)));
@@ -70,7 +70,7 @@ impl SpringSpans {
 const GAS: &[&str] = &["extension_force", "progression", "extended_length", "stroke"];
 /// Keys of springs between two points, other than gas springs.
 const STRAIGHT: &[&str] = &["stiffness", "free_length", "preload"];
-/// Keys of ends at points.
+/// Keys of the end points of a spring.
 const ENDS: &[&str] = &["from", "to", "at", "to_at"];
 
 /// Reads a spring; `what` describes it in messages.
@@ -106,7 +106,7 @@ pub(crate) fn read(
     SpringDraft { name: key.name.clone(), spec, spans: SpringSpans::new(&record, key) }
 }
 
-/// Refuses keys that do not belong to this kind of spring.
+/// Rejects keys that do not belong to this kind of spring.
 fn refuse(record: &Record<'_>, kind: &str, keys: &[&[&str]]) {
     for key in keys.iter().flat_map(|keys| keys.iter()) {
         let Some(value) = record.value(key) else { continue };
@@ -168,7 +168,7 @@ fn needs_a_force(record: &Record<'_>) {
     }
 }
 
-/// Measure of a value that is linear or angular, of a spring between points.
+/// Measure of a linear-or-angular value of a spring between points.
 fn linear(key: &str) -> Measure {
     match key {
         "stiffness" => Measure::Stiffness,
@@ -229,7 +229,7 @@ fn on_joint(record: &Record<'_>, key: &Key, joints: &[JointDraft]) -> Option<Joi
     Some(spec.preload(preload?).damping(damping?))
 }
 
-/// Degree of freedom of this name, `joint` or `joint.dof`.
+/// Degree of freedom with this name, `joint` or `joint.dof`.
 fn dof(joints: &[JointDraft], name: &str) -> Option<&'static Dof> {
     joints.iter().find_map(|joint| match joint.joint_type?.dofs() {
         [only] if joint.name == name => Some(only),
@@ -240,7 +240,7 @@ fn dof(joints: &[JointDraft], name: &str) -> Option<&'static Dof> {
     })
 }
 
-/// Words for the degrees of freedom of all joints on which springs can act.
+/// Names of the degrees of freedom of all joints on which springs can act.
 pub(crate) fn coordinates(joints: &[JointDraft]) -> Vec<String> {
     let of_joint = |joint: &JointDraft| {
         let joint_type = joint.joint_type.filter(|known| known.has_scalar_coordinates());

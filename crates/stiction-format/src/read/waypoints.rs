@@ -26,7 +26,7 @@ use timing::Timing;
 pub(super) struct Waypoints {
     pub(super) coordinates: Vec<(Coordinate, Signal)>,
     pub(super) duration: f64,
-    /// Description of laws and times of arrival.
+    /// Description of motion laws and times of arrival.
     pub(super) description: String,
 }
 
@@ -119,8 +119,7 @@ fn describe(moves: &Moves, count: usize) -> String {
     format!("through {count} waypoints, reached at {}{more} s", times.join(", "))
 }
 
-/// Values of all coordinates at all waypoints. A coordinate that a waypoint does not name keeps its
-/// value.
+/// Values of all coordinates at all waypoints. A coordinate that is not named at a waypoint keeps its value.
 fn channels(reader: &Reader<'_>, tables: &[&Table]) -> Option<Vec<Channel>> {
     let context = reader.context;
     let mut channels: Vec<Channel> = Vec::new();
@@ -185,7 +184,7 @@ fn channels(reader: &Reader<'_>, tables: &[&Table]) -> Option<Vec<Channel>> {
     (fine && !channels.is_empty()).then_some(channels)
 }
 
-/// Repeats the last value until there are `count`.
+/// Repeats the last value until there are `count` values.
 fn keep<T: Clone>(values: &mut Vec<T>, count: usize) {
     if let Some(last) = values.last().cloned()
         && values.len() < count

@@ -21,7 +21,7 @@ impl Banded {
             .then_some(row * (2 * self.band + 1) + offset)
     }
 
-    /// An entry; zero outside the band.
+    /// Returns an entry; zero outside the band.
     pub(super) fn get(&self, row: usize, column: usize) -> f64 {
         self.index(row, column).and_then(|i| self.entries.get(i)).copied().unwrap_or(0.0)
     }
@@ -81,7 +81,7 @@ impl Factored {
         let mut inverse = Banded::new(size, band);
         for row in (0..size).rev() {
             let last = (row + band).min(size - 1);
-            // The diagonal entry needs those to its right.
+            // The diagonal entry depends on the entries to its right.
             for column in (row..=last).rev() {
                 let unit = if row == column { 1.0 / self.0.get(row, row) } else { 0.0 };
                 let sum: f64 =

@@ -1,8 +1,8 @@
-//! B-splines of order six (degree five) over any knots.
+//! B-splines of order six (degree five) on arbitrary knots.
 
 use stiction_core::kinematics::Target;
 
-/// Order of the B-splines: the number of them that can be nonzero in an interval.
+/// Order of the B-splines: the number of B-splines that can be nonzero in an interval.
 pub(super) const ORDER: usize = 6;
 
 /// A nondecreasing sequence of knots; the first and the last occur six times.
@@ -10,8 +10,8 @@ pub(super) trait Knots {
     /// The knot with this index.
     fn at(&self, index: usize) -> f64;
 
-    /// The values at `t` of the B-splines of order `K` from number `first + 6 - K` on that are not
-    /// zero in the interval where those of order six begin with `first` (Cox and de Boor).
+    /// Values at `t` of the B-splines of order `K`, beginning with number `first + 6 - K`, that are nonzero in the
+    /// interval in which the nonzero B-splines of order six begin with `first` (Cox and de Boor).
     fn splines<const K: usize>(&self, first: usize, t: f64) -> [f64; K] {
         let mut values = [0.0; K];
         // The interval begins at knot `first + 5`.

@@ -16,7 +16,7 @@ pub(crate) enum Interpolation {
 }
 
 impl Interpolation {
-    /// Number of columns of the interpolation.
+    /// Number of columns from which the curve is interpolated.
     pub(crate) fn columns(self) -> usize {
         match self {
             Self::Monotone | Self::Spline(Given::Values) => 1,
@@ -44,7 +44,7 @@ impl Interpolation {
         }
     }
 
-    /// Tests if knots depend on distant samples, so that windows must be compared.
+    /// Tests if knots depend on distant samples, so that neighbouring windows must be compared.
     pub(crate) fn reaches_far(self) -> bool {
         matches!(self, Self::Spline(Given::Values | Given::Rates))
     }
@@ -72,7 +72,7 @@ impl Curve {
         }
     }
 
-    /// Makes the function from its knots.
+    /// Creates the function from its knots.
     pub(crate) fn of_knots(
         interpolation: Interpolation,
         times: &Arc<[f64]>,
@@ -88,7 +88,7 @@ impl Curve {
     pub(crate) fn is_finite(&self) -> bool {
         match self {
             Self::Spline(spline) => spline.is_finite(),
-            // Slopes lie between those of the adjacent chords and are finite.
+            // The slopes are bounded by those of the adjacent chords, and thus finite.
             Self::Monotone(_) => true,
         }
     }
@@ -107,7 +107,7 @@ impl Curve {
         first_after(times, t)
     }
 
-    /// Value at `t`; at a sample exactly that of the sample.
+    /// Value at `t`; at a sample exactly the value of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         match self {
             Self::Spline(spline) => spline.at(t),

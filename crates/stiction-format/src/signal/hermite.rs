@@ -1,7 +1,7 @@
 //! Piecewise quintics through samples.
 //!
-//! The spline is stored as value, rate and acceleration at every sample, which determine one
-//! quintic polynomial between neighbours. Derivatives that the samples do not contain are computed.
+//! The spline is stored as value, rate and acceleration at every sample; these determine one quintic polynomial
+//! between neighbouring samples. Derivatives that the samples do not contain are computed.
 
 use super::banded::Banded;
 use super::quintic;
@@ -57,7 +57,7 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    /// Values, rates and accelerations in this order, as given.
+    /// Values, rates and accelerations in this order, as far as they are given.
     pub(crate) fn new(columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
         let mut columns = columns.into_iter();
         Self {
@@ -115,7 +115,7 @@ impl Samples {
 pub(crate) struct Spline {
     times: Arc<[f64]>,
     knots: Vec<Target<f64>>,
-    /// True if its windows disagreed.
+    /// True if neighbouring windows disagreed.
     is_global: bool,
 }
 
@@ -158,7 +158,7 @@ impl Spline {
         &self.times
     }
 
-    /// Value at `t`; at a sample exactly that of the sample.
+    /// Value at `t`; at a sample exactly the value of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let last = self.times.len().saturating_sub(2);
         let i = self.times.partition_point(|&time| time <= t).saturating_sub(1).min(last);
@@ -182,7 +182,7 @@ impl Spline {
     }
 }
 
-/// The quintic with `a` at 0 and `b` at `h` (which may be negative), at `t`.
+/// Value at `t` of the quintic with `a` at 0 and `b` at `h`, which may be negative.
 fn between(a: Target<f64>, b: Target<f64>, h: f64, t: f64) -> Target<f64> {
     let u = t / h;
     let rise = b.value - a.value;
@@ -242,14 +242,14 @@ fn newton(
     (rate, acceleration)
 }
 
-/// Accelerations that make the quintic Hermite spline through values and rates continuous in the
-/// third derivative at every inner sample; in the fourth at the first and the last of them.
+/// Accelerations for which the quintic Hermite spline through values and rates has a continuous third derivative at
+/// each inner sample, and a continuous fourth derivative at the first and the last inner sample.
 pub(super) fn accelerations_for_rates(times: &[f64], values: &[f64], rates: &[f64]) -> Vec<f64> {
     let n = times.len();
     let mut matrix = Banded::new(n, 2);
     let mut right = vec![0.0; n];
     let at = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(f64::NAN);
-    // An interval: its length, and rise, rate at its start and rate at its end, all over the length.
+    // Length of an interval; rise, rate at its start and rate at its end, each divided by the length.
     let interval = |i: usize| {
         let h = at(times, i + 1) - at(times, i);
         let slope = (at(values, i + 1) - at(values, i)) / h;

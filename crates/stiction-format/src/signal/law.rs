@@ -1,4 +1,4 @@
-//! Motion laws: the course of a move from rest to rest.
+//! Motion laws: the position in a move from rest to rest as a function of time.
 
 /// Motion law of a move from rest to rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,11 +11,11 @@ pub(crate) enum Law {
     ModifiedSine,
     /// Constant acceleration, constant speed, constant deceleration.
     Trapezoid,
-    /// As the trapezoid, with limited jerk: seven phases of constant jerk.
+    /// Like the trapezoid, but with limited jerk: seven phases of constant jerk.
     SCurve,
 }
 
-/// Greatest speed, acceleration and jerk; infinite where there is no limit.
+/// Greatest speed, acceleration and jerk; infinite without a limit.
 pub(crate) type Limits = [f64; 3];
 
 /// No limit at all.
@@ -42,7 +42,7 @@ impl Law {
         index.and_then(|index| Self::NAMES.get(index)).copied().unwrap_or_default()
     }
 
-    /// The limits without which no shortest duration exists, in words.
+    /// Description of the limits without which no shortest duration exists.
     pub(crate) fn needs(self) -> &'static str {
         match self {
             Self::Quintic | Self::Cycloid | Self::ModifiedSine => "a limit",
@@ -101,7 +101,7 @@ impl Profile {
             if acceleration.is_infinite() {
                 return None;
             }
-            // Without a cruise the peak speed is sqrt(acceleration).
+            // Without a phase of constant speed, the peak speed is sqrt(acceleration).
             let peak = speed.min(acceleration.sqrt());
             let ramp = peak / acceleration;
             return Some(Self::trapezoid(ramp, 1.0 / peak - ramp));
@@ -109,11 +109,11 @@ impl Profile {
         if jerk.is_infinite() {
             return None;
         }
-        // The acceleration that is reached if neither speed nor distance ends its growth.
+        // Acceleration that is reached if neither the speed limit nor the distance ends its growth.
         let reached = acceleration.min((jerk * jerk / 2.0).cbrt());
         let step = (reached / jerk).min((speed / jerk).sqrt());
         let peak = jerk * step;
-        // Time of constant acceleration: until the speed is reached, or half the distance is gone.
+        // Time of constant acceleration: until the speed limit or half the distance is reached.
         let by_speed = speed / peak - step;
         let by_distance = -1.5 * step + (0.25 * step * step + 1.0 / peak).sqrt();
         let hold = by_speed.min(by_distance).max(0.0);
@@ -122,8 +122,8 @@ impl Profile {
         Some(Self::s_curve(step, hold, cruise))
     }
 
-    /// A trapezoid or s-curve of unit duration: `ramp` is the duration of the acceleration, up to a half, and `step`
-    /// that of each jerk phase as a part of it, up to a half.
+    /// A trapezoid or s-curve of unit duration: `ramp` is the duration of the acceleration, up to 0.5, and `step`
+    /// that of each jerk phase as a fraction of `ramp`, up to 0.5.
     pub(crate) fn of_phases(law: Law, ramp: f64, step: f64) -> Self {
         let cruise = 1.0 - 2.0 * ramp;
         match law {
@@ -149,7 +149,7 @@ impl Profile {
         [v / self.duration, a / self.duration.powi(2), j / self.duration.powi(3)]
     }
 
-    /// The same course in another duration.
+    /// Scales the profile in time to another duration.
     pub(crate) fn stretched(self, duration: f64) -> Self {
         Self { duration, ..self }
     }
@@ -190,12 +190,12 @@ impl Profile {
         ])
     }
 
-    /// From phases with their durations, accelerations at the beginning, and jerks.
+    /// A profile from phases with their durations, initial accelerations, and jerks.
     fn of_accelerations(phases: &[(f64, f64, f64)]) -> Self {
         let duration: f64 = phases.iter().map(|(time, ..)| time).sum();
         let (mut pieces, mut begin, mut position, mut speed) = (Vec::new(), 0.0, 0.0, 0.0);
         for &(time, acceleration, jerk) in phases {
-            // Over unit duration the derivatives are as many times greater.
+            // Scaled to unit duration, derivatives grow with the corresponding power of the duration.
             let (acceleration, jerk) = (acceleration * duration.powi(2), jerk * duration.powi(3));
             let piece = Piece { begin, state: [position, speed, acceleration], jerk };
             begin += time / duration;
@@ -239,14 +239,14 @@ impl Profile {
         begins.iter().map(|begin| begin * self.duration).collect()
     }
 
-    /// Position between 0 and 1 and its first three derivatives at a time, s, by the formula of a phase.
+    /// Position between 0 and 1 and its first three derivatives at a time, s, evaluated by the formula of a phase.
     pub(crate) fn in_phase(&self, phase: usize, time: f64) -> [f64; 4] {
         let [s, v, a, j] = self.unit(phase, time / self.duration);
         let rate = self.duration.recip();
         [s, v * rate, a * rate * rate, j * rate * rate * rate]
     }
 
-    /// The profile over unit duration, by the formula of a phase.
+    /// The profile at unit duration, evaluated by the formula of a phase.
     fn unit(&self, phase: usize, x: f64) -> [f64; 4] {
         use std::f64::consts::{PI, TAU};
         match &self.shape {
@@ -256,7 +256,7 @@ impl Profile {
             }
             Shape::Smooth(Law::ModifiedSine) => {
                 let scale = 1.0 / (4.0 + PI);
-                // Outer eighths with the period 1/2, the middle with 3/2.
+                // The outer eighths have the period 1/2, the middle 3/2.
                 let (offset, size, rate, begin) = match phase {
                     0 => (0.0, 0.25, 4.0 * PI, 0.0),
                     1 => (2.0, 2.25, 4.0 * PI / 3.0, PI / 3.0),
@@ -319,7 +319,7 @@ mod tests {
             let end = profile.unit(profile.phase(0.7), 1.0);
             assert!((end[0] - 1.0).abs() < 1e-14 && end[1].abs() < 1e-13, "{law:?}: {end:?}");
             for k in 1..100 {
-                // Off the corners of the accelerations.
+                // Avoids the corners of the accelerations.
                 let (t, h) = (0.7 * (f64::from(k) + 0.37) / 101.0, 1e-6);
                 let phase = profile.phase(t);
                 let [low, middle, high] = [t - h, t, t + h].map(|t| profile.in_phase(phase, t));
@@ -369,7 +369,7 @@ mod tests {
             (Law::SCurve, [1.0, 5.0, 50.0], 1.3),
             (Law::SCurve, [none, none, 32.0], 1.0),
             (Law::SCurve, [none, 1e9, 32.0], 1.0),
-            // Speed without constant acceleration: two jerk phases of sqrt(v/j) each way.
+            // Without constant acceleration: two jerk phases of sqrt(v/j) for each speed change.
             (Law::SCurve, [1.0, 5.0, 16.0], 1.5),
         ] {
             let found = time(law, limits);

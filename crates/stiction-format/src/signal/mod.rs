@@ -40,22 +40,22 @@ enum Shape {
     Constant(f64),
     Formula(Arc<Written>),
     Curve(Arc<Curve>),
-    /// One of the curves of a recording that is read in pieces.
+    /// One curve of a recording that is read in pieces.
     Recorded(Arc<Recorded>, usize),
-    /// A coordinate that goes through waypoints.
+    /// A coordinate that moves through waypoints.
     Course(Arc<Course>),
-    /// A component of the rotation vector of a body that turns through waypoints.
+    /// A component of the rotation vector of a body that rotates through waypoints.
     Turning(Arc<Turning>, usize),
 }
 
-/// A formula and its location.
+/// A formula and its place.
 #[derive(Debug)]
 struct Written {
     formula: Formula,
     source: Arc<Source>,
     /// Place of the whole value.
     value: Span,
-    /// Byte offset of its text in the source, if it contains no escapes.
+    /// Byte offset of the formula's text in the source; `None` if the text contains escapes.
     start: Option<usize>,
 }
 
@@ -98,11 +98,11 @@ impl Signal {
         matches!(self.shape, Shape::Constant(_))
     }
 
-    /// Value at time `t` (s) with its exact first and second time derivatives, in SI units.
+    /// Value at time `t` (s) with exact first and second time derivatives, in SI units.
     ///
-    /// A formula without a finite value gives the result of floating-point arithmetic; a recording
-    /// that cannot be read any more gives NaN. [`Signal::fault_at`] gives the reason. A spline
-    /// continues with its first and last polynomial beyond its samples.
+    /// A formula without a finite value gives the result of floating-point arithmetic; a recording that can no longer
+    /// be read gives NaN. [`Signal::fault_at`] gives the reason. Outside its samples, a spline continues with its
+    /// first or last polynomial.
     pub fn at(&self, t: f64) -> Target<f64> {
         match &self.shape {
             Shape::Constant(value) => Target { value: *value, rate: 0.0, acceleration: 0.0 },
@@ -117,8 +117,8 @@ impl Signal {
         }
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve the signal: it ends before ramps
-    /// and kinks, within the period of a sine, before its peaks, and at samples.
+    /// Time, s, up to which a few samples from `t` (s) on resolve the signal. It lies before the next ramp or kink,
+    /// within the period of a sine, before its next peak, or at the next sample.
     pub fn resolved_until(&self, t: f64) -> f64 {
         match &self.shape {
             Shape::Constant(_) => f64::INFINITY,

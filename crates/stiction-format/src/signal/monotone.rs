@@ -26,7 +26,7 @@ pub(crate) fn knots(times: &[f64], values: &[f64]) -> Vec<Target<f64>> {
             knot.rate = (w0 + w1) / (w1 / s0 + w0 / s1);
         }
     }
-    // At the ends the slope of the first or last chord, which reproduces straight lines.
+    // At the ends, the slope of the first or last chord is used; straight lines are then reproduced.
     if let (Some(first), Some((_, chord))) = (knots.first_mut(), chords.first()) {
         first.rate = *chord;
     }
@@ -45,7 +45,7 @@ pub(crate) struct Monotone {
 }
 
 impl Monotone {
-    /// Makes the function from values and slopes at strictly increasing `times`, see [`knots`].
+    /// Creates the function from values and slopes at strictly increasing `times`, see [`knots`].
     pub(crate) fn of_knots(times: &Arc<[f64]>, knots: Vec<Target<f64>>) -> Self {
         Self { times: Arc::clone(times), knots }
     }
@@ -55,7 +55,7 @@ impl Monotone {
         &self.times
     }
 
-    /// Value at `t`; at a sample exactly that of the sample.
+    /// Value at `t`; at a sample exactly the value of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let still = |value: f64| Target { value, rate: 0.0, acceleration: 0.0 };
         let after = self.times.partition_point(|&time| time <= t);

@@ -1,8 +1,8 @@
 //! The quintic spline through values: rates and accelerations at the samples.
 //!
-//! The spline is a sum of B-splines of order six; their knots are the samples without the two next
-//! to each end (not-a-knot condition). The collocation matrix is banded and totally positive, so
-//! elimination needs no pivoting; a million samples take linear time.
+//! The spline is a sum of B-splines of order six. Their knots are the samples except the second and third from each
+//! end (not-a-knot condition). The collocation matrix is banded and totally positive, so elimination needs no
+//! pivoting; the time needed is proportional to the number of samples.
 
 use super::banded::Banded;
 use super::bspline::{Knots, ORDER, local};
@@ -34,8 +34,7 @@ pub(super) fn rates_and_accelerations(times: &[f64], values: &[f64]) -> (Vec<f64
         .unzip()
 }
 
-/// The knots: the first sample six times, the samples from the fourth to the fourth from the end,
-/// the last sample six times.
+/// The knots: the first sample six times, then the fourth to the fourth-last sample, then the last sample six times.
 struct SampleKnots<'a> {
     times: &'a [f64],
     count: usize,
@@ -104,8 +103,8 @@ mod tests {
         Spline::new(times, Samples::new([values, rates, accelerations].into_iter().take(kind + 1)))
     }
 
-    /// All kinds reproduce quintics if the samples determine one, and polynomials of lower degree
-    /// with fewer samples.
+    /// All kinds of spline reproduce quintics if there are enough samples, and polynomials of lower degree with fewer
+    /// samples.
     #[test]
     fn polynomials_are_reproduced() {
         let c = [0.3, -1.0, 2.0, 0.5, -1.5, 0.7];
@@ -118,8 +117,8 @@ mod tests {
                 for step in 0..=100 {
                     let t = step as f64 / 100.0;
                     let (found, expected) = (spline.at(t), f(t));
-                    // Round-off of values of order one; a second difference over steps of 1/n
-                    // magnifies it by n^2, the splines' condition by some ten.
+                    // Round-off of values of order one; second differences over steps of 1/n magnify it by n^2, the
+                    // condition of the splines by about ten.
                     let tolerance = 1e-14 * (1.0 + (n * n) as f64);
                     assert!((found.value - expected.value).abs() < 1e-13, "{kind} {n} {t}");
                     assert!((found.rate - expected.rate).abs() < tolerance, "{kind} {n} {t}");

@@ -3,7 +3,7 @@
 use crate::signal::recorded::Recorded;
 use std::sync::Arc;
 
-/// First of increasing times after `t`; `None` after the last.
+/// First of the increasing `times` after `t`; `None` if there is none.
 pub(crate) fn first_after(times: &[f64], t: f64) -> Option<f64> {
     times.get(times.partition_point(|&time| time <= t)).copied()
 }
@@ -31,8 +31,8 @@ impl SampleTimes {
         }
     }
 
-    /// Time of sample `k`, s; beyond the last sample that of the last. NaN if the recording cannot
-    /// be read any more; [`Signal::fault_at`](crate::Signal::fault_at) gives the reason.
+    /// Time of sample `k`, s; for an index beyond the last sample, the time of the last one. NaN if the recording can
+    /// no longer be read; [`Signal::fault_at`](crate::Signal::fault_at) gives the reason.
     pub fn at(&self, k: usize) -> f64 {
         match &self.0 {
             Kind::Listed(list) => list.get(k).or(list.last()).copied().unwrap_or(f64::NAN),

@@ -1,4 +1,4 @@
-//! Courses through waypoints: moves from rest to rest, one after the other.
+//! Motions through waypoints: moves from rest to rest, one after the other.
 
 use super::law::Profile;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use stiction_core::spatial::{Mat3, Vec3};
 /// A move between two waypoints.
 #[derive(Clone, Debug)]
 pub(crate) struct Move {
-    /// Time of its begin, s.
+    /// Time at which the move begins, s.
     pub(crate) begin: f64,
     pub(crate) profile: Profile,
 }
@@ -19,13 +19,13 @@ impl Move {
     }
 }
 
-/// Moves in the order of their begins and ends; neighbours may overlap.
+/// Moves, sorted by begin and end; neighbours may overlap.
 #[derive(Clone, Debug)]
 pub(crate) struct Moves(pub(crate) Vec<Move>);
 
 impl Moves {
-    /// Moves that are under way at `t`, by number, with their profiles at `t`; before them the
-    /// number of moves that have ended.
+    /// Returns the moves that are under way at `t`, by index, with their profiles at `t`, preceded by the number of
+    /// moves that have ended.
     fn under_way(&self, t: f64) -> (usize, impl Iterator<Item = (usize, [f64; 3])> + '_) {
         let ended = self.0.partition_point(|each| each.end() <= t);
         let begun = self.0.iter().enumerate().skip(ended).take_while(move |(_, m)| m.begin < t);
@@ -44,7 +44,7 @@ impl Moves {
     }
 }
 
-/// A coordinate that goes through values, one more than there are moves.
+/// A coordinate that moves through given values; there is one value more than moves.
 #[derive(Clone, Debug)]
 pub(crate) struct Course {
     pub(crate) moves: Arc<Moves>,
@@ -52,7 +52,7 @@ pub(crate) struct Course {
 }
 
 impl Course {
-    /// The coordinate as a function of the completed part of move `k`.
+    /// Value and derivatives of the coordinate with respect to the completed fraction of move `k`.
     pub(crate) fn along(&self, k: usize, part: f64) -> Target<f64> {
         let value = |k: usize| self.values.get(k).copied().unwrap_or(f64::NAN);
         let step = value(k + 1) - value(k);
@@ -74,14 +74,14 @@ impl Course {
     }
 }
 
-/// A body that turns through orientations, in each move about a fixed axis at the rate of the law. The
+/// A body that rotates through given orientations, in each move about a fixed axis according to the motion law. The
 /// moves do not overlap.
 #[derive(Clone, Debug)]
 pub(crate) struct Turning {
     pub(crate) moves: Arc<Moves>,
-    /// Orientations, one more than there are moves.
+    /// Orientations; there is one more than moves.
     pub(crate) orientations: Vec<Mat3<f64>>,
-    /// Rotation vector of each move, in the axes of its first orientation.
+    /// Rotation vector of each move, in the axes of the orientation at its begin.
     pub(crate) turns: Vec<Vec3<f64>>,
 }
 
@@ -102,12 +102,12 @@ impl Turning {
         };
         self.moves.0.iter().find_map(|each| {
             let time = |k: u32| each.begin + each.profile.duration * f64::from(k) / 100.0;
-            // A hundredth of a move turns by less than a radian.
+            // In a hundredth of a move, the body rotates by less than one radian.
             (1..=100).find(|&k| (vector(time(k)) - vector(time(k - 1))).norm() > 1.0).map(time)
         })
     }
 
-    /// The rotation vector of the orientation.
+    /// Rotation vector of the orientation at time `t`, with its derivatives.
     pub(crate) fn at(&self, t: f64) -> [Target<f64>; 3] {
         let (ended, mut under_way) = self.moves.under_way(t);
         let rotation = self.orientations.get(ended).copied().unwrap_or(Mat3::identity());

@@ -1,37 +1,37 @@
 //! Splines through long recordings, window by window.
 //!
-//! A spline depends on all of its samples, but the influence of a sample decays with the distance:
-//! for equal steps by 0.43 per sample where values are given (the magnitude of the greatest root of
-//! the quintic B-spline polynomial `x^4 + 26 x^3 + 66 x^2 + 26 x + 1` within the unit circle), by
-//! 0.17 where rates are given as well. Ninety samples away it is below double precision. A window
-//! with such a margin is therefore exact, and no global system is needed. With strongly varying
-//! steps the influence reaches further; a comparison where windows meet detects this.
+//! A spline depends on all of its samples, but the influence of a sample decays with distance: for equal steps by a
+//! factor of 0.43 per sample if values are given (the magnitude of the largest root of the quintic B-spline
+//! polynomial `x^4 + 26 x^3 + 66 x^2 + 26 x + 1` within the unit circle), and by 0.17 if rates are given as well. At
+//! a distance of ninety samples it is below double precision. A window with such a margin is therefore exact, and no
+//! global system is needed. If steps vary strongly, the influence reaches further; this is detected by comparing
+//! windows where they meet.
 
 use std::ops::Range;
 use stiction_core::kinematics::Target;
 
 /// Number of samples in the core of a window.
 const CORE: usize = 4096;
-/// Number of margin samples on either side. Neighbouring windows overlap by twice as many.
+/// Number of margin samples on either side. Neighbouring windows overlap by twice this number.
 const MARGIN: usize = 96;
-/// Minimum number of samples for more than one window.
+/// Minimum number of samples for which several windows are used.
 const LONG: usize = 2 * CORE;
-/// Tolerance where windows meet, in roundings of a value, for a rate times the step or an
-/// acceleration times its square. Both are differences of neighbouring values, magnified some ten
-/// times by the solution; a few unequal steps make that a hundred.
+/// Tolerance where windows meet, in units of the rounding error of a value, for a rate times the step or an
+/// acceleration times its square. Both are differences of neighbouring values, which the solution magnifies about ten
+/// times, and a few unequal steps about a hundred times.
 const ROUNDINGS: f64 = 256.0;
 
 /// A window of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
-    /// Core samples: those that the window determines.
+    /// Core samples, whose knots this window determines.
     pub(crate) core: Range<usize>,
     /// Core and margin samples.
     pub(crate) known: Range<usize>,
 }
 
 impl Window {
-    /// Window whose core begins at sample `begin`, of `count` samples. A larger `count` gives the
+    /// Window of a recording with `count` samples whose core begins at sample `begin`. A larger `count` gives the
     /// same window as long as [`is_long`] holds for the samples from `begin` on.
     pub(crate) fn at(begin: usize, count: usize) -> Self {
         // The last window includes a remainder that is too short for a separate window.
@@ -55,13 +55,13 @@ impl Window {
     }
 }
 
-/// Tests if a number of samples needs more than one window.
+/// Tests if this number of samples needs more than one window.
 pub(crate) fn is_long(count: usize) -> bool {
     count >= LONG
 }
 
-/// Value, rate and acceleration at all samples from `solve`, called for each window; `None` if the
-/// samples fit into one window or windows do not agree.
+/// Computes value, rate and acceleration at all samples by calling `solve` for each window; `None` if the samples fit
+/// into one window or neighbouring windows disagree.
 pub(super) fn by_windows(
     times: &[f64],
     values: &[f64],
@@ -87,8 +87,8 @@ pub(super) fn by_windows(
     Some(knots)
 }
 
-/// Tests if the knots of a window agree with `last`, the last core knot of the window before. Times
-/// and values are those of the window; its first `skip` samples belong to the window before.
+/// Tests if the knots of a window agree with `last`, the last core knot of the previous window. Times and values are
+/// those of the window; its first `skip` samples belong to the previous window.
 pub(crate) fn agrees(
     last: &Target<f64>,
     knots: &[Target<f64>],
@@ -131,7 +131,7 @@ mod tests {
         (0..count).map(later).collect()
     }
 
-    /// Rough values, so that a missing sample is detected.
+    /// Irregular values, so that a missing sample is detected.
     fn rough(k: usize) -> f64 {
         ((k * k) as f64 * 0.618).sin()
     }
@@ -164,7 +164,7 @@ mod tests {
         }
     }
 
-    /// The same comparison for splines with given rates.
+    /// The windowed spline with given rates equals the global spline.
     #[test]
     fn windows_with_rates_equal_the_whole() {
         let times = times(2 * CORE + 5, |k| 1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]);
@@ -180,7 +180,7 @@ mod tests {
         }
     }
 
-    /// An influence beyond the margin is detected where windows meet.
+    /// A disagreement between windows is detected if influences reach beyond the margin.
     #[test]
     fn windows_that_disagree_are_refused() {
         let times = times(2 * CORE + 100, |_| 1e-3);

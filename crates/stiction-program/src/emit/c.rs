@@ -23,7 +23,7 @@ const MAKEFILE: &str = include_str!("templates/Makefile");
 const CMAKE: &str = include_str!("templates/CMakeLists.txt");
 const README: &str = include_str!("templates/README.md");
 
-/// Length of a row of numbers, characters.
+/// Maximum length of a row of numbers, characters.
 const WIDTH: usize = 96;
 
 pub(crate) fn files(
@@ -76,7 +76,7 @@ impl C<'_> {
         self.fill_with(template, &[])
     }
 
-    /// Fills a template, also with further values.
+    /// Fills a template, with additional values for names between `@`.
     pub(crate) fn fill_with(&self, template: &str, more: &[(&str, String)]) -> String {
         let sizes = self.program.sizes();
         let functions = self.options.functions;
@@ -200,7 +200,7 @@ impl C<'_> {
         substitute(OWN_MATH, &values)
     }
 
-    /// `true` if there are sines and cosines.
+    /// Tests if the code contains sines and cosines.
     fn turns(&self) -> bool {
         let is = |s: &Statement| matches!(s, Statement::SineCosine { .. });
         let listings = Listings::new(self.program, self.options.functions);

@@ -1,8 +1,7 @@
 //! Source code of [`Feedforward`] programs in other languages.
 //!
-//! Routines become functions of straight-line code, written from one list of statements (`walk`).
-//! A fixed text for each language around them closes the loops, couples the friction and decides
-//! about rest and failures.
+//! Routines become functions of straight-line code, written from one list of statements (`walk`). Around them, a
+//! fixed text for each language closes the loops, couples the friction, and handles rest and failures.
 
 mod c;
 pub mod fmu;
@@ -39,7 +38,7 @@ pub enum Precision {
     Float,
 }
 
-/// Functions beside inverse dynamics.
+/// Functions in addition to inverse dynamics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Functions {
     /// Poses and twists of all bodies, and their Jacobians.
@@ -51,27 +50,27 @@ pub struct Functions {
 /// Options of the source code.
 #[derive(Clone, Debug)]
 pub struct SourceOptions {
-    /// Name of the files and beginning of all names in the code; made of the name of the model if
-    /// it is no identifier.
+    /// Name of the files and prefix of all names in the code; by default an identifier derived from the name of the
+    /// model.
     pub name: String,
     /// Floating-point type.
     pub precision: Precision,
-    /// Sine and cosine by functions of their own instead of those of the mathematical library.
+    /// True to include functions for sine and cosine instead of using those of the mathematical library.
     pub own_math: bool,
-    /// Functions beside inverse dynamics.
+    /// Functions in addition to inverse dynamics.
     pub functions: Functions,
 }
 
 /// Test vector: an independent state with the actuator forces that the code must reproduce.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestVector {
-    /// Positions of the prescribed coordinates.
+    /// Positions of the prescribed coordinates, m or rad.
     pub positions: Vec<f64>,
-    /// Their rates.
+    /// Rates of the prescribed coordinates, m/s or rad/s.
     pub rates: Vec<f64>,
-    /// Their accelerations.
+    /// Accelerations of the prescribed coordinates, m/s^2 or rad/s^2.
     pub accelerations: Vec<f64>,
-    /// Actuator forces with friction.
+    /// Actuator forces with friction, N or N m.
     pub efforts: Vec<f64>,
 }
 
@@ -85,7 +84,7 @@ pub struct SourceFile {
 }
 
 impl SourceOptions {
-    /// Options for a model of this name: double precision, functions of the library.
+    /// Options for a model of this name: double precision, functions of the mathematical library.
     pub fn new(name: &str) -> Self {
         Self {
             name: identifier(name),

@@ -20,7 +20,7 @@ pub struct Labels {
     pub bodies: Vec<String>,
 }
 
-/// Longest identifier: compilers may ignore characters beyond the 31st of external names.
+/// Greatest length of an identifier, characters: compilers may ignore characters beyond the 31st of external names.
 const LONGEST: usize = 20;
 
 /// Headers of the C library, and files that belong to the code: a file of such a name would hide
@@ -77,8 +77,8 @@ pub(crate) fn identifier(text: &str) -> String {
     name.trim_end_matches('_').to_owned()
 }
 
-/// Text that neither ends a comment or string nor begins another line in any language: letters,
-/// digits and a few signs; every other character by its code point in braces.
+/// Converts text so that it neither ends a comment or a string nor begins a new line in any language: letters, digits
+/// and a few signs are kept; every other character is written as its code point in braces.
 pub(crate) fn harmless(text: &str) -> String {
     let mut plain = String::new();
     for c in text.chars() {

@@ -1,4 +1,4 @@
-//! Numbers of the own sine and cosine: the remainder of the angle after quarter turns, and series.
+//! Constants of the built-in sine and cosine: reduction of the angle by quarter turns, and power series.
 
 /// Bits of the first two parts of a quarter turn. Their products with a whole number below 2^13
 /// are exact.

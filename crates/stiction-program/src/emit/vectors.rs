@@ -9,11 +9,11 @@ use stiction_core::statics::Constraints;
 /// Least singularity index of a test state, since rounding errors grow near singular positions; half of the index at
 /// home if that is less.
 const CLEAR: f64 = 0.05;
-/// Least sliding speed relative to the largest: friction depends on the sign of the speed.
+/// Least sliding speed of a test state, relative to the largest: near zero, the sign of the speed is uncertain.
 const SLIDES: f64 = 1e-3;
-/// Least size of the largest effort of a state, relative to the usual one.
+/// Least value of the largest effort of a test state, relative to the typical largest effort.
 const NOTABLE: f64 = 0.05;
-/// Sliding speed relative to the largest that is rounding: the interface never slides.
+/// Sliding speed, relative to the largest, below which it is a rounding error: the interface never slides.
 const NEVER: f64 = 1e-12;
 
 impl TestVector {
@@ -49,7 +49,7 @@ impl TestVector {
             let targets: Vec<Target<f64>> = signal[k % signal.len()].iter().map(about).collect();
             found.extend(Self::at((&home, first), &targets, clear));
         }
-        // Where a single effort happens to vanish, it is no measure of the rounding errors.
+        // If all efforts of a state happen to vanish, they give no scale for rounding errors.
         let mut sizes: Vec<f64> = found.iter().map(Self::largest).collect();
         sizes.sort_unstable_by(f64::total_cmp);
         let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);

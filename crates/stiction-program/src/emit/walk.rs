@@ -1,7 +1,7 @@
 //! Routines as lists of statements, for any programming language.
 //!
-//! Values that one routine computes and another reads are in a workspace, which begins with the
-//! inputs; all others are local. Each routine copies its results to an array of their own.
+//! Values that one routine computes and another reads are in a workspace, which begins with the inputs; all other
+//! values are local. Each routine copies its results to a separate array.
 
 use crate::code::{Call, Code, Part, Source, Step};
 use crate::feedforward::Routine;
@@ -119,7 +119,7 @@ impl Listing {
     }
 }
 
-/// Statements of one routine in the making.
+/// Writer of the statements of one routine.
 struct Writer<'a> {
     places: &'a HashMap<u32, usize>,
     /// Slots whose values are known in this routine.

@@ -126,7 +126,7 @@ pub(crate) enum Operation {
     Div,
 }
 
-/// Order of the operands of a fused instruction `product + sum`, of which the target is one.
+/// Order of the operands of a fused instruction `product + sum`; the target is one of the operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
     /// `to = to * last + second`, see [`Target::overwrites_factors`].

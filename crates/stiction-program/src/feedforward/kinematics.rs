@@ -14,7 +14,7 @@ use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 
-/// Positions and velocities of all bodies but the ground as nodes of a graph.
+/// Positions and velocities of all bodies except the ground, as nodes of a graph.
 pub(super) struct KinematicStages {
     graph: Graph,
     inputs: usize,
@@ -76,7 +76,7 @@ impl RecordingSource<'_> {
 }
 
 impl KinematicStages {
-    /// Routines of the poses and of the twists, each on slots of its own.
+    /// Routines of the poses and of the twists; each has its own slots.
     pub(super) fn compile(&self) -> Result<[Routine; 2], RecordError> {
         let ops = self.graph.ops();
         let one = |nodes: &[Node]| -> Result<Routine, RecordError> {

@@ -34,13 +34,13 @@ pub struct Feedforward {
     pub(crate) unknown_slots: Vec<u32>,
     /// Routines without fused operations, for source code.
     pub(crate) source: Routines,
-    /// Force routines for source code, with the whole wrench of each joint in place of its force, also without
-    /// friction.
+    /// Force routines for source code that return the complete wrench of each joint instead of its force, also
+    /// without friction.
     pub(crate) wrenches: [Routine; 3],
-    /// Poses and twists of all bodies but the ground, for source code, each on slots of its own. Inputs: tree
-    /// coordinates, value and rate of each prescribed coordinate. Last result: the guard.
+    /// Poses and twists of all bodies except the ground, for source code; each routine has its own slots. Inputs:
+    /// tree coordinates, value and rate of each prescribed coordinate. Last result: the guard.
     pub(crate) kinematics: [Routine; 2],
-    /// The same for this processor.
+    /// Routines for execution on this processor.
     native: Routines,
     code: (Compiled<2>, Compiled<3>),
 }
@@ -54,11 +54,11 @@ pub struct FeedforwardSizes {
     pub drives: usize,
     /// Joints.
     pub joints: usize,
-    /// Bodies but the ground.
+    /// Bodies except the ground.
     pub bodies: usize,
     /// Coordinates of the spanning tree, the state of the loops.
     pub coordinates: usize,
-    /// Numbers of all tunable parameters.
+    /// Values of all tunable parameters.
     pub tunables: usize,
     /// Unknowns of the coupling of friction and reactions.
     pub unknowns: usize,
@@ -127,14 +127,14 @@ impl Feedforward {
         self.operations_with(false)
     }
 
-    /// Operations as [`Self::operations`], optionally with the wrenches of all joints.
+    /// Number of operations, as in [`Self::operations`], optionally with the wrenches of all joints.
     pub(crate) fn operations_with(&self, wrenches: bool) -> [usize; 5] {
         let [a, b] = &self.source.position;
         let [c, d, e] = if wrenches { &self.wrenches } else { &self.source.forces };
         [a, b, c, d, e].map(Routine::operations)
     }
 
-    /// Fingerprint of the recorded functions and their numbers. Equal models have equal ones.
+    /// Fingerprint of the recorded functions and their numbers. Equal models have equal fingerprints.
     pub fn fingerprint(&self) -> u64 {
         // FNV-1a (Fowler, Noll, Vo), 64 bits.
         let text = format!("{:?} {:?} {:?}", self.source, self.home, self.tunables);

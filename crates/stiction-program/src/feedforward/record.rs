@@ -155,8 +155,8 @@ impl Feedforward {
     }
 }
 
-/// The same positions in an order in which each is near the next, and the last near the first: every
-/// other one, and the rest on the way back. Samples repeat the list.
+/// The same positions in an order in which each is close to the next, and the last to the first: every second one
+/// forwards, then the others backwards. Samples repeat this list.
 fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>>> {
     let there = signal.iter().step_by(2);
     let mut back: Vec<_> = signal.iter().skip(1).step_by(2).collect();

@@ -6,10 +6,10 @@ use crate::memory::Memory;
 
 /// Largest number of corrections of the position.
 pub(crate) const CORRECTIONS: usize = 12;
-/// Error at which the loops count as closed without another correction: lengths over the
-/// characteristic length, angles in rad.
+/// Error at which the loops count as closed without another correction; lengths are divided by the characteristic
+/// length, angles are in rad.
 pub(crate) const DONE: f64 = 1e-13;
-/// Largest error of closed loops where corrections no longer reduce it.
+/// Largest error at which the loops count as closed if corrections no longer reduce it.
 pub(crate) const CLOSED: f64 = 1e-11;
 
 /// Inputs, results and state of the loops of a [`Feedforward`].
@@ -19,14 +19,14 @@ pub struct FeedforwardMemory {
     coordinates: Vec<f64>,
     position: Memory,
     forces: Memory,
-    /// Results on their way to inputs.
+    /// Buffer for copying results to inputs.
     moved: Vec<f64>,
 }
 
 /// Outcome of [`Feedforward::run`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Error of the loops, lengths over the characteristic length, angles in rad.
+    /// Error of the loops; lengths are divided by the characteristic length, angles are in rad.
     pub residual: f64,
     /// Determinant of the rate equations relative to that at home: zero at singular positions.
     pub determinant: f64,
@@ -41,7 +41,7 @@ pub struct Outcome {
 pub enum Shortfall {
     /// The loops cannot be closed from the last position.
     Open,
-    /// The position is singular, or beyond a singular one as seen from home.
+    /// The position is singular, or a singular position separates it from home.
     Singular,
     /// The friction coupling has no solution, an interface is at rest, or a branch was not
     /// recorded. Forces without friction are valid.
@@ -80,8 +80,8 @@ impl Feedforward {
         memory.coordinates.copy_from_slice(coordinates);
     }
 
-    /// Closes the loops at these positions from the last ones; returns the residual and the number
-    /// of corrections, or the residual at which it gave up.
+    /// Closes the loops at these positions, starting from the last ones; returns the residual and the number of
+    /// corrections, or only the residual if the loops do not close.
     fn close(&self, memory: &mut FeedforwardMemory, q: &[f64]) -> Result<(f64, usize), f64> {
         let FeedforwardMemory { coordinates, position, moved, .. } = memory;
         let Memory { slots, scratch, .. } = position;

@@ -44,7 +44,7 @@ pub struct InverseProgram {
 pub(crate) struct DerivativeCode {
     /// Operations that do not depend on directions, for one state at a time.
     pub(crate) preparation: Runner,
-    /// Operations for all directions in parallel, with slots of their own.
+    /// Operations for all directions in parallel, with separate slots.
     pub(crate) directions: Runner,
     pub(crate) slots: usize,
     pub(crate) operations: [usize; 2],
@@ -308,8 +308,7 @@ impl InverseProgram {
         memory.wrench(&self.places.reactions, lane, joint)
     }
 
-    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its friction force,
-    /// N, not negative.
+    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its nonnegative friction force, N.
     pub fn interface(&self, memory: &Memory, lane: usize, interface: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
         [loads, velocities, frictions].map(|places| memory.read(places[interface], lane))

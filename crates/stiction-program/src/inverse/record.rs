@@ -41,8 +41,7 @@ impl InverseProgram {
         Self::record_with(solver, signal, loads, true)
     }
 
-    /// Records as [`Self::record`]; interpreted if `machine` is false, which is slow and serves for
-    /// comparison.
+    /// Like [`Self::record`], but interpreted if `machine` is false, which is slow and used for comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -131,7 +130,7 @@ impl InverseProgram {
         let all = [&ideal[..], &recorded.begin, &step, &last, &recorded.slopes].concat();
         let reads_targets = ops.iter().zip(needed(ops, &all)).any(reads);
         let mut stages = [const { Vec::new() }; 4];
-        // The frictionless stage has slots of its own, which no other stage reads.
+        // The frictionless stage has its own slots, which no other stage reads.
         let mut own = slots.clone();
         stages[0] = compile(ops, &ideal, &mut own, fuse);
         let (ideal, ideal_guard) = (own.places(&recorded.ideal)?, own.place(recorded.guards[0])?);

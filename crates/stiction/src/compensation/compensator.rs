@@ -1,4 +1,4 @@
-//! Control laws that are compared.
+//! Control laws of a comparison.
 
 use super::sensors::Sensors;
 use crate::error::Error;
@@ -10,13 +10,13 @@ use stiction_run::forward::Measured;
 /// Control law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compensator {
-    /// Proportional and derivative parts.
+    /// Proportional-derivative control.
     Pd,
-    /// The same with constant Coulomb and viscous friction of each actuator.
+    /// Proportional-derivative control with constant Coulomb and viscous friction of each actuator.
     PdCoulomb,
     /// Computed torque without friction.
     ComputedTorque,
-    /// The same with constant Coulomb and viscous friction of each actuator.
+    /// Computed torque with constant Coulomb and viscous friction of each actuator.
     ComputedTorqueCoulomb,
     /// Computed torque with the load-dependent friction of the model along the reference.
     ComputedTorqueFriction,
@@ -48,7 +48,7 @@ impl Compensator {
     }
 }
 
-/// Size of the rates that stand for the direction of motion at rest, rad/s or m/s.
+/// Magnitude of the small rates that give the direction of incipient motion at rest, rad/s or m/s.
 const CREEP: f64 = 1e-9;
 
 /// Values, rates and accelerations of targets.
@@ -57,17 +57,17 @@ pub(super) fn split(targets: &[Target<f64>]) -> [Vec<f64>; 3] {
     [of(|t| t.value), of(|t| t.rate), of(|t| t.acceleration)]
 }
 
-/// Feed-forward of a robot: recorded program with its memory.
+/// Feed-forward of a robot: a recorded program with its memory.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     program: Arc<Feedforward>,
     memory: FeedforwardMemory,
-    /// Friction of the last motion.
+    /// Friction contribution to the efforts during the last motion, N or N m.
     last: Vec<f64>,
 }
 
 impl Model {
-    /// Closes the loops at positions, in straight steps from home.
+    /// Closes the loops at positions `q`, approached from home in straight steps.
     pub(super) fn at(program: &Arc<Feedforward>, q: &[f64]) -> Result<Self, Error> {
         const STEPS: u32 = 200;
         let memory = program.memory();
@@ -108,8 +108,8 @@ impl Model {
         Ok(self.drives(Feedforward::ideal_drive))
     }
 
-    /// Contribution of friction to the efforts of a reference motion. Where joints rest, it is that
-    /// of the motion that begins; where none begins, that of the last motion.
+    /// Contribution of friction to the efforts of a reference motion. If a joint is at rest, it is evaluated for
+    /// incipient motion in the direction of the accelerations; without accelerations, the last contribution is kept.
     pub(super) fn friction(&mut self, reference: &[Target<f64>]) -> Result<Vec<f64>, Error> {
         let [q, v, a] = split(reference);
         let mut found = self.run(&q, &v, &a)?;
@@ -134,13 +134,13 @@ impl Model {
 /// efforts.
 pub(super) type Instant = (Vec<Target<f64>>, Vec<f64>);
 
-/// Direction of a reference motion: its rate, or what follows.
+/// Direction of a reference motion: the sign of its rate, or, at rest, of its acceleration.
 fn direction(reference: &Target<f64>) -> f64 {
     let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };
     if reference.rate == 0.0 { sign(reference.acceleration) } else { sign(reference.rate) }
 }
 
-/// Best constant friction of each actuator, `c sgn(rate) + d rate`, by least squares.
+/// Fits constant friction `c sgn(rate) + d rate` of each actuator by least squares.
 pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]> {
     (0..count)
         .map(|k| {
@@ -154,7 +154,7 @@ pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]>
                 fv += f * v;
             }
             let determinant = ss * vv - sv * sv;
-            // With one speed only, the two parts cannot be distinguished: all is Coulomb friction.
+            // With one speed only, the two parts cannot be distinguished, so all is attributed to Coulomb friction.
             match determinant > 1e-9 * ss * vv {
                 true => [(fs * vv - fv * sv) / determinant, (ss * fv - sv * fs) / determinant],
                 false if ss > 0.0 => [fs / ss, 0.0],
@@ -164,19 +164,20 @@ pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]>
         .collect()
 }
 
-/// Controller with its models, sensors and records.
+/// Controller with its models, sensors and record.
 #[derive(Clone, Debug)]
 pub(super) struct Controller {
     pub(super) law: Compensator,
-    /// Square and double damping of the closed loop, 1/s^2 and 1/s.
+    /// Position gain ω², 1/s^2, and rate gain 2 ζ ω, 1/s, per effective mass; ω is the natural frequency, ζ the
+    /// damping ratio.
     pub(super) gains: [f64; 2],
     /// Effective masses of the actuators, kg or kg m^2.
     pub(super) masses: Vec<f64>,
     /// Constant friction of each actuator.
     pub(super) constants: Vec<[f64; 2]>,
-    /// Model at measured positions.
+    /// Model evaluated at measured positions.
     pub(super) measured: Model,
-    /// Model along the reference, with the coefficients that the controller knows.
+    /// Model evaluated along the reference, with the coefficients that the controller knows.
     pub(super) reference: Model,
     pub(super) sensors: Sensors,
     pub(super) records: Vec<Record>,
@@ -188,13 +189,13 @@ pub(super) struct Record {
     pub(super) time: f64,
     /// Reference minus position of each actuator.
     pub(super) errors: Vec<f64>,
-    /// True rates and those of the reference.
+    /// True rates, and rates of the reference.
     pub(super) rates: [Vec<f64>; 2],
     pub(super) efforts: Vec<f64>,
 }
 
 impl Controller {
-    /// Efforts of a sample.
+    /// Computes the efforts at a sample.
     pub(super) fn efforts(&mut self, at: &Measured<'_>) -> Result<Vec<f64>, Error> {
         let [q, v, a] = split(at.reference);
         let (position, rate) = self.sensors.measure(at.positions, at.rates);
@@ -242,7 +243,7 @@ mod tests {
             rates.iter().map(|v| (vec![target(*v)], vec![friction(*v)])).collect();
         let [found] = best_constants(&samples, 1)[..] else { panic!("one actuator") };
         assert!((found[0] - 3.0).abs() < 1e-12 && (found[1] - 0.5).abs() < 1e-12, "{found:?}");
-        // One speed: the two parts cannot be distinguished.
+        // With one speed, the two parts cannot be distinguished.
         let samples = [(vec![target(1.0)], vec![2.0]), (vec![target(-1.0)], vec![-2.0])];
         assert_eq!(best_constants(&samples, 1), [[2.0, 0.0]]);
         assert_eq!(best_constants(&[], 1), [[0.0, 0.0]]);

@@ -19,16 +19,16 @@ use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_program::{Feedforward, Tunable};
 
-/// Instants of the motion from which constant friction is fitted.
+/// Number of instants of the motion at which friction is evaluated to fit constant friction.
 const FITTED: u32 = 2000;
-/// Largest number of controller samples of one simulation.
+/// Maximum number of controller samples in one simulation.
 const MOST_SAMPLES: f64 = 1e7;
 
 /// Comparison of control laws on a robot whose joints have friction; see
 /// [`Robot::compensation`].
 ///
-/// The plant is the simulation of [`Robot::forward`] with friction. The controller samples it with
-/// sensors of stated quality and knows the coefficients of friction to a stated accuracy.
+/// The plant is the simulation of [`Robot::forward`] with friction. The controller samples it through sensors of
+/// given resolution and noise, and knows the friction coefficients to a given accuracy.
 #[derive(Clone, Debug)]
 pub struct Compensation {
     robot: Robot,
@@ -61,13 +61,13 @@ impl Compensation {
         }
     }
 
-    /// Sets the motion, as in [`Robot::inverse`]; the model's default motion by default.
+    /// Sets the motion, as in [`Robot::inverse`]. Default: that of the model.
     pub fn motion(mut self, motion: &str) -> Self {
         self.motion = Some(motion.to_owned());
         self
     }
 
-    /// Sets a load that acts on the plant and that no controller knows; none by default.
+    /// Sets a load that acts on the plant but is unknown to all controllers; none by default.
     pub fn load(mut self, load: &str) -> Self {
         load.clone_into(&mut self.load);
         self
@@ -79,7 +79,7 @@ impl Compensation {
         self
     }
 
-    /// Sets the bandwidth of the position control, Hz; 5 by default. It is critically damped.
+    /// Sets the bandwidth of the position control, Hz; 5 by default. The control is critically damped.
     pub fn bandwidth(mut self, bandwidth: f64) -> Self {
         self.bandwidth = bandwidth;
         self
@@ -91,21 +91,21 @@ impl Compensation {
         self
     }
 
-    /// Sets the relative accuracy to which the controller knows each coefficient of friction, and
-    /// the seed of the random differences; 0.1 and 1 by default.
+    /// Sets the relative accuracy to which the controller knows each coefficient of friction, and the seed of the
+    /// random errors; 0.1 and 1 by default.
     pub fn known_to(mut self, relative: f64, seed: u64) -> Self {
         (self.known_to, self.seed) = (relative, seed);
         self
     }
 
-    /// Sets the increment of the encoders and the standard deviation of the noise of their positions,
-    /// m or rad; zero by default, with exact rates.
+    /// Sets the increment of the encoders and the standard deviation of the position noise, in m or rad; zero by
+    /// default, with exact rates.
     pub fn sensors(mut self, resolution: f64, noise: f64) -> Self {
         (self.imperfections.resolution, self.imperfections.noise) = (resolution, noise);
         self
     }
 
-    /// Sets the time between measurement and effort, s, rounded to periods; zero by default.
+    /// Sets the time between measurement and effort, s, rounded to whole periods; zero by default.
     pub fn delay(mut self, delay: f64) -> Self {
         self.delay = delay;
         self
@@ -170,8 +170,8 @@ impl Compensation {
     /// Simulates the robot under each control law.
     ///
     /// # Errors
-    /// The options are impossible, or the robot has no feed-forward program (as in
-    /// [`Robot::export`]). A simulation that ends early is a result.
+    /// The options are not valid, or the robot has no feed-forward program (as in [`Robot::export`]). A simulation
+    /// that ends early is a result, not an error.
     pub fn run(&self) -> Result<Compared, Error> {
         self.check()?;
         let plant = self.plant()?;
@@ -240,10 +240,10 @@ impl Compensation {
         })
     }
 
-    /// Coefficients that the controller knows.
+    /// Random friction coefficients as the controller knows them.
     fn believed(&self, tunables: &[(Tunable, Vec<f64>)]) -> Vec<f64> {
         let mut random = Random::new(self.seed);
-        // The first numbers of neighbouring seeds are alike.
+        // Discards the first numbers, which are similar for neighbouring seeds.
         for _ in 0..8 {
             random.number();
         }
@@ -276,7 +276,7 @@ impl Compensation {
                     Some((before, _)) => before[index].value,
                     None => program.home()[index],
                 };
-                // Angles are within half a turn; this continues them.
+                // The solver returns angles within half a turn; this makes them continuous.
                 let turns = if translates { 0.0 } else { ((found.value - before) / TAU).round() };
                 targets.push(Target { value: found.value - turns * TAU, ..found });
             }
@@ -294,8 +294,7 @@ impl Compensation {
     }
 }
 
-/// Effective mass of each actuator: the effort for unit acceleration while the others rest, kg or
-/// kg m^2.
+/// Effective mass of each actuator: the effort for unit acceleration while the other actuators rest, kg or kg m^2.
 fn masses(model: &mut Model, q: &[f64]) -> Result<Vec<f64>, Error> {
     let zero = vec![0.0; q.len()];
     let still = model.ideal(q, &zero, &zero)?;

@@ -1,4 +1,4 @@
-//! Results of compared control laws: figures, table, JSON and curves.
+//! Results of a comparison of control laws: numbers, table, JSON and curves.
 
 use super::compensator::{Compensator, Record};
 use crate::error::Error;
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::forward::EventKind;
 
-/// Rates below this part of the largest reference rate count as rest.
+/// Rates below this fraction of the largest reference rate count as rest.
 const REST: f64 = 1e-4;
 
 /// Comparison of control laws; see [`Robot::compensation`](crate::Robot::compensation).
@@ -23,15 +23,15 @@ pub struct Compared {
     pub duration: f64,
     /// Time between samples of the controller, s.
     pub period: f64,
-    /// Bandwidth, Hz.
+    /// Bandwidth of the position control, Hz.
     pub bandwidth: f64,
-    /// Relative accuracy of the coefficients.
+    /// Relative accuracy to which the controller knows the friction coefficients.
     pub known_to: f64,
     /// Increment of the encoders, m or rad.
     pub resolution: f64,
-    /// Standard deviation of the noise, m or rad.
+    /// Standard deviation of the position noise, m or rad.
     pub noise: f64,
-    /// Delay, s.
+    /// Delay between measurement and effort, s.
     pub delay: f64,
     /// Actuators with the units of their positions and efforts.
     pub actuators: Vec<(String, &'static str, &'static str)>,
@@ -54,15 +54,15 @@ pub struct LawResult {
     pub work: f64,
     /// Number of stick onsets of friction interfaces.
     pub sticks: usize,
-    /// Reversals of actuators beyond those of the reference: limit cycles and chatter.
+    /// Number of reversals of actuators beyond those of the reference, due to limit cycles and chatter.
     pub reversals: usize,
-    /// Reason and time, s, if the simulation ended early.
+    /// Time, s, and reason if the simulation ended early.
     pub ended: Option<(f64, String)>,
     /// Time, s, and tracking errors of all samples.
     pub errors: Vec<(f64, Vec<f64>)>,
 }
 
-/// Number of changes of sign beyond a threshold.
+/// Counts changes of sign between rates whose magnitude exceeds a threshold.
 fn reversals(rates: impl Iterator<Item = f64>, threshold: f64) -> usize {
     let (mut last, mut count) = (0.0, 0);
     for rate in rates.filter(|rate| rate.abs() > threshold) {
@@ -114,7 +114,7 @@ impl LawResult {
 }
 
 impl Compared {
-    /// Geometric mean over the actuators of the ratio of the rms errors of two laws; `None` if one was
+    /// Geometric mean, over the actuators, of the ratio of the rms errors of two laws; `None` if one of the laws was
     /// not simulated, ended early or has no error.
     pub fn ratio(&self, of: Compensator, to: Compensator) -> Option<f64> {
         let find = |law| self.laws.iter().find(|own| own.law == law && own.ended.is_none());
@@ -124,7 +124,7 @@ impl Compared {
         mean.is_finite().then_some(mean)
     }
 
-    /// All figures.
+    /// All results as JSON.
     pub fn to_json(&self) -> Value {
         let law = |own: &LawResult| {
             json!({
@@ -158,7 +158,7 @@ impl Compared {
         })
     }
 
-    /// Tracking errors of all control laws over time, as CSV.
+    /// Tracking errors of all control laws as functions of time, as CSV.
     pub fn errors_csv(&self) -> String {
         let mut text = "time [s]".to_owned();
         for own in &self.laws {
@@ -188,7 +188,7 @@ impl Compared {
     }
 }
 
-/// Number with four digits and a prefix for thousandths and millionths of a unit.
+/// Formats a number with four digits and an SI prefix for thousandths and millionths of the unit.
 fn small(value: f64, unit: &str) -> String {
     let size = value.abs();
     let (factor, prefix) = match size {
@@ -199,7 +199,7 @@ fn small(value: f64, unit: &str) -> String {
     format!("{} {prefix}{unit}", digits(value * factor))
 }
 
-/// Four significant digits, without an exponent for usual sizes.
+/// Formats a number with four significant digits, without an exponent between 1e-3 and 1e6.
 fn digits(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || !(1e-3..1e6).contains(&size) {

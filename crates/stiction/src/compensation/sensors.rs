@@ -15,7 +15,7 @@ pub(super) struct Imperfections {
 }
 
 impl Imperfections {
-    /// Returns `true` if rates are differences of measured positions instead of exact.
+    /// Returns `true` if rates are differences of measured positions, `false` if they are exact.
     fn differs(&self) -> bool {
         self.resolution > 0.0 || self.noise > 0.0
     }
@@ -37,7 +37,7 @@ impl Sensors {
         Self { imperfections, period, random: Random::new(seed), before: None, queue }
     }
 
-    /// Measured positions and rates, delayed, for true ones.
+    /// Simulates the sensors: converts true positions and rates to measured ones, with delay.
     pub(super) fn measure(&mut self, positions: &[f64], rates: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let Imperfections { resolution, noise, delay } = self.imperfections;
         let mut measured = positions.to_vec();

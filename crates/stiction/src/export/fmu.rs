@@ -9,7 +9,7 @@ use stiction_program::emit::{Functions, Precision, SourceFile};
 /// Content of a functional mock-up unit, without binaries.
 #[derive(Clone, Debug)]
 pub struct Fmu {
-    /// Name of the binary, which is also that of the functions' prefix in static linking.
+    /// Name of the binary; also the prefix of the functions in static linking.
     pub identifier: String,
     /// Files with their paths in the unit.
     pub files: Vec<SourceFile>,
@@ -43,7 +43,7 @@ impl Export {
     /// positions, rates and accelerations of the actuators, outputs their efforts.
     ///
     /// # Errors
-    /// The robot has no such program, and why; or an option names what does not exist.
+    /// The robot has no such program, for the reason in the error, or an option contains an unknown name.
     pub fn fmu(&self, fmi: Fmi) -> Result<Fmu, Error> {
         if self.options.precision == Precision::Float {
             return Err(Error::input("variables of an FMU are of double precision")

@@ -36,19 +36,19 @@ impl PlantExport {
         Self { robot, name, options: PlantOptions::default() }
     }
 
-    /// Sets the motion at whose first instant the plant starts, as for [`crate::Request::motion`].
+    /// Sets the motion at whose first instant the plant starts, as in [`crate::Request::motion`].
     pub fn motion(mut self, motion: &str) -> Self {
         self.options.motion = Some(motion.to_owned());
         self
     }
 
-    /// Sets the start, as for [`crate::Forward::from`]: `motion`, `rest`, or assignments.
+    /// Sets the start, as in [`crate::Forward::from`]: `motion`, `rest`, or assignments.
     pub fn from(mut self, start: &str) -> Self {
         self.options.from = Some(start.to_owned());
         self
     }
 
-    /// Sets the load that acts inside, as for [`crate::Request::load`]. Default: that of the model.
+    /// Sets the load that acts inside the plant, as in [`crate::Request::load`]. Default: that of the model.
     pub fn load(mut self, load: &str) -> Self {
         self.options.load = Some(load.to_owned());
         self
@@ -60,7 +60,7 @@ impl PlantExport {
         self
     }
 
-    /// Sets the relative error of a step of integration.
+    /// Sets the relative error of an integration step.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.options.tolerance = Some(tolerance);
         self
@@ -87,7 +87,7 @@ impl PlantExport {
                     .with_option("name"));
             }
         };
-        // Files that other requests of this robot named are not part of the plant.
+        // Files that other requests of this robot have read are not part of the plant.
         let robot = match self.robot.text() {
             Some(text) => ModelText::from_parts(text.parts()).read()?,
             None => self.robot.clone(),

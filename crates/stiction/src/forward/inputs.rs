@@ -26,11 +26,12 @@ pub(super) enum Start {
     AtRest,
     /// State at the first instant of these assignments.
     Given(Motion),
-    /// Given coordinates and rates.
+    /// Coordinates and rates that are given; the others follow.
     Known(Vec<Known>),
 }
 
-/// Separates assignments of rates, `d(NAME) = RATE`, from others: names with rates, and the rest.
+/// Separates assignments of rates, `d(NAME) = RATE`, from the others; returns names with rates, and the remaining
+/// text.
 pub(super) fn rates_apart(text: &str) -> (Vec<(String, String)>, String) {
     let (mut rates, mut rest) = (Vec::new(), Vec::new());
     for part in text.split([';', '\n']) {
@@ -47,8 +48,7 @@ pub(super) fn rates_apart(text: &str) -> (Vec<(String, String)>, String) {
     (rates, if rest.trim().is_empty() { String::new() } else { rest })
 }
 
-/// Changes the actuator indices of efforts after actuators were added; `place` maps an old index to
-/// the new one.
+/// Renumbers the actuators of efforts after actuators were added; `place` maps an old index to the new one.
 pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usize) {
     for (actuator, _) in &mut drives.efforts {
         *actuator = place(*actuator);
@@ -58,8 +58,7 @@ pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usiz
     }
 }
 
-/// Changes the actuator indices of a controller after actuators were added; `count` is the new
-/// number of actuators.
+/// Renumbers the actuators of a controller after actuators were added; `count` is the new number of actuators.
 pub(super) fn renumber_control(
     control: &mut Control,
     count: usize,
@@ -76,7 +75,7 @@ pub(super) fn renumber_control(
 }
 
 impl Forward {
-    /// Degrees of freedom with a name: all of a joint, or one of them.
+    /// Finds the degrees of freedom with a name: all those of a joint, or one of them.
     pub(super) fn dofs_of(&self, name: &str) -> Result<Vec<(JointId, usize)>, Error> {
         let joints = self.robot.mechanism().joints();
         let names: Vec<String> = joints.iter().map(|joint| joint.name.clone()).collect();
@@ -112,7 +111,7 @@ impl Forward {
     }
 }
 
-/// Refuses contradictory requests, and efforts without a finite value.
+/// Rejects contradictory requests, and efforts without a finite value.
 pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let mechanism = &job.model.mechanism;
     if let Feed::Given(drives) = job.drives {
@@ -162,7 +161,7 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     refuse_poles(job)
 }
 
-/// Refuses rates of rotation vectors without their values: the angular velocity depends on both.
+/// Rejects rates of rotation vectors without their values: the angular velocity depends on both.
 fn check_start(request: &Forward) -> Result<(), Error> {
     let Start::Known(known) = &request.task.start else { return Ok(()) };
     let is_incomplete = known.iter().any(|one| match one.coordinate {
@@ -211,7 +210,7 @@ fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     }
 }
 
-/// Refuses efforts for actuators whose effort is a result: locked ones and those with a prescribed motion.
+/// Rejects efforts for actuators whose effort is a result: locked actuators and those with a prescribed motion.
 fn refuse_unused(
     (subject, option): (&str, &'static str),
     named: &[usize],
@@ -237,14 +236,14 @@ fn refuse_unused(
     Ok(())
 }
 
-/// Refuses times outside the samples of recorded efforts.
+/// Rejects times outside the samples of recorded efforts.
 fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result<(), Error> {
-    // A single sample holds at all times.
+    // A single sample is valid at all times.
     let Some(samples) = drives.samples.as_ref().filter(|samples| samples.count() > 1) else {
         return Ok(());
     };
     let Some((first, last)) = samples.ends() else { return Ok(()) };
-    // Times that differ by the rounding of decimal numbers are the same.
+    // Times that differ only by the rounding of decimal numbers count as equal.
     let close = 1e-9 * (last - first);
     if from < first - close {
         return Err(Error::input(format!(
@@ -262,7 +261,7 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
     Ok(())
 }
 
-/// Refuses forces with a pole, which integration would step over with arbitrary results.
+/// Rejects forces with a pole, which integration would step over with arbitrary results.
 fn refuse_poles(job: &Job<'_>) -> Result<(), Error> {
     let refuse = |what: String, at: f64| {
         Err(Error::input(format!("{what} has no finite value at t = {at} s"))

@@ -21,9 +21,9 @@ pub struct JointMotion {
 /// Friction in one friction interface of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
-    /// Sliding velocity along the interface's directions, m/s.
+    /// Sliding velocity in each direction of the interface, m/s.
     pub velocity: [f64; 3],
-    /// Friction force along the same directions, N.
+    /// Friction force in the same directions, N.
     pub force: [f64; 3],
     /// Normal load, N.
     pub load: f64,
@@ -44,7 +44,7 @@ pub struct BodyVelocity {
     pub angular: [f64; 3],
 }
 
-/// State and forces at one instant, by name. SI units, world axes.
+/// State and forces at one instant, by name, in SI units and along world axes.
 #[derive(Clone, Debug)]
 pub struct Sample {
     names: Arc<Names>,
@@ -59,7 +59,7 @@ pub struct Sample {
     velocities: Vec<BodyVelocity>,
     /// Kinetic energy, J.
     pub kinetic_energy: f64,
-    /// Potential energy of gravity and springs, J; gravity's is zero at the origin of the computation.
+    /// Potential energy of gravity and springs, J; that of gravity is zero at the origin of the computation.
     pub potential_energy: f64,
     works: Vec<f64>,
     /// Work of all loads since the start, J.
@@ -67,9 +67,9 @@ pub struct Sample {
     dissipated: Vec<f64>,
     /// Energy dissipated by dampers of springs since the start, J.
     pub damper_dissipation: f64,
-    /// Energy that the balance has lost to numerical errors since the start, J.
+    /// Error of the energy balance since the start, J, due to numerical errors.
     pub energy_error: f64,
-    /// Largest loop-closure error, m; angles times the characteristic length.
+    /// Largest loop-closure error, m; angles are multiplied by the characteristic length.
     pub closure_error: f64,
 }
 
@@ -124,8 +124,8 @@ impl Sample {
         }
     }
 
-    /// Motion of a joint coordinate: a joint's name, followed by that of the degree of freedom where the
-    /// joint has several.
+    /// Motion of a joint coordinate: the name of a joint, followed by that of the degree of freedom if the joint has
+    /// several.
     ///
     /// # Errors
     /// There is no joint coordinate of that name.
@@ -165,8 +165,8 @@ impl Sample {
         Ok(self.works[self.names.actuator(actuator)?])
     }
 
-    /// Effort of a rigid gearing, N m, or N if its sum is a length: it exerts its coefficient times this effort on each
-    /// of its joints.
+    /// Effort of a rigid gearing, N m, or N if its equation is a sum of lengths. The gearing exerts, on each of its
+    /// joints, this effort times the coefficient of the joint.
     ///
     /// # Errors
     /// There is no gearing of that name.
@@ -224,28 +224,28 @@ impl Sample {
         &self.joints
     }
 
-    /// Frictions of all interfaces, those of motors last.
+    /// Friction of all interfaces; those of motors are last.
     pub(crate) fn all_interfaces(&self) -> &[Interface] {
         &self.interfaces
     }
 
-    /// Poses and velocities of all bodies; the first is the ground.
+    /// Poses and velocities of all bodies; the first body is the ground.
     pub(crate) fn all_bodies(&self) -> (&[BodyPose], &[BodyVelocity]) {
         (&self.poses, &self.velocities)
     }
 
-    /// Kinetic and potential energy, J.
+    /// Sum of kinetic and potential energy, J.
     pub fn mechanical_energy(&self) -> f64 {
         self.kinetic_energy + self.potential_energy
     }
 }
 
-/// Event of a simulation: a joint sticks or slips, the method changes, a singular position is passed.
+/// Event of a simulation: a joint sticks or slips, the integration scheme changes, or a singular position is passed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
     /// Time, s.
     pub time: f64,
-    /// Friction interface or joint; empty if the event concerns the whole mechanism.
+    /// Name of the friction interface or joint; empty if the event concerns the whole mechanism.
     pub at: String,
     /// Kind of event, with its numbers.
     pub kind: EventKind,
@@ -309,7 +309,8 @@ impl Run {
         &self.events
     }
 
-    /// The end of the simulation: `Ok` if it reached its end time, else the reason.
+    /// Outcome of the simulation: `Ok` if it reached its end time or a stop condition, else the reason why it did
+    /// not.
     pub fn ended(&self) -> Result<(), &Error> {
         self.ended.as_ref().copied()
     }

@@ -38,15 +38,15 @@ use tunable::Named;
 #[derive(Clone, Debug)]
 pub struct Plant {
     setup: Arc<Setup>,
-    /// Model with the present parameters.
+    /// Model with the parameters that act at present.
     engine: Arc<Engine>,
-    /// Inputs and parameters from now on.
+    /// Inputs and parameters that act from now on.
     set: Choice,
-    /// Those that act up to the present instant; its parameters are those of `engine`.
+    /// Inputs and parameters that act up to the present instant; the parameters are those of `engine`.
     acting: Choice,
-    /// Time of the start, s.
+    /// Time of the start, s, to which [`Self::begin`] resets the plant.
     from: f64,
-    /// Positions and rates of the actuators at the start, if they were changed.
+    /// Positions and rates of the actuators at the start; `None` if they are those of the request.
     starts: Option<Vec<Target<f64>>>,
     state: Option<PlantState>,
     sample: Option<Sample>,
@@ -64,19 +64,20 @@ struct Choice {
 struct Setup {
     plan: Plan,
     tunables: Vec<Named>,
-    /// Positions and rates of the actuators at the start without changes.
+    /// Positions and rates of the actuators at the start of the request.
     initial: Vec<Target<f64>>,
-    /// Poses of the bodies there, in the ground's frame: they keep the assembly mode at another start.
+    /// Poses of the bodies at this start, in the ground's frame. As initial guesses, they preserve the assembly mode
+    /// at another start.
     poses: Vec<(BodyId, Pose<f64>)>,
 }
 
 impl Forward {
-    /// The robot as a plant that the caller advances step by step, with the load, the start, the friction and
-    /// the accuracy of this request. The caller's efforts are the only ones: controllers, feed-forward efforts,
-    /// locks and conditions are refused.
+    /// Creates a plant that the caller advances step by step, with the load, the start, the friction and the accuracy
+    /// of this request. No efforts act besides those of the caller: controllers, feed-forward efforts, locks and stop
+    /// conditions are rejected.
     ///
     /// # Errors
-    /// The request contains one of these, or the robot cannot be assembled at its start.
+    /// The request contains one of these options, or the robot cannot be assembled at its start.
     pub fn plant(&self) -> Result<Plant, Error> {
         if let Some(what) = self.unfit_for_plant() {
             return Err(Error::input(format!("{what} cannot be part of a plant")).with_help(
@@ -124,8 +125,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets a force (N) and a moment (N m) on a body at its origin, along world axes, from now on. They act
-    /// besides the loads of the request.
+    /// Sets a force (N) and a moment (N m) on a body at its origin, along world axes, from now on. They act in
+    /// addition to the loads of the request.
     ///
     /// # Errors
     /// There is no such body, or a component is not finite.
@@ -184,8 +185,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets the position and the rate of all actuators at the start, and the time of the start, s. Takes the
-    /// plant back to its start.
+    /// Sets the positions and rates of all actuators at the start, and the time of the start, s, and resets the plant
+    /// to its start.
     ///
     /// # Errors
     /// A number is not finite.
@@ -196,14 +197,15 @@ impl Plant {
         Ok(())
     }
 
-    /// While the plant is at its start, inputs and parameters belong to the start.
+    /// Discards the state if the plant is still at its start, so that changed inputs and parameters apply to the
+    /// start.
     fn forget_start(&mut self) {
         if self.state.is_some() && self.sample.as_ref().is_some_and(|now| now.time <= self.from) {
             (self.state, self.sample) = (None, None);
         }
     }
 
-    /// State, forces and frictions at the present instant, with the inputs up to it.
+    /// State, forces and friction at the present instant, with the inputs that act up to this instant.
     ///
     /// # Errors
     /// The robot cannot start.
@@ -228,7 +230,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Model with these parameters, and the changed start.
+    /// Returns the model with these parameters, and the coordinates of a changed start.
     fn arranged(&self, values: &[f64]) -> Result<(ModelFile, Vec<Known>), Error> {
         let mut model = self.setup.plan.job().model.clone();
         model.mechanism = tunable::tuned(&model.mechanism, &self.setup.tunables, values)?;
@@ -251,17 +253,17 @@ impl Plant {
         Job { model, start, from: self.from, ..job }
     }
 
-    /// Advances to a time, s, with the inputs and parameters that are set, and returns the events. Does nothing
-    /// if that time has passed.
+    /// Advances to a time, s, with the inputs and parameters that are set, and returns the events. Does nothing if
+    /// the time is not later than the present.
     ///
     /// # Errors
-    /// The robot cannot start or continue; the plant is then where it was.
+    /// The robot cannot start or continue; the state of the plant is then unchanged.
     pub fn advance(&mut self, until: f64) -> Result<Vec<Event>, Error> {
         self.go(until, false)
     }
 
-    /// As [`Self::advance`], but ends with the step in which a friction interface begins to stick or to slip, or
-    /// velocities jump. Slip that begins at a change of the inputs is found at the end of the step after it.
+    /// Like [`Self::advance`], but ends with the step in which a friction interface begins to stick or to slip, or
+    /// velocities jump. Slip that begins at a change of the inputs is detected at the end of the next step.
     ///
     /// # Errors
     /// As [`Self::advance`].
@@ -302,7 +304,7 @@ fn force_on(body: usize, force: [f64; 3], moment: [f64; 3]) -> AppliedLoad<f64> 
     AppliedLoad { body: BodyId(body), point, axes: LoadAxes::World, force, moment }
 }
 
-/// Refuses a number that is not finite.
+/// Rejects a number that is not finite.
 fn finite(value: f64, what: impl FnOnce() -> String) -> Result<(), Error> {
     match value.is_finite() {
         true => Ok(()),

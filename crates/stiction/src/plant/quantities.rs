@@ -35,9 +35,9 @@ pub(crate) enum Quantity {
     Rate(usize),
     Acceleration(usize),
     Body(usize, Part),
-    /// 1 while the interface sticks.
+    /// 1 while the interface sticks, else 0.
     Sticks(usize),
-    /// Friction force, signed if the interface slides along one direction.
+    /// Friction force, N; signed if the interface slides along one direction.
     Friction(usize),
     SlidingSpeed(usize),
     NormalLoad(usize),
@@ -56,7 +56,7 @@ pub(crate) enum Quantity {
 pub(super) struct Table {
     pub(super) variables: Vec<Variable>,
     pub(super) quantities: Vec<Quantity>,
-    /// True for each friction interface that slides along one direction.
+    /// True for each friction interface that slides along a single direction.
     pub(super) signed: Vec<bool>,
 }
 
@@ -212,7 +212,7 @@ fn started(mut variable: Variable, value: f64) -> Variable {
     variable
 }
 
-/// True for each friction interface that slides along one direction: so do those of motors.
+/// Tests for each friction interface, including those of motors, if it slides along a single direction.
 fn signed(mechanism: &Mechanism) -> Vec<bool> {
     let of_joints = mechanism.joints().iter().flat_map(|joint| {
         let interfaces = interfaces_of(joint.joint_type);

@@ -12,31 +12,31 @@ use stiction_program::emit::SourceFile;
 const MODEL: &str = "model.toml";
 const PLANT: &str = "plant.json";
 
-/// Version of the files.
+/// Version of the file format.
 const FORMAT: u64 = 1;
 
-/// Longest piece of a recording that is read at once, bytes.
+/// Number of bytes of a recording that are read at once, at most.
 const PIECE: usize = 1 << 16;
 
 /// Options of a plant in a functional mock-up unit, as texts and numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct PlantOptions {
-    /// Motion whose first instant is the start, or the default one.
+    /// Motion at whose first instant the plant starts; `None` for the default motion.
     pub(crate) motion: Option<String>,
-    /// Start, as for [`crate::Forward`].
+    /// Start, as in [`crate::Forward::from`].
     pub(crate) from: Option<String>,
-    /// Load that acts inside, or the default one.
+    /// Load that acts inside the plant; `None` for the default load.
     pub(crate) load: Option<String>,
-    /// Friction, as the model says by default.
+    /// Joint friction on or off; `None` as in the model.
     pub(crate) friction: Option<bool>,
-    /// Relative error of a step of integration.
+    /// Relative error of an integration step.
     pub(crate) tolerance: Option<f64>,
     /// Bodies with a force and a moment as inputs.
     pub(crate) forces_on: Vec<String>,
 }
 
 impl PlantOptions {
-    /// The plant of a robot with these options.
+    /// Creates the plant of a robot with these options.
     pub(crate) fn plant(&self, robot: &Robot) -> Result<Plant, Error> {
         let mut forward = robot.forward();
         if let Some(motion) = &self.motion {
@@ -84,8 +84,8 @@ impl PlantOptions {
     }
 }
 
-/// Files of a plant's model, from which [`read`] makes the same plant. The plant must have been made before, so
-/// that all files that it names have been read.
+/// Returns the files of a plant's model, from which [`read`] creates the same plant. The plant must have been created
+/// before, so that all files that it names have been read.
 ///
 /// # Errors
 /// The robot was described by code, or a file cannot be read again.
@@ -145,7 +145,7 @@ fn whole(contents: Contents) -> Result<String, String> {
 /// Reads the plant from the folder of its files.
 ///
 /// # Errors
-/// The files are not those of a plant, or the plant cannot be made.
+/// The files are not those of a plant, or the plant cannot be created.
 pub(super) fn read(folder: &Path) -> Result<Unit, Error> {
     let text = |name: &str| {
         let path = folder.join(name);

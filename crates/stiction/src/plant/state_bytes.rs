@@ -1,4 +1,4 @@
-//! States of plants as bytes: little-endian numbers after the identifier of their unit.
+//! States of plants as bytes: the identifier of the unit, then little-endian numbers.
 
 use super::{Choice, Plant, force_on};
 use crate::error::Error;
@@ -8,13 +8,13 @@ use stiction_core::kinematics::Target;
 use stiction_core::spatial::Vec3;
 use stiction_run::forward::{Held, Plant as Engine, PlantState, Sample as Record};
 
-/// Largest valid count; larger ones cannot be counts.
+/// Largest number that is accepted as a count.
 const COUNTABLE: f64 = 1e7;
 
-/// Writer of numbers.
+/// Appends numbers to the bytes of a state.
 pub(super) struct Writer(Vec<u8>);
 
-/// Remaining numbers.
+/// Bytes of a state that are still to be read as numbers.
 pub(super) struct Reader<'a>(&'a [u8]);
 
 impl Writer {
@@ -90,11 +90,11 @@ impl Plant {
         writer.list(numbers);
     }
 
-    /// Reads the state that [`Self::write`] wrote, and computes its results again. `None` if the numbers are of
-    /// another plant.
+    /// Reads the state that [`Self::write`] wrote, and computes its results again. Returns `None` if the numbers
+    /// belong to another plant.
     ///
     /// # Errors
-    /// The parameters are not possible.
+    /// The parameters are not valid.
     pub(super) fn read(&mut self, reader: &mut Reader<'_>) -> Result<Option<()>, Error> {
         let Some(Parts { from, starts, choices, state }) = self.parts(reader) else {
             return Ok(None);

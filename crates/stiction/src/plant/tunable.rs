@@ -4,31 +4,31 @@ use crate::error::Error;
 use stiction_core::friction::{Curve, JointFriction};
 use stiction_core::mechanism::{JointId, Mechanism};
 
-/// Kind of number of a friction law.
+/// Kind of coefficient of a friction law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Coefficient {
-    /// Of sliding friction.
+    /// Coefficient of sliding friction.
     Mu,
-    /// Of static friction.
+    /// Coefficient of static friction.
     MuStatic,
-    /// Viscous, N s/m.
+    /// Viscous coefficient, N s/m.
     Viscous,
 }
 
-/// A number of a mechanism.
+/// A tunable parameter of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tunable {
-    /// Of a joint's friction interface, by its place among those of the joint.
+    /// Coefficient of a friction interface of a joint, by the index of the interface in the joint.
     Friction(JointId, usize, Coefficient),
-    /// Mass of a body, kg; the centre of mass and the inertia about it remain.
+    /// Mass of a body, kg; the centre of mass and the inertia about it do not change.
     Mass(usize),
 }
 
-/// A tunable number: what it is, its name, its value in the model.
+/// A tunable parameter with its name and its value in the model.
 pub(super) type Named = (Tunable, String, f64);
 
-/// All tunable numbers of a mechanism. Tables of coefficients have none, and interfaces with a law for each
-/// direction keep theirs.
+/// All tunable parameters of a mechanism. Tables of coefficients and interfaces with a separate law for each
+/// direction are not tunable.
 pub(super) fn tunables(mechanism: &Mechanism) -> Vec<Named> {
     let mut all = Vec::new();
     for (id, joint) in mechanism.joints().iter().enumerate() {
@@ -79,10 +79,10 @@ fn set(friction: &mut JointFriction, coefficient: Coefficient, value: f64) {
     }
 }
 
-/// Returns the mechanism with other values of its tunable numbers.
+/// Returns the mechanism with other values of its tunable parameters.
 ///
 /// # Errors
-/// A static coefficient is below that of sliding.
+/// A coefficient of static friction is less than that of sliding friction.
 pub(super) fn tuned(
     mechanism: &Mechanism,
     tunables: &[Named],

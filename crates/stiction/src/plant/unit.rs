@@ -1,4 +1,4 @@
-//! A plant by the variables of a functional mock-up unit.
+//! A plant with the variables of a functional mock-up unit.
 
 use super::quantities::{Part, Quantity, Table};
 use super::resources::{self, PlantOptions};
@@ -14,8 +14,8 @@ use stiction_core::kinematics::Target;
 use stiction_core::spatial::{Mat3, Quaternion, Vec3};
 use stiction_program::emit::fmu::{Kind, Variable, token};
 
-/// A [`Plant`] whose inputs, parameters and results are variables with numbers, as in a functional mock-up unit.
-/// Units are independent of each other.
+/// A [`Plant`] whose inputs, parameters and results are numbered variables, as in a functional mock-up unit. Units
+/// are independent of each other.
 #[derive(Clone, Debug)]
 pub struct Unit {
     table: Arc<Table>,
@@ -36,7 +36,7 @@ pub struct UnitState {
 }
 
 impl Unit {
-    /// Makes a unit in its state before the start.
+    /// Creates a unit in its state before the start.
     pub(crate) fn new(robot: &Robot, options: &PlantOptions) -> Result<Self, Error> {
         let plant = options.plant(robot)?;
         let names = plant.setup.plan.names();
@@ -55,7 +55,8 @@ impl Unit {
         let files = resources::write(robot, options)?;
         let mut texts: Vec<&str> = files.iter().map(|file| file.text.as_str()).collect();
         texts.push(env!("CARGO_PKG_VERSION"));
-        // A library with other variables must not read the numbers of these.
+        // The names of the variables are part of the token, so that a library with other variables rejects these
+        // states.
         texts.extend(table.variables.iter().map(|variable| variable.name.as_str()));
         let starts = plant.setup.initial.clone();
         let state = UnitState { plant, starts, events: 0, event_time: None, runs: false };
@@ -71,7 +72,7 @@ impl Unit {
         resources::read(resources)
     }
 
-    /// Identifier that follows from the model, its options and the version of the library.
+    /// Identifier that depends on the model, its options and the version of the library.
     pub fn token(&self) -> &str {
         &self.token
     }
@@ -89,17 +90,17 @@ impl Unit {
     /// Sets the time of the start, s.
     ///
     /// # Errors
-    /// The unit runs, or the time is not finite.
+    /// The unit has started, or the time is not finite.
     pub fn set_start_time(&mut self, time: f64) -> Result<(), Error> {
         self.refuse_running("the time of the start")?;
         let starts = self.state.plant.starts.clone();
         self.state.plant.begin(time, starts)
     }
 
-    /// Ends the preparation: starts with the present inputs and parameters.
+    /// Ends the initialisation: starts with the present inputs and parameters.
     ///
     /// # Errors
-    /// The robot cannot start with them.
+    /// The robot cannot start with these inputs and parameters.
     pub fn run(&mut self) -> Result<(), Error> {
         self.state.plant.sample()?;
         self.state.runs = true;
@@ -119,7 +120,7 @@ impl Unit {
         variable.map_or("", |variable| variable.name.as_str())
     }
 
-    /// Value of a real variable; results are those with the inputs up to the present instant.
+    /// Value of a real variable. Results are computed with the inputs that act up to the present instant.
     ///
     /// # Errors
     /// There is no such real variable, or the robot cannot start.
@@ -169,7 +170,7 @@ impl Unit {
             .with_help("call the function for its type, see modelDescription.xml")
     }
 
-    /// Sets inputs and parameters from now on: all of them or, with an error, none.
+    /// Sets inputs and parameters from now on. If one cannot be set, none is changed.
     ///
     /// # Errors
     /// See [`Self::set_real`].
@@ -192,7 +193,7 @@ impl Unit {
     /// Sets an input or a parameter from now on.
     ///
     /// # Errors
-    /// There is no such variable, or it cannot be set now, or the value is not possible.
+    /// There is no such variable, the variable cannot be set now, or the value is not valid.
     pub fn set_real(&mut self, reference: u32, value: f64) -> Result<(), Error> {
         let quantity = self.table.quantity(reference)?;
         let name = self.name(reference).to_owned();
@@ -241,7 +242,7 @@ impl Unit {
         Ok(())
     }
 
-    /// Refuses to set an integer variable: all are results.
+    /// Rejects setting an integer variable: all integer variables are results.
     ///
     /// # Errors
     /// Always.
@@ -251,10 +252,10 @@ impl Unit {
             .with_help("integer variables are results"))
     }
 
-    /// Advances to a time, s, or, if `to_event`, to the first event before it. Returns the events.
+    /// Advances to a time, s, or, if `to_event`, to the first event before this time. Returns the events.
     ///
     /// # Errors
-    /// The robot cannot continue; the unit is then where it was.
+    /// The robot cannot continue; the state of the unit is then unchanged.
     pub fn advance(&mut self, until: f64, to_event: bool) -> Result<Vec<Event>, Error> {
         let events = self.state.plant.go(until, to_event)?;
         for event in events.iter().filter(|event| event.kind.changes_motion()) {
@@ -274,7 +275,7 @@ impl Unit {
         self.state.clone_from(state);
     }
 
-    /// A state as bytes, to be read by [`Self::read_state`] of a unit with the same token, on any platform.
+    /// Serialises a state. [`Self::read_state`] of a unit with the same token reads it, on any platform.
     pub fn write_state(&self, state: &UnitState) -> Vec<u8> {
         let mut writer = Writer::new(&self.token);
         state.plant.write(&mut writer);
@@ -289,7 +290,7 @@ impl Unit {
     /// Reads a state from bytes.
     ///
     /// # Errors
-    /// The bytes are no state of a unit with the same token.
+    /// The bytes are not a state of a unit with the same token.
     pub fn read_state(&self, bytes: &[u8]) -> Result<UnitState, Error> {
         let wrong = || {
             Error::input("these bytes are not a state of this model").with_help(
@@ -313,7 +314,7 @@ impl Unit {
     }
 }
 
-/// A result of a plant; zero for quantities that are not in its sample.
+/// Value of a result in a sample of a plant; zero for quantities that the sample does not contain.
 fn result(sample: &Sample, quantity: Quantity, signed: &[bool]) -> f64 {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let along = |k: usize, v: [f64; 3]| if signed[k] { v[0] } else { size(v) };

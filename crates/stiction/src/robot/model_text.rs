@@ -11,17 +11,17 @@ use stiction_format::{
     Contents, Draft, ImportOptions, Note, Source, gallery, import, is_robot_file,
 };
 
-/// Choices of the import of a URDF, MJCF or SDF file.
+/// Options of the import of a URDF, MJCF or SDF file.
 #[derive(Clone, Debug, Default)]
 pub struct Import {
-    /// Keeps every joint as the file has it, instead of recognising hinges, balls and others.
+    /// Imports every joint as it is in the file, without merging chains of joints into hinges, balls and others.
     pub literal: bool,
-    /// Folders in which packages and models are looked for (`package://`, `model://`).
+    /// Folders in which packages and models are searched (`package://`, `model://`).
     pub package_paths: Vec<PathBuf>,
 }
 
 impl Import {
-    /// Paths at which a file may be that a robot file in `folder` names.
+    /// Possible paths of the file that a robot file in `folder` names.
     fn candidates(&self, folder: &Path, name: &str) -> Vec<PathBuf> {
         let schemes = ["package://", "model://", "file://"];
         let Some(rest) = schemes.iter().find_map(|scheme| name.strip_prefix(scheme)) else {
@@ -39,7 +39,7 @@ impl Import {
                 all.push(path.join(within));
             }
         }
-        // The robot file is usually within its package.
+        // The robot file is usually inside its package.
         let own = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
         for above in own.ancestors() {
             if above.file_name().is_some_and(|own| own == package) {
@@ -62,7 +62,7 @@ impl Import {
 #[derive(Clone, Debug)]
 pub struct ModelText {
     source: Source,
-    /// Folder in which files that the model names are read; `None` for a built-in model, which names no files.
+    /// Folder of the files that the model names; `None` for a built-in model, which names no files.
     folder: Option<PathBuf>,
     files: Files,
     changes: Vec<String>,
@@ -81,16 +81,16 @@ pub struct ModelParts {
     pub name: String,
     /// The text.
     pub text: String,
-    /// Folder in which files that the model names are read; `None` for a built-in model.
+    /// Folder of the files that the model names; `None` for a built-in model.
     pub folder: Option<PathBuf>,
-    /// Changes of single values.
+    /// Changes of single values, as in [`ModelText::with`].
     pub changes: Vec<String>,
     /// Cut-off frequency of the filter for recorded motions, Hz.
     pub filter: Option<f64>,
 }
 
 impl ModelText {
-    /// A model file, or a URDF, MJCF or SDF file. Files that it names are looked for in its folder.
+    /// Reads a model file, or a URDF, MJCF or SDF file. Files that it names are searched in its folder.
     ///
     /// # Errors
     /// The file cannot be read, or cannot be converted.
@@ -98,7 +98,7 @@ impl ModelText {
         Self::robot_file(path, progress, &Import::default())
     }
 
-    /// As [`Self::file`], with choices for the import of a URDF, MJCF or SDF file.
+    /// Like [`Self::file`], with options for the import of a URDF, MJCF or SDF file.
     ///
     /// # Errors
     /// The file cannot be read, or cannot be converted.
@@ -117,7 +117,7 @@ impl ModelText {
         Self::converted(Source::new(name, text), folder, files, options)
     }
 
-    /// Converts the text of a robot file; keeps that of a model file.
+    /// Converts the text of a robot file; leaves the text of a model file unchanged.
     fn converted(
         source: Source,
         folder: PathBuf,
@@ -142,8 +142,8 @@ impl ModelText {
         })
     }
 
-    /// Remarks of the import of a URDF, MJCF or SDF file: what the model does not express, or what
-    /// was understood in another way than written.
+    /// Remarks of the import of a URDF, MJCF or SDF file: properties that the model cannot express, or that were
+    /// interpreted differently from how they are written.
     pub fn notes(&self) -> &[Note] {
         &self.notes
     }
@@ -158,7 +158,7 @@ impl ModelText {
         &self.source.text
     }
 
-    /// Standard input, up to its end. Files that the model names are looked for in the current folder.
+    /// Reads standard input up to its end. Files that the model names are searched in the current folder.
     ///
     /// # Errors
     /// Standard input cannot be read.
@@ -172,12 +172,12 @@ impl ModelText {
         Self::converted(source, PathBuf::new(), files, &Import::default())
     }
 
-    /// A text. Files that the model names are looked for in the current folder.
+    /// Uses the given text. Files that the model names are searched in the current folder.
     pub fn text(text: impl Into<String>) -> Self {
         Self::new(Source::new("model", text), Some(PathBuf::new()), Files::default())
     }
 
-    /// A built-in model; [`gallery::names`] lists all.
+    /// Returns a built-in model; [`gallery::names`] lists all.
     ///
     /// # Errors
     /// There is no built-in model of that name.
@@ -188,8 +188,9 @@ impl ModelText {
         Ok(Self::new(Source::new(format!("{name}.toml"), text), None, Files::default()))
     }
 
-    /// A file, a built-in model or a text: a text of several lines, or with an equals sign, is a model; a name
-    /// with a folder or an extension, or of an existing file, is a file; anything else is a built-in model.
+    /// Reads a file, a built-in model or a text, as `source` suggests: several lines or an equals sign make it the
+    /// text of a model; a folder, an extension or an existing file of this name make it a file name; anything else is
+    /// the name of a built-in model.
     ///
     /// # Errors
     /// The file cannot be read, or there is no such built-in model.
@@ -205,7 +206,7 @@ impl ModelText {
         Self::file(path, None)
     }
 
-    /// The parts from which [`Self::from_parts`] makes the same text again.
+    /// Parts from which [`Self::from_parts`] restores this text.
     pub fn parts(&self) -> ModelParts {
         ModelParts {
             name: self.source.name.clone(),
@@ -216,14 +217,14 @@ impl ModelText {
         }
     }
 
-    /// Makes a text from its parts; the file is not read again.
+    /// Restores a text from its parts; the file is not read again.
     pub fn from_parts(parts: ModelParts) -> Self {
         let ModelParts { name, text, folder, changes, filter } = parts;
         let source = Source::new(name, text);
         Self { changes, filter, ..Self::new(source, folder, Files::default()) }
     }
 
-    /// As [`Self::from_parts`]; files that the model names are packed elsewhere.
+    /// Like [`Self::from_parts`], but files that the model names are read from `files`.
     pub(crate) fn packed(parts: ModelParts, files: Files) -> Self {
         Self { files, ..Self::from_parts(parts) }
     }
@@ -248,8 +249,8 @@ impl ModelText {
         self
     }
 
-    /// Sets the cut-off frequency, Hz, of a low-pass filter for all recorded motions of the robot: those
-    /// of the model, whose own `filter` it replaces, and files given later.
+    /// Sets the cut-off frequency, in Hz, of a low-pass filter for all recorded motions of the robot: motions of the
+    /// model, whose own `filter` it replaces, and motions from files given later.
     #[must_use]
     pub fn with_filter(mut self, cutoff: f64) -> Self {
         self.filter = Some(cutoff);
@@ -269,7 +270,7 @@ impl ModelText {
         self.source.clone().with_changes(&self.changes).with_filter(self.filter)
     }
 
-    /// The text, parsed, to be read repeatedly with other values.
+    /// Parses the text, so that it can be read repeatedly with other values.
     pub(crate) fn draft(&self) -> Result<Draft, Error> {
         Ok(Draft::parse(&self.changed())?)
     }

@@ -19,12 +19,12 @@ pub struct Batch<'a> {
     pub a: &'a [f64],
 }
 
-/// Outcome of each row of a batch and the numbers computed, row by row. Rows that did not converge are NaN.
+/// Outcome and computed values of each row of a batch. The values of rows that did not converge are NaN.
 #[derive(Clone, Debug)]
 pub struct Rows {
     /// Outcome of each row.
     pub status: Vec<Status>,
-    /// The numbers.
+    /// Computed values, row by row.
     pub values: Vec<f64>,
 }
 
@@ -33,7 +33,7 @@ pub struct Rows {
 pub struct Outputs {
     /// Reactions of all joints.
     pub reactions: bool,
-    /// State of all friction interfaces.
+    /// Speed, normal load, force and power of all friction interfaces.
     pub frictions: bool,
     /// Derivatives of the efforts.
     pub derivatives: bool,
@@ -48,14 +48,14 @@ pub struct InverseRows {
     pub efforts: Vec<f64>,
     /// Efforts without friction: rows x actuators.
     pub efforts_frictionless: Vec<f64>,
-    /// Force, N, and moment about the joint's origin, N m, world axes: rows x joints x 6; empty unless asked.
+    /// Force, N, and moment about the joint's origin, N m, world axes: rows x joints x 6; empty unless requested.
     pub reactions: Vec<f64>,
-    /// Sliding speed, m/s, normal load, N, friction force, N, dissipated power, W: rows x interfaces x 4;
-    /// empty unless asked.
+    /// Sliding speed, m/s, normal load, N, friction force, N, dissipated power, W: rows x interfaces x 4; empty
+    /// unless requested.
     pub frictions: Vec<f64>,
     /// Residual of the power balance, W, of each row.
     pub power_residual: Vec<f64>,
-    /// Derivatives of the efforts; `None` unless asked.
+    /// Derivatives of the efforts; `None` unless requested.
     pub derivatives: Option<Derivatives>,
 }
 
@@ -70,7 +70,7 @@ pub struct MotionRows {
     pub quaternions: Vec<f64>,
     /// Velocity of the body's origin, m/s, and angular velocity, rad/s, world axes: rows x bodies x 6.
     pub twists: Vec<f64>,
-    /// Acceleration of the body's origin, m/s², and angular acceleration, rad/s²: rows x bodies x 6.
+    /// Acceleration of the body's origin, m/s², and angular acceleration, rad/s², world axes: rows x bodies x 6.
     pub accelerations: Vec<f64>,
 }
 
@@ -78,7 +78,7 @@ impl States {
     /// Number of rows of a batch.
     ///
     /// # Errors
-    /// An array does not have whole rows, or another number of rows than `q`.
+    /// The length of an array is not a whole number of rows, or not the number of rows of `q`.
     fn rows_of(&self, batch: Batch<'_>) -> Result<usize, Error> {
         let count = self.home.len();
         let shape = |array: &str, length: usize| {
@@ -103,7 +103,7 @@ impl States {
         Ok(batch.q.len() / count)
     }
 
-    /// Inverse dynamics of all rows.
+    /// Computes inverse dynamics of all rows.
     ///
     /// ```
     /// use stiction::{Batch, Outputs, Robot, Workers};
@@ -118,8 +118,8 @@ impl States {
     /// ```
     ///
     /// # Errors
-    /// The arrays do not fit together, the robot has no derivatives, or the computation was stopped. Rows without an answer are no error:
-    /// see [`InverseRows::status`].
+    /// The lengths of the arrays do not agree, the robot has no derivatives, or the computation was stopped. A row
+    /// without a solution is no error: see [`InverseRows::status`].
     pub fn inverse_dynamics(
         &self,
         batch: Batch<'_>,
@@ -206,7 +206,7 @@ impl States {
         (of(batch.q), of(batch.v), of(batch.a))
     }
 
-    /// Motion of all bodies in all rows; the first body is the ground.
+    /// Computes the motion of all bodies in all rows; the first body is the ground.
     ///
     /// # Errors
     /// As [`Self::inverse_dynamics`].
@@ -253,8 +253,8 @@ impl States {
         })
     }
 
-    /// Jacobians of all bodies: velocity of the body's origin and angular velocity, world axes, for a unit rate
-    /// of each coordinate: rows x bodies x 6 x coordinates.
+    /// Computes the Jacobians of all bodies: velocity of the body's origin and angular velocity, along world axes,
+    /// for a unit rate of each coordinate: rows x bodies x 6 x coordinates.
     ///
     /// # Errors
     /// As [`Self::inverse_dynamics`].
@@ -288,8 +288,8 @@ impl States {
         self.one_array(q, 6 * bodies * count, workers, compute)
     }
 
-    /// Mass matrices with respect to the actuators: rows x actuators x actuators. They contain the parts that
-    /// the load attaches to bodies, but no reflected inertia of rotors.
+    /// Computes mass matrices with respect to the actuators: rows x actuators x actuators. They include payloads that
+    /// the load fixes to bodies, but no reflected inertia of rotors.
     ///
     /// # Errors
     /// As [`Self::inverse_dynamics`]; the coordinates are not those of the actuators.
@@ -305,7 +305,7 @@ impl States {
             let mut unit = rest.clone();
             let mut at_rest = vec![0.0; count];
             for column in 0..=count {
-                // The first solution holds the weight.
+                // The first solution, at zero accelerations, contains the effect of weight.
                 if let Some(before) = column.checked_sub(1) {
                     unit[before] = 1.0;
                 }

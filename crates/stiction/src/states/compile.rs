@@ -26,7 +26,7 @@ pub struct Compiled {
 
 impl Loaded for Compiled {}
 
-/// Longest step in which loops are closed at once: angles, rad, and lengths over the characteristic length.
+/// Longest step in which loops are closed at once: rad for angles, fraction of the characteristic length for lengths.
 const STEP: f64 = 0.1;
 
 impl Compile {
@@ -58,8 +58,8 @@ impl Compile {
         self
     }
 
-    /// Sets the time, s, of the motion at which the home position is, and at which the load is evaluated.
-    /// Default: the start of the motion.
+    /// Sets the time of the motion, s, that determines the home position and at which the load is evaluated. Default:
+    /// the start of the motion.
     pub fn at(mut self, time: f64) -> Self {
         self.task.at = Some(time);
         self
@@ -140,7 +140,7 @@ impl Compile {
         })
     }
 
-    /// Names, coordinates and home values.
+    /// Returns name, coordinate and home value for each coordinate of a state.
     fn named(&self, home: &Home<'_>) -> Result<Vec<(String, Which, f64)>, Error> {
         let of_joint = |which| match which {
             Which::Joint { joint, dof } => home.coordinates[joint.0].get(dof).copied().flatten(),
@@ -199,7 +199,7 @@ pub(crate) fn guesses(home: &Home<'_>) -> Vec<(BodyId, Pose<f64>)> {
     poses.map(|(body, pose)| (BodyId(body), ground * *pose)).collect()
 }
 
-/// The coordinate of a name.
+/// Finds the coordinate with this name.
 fn which(robot: &Robot, name: &str) -> Result<Which, Error> {
     let is_name = |c: char| c.is_alphanumeric() || "._-".contains(c);
     if name.is_empty() || !name.chars().all(is_name) {

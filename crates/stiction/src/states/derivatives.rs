@@ -8,11 +8,11 @@ use stiction_core::kinematics::Target;
 use stiction_core::statics::AppliedLoad;
 use stiction_program::{DerivativeMemory, DerivativeProgram, Quantity};
 
-/// Derivatives of the efforts with respect to the state: exact to round-off, with the loops closed and the
-/// normal loads of friction coupled.
+/// Derivatives of the efforts with respect to the state, exact to round-off. They include the closure of the loops
+/// and the coupling of friction with its normal loads.
 ///
-/// Each array has rows x actuators x coordinates, in N or N m per unit of the coordinate, rate or
-/// acceleration. The other coordinates, rates and accelerations of the row are constant. Rows without
+/// Each array has rows x actuators x coordinates, in N or N m per unit of the coordinate, rate or acceleration. Each
+/// derivative is taken with the other coordinates, rates and accelerations of the row constant. Rows without
 /// derivatives are NaN.
 #[derive(Clone, Debug, Default)]
 pub struct Derivatives {
@@ -22,13 +22,13 @@ pub struct Derivatives {
     pub by_rate: Vec<f64>,
     /// With respect to accelerations; the mass matrix if friction is off.
     pub by_acceleration: Vec<f64>,
-    /// True for each row with derivatives. Efforts have none where a friction interface is at rest, because
-    /// its friction jumps there.
+    /// True for each row with derivatives. Efforts are not differentiable where a friction interface is at rest,
+    /// because its friction jumps there.
     pub is_defined: Vec<bool>,
 }
 
 impl Derivatives {
-    /// Takes the three arrays of derivatives of this number of rows.
+    /// Combines the three arrays of derivatives, with this number of rows.
     pub(super) fn new(arrays: [Vec<f64>; 3], rows: usize) -> Self {
         let [by_position, by_rate, by_acceleration] = arrays;
         let width = by_position.len() / rows.max(1);
@@ -39,20 +39,20 @@ impl Derivatives {
     }
 }
 
-/// Recorded derivatives of a robot.
+/// Recorded program for the derivatives of a robot.
 #[derive(Debug)]
 pub(super) struct Recorded {
     program: DerivativeProgram,
-    /// Memories that no thread uses at present, each with room for all derivatives of a state.
+    /// Memories that no thread uses at present, each with space for all derivatives of a state.
     spare: Mutex<Vec<(DerivativeMemory, Vec<f64>)>>,
 }
 
-/// Largest difference of an effort from that of the program, relative to the largest effort: rounding
-/// magnified by the condition of poses near singular ones.
+/// Largest difference between an effort of the general solver and that of the program, relative to the largest
+/// effort; poses near singular ones magnify rounding errors.
 const SAME: f64 = 1e-6;
 
 impl Recorded {
-    /// Records the derivatives of the solver's robot near home.
+    /// Records the program for the derivatives, near the home position of the solver's robot.
     ///
     /// # Errors
     /// The friction mode or the mechanism has no program.
@@ -93,7 +93,7 @@ impl Recorded {
             .map_err(|error| refuse(error.to_string()))
     }
 
-    /// Writes the derivatives at the state of `data`, whose efforts are known, into the three rows; the rows
+    /// Writes the derivatives at the state of `data`, whose efforts have been computed, to the three rows; the rows
     /// remain NaN if the efforts have no derivatives there.
     pub(super) fn write(
         &self,
@@ -102,7 +102,7 @@ impl Recorded {
         loads: &[AppliedLoad<f64>],
         rows: [&mut [f64]; 3],
     ) {
-        // Never waits: a process forked while another thread held the lock would wait for ever.
+        // Never waits: in a process forked while another thread held the lock, it would wait for ever.
         let spare = self.spare.try_lock().ok().and_then(|mut spare| spare.pop());
         let count = targets.len();
         let size = 3 * count * data.efforts().len();
@@ -126,7 +126,7 @@ impl Recorded {
         }
     }
 
-    /// True if the program's efforts are those of the general solver.
+    /// Tests if the program gives the same efforts as the general solver.
     fn agrees(&self, memory: &DerivativeMemory, efforts: &[f64]) -> bool {
         let (inverse, forces) = (self.program.inverse(), self.program.forces(memory));
         let largest = efforts.iter().fold(f64::MIN_POSITIVE, |largest, x| largest.max(x.abs()));
@@ -141,7 +141,7 @@ fn quantities(count: usize) -> Vec<Quantity> {
     each.into_iter().flat_map(|of| (0..count).map(of)).collect()
 }
 
-/// Home and positions one step beside it along each coordinate, as far as the loops close there.
+/// Home position, and positions one step away from it in each coordinate and direction, as far as the loops close.
 fn positions(
     solver: &InverseDynamics,
     home: &[f64],

@@ -1,5 +1,4 @@
-//! Many states of a robot at once: inverse dynamics, kinematics, Jacobians and mass matrices of batches of
-//! coordinates, compiled once.
+//! Inverse dynamics, kinematics, Jacobians and mass matrices of batches of states, by a robot that is compiled once.
 
 mod batch;
 mod compile;
@@ -21,20 +20,20 @@ use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Pose;
 use stiction_core::statics::AppliedLoad;
 
-/// Largest number of spare data.
+/// Maximum number of spare solver data that are kept.
 const MOST_SPARE: usize = 64;
 
 /// A robot compiled for batches of states; see [`Robot::states`].
 ///
-/// A state is a row `q` of independent coordinates, with rates `v` and accelerations `a`. The assembly mode is
-/// that of the home position: each row is reached from the row before it, and the first from the home
-/// position, in steps that are short enough to remain in this mode. Batches are computed in pieces of a fixed
-/// length, each from the home position, so results do not depend on the number of threads.
+/// A state is a row `q` of independent coordinates, with rates `v` and accelerations `a`. The assembly mode is that
+/// of the home position: each row is reached from the previous row, and the first row from the home position, in
+/// steps that are short enough to remain in this mode. Batches are computed in pieces of a fixed length, each from
+/// the home position, so results do not depend on the number of threads.
 #[derive(Debug)]
 pub struct States {
     robot: Robot,
     model: Model,
-    /// Data at the home position, which spare data are made of.
+    /// Data at the home position, from which spare data are copied.
     prototype: Data<f64>,
     start: State<f64>,
     spare: Mutex<Vec<Data<f64>>>,
@@ -42,11 +41,11 @@ pub struct States {
     home: Vec<f64>,
     /// Poses of the bodies at home, in the ground's frame.
     home_poses: Vec<(BodyId, Pose<f64>)>,
-    /// True if the coordinates are those of the actuators, in their order.
+    /// True if the coordinates are those of the actuators, in the same order.
     by_actuators: bool,
     loads: Vec<AppliedLoad<f64>>,
     load_name: String,
-    /// Recorded at the first use.
+    /// Program for the derivatives, recorded when first used.
     derivatives: OnceLock<derivatives::Recorded>,
 }
 
@@ -87,24 +86,24 @@ impl States {
         &self.robot
     }
 
-    /// Gives the compiled model, its data and the home position, for a control loop.
+    /// Converts to a control loop, with the compiled model, its data and the home position.
     pub(crate) fn into_control_loop(self) -> ControlLoop {
         ControlLoop { model: self.model, data: self.prototype, position: self.home }
     }
 
-    /// Recorded derivatives of the efforts.
+    /// Program for the derivatives of the efforts.
     fn recorded_derivatives(&self) -> Result<&derivatives::Recorded, Error> {
         if let Some(recorded) = self.derivatives.get() {
             return Ok(recorded);
         }
-        // Recorded outside of the lock: a process forked meanwhile would wait for ever.
+        // Recorded without holding a lock: a process forked meanwhile would wait for ever.
         let recorded = derivatives::Recorded::of(self)?;
         Ok(self.derivatives.get_or_init(|| recorded))
     }
 
-    /// Takes data from the spare ones, at the home position.
+    /// Takes spare data, or copies the prototype; the data are at the home position.
     fn borrow_data(&self) -> Data<f64> {
-        // Never waits: a process forked while another thread held the lock would wait for ever.
+        // Never waits: in a process forked while another thread held the lock, it would wait for ever.
         let spare = self.spare.try_lock().ok().and_then(|mut spare| spare.pop());
         let mut data = spare.unwrap_or_else(|| self.prototype.clone());
         self.go_home(&mut data);
@@ -124,7 +123,7 @@ impl States {
         }
     }
 
-    /// Error for a computation that needs the actuators as coordinates.
+    /// Rejects computations that need the actuators as coordinates.
     fn refuse_other_coordinates(&self, what: &str) -> Result<(), Error> {
         if self.by_actuators {
             return Ok(());
@@ -138,7 +137,7 @@ impl States {
     }
 }
 
-/// Short name of a status, for programs.
+/// Short name of a status, as an identifier for programs.
 pub fn status_name(status: Status) -> &'static str {
     match status {
         Status::Converged => "converged",

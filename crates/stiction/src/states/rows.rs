@@ -1,4 +1,4 @@
-//! Rows of a batch, in pieces of a fixed length, on several threads.
+//! Rows of a batch, computed in pieces of a fixed length on several threads.
 
 use super::States;
 use crate::error::Error;
@@ -10,23 +10,23 @@ use std::thread;
 use std::time::Duration;
 use stiction_core::dynamics::{Data, Status};
 
-/// Rows of a piece. Each piece starts from the home position, so results do not depend on threads.
+/// Number of rows in a piece. Each piece starts from the home position, so results do not depend on threads.
 const PIECE: usize = 256;
-/// Time between questions whether to stop, while threads compute.
+/// Time between two calls of [`Workers::is_stopped`] while threads compute.
 const PATIENCE: Duration = Duration::from_millis(50);
-/// Most steps from one row to the next.
+/// Maximum number of steps from one row to the next.
 const MOST_STEPS: f64 = 1e4;
 
-/// Threads that compute a batch, and a question that stops them.
+/// Threads that compute a batch, and a function that can stop them.
 pub struct Workers<'a> {
     /// Number of threads.
     pub threads: NonZeroUsize,
-    /// Asked now and then on the calling thread; `true` stops the computation.
+    /// Called repeatedly on the calling thread; the computation stops when it returns `true`.
     pub is_stopped: &'a dyn Fn() -> bool,
 }
 
 impl Default for Workers<'_> {
-    /// One thread, which nothing stops.
+    /// One thread that is never stopped.
     fn default() -> Self {
         Self { threads: NonZeroUsize::MIN, is_stopped: &|| false }
     }
@@ -69,8 +69,8 @@ impl Row<'_, '_> {
 }
 
 impl States {
-    /// Computes all rows: brings the data to the coordinates of a row and calls `compute`, which writes the
-    /// results. Rows without results are NaN.
+    /// Computes all rows: moves the data to the coordinates of each row and calls `compute`, which writes the
+    /// results. The values of rows without results are NaN.
     ///
     /// # Errors
     /// The computation was stopped.
@@ -126,7 +126,7 @@ impl States {
                 Err(status) => status,
             };
             if matches!(status, Status::LoopsOpen { .. } | Status::Singular) {
-                // Perhaps by shorter steps from home.
+                // Tries again from home, in shorter steps.
                 self.go_home(data);
                 *status = match self.walk(data, &self.home, position, 8.0) {
                     Ok(()) => compute(data, &mut row),
@@ -136,7 +136,7 @@ impl States {
             if has_position(*status) {
                 last.copy_from_slice(position);
             } else {
-                // The configuration is that of some position between: the next row starts from home.
+                // The data are at some position in between, so the next row starts from home.
                 self.go_home(data);
                 last.copy_from_slice(&self.home);
             }
@@ -146,8 +146,8 @@ impl States {
         }
     }
 
-    /// Moves along the straight line of the coordinates to the last point before `to`, in steps that are
-    /// `finer` times shorter than usual.
+    /// Moves along the straight line in coordinate space to the last step before `to`, in steps that are `finer`
+    /// times shorter than usual.
     fn walk(
         &self,
         data: &mut Data<f64>,
@@ -180,12 +180,12 @@ impl States {
     }
 }
 
-/// True if the loops are closed at the position of this outcome.
+/// Returns true if the loops are closed at the position with this status.
 fn has_position(status: Status) -> bool {
     !matches!(status, Status::LoopsOpen { .. } | Status::InputNotFinite | Status::Singular)
 }
 
-/// Computes all pieces.
+/// Computes all pieces on several threads.
 fn carry_out<'a>(
     states: &States,
     mut pieces: impl ExactSizeIterator<Item = Piece<'a>> + Send,

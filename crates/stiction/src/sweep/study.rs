@@ -1,4 +1,4 @@
-//! A checked study: what all rows share.
+//! A checked study: the data that all rows share.
 
 use super::Sweep;
 use crate::error::{Error, ErrorKind};
@@ -26,13 +26,13 @@ pub struct Study {
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Target {
     Model(String),
-    /// The motion that is given as assignments.
+    /// Motion given as assignments.
     Motion(String),
-    /// The load that is given as assignments.
+    /// Load given as assignments.
     Load(String),
 }
 
-/// Files that models name, so that rows do not read them again.
+/// Cache of the files that models name, so that they are not read again for each row.
 #[derive(Debug, Default)]
 struct Memory(Mutex<HashMap<String, Contents>>);
 
@@ -58,7 +58,7 @@ impl Study {
         Ok(study)
     }
 
-    /// Checks keys and objectives on the model as it is.
+    /// Checks keys and objectives on the unchanged model.
     fn check(&mut self) -> Result<(), Error> {
         let sweep = &self.sweep;
         self.check_keys()?;
@@ -68,7 +68,7 @@ impl Study {
             Some(motion) if !is_varied(|target| matches!(target, Target::Motion(_))) => {
                 request = request.motion(motion)?;
             }
-            // Without its varied keys the motion is incomplete; the columns do not depend on it.
+            // Without its varied keys the motion is incomplete, but the columns do not depend on the motion.
             Some(_) if request.motion.is_none() => {
                 request.motion = Some((stiction_format::Motion::pose(), "as given".to_owned()));
             }
@@ -101,7 +101,7 @@ impl Study {
             let Err(found) = self.sweep.draft.check_keys(&[format!("{path} = 0")]) else {
                 continue;
             };
-            // The place is in the key, as the user has written it.
+            // The diagnostic points into the key as the user has written it.
             let source = Arc::new(Source::new("--vary", path.clone()));
             for diagnostic in found.iter() {
                 let span =
@@ -133,7 +133,7 @@ impl Study {
         &self.headers
     }
 
-    /// Computes the row of a design, which has a value for each key. It depends on nothing else.
+    /// Computes the row of a design, which has a value for each key. The result depends on nothing else.
     pub fn row(&self, design: &[Setting]) -> Row {
         self.computed(design).unwrap_or_else(|error| {
             Row::failed(self.headers.len(), error.kind() == ErrorKind::Input, &reason(&error))
@@ -181,7 +181,7 @@ fn append(text: &mut Option<String>, part: Option<String>) {
     }
 }
 
-/// The place of a key of the motion or load: in the model, or among the assignments that are given.
+/// Finds the owner of a key of the motion or load: the model, or the given assignments.
 fn placed(
     key: &Key,
     rest: &str,
@@ -222,7 +222,7 @@ impl Memory {
     }
 }
 
-/// The message of an error, with the change or the place that it is about.
+/// Message of an error, with the change or the place in the text that caused it.
 fn reason(error: &Error) -> String {
     let first = error.diagnostics().and_then(|diagnostics| {
         let first = diagnostics.iter().find(|diagnostic| diagnostic.is_error())?;

@@ -16,7 +16,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Error for an unexpected word where an operator or the end belongs.
+    /// Error for an unexpected word in place of an operator or the end.
     pub(super) fn left_over(&self) -> Fault {
         let span = self.span();
         let word = self.word_at(0);

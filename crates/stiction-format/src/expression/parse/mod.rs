@@ -1,4 +1,4 @@
-//! Parser from words to instructions.
+//! Parser from tokens to instructions.
 //!
 //! ```text
 //! sum     = product (("+" | "-") product)*
@@ -48,7 +48,7 @@ pub(crate) enum Op {
 }
 
 impl Op {
-    /// Number of arguments.
+    /// Number of arguments that the instruction takes from the stack.
     pub(super) fn arguments(self) -> usize {
         match self {
             Self::Number(..) | Self::Parameter(_) | Self::Time | Self::Measured(..) => 0,
@@ -66,7 +66,7 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// Parameters that the expression uses.
+    /// Parameters that the program uses.
     pub(crate) fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
         self.steps.iter().filter_map(|(op, _)| match op {
             Op::Parameter(index) => Some(*index),
@@ -75,7 +75,7 @@ impl Program {
     }
 }
 
-/// Existing meaning of a reserved name, which cannot name a parameter; `None` if the name is free.
+/// Existing meaning of a reserved name, which a parameter cannot have; `None` if the name is available.
 pub(crate) fn reserved(name: &str) -> Option<&'static str> {
     if unit::find(name).is_some() && !unit::yields_to_parameters(name) {
         Some("a unit")

@@ -6,7 +6,7 @@ use crate::expression::Measure::{
 use crate::fields::Shape::{Axis, Coefficients, Name, Quantity, Table};
 use crate::fields::{Field, field, joined, required};
 
-/// A drive train of a leg: the joint is its key.
+/// Keys of a drive train of a leg; the joint is the name of its table.
 pub(crate) const LEG_ACTUATOR: &[Field] = &[
     field(
         "ratio",

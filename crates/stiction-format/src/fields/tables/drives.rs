@@ -54,8 +54,8 @@ pub(crate) const CHANNEL: &[&str] = &["kp", "kd", "ki", "tracking", "resolution"
 /// Types of controllers.
 const CONTROL_TYPES: &[&str] = &["pd", "pid", "computed-torque"];
 
-/// Motions for which computed torque compensates friction.
+/// Motion for which computed torque compensates friction.
 const FEED_MODES: &[&str] = &["off", "reference", "measured"];
 
-/// Kinds of rate measurement.
+/// Sources of the measured rates.
 const RATE_MODES: &[&str] = &["measured", "difference"];

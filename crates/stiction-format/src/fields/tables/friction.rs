@@ -140,7 +140,7 @@ const SMOOTHING: Field = field(
 /// Friction laws by name.
 const FRICTION_LAWS: &[&str] = &["coulomb", "stribeck", "exponential", "dahl", "lugre"];
 
-/// Values that can differ for backward sliding.
+/// Keys whose values can differ for backward sliding.
 pub(crate) const BACKWARD_LAW: &[Field] =
     &[MU, MU_STATIC, VISCOUS, STRIBECK_VELOCITY, STRIBECK_EXPONENT, TABLE];
 
@@ -172,7 +172,7 @@ pub(crate) const INTERFACE: &[Field] = &[
     SMOOTHING,
 ];
 
-/// Interfaces of joints with two of them.
+/// Tables of interfaces, for joints with two interfaces.
 const PARTS: &[Field] = &[
     field("first", Table(INTERFACE), "Values that differ at the first axis of a U joint."),
     field("second", Table(INTERFACE), "Values that differ at the second axis of a U joint."),

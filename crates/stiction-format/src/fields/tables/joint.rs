@@ -105,7 +105,7 @@ const ENDS: &[Field] = &[
 /// A joint.
 pub(crate) const JOINT: &[Field] = &joined::<15>(ENDS, LEG_JOINT);
 
-/// A joint of a leg: type and bodies are in the chain.
+/// Keys of a joint of a leg; its type and bodies follow from the chain.
 pub(crate) const LEG_JOINT: &[Field] = &[
     AT,
     TO_AT,

@@ -14,7 +14,7 @@ pub(crate) const LOAD: &[Field] = &[
     ),
 ];
 
-/// A part that a body carries.
+/// Keys of a payload.
 pub(crate) const PAYLOAD: &[Field] = &[
     required("body", Name, "Body to which the part is fixed while it is carried."),
     required("mass", Quantity(Mass), "Mass of the part, greater than 0."),

@@ -1,4 +1,4 @@
-//! Chains of joints through bodies without mass: one joint of a richer type.
+//! Merges chains of joints through massless bodies into one joint with more degrees of freedom.
 
 use super::super::context::Context;
 use super::super::description::{Coordinate, Description, GROUND, Joint};
@@ -27,7 +27,7 @@ pub(super) fn merge(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Joints one after the other through bodies without mass that nothing else touches.
+/// Joints in series through massless bodies that no other part refers to.
 fn chain_from(robot: &Description, start: usize, length: usize) -> Option<Vec<usize>> {
     let mut chain = vec![start];
     while chain.len() < length {
@@ -63,7 +63,7 @@ fn chain_from(robot: &Description, start: usize, length: usize) -> Option<Vec<us
     chain.iter().all(is_passive).then_some(chain)
 }
 
-/// A chain in the frame of its first body between at zero coordinates.
+/// A chain at zero coordinates, in the frame of its first intermediate body.
 struct Chain<'a> {
     joints: Vec<&'a Joint>,
     /// Frame of each joint.
@@ -133,7 +133,7 @@ impl<'a> Chain<'a> {
         joint
     }
 
-    /// Name of the whole: what the names of its parts have in common.
+    /// Name of the merged joint: what the names of its parts have in common.
     fn name(&self) -> String {
         let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
         let shared = names[1..].iter().fold(names[0], |shared, name| {
@@ -156,13 +156,13 @@ impl<'a> Chain<'a> {
     }
 }
 
-/// The coordinate in the other direction.
+/// Reverses the direction of a coordinate.
 fn reversed(dof: Coordinate) -> Coordinate {
     let range = dof.range.map(|[least, greatest]| [-greatest, -least]);
     Coordinate { position: -dof.position, range, ..dof }
 }
 
-/// The one joint that allows what a chain allows.
+/// Finds one joint with the same relative motion as a chain; returns it with the chain's joints that it replaces.
 fn replaced(robot: &Description, chain: &[usize], size: f64) -> Option<(Joint, Vec<usize>)> {
     let parts = Chain::new(robot, chain)?;
     let joint = match parts.kinds().as_slice() {
@@ -175,7 +175,7 @@ fn replaced(robot: &Description, chain: &[usize], size: f64) -> Option<(Joint, V
     Some((joint, chain.to_vec()))
 }
 
-/// Three axes through one point.
+/// Three axes through one point: a ball joint.
 fn ball(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     let point = parts.crossing(0, 1, size)?;
     let meets = parts.distance(2, point) <= SAME * size;
@@ -185,7 +185,7 @@ fn ball(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     }
     let frame = Pose::at(point);
     let mut joint = parts.joint(Spherical, frame, Vec::new());
-    // The position of the file across the ball.
+    // Rotation across the ball at the position of the file.
     let across =
         parts.joints.iter().zip(&parts.frames).fold(Pose::identity(), |at, (own, frame)| {
             at * *frame * own.across() * frame.inverse()
@@ -195,7 +195,7 @@ fn ball(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     Some(joint)
 }
 
-/// Two perpendicular axes through one point.
+/// Two perpendicular axes through one point: a universal joint.
 fn cross(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     let (first, second) = (parts.axis(0), parts.axis(1));
     if !are_perpendicular(first, second) {
@@ -206,7 +206,7 @@ fn cross(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     Some(parts.joint(Universal, frame, vec![parts.dof(0), parts.dof(1)]))
 }
 
-/// Two hinges about one axis: one hinge, whose angle is the sum.
+/// Two hinges about one axis: a single hinge, whose angle is their sum.
 fn pin(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     let same = are_parallel(parts.axis(0), parts.axis(1))
         && parts.distance(0, parts.frames[1].position) <= SAME * size;
@@ -219,7 +219,7 @@ fn pin(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     Some(parts.joint(Revolute, parts.frames[0], vec![dof]))
 }
 
-/// A hinge and a slide along its axis.
+/// A hinge and a slide along the hinge axis: a cylindrical joint.
 fn sleeve(parts: &Chain<'_>) -> Option<Joint> {
     let hinge = usize::from(parts.kinds()[0] != Revolute);
     let slide = 1 - hinge;
@@ -231,7 +231,7 @@ fn sleeve(parts: &Chain<'_>) -> Option<Joint> {
     Some(parts.joint(Cylindrical, parts.frames[hinge], vec![parts.dof(hinge), along]))
 }
 
-/// Two slides and a hinge about their normal.
+/// Two slides and a hinge about their normal: a planar joint.
 fn plate(parts: &Chain<'_>) -> Option<Joint> {
     let (x, y, z) = (parts.axis(0), parts.axis(1), parts.axis(2));
     let is_plane = are_perpendicular(x, y) && are_perpendicular(x, z) && are_perpendicular(y, z);
@@ -288,7 +288,7 @@ mod tests {
         Pose { rotation: z_to(axis), position }
     }
 
-    /// A chain with the given axes, each through a point, of which the positions are 0.3, 0.5, 0.7.
+    /// A chain with the given joints, axes and points on the axes, at the coordinates 0.3, 0.5, 0.7.
     fn chain(parts: &[(JointType, Vec3<f64>, Vec3<f64>)]) -> Description {
         let mut robot = Description::new("URDF", "test", Vec3::zero());
         for (k, (kind, axis, point)) in parts.iter().enumerate() {
@@ -310,7 +310,7 @@ mod tests {
         merge(&Context::new(&files, false), &mut robot);
         let end = |robot: &Description| robot.poses().pop().flatten().unwrap();
         let between = end(&before).inverse() * end(&robot);
-        // The last body stays where it is.
+        // The last body does not move.
         assert!(between.position.norm() < 1e-14);
         assert!(between.rotation.rotation_vector().norm() < 1e-14);
         robot

@@ -1,4 +1,4 @@
-//! Several closures by a point between the same two bodies: a hinge, or a rigid connection.
+//! Merges several point closures between the same two bodies into a hinge or a rigid connection.
 
 use super::super::context::Context;
 use super::super::description::{Description, Joint};
@@ -33,7 +33,7 @@ pub(super) fn merge(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Closures by a point between the bodies of the closure `index`, itself first.
+/// Point closures between the bodies of the closure `index`; this closure is the first.
 fn same_bodies(robot: &Description, index: usize) -> Vec<usize> {
     let own = &robot.joints[index];
     let is_same = |other: &Joint| {
@@ -48,7 +48,7 @@ fn same_bodies(robot: &Description, index: usize) -> Vec<usize> {
     (index..robot.joints.len()).filter(|&k| is_same(&robot.joints[k])).collect()
 }
 
-/// The joint instead of a group of closures, and those that it replaces.
+/// Joint that replaces a group of closures, with the indices of the closures that it replaces.
 fn merged(robot: &Description, group: &[usize], size: f64) -> Option<(Joint, Vec<usize>)> {
     let [first, rest @ ..] = group else { return None };
     let own = &robot.joints[*first];
@@ -66,7 +66,7 @@ fn merged(robot: &Description, group: &[usize], size: f64) -> Option<(Joint, Vec
     let second = *rest.iter().find(|index| far(index))?;
     let axes = from_origin(second).map(|between| between.direction());
     let [Some(one), Some(two)] = axes else { return None };
-    // A third point beside the axis holds both bodies together.
+    // A third point beside the axis connects both bodies rigidly.
     let beside = |index: &&usize| from_origin(**index)[0].cross(one).norm() > SAME * size;
     let third = rest.iter().find(beside).copied();
     let frame = |axis: Vec3<f64>, side: Option<Vec3<f64>>| match side {
@@ -86,7 +86,7 @@ fn merged(robot: &Description, group: &[usize], size: f64) -> Option<(Joint, Vec
     joint.comment = own.comment.clone();
     let used: Vec<usize> = match third {
         Some(_) => group.to_vec(),
-        // Points on the axis say nothing more.
+        // Further points on the axis are redundant.
         None => group
             .iter()
             .copied()

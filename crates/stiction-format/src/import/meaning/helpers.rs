@@ -1,4 +1,4 @@
-//! Links that only mark a frame of a joint, as this program writes them.
+//! Removes links that only mark a frame of a joint, as this program writes them.
 
 use super::super::description::{Description, GROUND, Joint};
 use super::remove;
@@ -8,12 +8,12 @@ use stiction_core::mechanism::GROUND_NAME;
 /// Endings of the names of such links: the frame of a joint on its child, and the frames of a closure.
 const ENDINGS: [&str; 3] = [".frame", ".from", ".to"];
 
-/// Removes links that mark a frame: the joint takes the frame itself.
+/// Removes links that mark a frame; the joint then contains the frame itself.
 pub(in crate::import) fn fold(robot: &mut Description) {
     fold_ground(robot);
     while let Some((body, mount, joint)) = next(robot) {
         let mount_joint = robot.joints[mount].clone();
-        // Pose of the link in the body on which it is.
+        // Body on which the link is mounted, and pose of the link in this body.
         let (base, place) = match mount_joint.to == body {
             true => (mount_joint.from, mount_joint.relative()),
             false => (mount_joint.to, mount_joint.relative().inverse()),

@@ -1,7 +1,7 @@
 //! Recognises joints that a format can only express indirectly: a hinge written as a closure by
 //! three equations in a plane, a ball written as three hinges, one hinge written as two.
 //!
-//! The mechanism stays the same: every relative motion that the file allows is allowed, and no other.
+//! The mechanism stays the same: exactly the relative motions that the file allows remain possible.
 
 mod chains;
 mod closures;
@@ -14,8 +14,8 @@ use super::context::Context;
 use super::description::Description;
 use stiction_core::spatial::Vec3;
 
-/// Greatest sine of an angle between directions that count as parallel, and greatest distance over the
-/// size of the robot of lines that count as the same: files have at least nine digits.
+/// Greatest sine of the angle between directions that count as parallel, and greatest distance between lines that
+/// count as identical, relative to the size of the robot: files have at least nine digits.
 const SAME: f64 = 1e-8;
 
 /// Simplifies a description.

@@ -1,9 +1,8 @@
-//! Closures by a point in chains that move in a plane: hinges.
+//! Replaces point closures in chains that move in a plane by hinges.
 //!
-//! If all hinges between the two bodies along the tree are parallel, and all slides perpendicular to
-//! them, the bodies turn relative to each other about this direction only, in every position. Of the
-//! three equations of the closure, one then repeats what the chain says already, and the closure is a
-//! hinge about the same direction.
+//! If all hinges between the two bodies along the tree are parallel, and all slides perpendicular to them, the bodies
+//! rotate relative to each other about this direction only, in every position. One of the three equations of the
+//! closure is then redundant, and the closure is a hinge about the same direction.
 
 use super::super::context::Context;
 use super::super::description::{Description, Joint};
@@ -13,7 +12,7 @@ use crate::diagnostic::quoted;
 use stiction_core::joint::JointType::{Fixed, Planar, Prismatic, Revolute, Spherical};
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Makes hinges of closures in planar chains.
+/// Replaces point closures in planar chains by hinges.
 pub(super) fn hinges(context: &Context<'_>, robot: &mut Description) {
     for index in 0..robot.joints.len() {
         let own = &robot.joints[index];
@@ -29,7 +28,7 @@ pub(super) fn hinges(context: &Context<'_>, robot: &mut Description) {
         );
         context.note(message, own.place.clone());
         let mut joint = Joint::new(own.name.clone(), Revolute, (own.from, own.to));
-        // At zero, as at zero coordinates of the chain.
+        // At zero rotation, as the chain at zero coordinates.
         let rotation = z_to(normal);
         joint.frame_j = Pose { rotation, position: own.frame_j.position };
         joint.frame_k = Pose {
@@ -43,8 +42,8 @@ pub(super) fn hinges(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Direction about which the bodies of a closure turn relative to each other, in the axes of the
-/// first, and the pose of the second in the first at zero coordinates of the tree between them.
+/// Direction about which the bodies of a closure rotate relative to each other, in the axes of the first body, and
+/// the pose of the second body in the first at zero coordinates of the tree between them.
 fn plane(robot: &Description, closure: &Joint) -> Option<(Vec3<f64>, Pose<f64>)> {
     let path = path(robot, (closure.from, closure.to))?;
     let mut at = Pose::identity();
@@ -73,7 +72,7 @@ fn plane(robot: &Description, closure: &Joint) -> Option<(Vec3<f64>, Pose<f64>)>
     slides.iter().all(|slide| are_perpendicular(*slide, normal)).then_some((normal, at))
 }
 
-/// Joints from one body to another along those that close no loop, each with its direction.
+/// Joints of the spanning tree from one body to another, each with its direction.
 fn path(robot: &Description, (from, to): (usize, usize)) -> Option<Vec<(usize, bool)>> {
     let mut reached: Vec<Option<(usize, bool)>> = vec![None; robot.bodies.len()];
     let mut open = vec![from];

@@ -51,14 +51,14 @@ impl Reader<'_, '_> {
             context.note("an actuator with the gear 0 is left out", Some(place));
             return None;
         }
-        // What a tendon has belongs to its first motor.
+        // Inertia, friction and damping of a tendon are assigned to its first motor.
         let tendon = element.get("tendon").and_then(|name| tendons.get_mut(name));
         let mut own = [0.0; 3];
         if let Some(tendon) = tendon.filter(|tendon| !tendon.is_driven) {
             tendon.is_driven = true;
             own = [tendon.armature, tendon.friction, tendon.damping];
         }
-        // The armature of an actuator turns with its shaft.
+        // The armature of an actuator is on the motor side of the gear.
         own[0] += element.number(context, "armature").unwrap_or(0.0).max(0.0) * gear * gear;
         let greatest = |key: &str, limited: &str| {
             let range = element.numbers::<2>(context, key)?;

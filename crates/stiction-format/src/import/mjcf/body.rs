@@ -10,24 +10,24 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::GROUND_NAME;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Element of a body, with the pose of the frames around it and the class that it inherits.
+/// Element of a body, with the pose of the enclosing frames and the default class that it inherits.
 struct Item<'a> {
     element: &'a Element,
     frame: Pose<f64>,
     class: Option<&'a str>,
 }
 
-/// Body whose content is still to be read.
+/// Body whose content has not yet been read.
 struct Pending<'a> {
     element: &'a Element,
     parent: usize,
-    /// Pose of the frames around it in the parent.
+    /// Pose of the enclosing frames in the parent body.
     frame: Pose<f64>,
     class: Option<&'a str>,
 }
 
 impl Reader<'_, '_> {
-    /// Reads all bodies, without recursion because chains may be long.
+    /// Reads all bodies; without recursion, because chains may be long.
     pub(super) fn read_bodies(&mut self, root: &Element) {
         let mut open: Vec<Pending<'_>> = Vec::new();
         for world in root.all("worldbody") {
@@ -86,7 +86,7 @@ impl Reader<'_, '_> {
         self.sites.insert(name.to_owned(), (body, item.frame * pose));
     }
 
-    /// Reads a body and returns those within it.
+    /// Reads a body and returns its child bodies.
     fn read_body<'e>(&mut self, pending: &Pending<'e>) -> Vec<Pending<'e>> {
         let Pending { element, parent, frame, class } = *pending;
         let class = element.get("childclass").or(class);
@@ -114,7 +114,7 @@ impl Reader<'_, '_> {
             .map(|item| (self.defaults.applied(self.context, item.element, item.class), item.frame))
             .collect();
         let pose = self.poses[parent] * in_parent;
-        // The ground of a model of this program: a body of the world without joints and mass.
+        // The ground of a model written by this program: a body of the world without joints and mass.
         if name == GROUND_NAME && parent == GROUND && joints.is_empty() && is_bare(&items) {
             self.bodies.insert(name, GROUND);
             for item in items.iter().filter(|item| item.element.tag == "site") {
@@ -124,7 +124,7 @@ impl Reader<'_, '_> {
             below.iter_mut().for_each(|body| body.frame = in_parent * body.frame);
             return below;
         }
-        // Bodies between the joints of one body come before it.
+        // The intermediate bodies between several joints of one body come before the body itself.
         let between = self.read_joints(&joints, (parent, in_parent), &name, element);
         let mass = self.mass_of(element, &name, &items);
         let mut body = Body::massless(name.clone(), Some(element.place()));
@@ -187,7 +187,7 @@ impl Reader<'_, '_> {
         Mass { mass, com: Vec3::zero(), inertia }.placed(pose)
     }
 
-    /// Least mass and inertia, and balanced inertia, where the compiler's settings ask for them.
+    /// Applies the minimum mass and inertia, and balances the inertia, if the compiler settings require it.
     fn bounded(&self, mut mass: Mass) -> Mass {
         let settings = &self.settings;
         mass.mass = mass.mass.max(settings.least_mass);
@@ -209,7 +209,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// True if nothing in a body has mass.
+/// Tests if nothing in a body has mass.
 fn is_bare(items: &[Item<'_>]) -> bool {
     let mass = |item: &Item<'_>| match item.element.tag.as_str() {
         "inertial" => item.element.get("mass") != Some("0"),

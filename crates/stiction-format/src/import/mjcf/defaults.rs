@@ -25,11 +25,11 @@ const MOST_INCLUDES: usize = 1000;
 
 /// Replaces elements `include` by the content of their files.
 ///
-/// `None` after a message: a file is missing, defective, or includes itself.
+/// Returns `None` after a message if a file is missing, is defective, or includes itself.
 pub(super) fn include(context: &Context<'_>, root: &mut Element) -> Option<()> {
     let mut included = 0;
     let mut names: Vec<String> = Vec::new();
-    // Elements are found by their path, so that the tree can be changed.
+    // Elements are identified by their path, so that the tree can be changed.
     let mut open: Vec<Vec<usize>> = vec![Vec::new()];
     while let Some(path) = open.pop() {
         let mut element = &mut *root;
@@ -86,7 +86,7 @@ pub(super) fn include(context: &Context<'_>, root: &mut Element) -> Option<()> {
 #[derive(Debug, Default)]
 struct Class {
     parent: Option<String>,
-    /// Attributes by the tag of elements.
+    /// Default attributes by the tag of elements.
     attributes: HashMap<String, Vec<Attribute>>,
 }
 
@@ -131,7 +131,7 @@ impl Defaults {
         all
     }
 
-    /// The element with the defaults of its class, or of the class of the enclosing bodies.
+    /// Returns the element completed by the defaults of its class, or else of the class of the enclosing bodies.
     pub(super) fn applied(
         &self,
         context: &Context<'_>,

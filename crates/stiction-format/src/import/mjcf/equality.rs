@@ -65,7 +65,7 @@ impl Reader<'_, '_> {
         found
     }
 
-    /// The two bodies of an element, and two sites on them where it names sites.
+    /// The two bodies of an element, and, if the element names sites, the two sites on them.
     #[expect(clippy::type_complexity, reason = "two bodies and, for sites, two poses")]
     fn ends(&self, element: &Element) -> Option<([usize; 2], Option<[Pose<f64>; 2]>)> {
         if element.attribute("site1").is_some() {
@@ -88,7 +88,7 @@ impl Reader<'_, '_> {
         self.poses[first].inverse() * self.poses[second]
     }
 
-    /// Two points coincide: a ball joint.
+    /// Point coincidence: a ball joint.
     fn connect(&self, element: &Element, name: &str) -> Option<Joint> {
         let (ends, sites) = self.ends(element)?;
         let [one, two] = match sites {
@@ -101,7 +101,7 @@ impl Reader<'_, '_> {
         };
         let mut joint = Joint::new(name, JointType::Spherical, (ends[0], ends[1]));
         joint.frame_j = Pose::at(one);
-        // Both frames have the same directions in the position of the file.
+        // Both frames have the same axes at the position of the file.
         joint.frame_k = Pose { position: two, rotation: self.between(ends).rotation.transpose() };
         joint.closes = true;
         joint.place = Some(element.place());
@@ -109,7 +109,7 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
-    /// Two frames coincide: a fixed joint.
+    /// Frame coincidence: a fixed joint.
     fn weld(&self, element: &Element, name: &str) -> Option<Joint> {
         let (ends, sites) = self.ends(element)?;
         let [one, two] = match sites {
@@ -131,7 +131,7 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
-    /// Coefficients of a coupling that is linear; others are listed.
+    /// Coefficients of a linear coupling; nonlinear couplings are reported.
     fn linear(&self, element: &Element, has_second: bool) -> Option<[f64; 2]> {
         let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
         let given = element.list(self.context, "polycoef").unwrap_or_default();
@@ -144,7 +144,7 @@ impl Reader<'_, '_> {
         Some([coefficients[0], coefficients[1]])
     }
 
-    /// Coordinate of a joint in the position of the file.
+    /// Coordinate of a joint at the position of the file.
     fn reference(&self, joint: usize) -> Option<f64> {
         match self.robot.joints[joint].dofs.as_slice() {
             [dof] => Some(dof.position),
@@ -152,7 +152,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The length of a tendon that is a sum of joint coordinates is a polynomial of that of another one.
+    /// Couples the length of a fixed tendon to that of another one by a polynomial.
     fn couple_tendons(&mut self, element: &Element, name: &str, tendons: &Tendons) -> Option<()> {
         element.required(self.context, "tendon1")?;
         let place = Some(element.place());
@@ -168,7 +168,7 @@ impl Reader<'_, '_> {
         if let Some(second) = find("tendon2") {
             terms.extend(second.joints.iter().map(|&(joint, part)| (joint, -factor * part)));
         }
-        // Deviations from the position of the file are coupled.
+        // The equation couples deviations from the position of the file.
         let mut sum = constant;
         for &(joint, part) in &terms {
             sum += part * self.reference(joint)?;
@@ -178,7 +178,7 @@ impl Reader<'_, '_> {
         Some(())
     }
 
-    /// One coordinate is a polynomial of another one.
+    /// Couples one coordinate to another one by a polynomial.
     fn couple(&mut self, element: &Element, name: &str) -> Option<()> {
         element.required(self.context, "joint1")?;
         let first = self.named(element, ("joint1", "joint"), &self.joints)?;
@@ -187,7 +187,7 @@ impl Reader<'_, '_> {
             None => None,
         };
         let [constant, factor] = self.linear(element, second.is_some())?;
-        // Deviations from the position of the file are coupled.
+        // The equation couples deviations from the position of the file.
         let mut terms = vec![(first, 0, 1.0)];
         let mut constant = constant + self.reference(first)?;
         if let Some(second) = second {

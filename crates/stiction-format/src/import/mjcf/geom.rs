@@ -9,7 +9,7 @@ use crate::diagnostic::quoted;
 use std::collections::HashMap;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Density where the file has none, kg/m³.
+/// Default density, kg/m³.
 const DENSITY: f64 = 1000.0;
 
 /// Solids of the mesh files by their names, with density 1, or the reason why a mesh has no solid.
@@ -20,7 +20,7 @@ pub(super) struct Meshes {
 }
 
 impl Reader<'_, '_> {
-    /// Notes the meshes of the file; their files are read when a mass needs them.
+    /// Records the meshes of the file; their files are read when a mass depends on them.
     pub(super) fn read_meshes(&mut self, root: &Element) {
         for element in root.all("asset").flat_map(|asset| asset.all("mesh")) {
             let mesh = self.defaults.applied(self.context, element, None);
@@ -33,7 +33,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Mass of a geom in the frame of its body, without the frames around it.
+    /// Mass of a geom in the frame of its body, without the poses of the enclosing frames.
     pub(super) fn geom_mass(&mut self, geom: &Element, body: &str) -> Mass {
         let context = self.context;
         let group = geom.number(context, "group").unwrap_or(0.0);
@@ -95,7 +95,7 @@ impl Reader<'_, '_> {
         solid.scaled(factor).placed(pose)
     }
 
-    /// Solid of a mesh with density 1; a missing one is named.
+    /// Solid of a mesh with density 1; a missing mesh is reported.
     fn mesh_of(&mut self, geom: &Element, body: &str) -> Option<Mass> {
         let name = geom.get("mesh")?;
         if !self.meshes.read.contains_key(name) {

@@ -9,10 +9,9 @@ use stiction_core::joint::JointType;
 use stiction_core::spatial::{Pose, Vec3};
 
 impl Reader<'_, '_> {
-    /// Reads the joints of a body, of which the last still has no successor. Returns their indices.
+    /// Reads the joints of a body and returns their indices; the last joint does not yet have a successor.
     ///
-    /// The joints of one body act one after the other; their places and axes refer to the body as
-    /// the file has it.
+    /// The joints of one body act in series; their positions and axes refer to the body in the position of the file.
     pub(super) fn read_joints(
         &mut self,
         joints: &[(Element, Pose<f64>)],
@@ -34,7 +33,7 @@ impl Reader<'_, '_> {
                 continue;
             };
             if number + 1 < joints.len() {
-                // Neither body nor coordinate of the file: its name only has to be unique.
+                // The file has no name for this intermediate body; the name only has to be unique.
                 let between =
                     Body::massless(format!("{body}_{}", number + 1), Some(element.place()));
                 self.poses.push(self.poses[from] * start);
@@ -129,7 +128,7 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
-    /// First number of a key; newer files may have polynomials.
+    /// First number of a key; newer files may contain polynomials here.
     fn first(&self, element: &Element, key: &str) -> f64 {
         let numbers = element.list(self.context, key).unwrap_or_default();
         if numbers.iter().skip(1).any(|number| *number != 0.0) {

@@ -20,13 +20,13 @@ use settings::Settings;
 use std::collections::HashMap;
 use stiction_core::spatial::Pose;
 
-/// The file while it is read.
+/// State of reading a file.
 pub(super) struct Reader<'a, 'c> {
     context: &'a Context<'c>,
     settings: Settings,
     defaults: Defaults,
     robot: Description,
-    /// Pose of each body in the world as the file has it.
+    /// Pose of each body in the world at the position of the file.
     poses: Vec<Pose<f64>>,
     /// Bodies by their names in the file.
     bodies: HashMap<String, usize>,
@@ -39,7 +39,7 @@ pub(super) struct Reader<'a, 'c> {
     meshes: geom::Meshes,
 }
 
-/// Elements that make bodies by a program.
+/// Elements that generate bodies.
 const GENERATORS: [&str; 5] = ["replicate", "composite", "flexcomp", "flex", "attach"];
 
 /// Reads a robot.

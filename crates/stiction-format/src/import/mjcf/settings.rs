@@ -6,12 +6,12 @@ use super::super::xml::Element;
 use crate::diagnostic::quoted;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// When inertias follow from geoms.
+/// Condition for computing inertias from geoms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FromGeoms {
     Always,
     Never,
-    /// Without an `inertial` element.
+    /// If there is no `inertial` element.
     Missing,
 }
 
@@ -117,7 +117,7 @@ impl Settings {
         if self.degrees { value.to_radians() } else { value }
     }
 
-    /// Orientation of an element by any of the five keys.
+    /// Orientation of an element, given by any of the five keys.
     pub(super) fn orientation(&self, context: &Context<'_>, element: &Element) -> Mat3<f64> {
         let identity = Mat3::identity();
         let zero = |key: &str| {
@@ -175,7 +175,7 @@ impl Settings {
     }
 }
 
-/// Rotation about a direction, exact about the axes of the frame.
+/// Rotation about a direction; exact about the axes of the frame.
 fn turn(axis: Vec3<f64>, angle: f64) -> Mat3<f64> {
     for k in 0..3 {
         if axis == Vec3::unit(k) {

@@ -10,9 +10,9 @@ use stiction_core::spatial::Pose;
 /// Tendon that is a sum of joint coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Fixed {
-    /// Joints of one degree of freedom, with their factors.
+    /// Joints of one degree of freedom, with their coefficients in the sum.
     pub(super) joints: Vec<(usize, f64)>,
-    /// Inertia, friction and damping at the sum; a motor takes them.
+    /// Inertia, friction and damping at the sum; they are assigned to a motor.
     pub(super) armature: f64,
     pub(super) friction: f64,
     pub(super) damping: f64,
@@ -42,7 +42,7 @@ impl Reader<'_, '_> {
         tendons
     }
 
-    /// Lists friction and inertia of sums of joints that no motor drives.
+    /// Reports friction and inertia of sums of joints that no motor drives.
     pub(super) fn note_tendons(&self, tendons: &Tendons) {
         let mut left: Vec<&Fixed> = tendons.values().filter(|fixed| !fixed.is_driven).collect();
         left.sort_by_key(|fixed| fixed.place.line_column());

@@ -18,9 +18,9 @@ struct Frame {
     /// Full name of the frame to which the pose is relative; `None` for the world.
     base: Option<String>,
     pose: Pose<f64>,
-    /// Frame within a model that has its pose instead of the model's own frame.
+    /// Frame within a model to which the model's pose applies instead of to the model's own frame.
     placement: Option<String>,
-    /// Full name of the frame or link that carries it.
+    /// Full name of the frame or link to which the frame is attached.
     carrier: Option<String>,
     place: Place,
 }
@@ -65,7 +65,7 @@ fn relative_to(element: &Element) -> Option<&str> {
 }
 
 impl Frames {
-    /// Full name of a frame as it is named within a model.
+    /// Full name of a frame, from its name within a model.
     pub(super) fn full(&self, model: &Model, name: &str) -> String {
         if name == "world" || name == "__root__" {
             return "world".to_owned();
@@ -83,7 +83,7 @@ impl Frames {
 
     /// Computes all poses in the world.
     ///
-    /// `None` after a message: a frame is unknown, or relative to itself.
+    /// Returns `None` after a message if a frame is unknown, or relative to itself.
     pub(super) fn resolve(&mut self, context: &Context<'_>) -> Option<()> {
         let mut names: Vec<String> = self.frames.keys().cloned().collect();
         names.sort_unstable();
@@ -94,7 +94,7 @@ impl Frames {
         Some(())
     }
 
-    /// Pose of a frame relative to another one above it, by default the world.
+    /// Pose of a frame relative to another frame `above` it, or to the world.
     fn chain(&self, context: &Context<'_>, name: &str, above: Option<&str>) -> Option<Pose<f64>> {
         let mut total = Pose::identity();
         let mut at = name.to_owned();
@@ -115,7 +115,7 @@ impl Frames {
             if let Some(placement) = &frame.placement
                 && above != Some(at.as_str())
             {
-                // The pose is that of another frame of the model.
+                // The pose applies to another frame of the model.
                 own = own * self.chain(context, placement, Some(&at))?.inverse();
             }
             total = own * total;
@@ -140,7 +140,7 @@ impl Frames {
         self.resolved.get(name).copied().unwrap_or(Pose::identity())
     }
 
-    /// Full name of the link that carries a frame, or `world`.
+    /// Full name of the link to which a frame is attached, or `world`.
     pub(super) fn body<'a>(
         &'a self,
         name: &'a str,
@@ -195,7 +195,7 @@ impl Reader<'_, '_> {
             };
             self.frames.add(alias, same);
         }
-        // The parts of a merged model keep their own model frame.
+        // The parts of a merged model keep the frame of their own model.
         let own = if model.merged {
             let name = element.get("name").unwrap_or_default();
             format!("{}_merged__{name}__model__", model.prefix)

@@ -12,7 +12,7 @@ use stiction_core::spatial::{Pose, Vec3};
 
 /// Magnitude from which a limit counts as no limit.
 const UNLIMITED: f64 = 1e15;
-/// Largest sine of the angle by which two axes may differ from perpendicular ones.
+/// Largest deviation from a right angle between two axes that count as perpendicular, as a sine.
 const PERPENDICULAR: f64 = 1e-9;
 
 impl Reader<'_, '_> {
@@ -21,7 +21,7 @@ impl Reader<'_, '_> {
         let name = model.full(element.required(context, "name")?);
         let word = element.required(context, "type")?;
         if word == "gearbox" {
-            // It couples two other joints.
+            // A gearbox couples two other joints.
             return Some(());
         }
         let (from, to) = (self.end(model, element, "parent")?, self.end(model, element, "child")?);
@@ -59,7 +59,7 @@ impl Reader<'_, '_> {
                 let first = self.axis(model, element, "axis")?;
                 let second = self.axis(model, element, "axis2")?;
                 if first.dot(second).abs() > PERPENDICULAR {
-                    // Two hinges with a body without mass between them.
+                    // A universal joint: two hinges with a massless body between them.
                     let between = self.robot.bodies.len();
                     let body = Body::massless(format!("{name}_between"), Some(element.place()));
                     self.robot.bodies.push(body);
@@ -125,7 +125,7 @@ impl Reader<'_, '_> {
         index
     }
 
-    /// Body of one end of a joint: a link, or the link that carries a frame.
+    /// Body of one end of a joint: a link, or the link to which a frame is attached.
     pub(super) fn end(&self, model: &Model, element: &Element, tag: &str) -> Option<usize> {
         let context = self.context;
         let Some(end) = element.child(tag).filter(|end| !end.text.is_empty()) else {
@@ -150,7 +150,7 @@ impl Reader<'_, '_> {
         let context = self.context;
         let joint = model.full(element.get("name")?);
         let Some(axis) = element.child(key) else {
-            // The default of the format.
+            // Default of the format.
             return Some(self.frames.pose(&joint).rotation.columns[2]);
         };
         let xyz = axis.child("xyz");
@@ -165,7 +165,7 @@ impl Reader<'_, '_> {
         let is_true = |child: &Element| matches!(child.text.as_str(), "true" | "1");
         let in_model = match axis.child("use_parent_model_frame") {
             Some(child) => is_true(child),
-            // Until version 1.4, axes were those of the model.
+            // Until version 1.4, axes were expressed in the frame of the model.
             None => model.version < (1, 5),
         };
         let expressed = xyz.and_then(|xyz| xyz.get("expressed_in")).filter(|name| !name.is_empty());
@@ -182,7 +182,7 @@ impl Reader<'_, '_> {
         Some(self.frames.pose(&frame).rotation * direction)
     }
 
-    /// Limits, damping, friction and spring of an axis, and its greatest effort.
+    /// Limits, damping, friction and spring of an axis, and its greatest effort, N or N m.
     fn coordinate(&self, axis: &Element) -> (Coordinate, Option<f64>) {
         let context = self.context;
         let mut coordinate = Coordinate {
@@ -193,7 +193,7 @@ impl Reader<'_, '_> {
         if let Some(limit) = axis.child("limit") {
             let number = |key: &str| {
                 let child = limit.child(key).filter(|child| !child.text.is_empty())?;
-                // Files write `inf`.
+                // Files may contain `inf`.
                 match child.text.trim_start_matches(['-', '+']).to_ascii_lowercase().as_str() {
                     "inf" | "infinity" => None,
                     _ => child.text_numbers::<1>(context).map(|[value]| value),
@@ -222,7 +222,7 @@ impl Reader<'_, '_> {
         (coordinate, effort)
     }
 
-    /// Coupling with another joint: multiplier (leader - reference) + offset.
+    /// Reads a coupling with another joint: multiplier (leader - reference) + offset.
     pub(super) fn read_mimic(&mut self, model: &Model, element: &Element) -> Option<()> {
         let context = self.context;
         let mimic = element.child("axis")?.child("mimic")?;

@@ -10,7 +10,7 @@ use super::models::Model;
 use crate::diagnostic::quoted;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Density where the file has none, kg/m³.
+/// Default density, kg/m³.
 const DENSITY: f64 = 1000.0;
 
 impl Reader<'_, '_> {

@@ -1,4 +1,4 @@
-//! SDF: links and joints between them, loops included.
+//! SDF: links and joints between them, including closed loops.
 
 mod frames;
 mod gearbox;
@@ -18,10 +18,10 @@ use std::collections::HashMap;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Gravity of a world that does not say otherwise, m/s².
+/// Default gravity of a world, m/s².
 const GRAVITY: f64 = -9.8;
 
-/// The file while it is read.
+/// State of reading a file.
 pub(super) struct Reader<'a, 'c> {
     context: &'a Context<'c>,
     robot: Description,
@@ -32,7 +32,7 @@ pub(super) struct Reader<'a, 'c> {
     bodies: HashMap<String, usize>,
     /// Joints by their full names in the file.
     joints: HashMap<String, usize>,
-    /// Greatest effort of each joint, where the file has one.
+    /// Greatest effort of each joint, N or N m, if the file contains one.
     efforts: HashMap<usize, f64>,
 }
 
@@ -83,7 +83,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description>
 }
 
 impl Reader<'_, '_> {
-    /// Holds the links of a static model.
+    /// Fixes the links of a static model to the ground.
     fn hold(&mut self, model: &Model) {
         if !model.is_static {
             return;
@@ -103,7 +103,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Connects links that no joint connects with the world: they float.
+    /// Adds a free joint between the world and links that no joint connects with it: they float.
     fn float(&mut self, models: &[Model]) {
         let count = self.robot.bodies.len();
         let mut group: Vec<usize> = (0..count).collect();

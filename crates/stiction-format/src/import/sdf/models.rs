@@ -1,24 +1,24 @@
-//! Models of a file, nested and included ones too, as a flat list.
+//! Models of a file, including nested and included models, as a flat list.
 
 use super::super::context::Context;
 use super::super::xml::{self, Element};
 use crate::diagnostic::quoted;
 
-/// Greatest number of models; it bounds files that include each other.
+/// Greatest number of models; it limits files that include each other.
 const MOST: usize = 1000;
 
 /// A model.
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) element: Element,
-    /// Prefix of the names of its parts: `arm::` for parts of a model within another one.
+    /// Prefix of the names of the model's parts: `arm::` for parts of a nested model.
     pub(super) prefix: String,
-    /// Prefix of the model or world around it.
+    /// Prefix of the enclosing model or world.
     pub(super) outer: String,
     /// Version of the format: major and minor number.
     pub(super) version: (u32, u32),
     pub(super) is_static: bool,
-    /// True if its parts belong to the model around it.
+    /// True if the parts belong to the enclosing model.
     pub(super) merged: bool,
 }
 
@@ -44,12 +44,12 @@ fn version_of(root: &Element) -> (u32, u32) {
     }
 }
 
-/// A model whose parts are still to be listed.
+/// A model whose parts have not yet been listed.
 struct Pending {
     element: Element,
     outer: String,
     version: (u32, u32),
-    /// True for the only model of a file, whose name is left out of those of its parts.
+    /// True for the only model of a file, whose name is omitted from the names of its parts.
     alone: bool,
     held: bool,
     merged: bool,
@@ -99,10 +99,10 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
 
 type Outer = (String, (u32, u32), bool, bool);
 
-/// Models of Gazebo's library in nearly every world, which have no moving part.
+/// Models of Gazebo's library that are in nearly every world and have no moving part.
 const SCENERY: [&str; 2] = ["model://sun", "model://ground_plane"];
 
-/// Notes an included model that is left out because it has no moving part.
+/// Reports an included model that is omitted because it has no moving part.
 fn is_scenery(context: &Context<'_>, element: &Element) -> bool {
     let uri = element.child("uri").map_or("", |uri| uri.text.trim_end_matches('/'));
     let is_scenery = element.tag == "include" && SCENERY.contains(&uri);
@@ -113,7 +113,7 @@ fn is_scenery(context: &Context<'_>, element: &Element) -> bool {
     is_scenery
 }
 
-/// A model, or the model of an included file.
+/// A model of the file, or the model of an included file.
 fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pending> {
     let (outer, version, alone, held) = outer;
     if element.tag == "model" {
@@ -145,7 +145,7 @@ fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pen
         return None;
     };
     let mut model = model.clone();
-    // What the element `include` says takes precedence.
+    // Content of the element `include` takes precedence.
     for tag in ["pose", "static", "placement_frame"] {
         if let Some(own) = element.child(tag) {
             model.children.retain(|child| child.tag != tag);

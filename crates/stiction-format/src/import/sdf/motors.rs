@@ -1,13 +1,13 @@
-//! Motors of SDF: joints with an effort, or those that a controller names.
+//! Motors of SDF: joints with an effort limit, or those that a controller names.
 
 use super::super::description::Motor;
 use super::Reader;
 use super::models::Model;
 
-/// Efforts from here on are no limit.
+/// Effort limits of this size and above count as no limit.
 const UNLIMITED: f64 = 1e9;
 
-/// Actuates joints that may have an effort.
+/// Marks joints that may have an effort as actuated.
 pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
     let mut named: Vec<usize> = Vec::new();
     for model in models {
@@ -28,7 +28,7 @@ pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
     let joints = &reader.robot.joints;
     let is_open = joints.len() + 1 == count;
     let chosen = match is_open && !has_names {
-        // An open chain: everything that may have an effort, also without a limit.
+        // An open chain: all joints that may have an effort, also those without a limit.
         true => {
             let may = |joint: &usize| reader.efforts.get(joint) != Some(&0.0);
             (0..joints.len()).filter(may).collect()

@@ -9,8 +9,8 @@ use crate::diagnostic::quoted;
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// Terms of a gearing as a model file has them: each coordinate once, none with the factor 0. `None` if fewer than two
-/// are left, or a joint has no such coordinate.
+/// Terms of a gearing as in a model file: each coordinate once, none with the factor 0. `None` if fewer than two
+/// terms remain, or a joint has no such coordinate.
 pub(in crate::import) fn terms(
     robot: &Description,
     gearing: &Gearing,
@@ -27,7 +27,7 @@ pub(in crate::import) fn terms(
     (terms.len() > 1 && terms.iter().all(|term| term.2.is_finite())).then_some(terms)
 }
 
-/// Writes all gearings, and notes those that are none of several joints.
+/// Writes all gearings; reports those that do not couple several joints.
 pub(super) fn write(context: &Context<'_>, out: &mut String, robot: &Description) {
     let mut names: HashSet<String> = HashSet::new();
     for (name, table) in &robot.gearing_tables {

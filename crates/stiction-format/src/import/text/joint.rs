@@ -8,9 +8,9 @@ use std::fmt::Write;
 use stiction_core::joint::{JointType, Motion};
 use stiction_core::spatial::Mat3;
 
-/// Radius of a pin whose damping is given as a moment over an angular rate: any radius is the same.
+/// Radius of a pin, m, whose damping is given as a moment per angular rate: any radius gives the same result.
 const RADIUS: f64 = 0.01;
-/// Coefficient that makes constant friction of a preload, so small that the load does not count.
+/// Friction coefficient that, with a preload, gives constant friction; so small that the joint load has no effect.
 const SMALL: f64 = 1e-6;
 
 pub(super) fn write(
@@ -90,7 +90,7 @@ fn actuation(out: &mut String, robot: &Description, index: usize) {
     };
 }
 
-/// True if a coordinate is an angle.
+/// Tests if a coordinate is an angle.
 pub(super) fn is_angle(kind: JointType, dof: usize) -> bool {
     kind.dofs()[dof].motion != Motion::Translation
 }
@@ -120,7 +120,7 @@ fn start(out: &mut String, joint: &Joint, in_loop: bool) {
         (JointType::Spherical | JointType::Free, None) => {}
         _ => {
             let is_zero = joint.dofs.iter().all(|dof| dof.position == 0.0);
-            // Closures take their position from the others.
+            // The positions of closing joints follow from the others.
             if is_zero && (!in_loop || joint.closes) {
                 return;
             }
@@ -235,7 +235,7 @@ fn friction(context: &Context<'_>, out: &mut String, robot: &Description, index:
         }
         tables.push((name, format!("{{ {} }}", keys.join(", "))));
     }
-    // Only tables with friction in some interface are written.
+    // Tables are written only if some interface has friction.
     let any = tables.iter().any(|(_, table)| !table.starts_with("{ mu = 0"));
     if !any {
         return;
@@ -256,7 +256,7 @@ fn inline(out: &mut String, table: &toml::Table) {
     let _ = writeln!(out, "friction = {value}");
 }
 
-/// Unit vectors must stay perpendicular when they are written.
+/// Written unit vectors must remain perpendicular.
 #[cfg(test)]
 mod tests {
     use super::*;

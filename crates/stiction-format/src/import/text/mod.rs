@@ -1,4 +1,4 @@
-//! The text of a model file of a description.
+//! Text of the model file of a description.
 
 pub(super) mod gearing;
 mod joint;
@@ -12,10 +12,10 @@ use crate::source::Place;
 use numbers::{guess, inertia, lengths, quantity};
 use std::fmt::Write;
 
-/// Longest line of a comment.
+/// Longest line of a comment, characters.
 const WIDTH: usize = 100;
 
-/// Value of a coordinate of the motion that holds the robot.
+/// Coordinate of the motion that fixes the position of the robot.
 #[derive(Clone, Debug)]
 pub(super) struct Held {
     /// Coordinate, as in motions.
@@ -24,13 +24,13 @@ pub(super) struct Held {
     pub(super) is_angle: bool,
 }
 
-/// Content of the text besides the robot.
+/// Content of the text in addition to the robot.
 pub(super) struct Draft<'a> {
-    /// Name of the file from which the robot is.
+    /// Name of the file from which the robot was imported.
     pub(super) file: &'a str,
     /// Remarks for the top of the text.
     pub(super) notes: &'a [Note],
-    /// Coordinates that hold the robot; `None` for a text that is read only for its mechanism.
+    /// Coordinates that fix the position of the robot; `None` for a text from which only the mechanism is read.
     pub(super) motion: Option<Vec<Held>>,
 }
 
@@ -128,7 +128,7 @@ fn text(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// Writes a comment of any length.
+/// Writes a comment, wrapped to lines.
 fn comment(out: &mut String, text: &str) {
     wrapped(out, text, ["# ", "# "]);
 }
@@ -156,7 +156,7 @@ fn wrapped(out: &mut String, text: &str, [first, next]: [&str; 2]) {
 }
 
 impl Description {
-    /// For each joint: true if it is part of a loop or of a gearing, which closes one between coordinates.
+    /// Tests for each joint if it is part of a loop, or of a gearing, which couples coordinates like a loop.
     pub(super) fn in_loops(&self) -> Vec<bool> {
         let mut found = self.in_loops_of_bodies();
         for (joint, ..) in

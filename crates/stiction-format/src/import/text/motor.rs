@@ -7,7 +7,7 @@ use super::numbers::quantity;
 use super::{entries, key, line, text};
 use std::fmt::Write;
 
-/// True if a coordinate gets the table of a motor: `actuated = true` says less.
+/// Tests if a motor table is written for a coordinate, because `actuated = true` would not be enough.
 pub(super) fn is_written(robot: &Description, joint: usize, dof: usize) -> bool {
     let own = &robot.joints[joint].dofs[dof];
     let is_alone =
@@ -17,7 +17,7 @@ pub(super) fn is_written(robot: &Description, joint: usize, dof: usize) -> bool 
         && (own.armature > 0.0 || own.friction > 0.0 || motors(robot, joint, dof).any(is_special))
 }
 
-/// True if a motor of several joints, or one of this program, drives a coordinate.
+/// Tests if a motor of several joints, or a motor from an extension element, drives a coordinate.
 pub(super) fn is_driven_otherwise(robot: &Description, joint: usize, dof: usize) -> bool {
     let several = || robot.joint_motors.iter().flat_map(|motor| &motor.terms);
     let name = robot.joints[joint].dof_name(dof);
@@ -28,7 +28,7 @@ pub(super) fn is_driven_otherwise(robot: &Description, joint: usize, dof: usize)
         })
 }
 
-/// True if a motor has more than a name.
+/// Tests if a motor has properties besides its name.
 fn is_special(motor: &Motor) -> bool {
     motor.gear != 1.0 || motor.effort.is_some() || motor.rate.is_some()
 }
@@ -93,7 +93,7 @@ fn several(out: &mut String, robot: &Description, motor: &JointMotor) {
         let _ = writeln!(out, "lead = {}", quantity(lead, "m/rev"));
     } else {
         if count > 0 {
-            // An angle of one rad for each metre.
+            // A lead of 2 pi m per revolution: one rad for each metre.
             let _ = writeln!(out, "lead = {}", quantity(std::f64::consts::TAU, "m/rev"));
         }
         if motor.gear != 1.0 {
@@ -122,14 +122,14 @@ fn several(out: &mut String, robot: &Description, motor: &JointMotor) {
     }
 }
 
-/// Writes the motor of a coordinate; several share its effort, inertia and friction equally.
+/// Writes the motor of a coordinate; several motors share its effort, inertia and friction equally.
 fn one(out: &mut String, robot: &Description, motor: &Motor, (own, count): (&Coordinate, usize)) {
     let joint = &robot.joints[motor.joint];
     let turns = is_angle(joint.kind, motor.dof);
     let header = format!("[actuators.{}]", key(&motor.name));
     let _ = writeln!(out, "\n{}", line(motor.place.as_ref(), &header));
     let _ = writeln!(out, "joint = {}", text(&joint.dof_name(motor.dof)));
-    // Joint effort over motor torque is the ratio, or 2 pi over the lead.
+    // The ratio of joint effort to motor torque is the gear ratio, or 2 pi divided by the lead.
     if !turns {
         let lead = std::f64::consts::TAU / motor.gear;
         let _ = writeln!(out, "lead = {}", quantity(lead, "m/rev"));

@@ -1,10 +1,10 @@
-//! Numbers with units as a person writes them.
+//! Numbers with units, written as a person would write them.
 
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Relative changes up to this size are rounding of the program that wrote the file.
+/// Relative changes up to this size are attributed to rounding by the program that wrote the file.
 const ROUNDING: f64 = 6e-16;
-/// Significant digits of a number that a person writes.
+/// Maximum number of significant digits of a number that a person wrote.
 const DIGITS: usize = 11;
 
 /// The number with few digits that differs from `value` only by rounding relative to `scale`, else
@@ -54,7 +54,7 @@ pub(super) fn quantity(value: f64, unit: &str) -> String {
 
 /// A length in mm, or in m from 100 m.
 pub(super) fn length(value: f64) -> String {
-    // Below a nanometre's millionth there are no lengths in robots of a metre.
+    // Robots of about a metre have no lengths below 1e-15 m.
     let value = rounded(value, 1.0);
     match value.abs() {
         0.0 => "0".to_owned(),
@@ -87,7 +87,7 @@ fn rounded_degrees(value: f64) -> Option<f64> {
     ((short.to_radians() - value).abs() <= ROUNDING * value.abs().max(1.0)).then_some(short)
 }
 
-/// An initial guess, which needs no more digits than a reader wants.
+/// An initial guess, written with few digits.
 pub(super) fn guess(value: f64, is_angle: bool) -> String {
     match is_angle {
         true => format!("\"{} deg\"", shifted(decimals(value.to_degrees(), 1e8), 0)),
@@ -134,7 +134,7 @@ pub(super) fn inertia(tensor: Mat3<f64>) -> String {
     format!("{{ xx = {xx}, yy = {yy}, zz = {zz}, {} }}", products.join(", "))
 }
 
-/// True if a rotation is none up to rounding.
+/// Tests if a rotation is the identity up to rounding.
 pub(super) fn is_none(rotation: Mat3<f64>) -> bool {
     distance(rotation, Mat3::identity()) <= ROUNDING
 }
@@ -149,7 +149,8 @@ pub(super) fn rotation(rotation: Mat3<f64>) -> String {
     let turn = vector.norm();
     let direction = vector.direction().unwrap_or(Vec3::unit(2));
     let axis_angle = |direction: Vec3<f64>| {
-        // Written angles are positive: a turn about -z reads better as a negative one about z.
+        // The written angle is positive, except about a negative coordinate axis: a turn about -z is written as a
+        // negative turn about z.
         let flip = [0, 1, 2].into_iter().any(|k| direction == -Vec3::unit(k));
         let (direction, turn) = if flip { (-direction, -turn) } else { (direction, turn) };
         format!("{{ axis = {}, angle = {} }}", axis(direction), angle(turn))

@@ -1,4 +1,4 @@
-//! Conditions that close loops, as elements `loop_joint` of the file.
+//! Loop closures, given as elements `loop_joint` of the file.
 
 use super::super::context::Context;
 use super::super::description::{Description, Joint};
@@ -16,7 +16,7 @@ pub(super) fn read(context: &Context<'_>, tree: &Tree, root: &Element, robot: &m
 fn closure(context: &Context<'_>, tree: &Tree, element: &Element) -> Option<Joint> {
     let name = element.required(context, "name")?;
     let kind = kind_of(context, element)?;
-    // Documentation and exporters name the second link `link1`, too.
+    // Documentation and exporters also use `link1` for the second link.
     let is_end = |child: &&Element| matches!(child.tag.as_str(), "link1" | "link2");
     let ends: Vec<&Element> = element.children.iter().filter(is_end).collect();
     let [first, second] = ends.as_slice() else {

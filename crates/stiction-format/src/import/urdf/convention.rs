@@ -1,7 +1,7 @@
 //! Closures and motors in a YAML file beside the URDF: the convention of *example-parallel-robots*.
 //!
 //! `closed_loop` is a list of pairs of frames that coincide, each that of a joint or link; `type`
-//! says if whole frames (`6d`) or only their origins (`3d`) do. `name_mot` lists the actuated
+//! specifies if whole frames (`6d`) or only their origins (`3d`) coincide. `name_mot` lists the actuated
 //! joints. `joint_name` with `joint_type` replaces joints of the URDF by others.
 
 use super::super::context::Context;
@@ -12,13 +12,13 @@ use super::joint::retype;
 use crate::diagnostic::{did_you_mean, quoted};
 use stiction_core::joint::JointType;
 
-/// Motors listed by the convention's file.
+/// Motors listed in the YAML file.
 pub(super) struct Convention {
-    /// True if it lists them.
+    /// True if the file lists motors.
     pub(super) names_motors: bool,
 }
 
-/// Reads the file of this name, if there is one and it follows the convention.
+/// Reads the file with this name, if it exists and follows the convention.
 pub(super) fn read(
     context: &Context<'_>,
     tree: &Tree,
@@ -32,7 +32,7 @@ pub(super) fn read(
     };
     let entries = match yaml::parse(&source) {
         Ok(entries) => entries,
-        // A file of the same name may serve another purpose.
+        // A file with the same name may serve another purpose.
         Err(_) if !source.text.contains("closed_loop") => return convention,
         Err(error) => {
             context.append(error);
@@ -62,7 +62,7 @@ pub(super) fn read(
     }
     if let Some((key, pairs)) = get("closed_loop") {
         let types = get("type").map(|(_, types)| types.words()).unwrap_or_default();
-        // A single pair need not be in a list of pairs.
+        // A single pair may be written without the enclosing list.
         let single = pairs.items().iter().all(|item| matches!(item, Value::Word(_)));
         let pairs = if single { std::slice::from_ref(pairs) } else { pairs.items() };
         let pairs: Vec<&Value> = pairs.iter().filter(|pair| !pair.words().is_empty()).collect();
@@ -120,7 +120,7 @@ fn replace(
     Some(())
 }
 
-/// A joint at which two frames coincide.
+/// Creates a joint at which two frames coincide.
 fn closure(
     context: &Context<'_>,
     tree: &Tree,
@@ -174,7 +174,7 @@ fn closure(
     Some(joint)
 }
 
-/// Name of a closure: the part that both names share, or the first of them.
+/// Name of a closure: what both names have in common, or else the first name.
 fn closure_name(first: &Word, second: &Word) -> String {
     // Links that mark the frames of a joint, as this program writes them.
     let marked = [".from", ".frame"].iter().find_map(|ending| first.text.strip_suffix(ending));

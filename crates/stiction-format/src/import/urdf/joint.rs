@@ -9,7 +9,7 @@ use crate::diagnostic::{did_you_mean, quoted};
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Magnitude from which a limit counts as no limit: the format requires limits of some joints.
+/// Magnitude from which a limit counts as no limit; the format requires limits for some joints.
 pub(super) const UNLIMITED: f64 = 1e9;
 
 /// Types of joints in the file.
@@ -103,7 +103,7 @@ pub(super) fn axis_frame(
     Some(Pose { rotation: z_to(direction), position: Vec3::zero() })
 }
 
-/// Limits, damping, friction.
+/// Reads limits, damping and friction.
 fn properties(context: &Context<'_>, element: &Element, joint: &mut Joint) {
     let is_continuous = element.get("type") == Some("continuous");
     for tag in ["calibration", "safety_controller"] {
@@ -144,8 +144,8 @@ fn properties(context: &Context<'_>, element: &Element, joint: &mut Joint) {
     }
 }
 
-/// Coupling of a joint with another one: its coordinate is `multiplier` times the other plus
-/// `offset`.
+/// Reads the coupling of a joint with another one: its coordinate is `multiplier` times the coordinate of the other
+/// plus `offset`.
 pub(super) fn read_mimic(
     context: &Context<'_>,
     tree: &Tree,
@@ -189,8 +189,7 @@ pub(super) fn read_mimic(
     Some(())
 }
 
-/// Replaces a joint by another type about the frame of its child; rotations about x, then y for a
-/// universal joint.
+/// Changes the type of a joint, about the frame of its child. A universal joint rotates about x, then about y.
 pub(super) fn retype(joint: &mut Joint, kind: JointType) {
     // The frame of the child at zero coordinates.
     let frame = joint.frame_j * joint.frame_k.inverse();

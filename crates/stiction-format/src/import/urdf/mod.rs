@@ -1,4 +1,4 @@
-//! URDF: a tree of links, with conditions that close loops beside it.
+//! URDF: a tree of links, with additional loop closures.
 
 mod closures;
 mod convention;
@@ -15,7 +15,7 @@ use crate::diagnostic::quoted;
 use std::collections::HashMap;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Gravity, m/s²; URDF does not say.
+/// Gravity, m/s²; URDF does not contain it.
 const GRAVITY: f64 = -9.81;
 
 /// Links and joints by the names of the file.
@@ -70,7 +70,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element, companion: &str) -> Op
     Some(robot)
 }
 
-/// Xacro is a program that writes URDF.
+/// Rejects Xacro, a macro language from which URDF is generated.
 fn refuse_xacro(context: &Context<'_>, root: &Element) -> Option<()> {
     let is_macro = |element: &Element| {
         element.namespace.contains("xacro")
@@ -87,7 +87,7 @@ fn refuse_xacro(context: &Context<'_>, root: &Element) -> Option<()> {
     Some(())
 }
 
-/// Name of the link that no joint carries.
+/// Name of the link that is not the child of any joint.
 fn base_of(context: &Context<'_>, root: &Element) -> Option<String> {
     let carried: Vec<&str> = root
         .all("joint")
@@ -140,7 +140,7 @@ fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
     body
 }
 
-/// The root link is the ground.
+/// Identifies the root link with the ground.
 fn ground(context: &Context<'_>, robot: &mut Description, link: &Body) {
     let mut comment = format!("The root link of the file, {}, is the ground.", quoted(&link.name));
     if link.mass > 0.0 {
@@ -150,7 +150,7 @@ fn ground(context: &Context<'_>, robot: &mut Description, link: &Body) {
     robot.bodies[GROUND].comment = Some(comment);
 }
 
-/// Pose of an element by its `origin`.
+/// Pose of an element, from its child `origin`.
 pub(super) fn origin(context: &Context<'_>, element: &Element) -> Pose<f64> {
     match element.child("origin") {
         Some(origin) => placed(context, origin),
@@ -158,7 +158,7 @@ pub(super) fn origin(context: &Context<'_>, element: &Element) -> Pose<f64> {
     }
 }
 
-/// Pose by the attributes `xyz` and `rpy`.
+/// Pose, from the attributes `xyz` and `rpy`.
 pub(super) fn placed(context: &Context<'_>, element: &Element) -> Pose<f64> {
     let position = element.numbers::<3>(context, "xyz").unwrap_or([0.0; 3]);
     let mut pose = rotation::pose(position, [0.0; 3]);
@@ -170,7 +170,7 @@ pub(super) fn placed(context: &Context<'_>, element: &Element) -> Pose<f64> {
     pose
 }
 
-/// Every link has one parent, and the parents lead to the root.
+/// Checks that each link has one parent, and that the parents lead to the root.
 fn check_tree(context: &Context<'_>, robot: &Description) -> Option<()> {
     let mut parent: Vec<Option<&Joint>> = vec![None; robot.bodies.len()];
     for joint in &robot.joints {

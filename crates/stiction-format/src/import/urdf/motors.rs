@@ -1,4 +1,4 @@
-//! Motors: transmissions, command interfaces, or joints with an effort.
+//! Motors of URDF: transmissions, command interfaces, or joints with an effort limit.
 
 use super::super::context::Context;
 use super::super::description::{Description, Motor};
@@ -78,7 +78,7 @@ fn read_transmission(
     Some(())
 }
 
-/// Greatest effort and rate of each joint.
+/// Greatest effort and rate of each joint, in SI units.
 fn limits_of(context: &Context<'_>, root: &Element) -> HashMap<String, [Option<f64>; 2]> {
     let read = |joint: &Element| {
         let limit = joint.child("limit")?;
@@ -88,7 +88,7 @@ fn limits_of(context: &Context<'_>, root: &Element) -> HashMap<String, [Option<f
     root.all("joint").filter_map(read).collect()
 }
 
-/// An open chain of which nothing is known has a motor at every joint that may have an effort.
+/// Assumes, for an open chain without information on motors, a motor at each joint that may have an effort.
 fn guess(context: &Context<'_>, root: &Element, tree: &Tree, robot: &mut Description) {
     if robot.joints.iter().any(|joint| joint.closes) {
         context.note(
@@ -114,7 +114,7 @@ fn guess(context: &Context<'_>, root: &Element, tree: &Tree, robot: &mut Descrip
     );
 }
 
-/// Limits of joints are those of their motors.
+/// Assigns the limits of joints to their motors.
 fn limits(context: &Context<'_>, root: &Element, tree: &Tree, robot: &mut Description) {
     let limits = limits_of(context, root);
     let mut names: Vec<(&String, &usize)> = tree.joints.iter().collect();

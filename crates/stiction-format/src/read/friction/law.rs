@@ -5,8 +5,8 @@ use crate::diagnostic::Diagnostic;
 use crate::expression::Measure;
 use stiction_core::friction::{Bristles, Curve, Exponent, Law};
 
-/// Reads the law that the tables define, at a surface that slides `arm` m per radian, `None` for a
-/// guide. Contradictions are reported and ignored.
+/// Reads the law that the tables define, for a surface that slides by `arm` metres per radian; `None` for a guide.
+/// Contradictions are reported and ignored.
 pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> Law {
     let given = |key| layers.given(key);
     let word = layers.word("law").unwrap_or_default();
@@ -31,7 +31,7 @@ pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> 
     law.bristles = bristles(layers, (word, arm), &mut law.viscous, notes);
     law.regularisation = regularisation(layers, &law, notes);
     if has_state && mu.is_none() && table.is_none() {
-        // Already reported; keep the builder from reporting it again.
+        // The missing value has been reported; this keeps the builder from reporting it again.
         law.mu = 1.0;
     }
     law
@@ -59,7 +59,7 @@ fn viscous_of(
     Some(number)
 }
 
-/// The table of coefficients, unless a `mu` in a more specific table overrides it.
+/// The table of coefficients, unless a more specific table contains `mu`.
 fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a>> {
     let table = layers.given("table")?;
     let Some(mu) = layers.given("mu") else { return Some(table) };
@@ -179,7 +179,8 @@ fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Note
     }
 }
 
-/// Reads a law with a state; the viscous part of the LuGre model may be called `sigma2`.
+/// Reads the parameters of a law with an internal state; in the LuGre model, the viscous coefficient may also be
+/// called `sigma2`.
 fn bristles(
     layers: &Layers<'_>,
     (word, arm): (&str, Option<f64>),

@@ -1,11 +1,11 @@
-//! Layers of tables with precedence of the most specific one.
+//! Layers of tables, of which the most specific one takes precedence.
 
 use super::FrictionSpans;
 use crate::diagnostic::Diagnostic;
 use crate::document::Value;
 use crate::read::context::Record;
 
-/// Messages and places already reported, as several friction interfaces share tables.
+/// Messages, and places already reported, because several friction interfaces share tables.
 pub(super) struct Notes {
     pub(super) spans: FrictionSpans,
     pub(super) reported: Vec<(usize, &'static str)>,
@@ -38,7 +38,7 @@ pub(super) struct Given<'a> {
 }
 
 impl<'a> Layers<'a> {
-    /// The most specific value of a key.
+    /// The value of a key in the most specific table that contains it.
     pub(super) fn given(&self, key: &str) -> Option<Given<'a>> {
         let last = self.records.len().saturating_sub(1);
         self.records.iter().enumerate().find_map(|(layer, &record)| {
@@ -57,7 +57,7 @@ impl<'a> Layers<'a> {
         Some(number)
     }
 
-    /// The most specific word of a key.
+    /// The word of a key in the most specific table that contains it.
     pub(super) fn word(&self, key: &'static str) -> Option<&'static str> {
         self.given(key)?.record.choice(key)
     }

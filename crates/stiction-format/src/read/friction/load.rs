@@ -65,7 +65,7 @@ fn supports(layers: &Layers<'_>, notes: &mut Notes) -> Supports<f64> {
     };
     let (gland, piston) = (layers.given("gland"), layers.given("piston"));
     let Some(either) = gland.or(piston) else { return on_one };
-    // Overridden by a more specific value.
+    // Ignored, because a more specific value overrides them.
     for key in ["bending_span", "supports"] {
         match layers.given(key) {
             Some(other) if other.layer < either.layer => return on_one,

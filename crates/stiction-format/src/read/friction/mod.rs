@@ -87,7 +87,7 @@ pub(crate) fn read(
             );
         }
     }
-    // Overrides for backward sliding, in the table of an interface or of the whole joint.
+    // Values for backward sliding, in the table of an interface or of the whole joint.
     let backward = |record: &Record<'_>, what: &str| {
         let what = format!("the backward friction of {what}");
         let table = record.value("backward").and_then(|_| record.table("backward"));
@@ -146,7 +146,7 @@ pub(crate) fn read(
     (interfaces, notes.spans)
 }
 
-/// Tests if an interface of this shape has the part. The builder reports the radius of a guide.
+/// Tests if an interface of this shape has the key. The builder reports the radius of a guide.
 fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
     use InterfaceShape::{Ball, Guide, Pin, Plate, Shaft, Sleeve, Thread};
     match key {

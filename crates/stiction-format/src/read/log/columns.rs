@@ -6,7 +6,7 @@ use crate::expression::{Dimension, Measure, unit_of};
 use crate::read::path::{Orders, coordinate, resolve};
 use crate::source::Span;
 
-/// True for columns of the tables of `stiction inverse` that no log measures.
+/// Tests for columns of the tables of `stiction inverse` that cannot be measured.
 fn is_result(label: &str) -> bool {
     let ends = [
         ".speed",
@@ -24,7 +24,7 @@ fn is_result(label: &str) -> bool {
 }
 
 impl Reader<'_> {
-    /// Meaning of a column with this header, and the unit that a line below the header states.
+    /// Meaning of a column from its header, and from the unit that a line below the header may give.
     pub(super) fn meaning(
         &self,
         span: Span,
@@ -40,7 +40,7 @@ impl Reader<'_> {
         };
         let header = match renamed {
             Some(renamed) => renamed.meaning.as_str(),
-            // Recorders leave the time without a name, and state its unit alone.
+            // Some recorders give the time column no name, only a unit.
             None if written.is_empty() && below.is_some_and(is_time) => "time",
             None => written,
         };

@@ -1,6 +1,6 @@
 //! Reader of measured logs: CSV files with the coordinates and efforts of a robot.
 //!
-//! Unlike a prescribed motion, a log may have bad rows: they are named and left out.
+//! Unlike a prescribed motion, a log may contain bad rows, which are reported and omitted.
 
 mod columns;
 mod preamble;
@@ -22,7 +22,7 @@ pub enum LogRole {
     Time,
     /// Position of a coordinate.
     Coordinate(Coordinate),
-    /// Rate of a coordinate, for logs without its position.
+    /// Rate of a coordinate, for logs that do not contain its position.
     Rate(Coordinate),
     /// Effort of an actuated degree of freedom at its joint, by index of the actuator.
     Effort(usize),
@@ -45,25 +45,25 @@ pub struct LogColumn {
     pub values: Vec<f64>,
 }
 
-/// Rows of a log that were left out.
+/// Rows of a log that were omitted.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
-    /// The first of them: line and reason.
+    /// The first of these rows, with line and reason.
     pub named: Vec<(usize, String)>,
-    /// Number of all of them.
+    /// Number of all these rows.
     pub count: usize,
 }
 
 /// A measured log.
 #[derive(Clone, Debug)]
 pub struct Log {
-    /// Times, s, increasing; of a table of steady motions numbers of rows.
+    /// Times, s, increasing; for a table of steady motions, row numbers.
     pub times: Vec<f64>,
-    /// Line of the file of each time.
+    /// Line in the file for each time.
     pub lines: Vec<usize>,
-    /// All columns but the time.
+    /// All columns except the time.
     pub columns: Vec<LogColumn>,
-    /// Rows left out.
+    /// Omitted rows.
     pub bad_rows: Rows,
     /// True for a table of steady motions: each row is a motion of constant rate, not an instant.
     pub is_steady: bool,
@@ -72,9 +72,9 @@ pub struct Log {
 /// Description of a log beyond its text.
 #[derive(Clone, Debug, Default)]
 pub struct LogFormat<'a> {
-    /// Columns whose headers do not say their meaning.
+    /// Meanings of columns whose headers do not state them.
     pub renamed: &'a [Renamed],
-    /// True for a table of steady motions, which needs no time.
+    /// True for a table of steady motions, which needs no time column.
     pub is_steady: bool,
 }
 
@@ -86,15 +86,15 @@ pub struct Renamed {
     /// Header that states its meaning, such as `axis1 [deg]` or `A1.current [A]`; empty for a column that
     /// is not used.
     pub meaning: String,
-    /// Factor of its values, before the unit.
+    /// Factor applied to the values before conversion from the unit.
     pub factor: f64,
-    /// Number added after the factor, in the unit.
+    /// Number added after the factor, in this unit.
     pub offset: f64,
 }
 
-/// Bad rows that are named.
+/// Maximum number of bad rows that are reported individually.
 const NAMED: usize = 20;
-/// Steps of the time by which a single row stands out.
+/// Ratio to the previous time step up to which a step counts as usual.
 const JUMP: f64 = 3.0;
 
 impl Rows {
@@ -107,19 +107,18 @@ impl Rows {
 }
 
 impl Log {
-    /// True if the last row, not the one at `now`, breaks the order of time: without it, `now` follows after
-    /// a usual step.
+    /// Tests if the last row, not the one at `now`, breaks the order of time: without the last row, `now` follows
+    /// after a usual step.
     fn has_jumped_before(&self, now: f64) -> bool {
         let [.., first, before, last] = self.times[..] else { return false };
         last > now && now > before && now - before <= JUMP * (before - first)
     }
 }
-/// Minimum number of good rows: of a recording, and of a table of steady motions.
+/// Minimum number of good rows, for a recording and for a table of steady motions.
 const LEAST: [usize; 2] = [20, 4];
 
 impl ModelFile {
-    /// Reads a log. Cells that are no numbers and times that do not increase make a row bad: it is named
-    /// and left out.
+    /// Reads a log. A row is bad if a cell is not a number or its time does not increase; it is reported and omitted.
     ///
     /// # Errors
     /// Columns that are missing or not understood, or too few good rows, each with its place.
@@ -170,7 +169,7 @@ struct Reader<'a> {
     source: &'a Arc<Source>,
 }
 
-/// Meaning of a column with the conversion of its numbers.
+/// Meaning of a column, with the conversion of its numbers.
 struct Meaning {
     name: String,
     role: LogRole,
@@ -276,7 +275,7 @@ impl Reader<'_> {
                     continue;
                 }
                 match parse_number(content).filter(|x| x.is_finite()) {
-                    // Denormal numbers are zeros of a damaged conversion.
+                    // Denormal numbers come from faulty conversions and count as zero.
                     Some(x) => *value = meaning.factor * (x + meaning.offset),
                     None => {
                         fault.get_or_insert_with(|| {

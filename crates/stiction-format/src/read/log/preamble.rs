@@ -4,26 +4,26 @@ use crate::expression::unit_of;
 use crate::signal::recorded::lines::{Cells, Delimiter, parse_number};
 use crate::source::Span;
 
-/// Lines that are searched for the header.
+/// Maximum number of lines in which the header is searched.
 pub(super) const SEARCHED: usize = 64;
 
 /// Header of a log.
 pub(super) struct Head {
     /// Line of the names of columns.
     pub(super) names: Span,
-    /// Line of their units below the names, as some recorders write it.
+    /// Line of the units below the names, which some recorders write.
     pub(super) units: Option<Span>,
     /// Separator of the columns.
     pub(super) delimiter: Delimiter,
-    /// True if lines end with commas that a spreadsheet has added to a file with another separator.
+    /// True if lines end with commas that a spreadsheet has added to a file that uses another separator.
     pub(super) has_commas: bool,
     /// Number of lines up to the first row.
     pub(super) lines: usize,
 }
 
-/// Finds the header: the first line with a known name, or the first line of names with two rows below it, or
-/// below its units: lines with as many cells, at least two of them numbers. Without such a line the first
-/// line is the header.
+/// Finds the header: the first line with a known name, or else the first line of names that is followed, possibly
+/// after a line of units, by two rows with as many cells, at least two of which are numbers. Without such a line, the
+/// first line is the header.
 pub(super) fn find(text: &str, lines: &[Span], is_known: impl Fn(&str) -> bool) -> Option<Head> {
     let first = lines.first()?;
     let declared = Delimiter::declared(&text[first.clone()]);
@@ -90,7 +90,7 @@ fn numbers(cells: &[&str]) -> usize {
     cells.iter().filter(|cell| parse_number(cell).is_some()).count()
 }
 
-/// True for cells that are units, one at least; percent has none of its own.
+/// Tests if the cells are units or empty, with at least one unit; `%` and `-` are accepted but do not count.
 fn are_units(cells: &[&str]) -> bool {
     let is_unit = |cell: &&str| unit_of(cell).is_ok();
     cells.iter().all(|cell| cell.is_empty() || ["%", "-"].contains(cell) || is_unit(cell))
@@ -117,7 +117,7 @@ mod tests {
     fn a_plain_header_is_the_first_line() {
         assert_eq!(found("time [s],q\n0,1\n1,2"), ("time [s],q".into(), None, 1));
         assert_eq!(found("sep=;\ntime [s];q\n0;1\n1;2"), ("time [s];q".into(), None, 2));
-        // Rows that are not understood do not hide it.
+        // Rows that cannot be read do not hide the header.
         assert_eq!(found("time [s],q,r\nx,y,z\n0,1,2"), ("time [s],q,r".into(), None, 1));
         assert_eq!(found("time [s],q\nx,1\nx,2"), ("time [s],q".into(), None, 1));
     }

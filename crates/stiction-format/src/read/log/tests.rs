@@ -1,4 +1,4 @@
-//! Logs with bad rows, of recorders, and of steady motions.
+//! Tests of logs with bad rows, logs of recorders, and tables of steady motions.
 
 use super::*;
 use crate::{gallery, read};
@@ -41,8 +41,8 @@ fn units_and_renamed_columns() {
     assert_eq!(found.columns[2].role, LogRole::Unused);
 }
 
-/// A recorder's lines above the header, units below it, a time without a name, and rows that a
-/// spreadsheet has padded and somebody has edited.
+/// Lines of a recorder above the header, units below it, a time column without a name, and rows that were padded by a
+/// spreadsheet or edited by hand.
 #[test]
 fn files_of_recorders() {
     let mut text = "Date:;2020-07-06 17:01:36,,\nMax. samples:;500,,\n;Velocity;Torque,,\n\
@@ -85,7 +85,7 @@ fn steady_motions() {
     assert!(format!("{:?}", read(false).unwrap_err()).contains("steady = true"));
 }
 
-/// One wrong time is one bad row, whatever its direction.
+/// A single wrong time makes one row bad, whatever its direction.
 #[test]
 fn a_jump_of_the_time_blames_one_row() {
     let header = "time [s],left_motor.effort,left_motor,right_motor";

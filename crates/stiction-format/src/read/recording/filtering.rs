@@ -12,7 +12,7 @@ use crate::signal::filter::{
 };
 use crate::source::Place;
 
-/// Maximum number of samples from which a cut-off frequency is suggested.
+/// Maximum number of samples used to suggest a cut-off frequency.
 const EXAMINED: usize = 1 << 16;
 
 /// A cut-off frequency and its place, if it is part of a text.
@@ -28,7 +28,7 @@ impl From<f64> for Cutoff {
 }
 
 impl Cutoff {
-    /// The error for a cut-off frequency that does not fit the times of the samples.
+    /// Error for a cut-off frequency that does not fit the sample times.
     fn refusal(&self, count: usize, duration: f64) -> Option<Diagnostic> {
         let Self { hertz, place } = self;
         let rate = (count - 1) as f64 / duration;
@@ -86,8 +86,8 @@ pub(super) fn describe(cutoff: f64) -> String {
     )
 }
 
-/// Filters all coordinates of a recording, which is read once more; the inner error refuses the
-/// cut-off frequency.
+/// Filters all coordinates of a recording, which is read again for this purpose. The inner error rejects the cut-off
+/// frequency.
 pub(super) fn filtered(
     recording: &Recording,
     source: (&Input, ReadHeader<'_>),
@@ -105,8 +105,8 @@ pub(super) fn filtered(
     Ok(Ok(filter(&samples.finish())))
 }
 
-/// Suggests a cut-off frequency, Hz, for the noisy coordinates of a recording, which is read once
-/// more. Of a long recording, the part about the greatest speed is examined.
+/// Suggests a cut-off frequency, Hz, for the noisy coordinates of a recording, which is read again for this purpose.
+/// In a long recording, the samples around the greatest speed are examined.
 pub(super) fn suggestion(
     recording: &Recording,
     source: (&Input, ReadHeader<'_>),

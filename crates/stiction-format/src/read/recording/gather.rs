@@ -1,5 +1,4 @@
-//! Curves from the rows of a recording. A text in memory is solved at once, any other through an
-//! index.
+//! Curves from the rows of a recording. A text in memory is solved as a whole, any other text through an index.
 
 use super::header::Header;
 use super::input::Input;
@@ -29,7 +28,7 @@ pub(super) struct Recording {
     pub(super) curves: Vec<RecordedCurve>,
 }
 
-/// Reader of a header, from the text, its line and the separator.
+/// Function that reads a header from the text, its line and the separator.
 pub(super) type ReadHeader<'a> = &'a dyn Fn(&str, Line, Delimiter, &mut Messages) -> Header;
 
 /// A curve of a recording.
@@ -38,7 +37,7 @@ pub(super) struct RecordedCurve {
     pub(super) column: usize,
     pub(super) interpolation: Interpolation,
     pub(super) signal: Signal,
-    /// Findings about its samples; none for efforts.
+    /// Findings about the quality of its samples; `None` for efforts.
     pub(super) findings: Option<Findings>,
     is_finite: bool,
     /// True if the recording is long and its spline needed one global solution.
@@ -48,11 +47,11 @@ pub(super) struct RecordedCurve {
 /// Data of the rows during reading.
 struct Collector {
     layout: Layout,
-    /// Needed numbers of one row.
+    /// The numbers of one row that are needed.
     row: Vec<f64>,
-    /// Standard deviations of their rounding.
+    /// Standard deviations of the rounding of these numbers.
     rounding: Vec<f64>,
-    /// Tests of the curves, with the places of their numbers.
+    /// Quality tests of the curves, each with the range of its numbers.
     tests: Vec<Option<(Quality, Range<usize>)>>,
     /// End of the last row's line in the file, bytes.
     end: u64,
@@ -101,7 +100,7 @@ impl Collector {
     }
 }
 
-/// Reads a recording; an invalid one gives messages alone.
+/// Reads a recording; for an invalid one, only messages are returned.
 pub(super) fn gather(
     input: &Input,
     example: &str,
@@ -112,7 +111,7 @@ pub(super) fn gather(
         scan(input.pages(), example, head, |header, row, rounding, line| {
             kept.get_or_insert_with(|| Collector::new(header, input)).push(row, rounding, line);
         })?;
-    // Unreadable rows do not count as missing.
+    // Rows that cannot be read do not count as missing.
     let Some((header, page)) = header.filter(|_| !messages.out.has_errors()) else {
         return Ok((None, messages));
     };
@@ -167,8 +166,8 @@ pub(super) fn gather(
 }
 
 impl RecordedCurve {
-    /// Tests if noise of its positions, not the rounding of written numbers, makes accelerations
-    /// uncertain.
+    /// Tests if the accelerations are uncertain because of noise in the positions, not because of the rounding of
+    /// written numbers.
     pub(super) fn is_noisy(&self) -> bool {
         let noise = self.findings.as_ref().and_then(|findings| findings.noise.as_ref());
         noise.is_some_and(|noise| noise.order == 0 && !noise.is_rounding)
@@ -193,7 +192,7 @@ impl Recording {
     }
 }
 
-/// The samples' times, and for each curve two flags: finite, and solved globally.
+/// Sample times, and for each curve two flags: finite, and solved globally.
 fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal, bool, bool)>) {
     let mut take = |place: usize| columns.get_mut(place).map(std::mem::take).unwrap_or_default();
     let times: Arc<[f64]> = take(0).into();
@@ -206,8 +205,8 @@ fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal
     (times.into(), curves)
 }
 
-/// Refuses a recording whose spline cannot be computed in parts and is too large for a global
-/// solution. The page of `messages` must be that of the header.
+/// Rejects a recording whose spline cannot be computed in parts and that is too large for a global solution. The page
+/// of `messages` must be that of the header.
 fn refuse(header: &Header, messages: &mut Messages, end: u64) {
     let Some(time) = header.time.and_then(|index| header.columns.get(index)) else { return };
     let message = format!(

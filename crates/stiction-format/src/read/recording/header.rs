@@ -23,7 +23,7 @@ pub(super) enum Role {
     },
     /// Effort of an actuator, by index.
     Effort(usize),
-    /// Invalid, which has been reported, or not needed.
+    /// Not needed, or invalid, which has been reported.
     Unknown,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Column {
     /// Name of the coordinate as written.
     pub(super) name: String,
     pub(super) span: Span,
-    /// Digits of its numbers.
+    /// Number of digits with which the values are written.
     pub(super) digits: Digits,
 }
 
@@ -109,8 +109,8 @@ impl Header {
 }
 
 impl Header {
-    /// Reads the header of a file of efforts: columns such as `leg1.P [N]`; if some end in
-    /// `.drive`, only these are used.
+    /// Reads the header of a file of efforts, with columns such as `leg1.P [N]`; if some names end in `.drive`, only
+    /// these columns are used.
     pub(super) fn of_drives(
         text: &str,
         line: Line,
@@ -265,7 +265,7 @@ fn read_column(
     };
     if let Some(unit) = unit {
         let at = cell.start + content.len() - unit.len();
-        // The scale is irrelevant after an invalid unit, as the motion is refused.
+        // The scale is irrelevant if the unit is invalid, because the motion is rejected.
         column.scale = read_unit(unit, at, measure, order, messages).unwrap_or(Scale::ONE);
     }
     column

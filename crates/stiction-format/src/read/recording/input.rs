@@ -27,7 +27,7 @@ impl Input {
         Self::new(&source.name, Contents::Whole(source.text.clone()))
     }
 
-    /// The text from beginning to end; a text in memory is one page.
+    /// The text from beginning to end in pages; a text in memory is a single page.
     pub(super) fn pages(&self) -> Box<dyn Iterator<Item = Result<Arc<Source>, String>> + '_> {
         match self {
             Self::Whole(source) => Box::new(std::iter::once(Ok(Arc::clone(source)))),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// Maximum number of messages shown for a file.
 const MAX_MESSAGES: usize = 20;
 
-/// The first messages about a file; further ones are counted.
+/// The first messages about a file; further messages are only counted.
 pub(super) struct Messages {
     /// The current page, to which places refer.
     pub(super) page: Arc<Source>,

@@ -31,8 +31,8 @@ const EXAMPLE: &str = "platform.x [mm]";
 /// Minimum number of samples of a spline.
 const MIN_SAMPLES: usize = 2;
 
-/// Reads a recorded motion and reports its errors to `context`. The filter of an option replaces
-/// `filter`, that of the motion's own text.
+/// Reads a recorded motion and reports its errors to `context`. A filter set by an option replaces `filter`, the one
+/// in the text of the motion.
 ///
 /// # Errors
 /// A reason if the file cannot be read.
@@ -177,7 +177,7 @@ fn drives(recording: Recording, messages: &mut Messages) -> Option<Drives> {
     Some(Drives { efforts, samples: Some(samples), interpolation, ..Drives::default() })
 }
 
-/// Description of the interpolation: each kind with its coordinates.
+/// Description of the interpolation: each kind with the names of its coordinates.
 #[derive(Default)]
 struct Kinds(Vec<(String, Vec<String>)>);
 

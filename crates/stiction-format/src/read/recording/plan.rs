@@ -8,12 +8,12 @@ use crate::signal::{Given, Interpolation};
 /// Columns and interpolation of each curve of a recording.
 pub(super) struct Plan {
     pub(super) layout: Layout,
-    /// For each curve the column of its values.
+    /// Column of the values of each curve.
     pub(super) columns: Vec<usize>,
 }
 
 impl Plan {
-    /// Curves of a valid header.
+    /// Assigns the columns of a valid header to curves.
     pub(super) fn of(header: &Header) -> Self {
         let place = |role: Role| header.columns.iter().position(|column| column.role == role);
         let (mut interpolations, mut columns) = (Vec::new(), Vec::new());

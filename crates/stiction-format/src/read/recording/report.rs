@@ -8,10 +8,10 @@ use crate::source::{Place, Source};
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
 
-/// Number of significant digits from which numbers have the usual precision of logs: the effect of
-/// their rounding on accelerations is a note, not a defect of the recording.
+/// Number of significant digits from which numbers have the usual precision of logs; the effect of their rounding on
+/// accelerations is then reported as a note, not as a defect of the recording.
 const USUAL_DIGITS: i32 = 7;
-/// Change of the acceleration by a filter, relative to its peak, at which it is reported.
+/// Change of the acceleration by a filter, relative to its peak, above which the change is reported.
 const SMEARING_LIMIT: f64 = 0.05;
 
 /// Notes, warnings and errors about the columns of a recording.
@@ -26,8 +26,8 @@ pub(super) struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// An empty report; `page` contains the header, `suggestion` is the cut-off frequency of a filter
-    /// that would suit the noise, Hz.
+    /// Creates an empty report; `page` contains the header, `suggestion` is the cut-off frequency, Hz, of a filter
+    /// that would suit the noise.
     pub(super) fn new(header: &'a Header, page: Arc<Source>, suggestion: Option<f64>) -> Self {
         Self {
             header,
@@ -39,7 +39,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Notes, warnings, errors.
+    /// Returns notes, warnings and errors.
     pub(super) fn finish(self) -> (Vec<String>, Diagnostics, Diagnostics) {
         (self.notes, self.warnings, self.errors)
     }
@@ -103,7 +103,7 @@ impl<'a> Report<'a> {
         );
         let label = format!("largest from t = {} s", short(noise.deviation.time));
         let mut help = String::new();
-        // One filter suits all columns: it is named once.
+        // One filter applies to all columns, so it is suggested only once.
         if let Some(cutoff) = self.suggestion.take_if(|_| noise.order == 0) {
             let cutoff = number(cutoff);
             help = format!(
@@ -213,7 +213,7 @@ impl<'a> Report<'a> {
         let help = format!(
             "check unit, sign and timing of the column, or delete it to use `{below}` alone"
         );
-        // A difference as large as the slope itself is certain.
+        // A difference as large as the slope itself is certainly a contradiction.
         if found.difference.size > found.scale {
             self.errors.push(Diagnostic::error("recording", message).at(place, label).help(help));
         } else {

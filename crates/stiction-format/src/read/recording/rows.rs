@@ -7,7 +7,7 @@ use crate::diagnostic::{number, quoted};
 use crate::signal::recorded::lines::{Cells, Line, parse_number};
 use crate::source::Span;
 
-/// Largest number of lines whose digits are counted before they are read.
+/// Largest number of lines whose digits are counted before the rows are read.
 const SURVEYED: usize = 100_000;
 
 /// Reads rows one after another and reports their errors.
@@ -18,11 +18,11 @@ pub(super) struct Rows {
     /// Standard deviations of the rounding of these numbers.
     rounding: Vec<f64>,
     cells: Cells,
-    /// Decimal mark of the file, a point or a comma, once a number has one.
+    /// Decimal mark of the file, a point or a comma; `None` until a number contains one.
     decimal_mark: Option<char>,
     is_first: bool,
     last_time: Option<f64>,
-    /// Columns whose wrapped angles were reported.
+    /// Columns for which wrapped angles have been reported.
     wrapped: Vec<String>,
 }
 
@@ -59,8 +59,8 @@ impl Rows {
         &self.rounding
     }
 
-    /// Counts the digits of the columns in these lines before they are read: a program that leaves out zeros at
-    /// the end writes `1.0` with the precision of its neighbours.
+    /// Counts the digits of the columns in these lines before the rows are read: a program that omits trailing zeros
+    /// writes `1.0` with the precision of its neighbours.
     pub(super) fn count_digits(&mut self, text: &str, lines: impl Iterator<Item = Line>) {
         let is_used = |role: Role| !matches!(role, Role::Unknown);
         for line in lines.take(SURVEYED) {
@@ -169,7 +169,7 @@ fn check_mark(
 fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f64> {
     match parse_number(content).ok_or(()) {
         Ok(x) if x.is_finite() => Some(x),
-        // Skip the wording of a message that is only counted.
+        // The text of a message that is only counted is not needed.
         _ if messages.is_full() => {
             messages.push("syntax", String::new(), cell.clone(), "");
             None
@@ -193,8 +193,8 @@ fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f6
     }
 }
 
-/// Reports an angle that changes by more than half a turn between samples, which shows that its
-/// count was wrapped to one turn. One message per column.
+/// Reports an angle that changes by more than half a turn between samples, which shows that it was wrapped to one
+/// turn. One message per column.
 fn check_turn(
     change: f64,
     name: &str,

@@ -9,11 +9,11 @@ use crate::source::{Begin, Source};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Messages about a recording, and its header.
+/// Header of a recording, and messages about the recording.
 pub(super) struct Scan {
-    /// The columns and the page of the header, if the header is valid.
+    /// Columns, and page of the header; `None` if the header is invalid.
     pub(super) header: Option<(Header, Arc<Source>)>,
-    /// The messages; their page is the last.
+    /// Messages; their page is the last one.
     pub(super) messages: Messages,
 }
 

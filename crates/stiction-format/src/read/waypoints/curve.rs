@@ -2,18 +2,18 @@
 
 use std::f64::consts::PI;
 
-/// Nodes of a piece.
+/// Number of nodes of a piece.
 const NODES: usize = 17;
-/// Most pieces of a curve.
+/// Maximum number of pieces of a curve.
 const MOST: usize = 64;
-/// Error of the interpolated second derivative relative to its largest value, or to that of the first.
+/// Accuracy of the interpolated second derivative, relative to its largest value or to that of the first derivative.
 const ACCURACY: f64 = 1e-11;
-/// Samples between two corners of a function whose maximum is sought.
+/// Number of samples between two corners of a function whose maximum is sought.
 const SAMPLES: usize = 48;
-/// LimitedPath, m or rad, below which a joint counts as at rest.
+/// Displacement, m or rad, below which a joint counts as at rest.
 const AT_REST: f64 = 1e-12;
 
-/// Function on an interval by polynomial pieces through Chebyshev nodes: its derivatives.
+/// First three derivatives of a function on an interval, as piecewise polynomials through Chebyshev nodes.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
     from: f64,
@@ -32,7 +32,7 @@ fn weight(k: usize) -> f64 {
     if k == 0 || k == NODES - 1 { 0.5 * sign } else { sign }
 }
 
-/// Value at `x`, from 0 to 1, of the polynomial through the values.
+/// Value at `x`, from 0 to 1, of the polynomial through these node values.
 fn interpolated(values: &[f64; NODES], x: f64) -> f64 {
     let (mut above, mut below) = (0.0, 0.0);
     for (k, value) in values.iter().enumerate() {
@@ -47,11 +47,11 @@ fn interpolated(values: &[f64; NODES], x: f64) -> f64 {
     above / below
 }
 
-/// Derivatives at the nodes of the polynomial through the values.
+/// Derivatives, at the nodes, of the polynomial through these node values.
 fn differentiated(values: &[f64; NODES]) -> [f64; NODES] {
     std::array::from_fn(|i| {
         let others = (0..NODES).filter(|k| *k != i);
-        // Differences of the values keep a constant from adding round-off.
+        // Differences of values are used so that a constant adds no round-off.
         let each =
             others.map(|k| weight(k) / weight(i) * (values[k] - values[i]) / (node(i) - node(k)));
         each.sum()
@@ -60,7 +60,7 @@ fn differentiated(values: &[f64; NODES]) -> [f64; NODES] {
 
 impl Curve {
     /// Fits curves of several functions between two arguments. `sample` returns the first two derivatives of each
-    /// at arguments in increasing order. `None` if they are not smooth.
+    /// function at increasing arguments. `None` if the functions are not smooth.
     pub(super) fn fit<E>(
         (from, to): (f64, f64),
         count: usize,
@@ -94,7 +94,7 @@ impl Curve {
         Ok(None)
     }
 
-    /// True if the finer curve, which is exact at the arguments, confirms this one.
+    /// Tests if a finer curve, which is exact at the arguments, agrees with this one.
     fn agrees(&self, fine: &Self, arguments: &[f64]) -> bool {
         let size = |d: usize| {
             let each = fine.pieces.iter().flat_map(|piece| piece[d]);
@@ -110,7 +110,7 @@ impl Curve {
         })
     }
 
-    /// First three derivatives.
+    /// First three derivatives at `x`.
     pub(super) fn at(&self, x: f64) -> [f64; 3] {
         let count = self.pieces.len();
         let place = (x - self.from) / (self.to - self.from) * count as f64;
@@ -119,7 +119,7 @@ impl Curve {
         [0, 1, 2].map(|d| interpolated(&self.pieces[index][d], inside))
     }
 
-    /// True if the function changes by more than round-off.
+    /// Tests if the function changes by more than round-off.
     pub(super) fn moves(&self) -> bool {
         let rates = self.pieces.iter().flat_map(|piece| piece[0]);
         rates.fold(0.0_f64, |most, rate| most.max(rate.abs())) * (self.to - self.from) > AT_REST
@@ -132,8 +132,8 @@ impl Curve {
     }
 }
 
-/// Largest magnitudes of three functions between corners, in increasing order; between two of them the functions are
-/// smooth, and `at` receives the number of the interval. Without `exact` the largest of some samples.
+/// Largest magnitudes of three functions on intervals between corners, which are given in increasing order. In each
+/// interval the functions are smooth; `at` receives its index. Without `exact`, only some samples are compared.
 pub(super) fn largest(
     corners: &[f64],
     exact: bool,
@@ -153,8 +153,8 @@ pub(super) fn largest(
                 continue;
             }
             for k in 0..=count {
-                // A maximum between samples cannot exceed its neighbours by much more than they differ. It may lie beside
-                // an end of the interval, too.
+                // A maximum between samples exceeds the neighbouring samples by little more than these differ. It may
+                // also lie next to an end of the interval.
                 let (before, after) = (k.saturating_sub(1), (k + 1).min(count));
                 let here = samples[k][d];
                 if here >= samples[before][d] && here >= samples[after][d] && here >= 0.9 * most[d]
@@ -168,13 +168,13 @@ pub(super) fn largest(
     most
 }
 
-/// Maximum of a function with one maximum between two arguments, by golden sections.
+/// Maximum of a unimodal function between two arguments, by golden-section search.
 pub(super) fn maximum(from: f64, to: f64, value: impl Fn(f64) -> f64) -> f64 {
     let least = minimum((from, to), 60, |x| -value(x));
     value(least)
 }
 
-/// Argument of the minimum of a function with one minimum between two arguments, by golden sections.
+/// Argument of the minimum of a unimodal function between two arguments, by golden-section search.
 pub(super) fn minimum(
     (mut from, mut to): (f64, f64),
     steps: usize,
@@ -201,7 +201,7 @@ pub(super) fn minimum(
 mod tests {
     use super::*;
 
-    /// Derivatives of a sine by those at the nodes, and their largest values.
+    /// Derivatives of a sine, checked against those at the nodes, and their largest values.
     #[test]
     fn curves_of_known_functions() {
         let sample = |at: &[f64]| -> Result<_, ()> {
@@ -223,7 +223,7 @@ mod tests {
         for (found, expected) in most.into_iter().zip([3.0, 9.0, 27.0]) {
             assert!((found - expected).abs() < 1e-9, "{most:?}");
         }
-        // A maximum beside an end of the interval: 1 - (x - 0.005)^2 is largest at 0.005, before the second sample.
+        // A maximum next to an end of the interval: 1 - (x - 0.005)^2 is largest at 0.005, before the second sample.
         let beside = largest(&[0.0, 1.0], true, |_, x| {
             let off = x - 0.005;
             [1.0 - off * off, 0.0, 0.0]

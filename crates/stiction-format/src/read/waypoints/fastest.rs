@@ -1,18 +1,18 @@
-//! Shortest moves within limits of coordinates that are in proportion to the course, and of joints that are not.
+//! Shortest moves within limits of coordinates, which are linear in the path parameter, and of joints, which are not.
 
 use super::curve::{Curve, largest, minimum};
 use crate::signal::law::{Law, Limits, Profile};
 
-/// Steps of each search for the phases of a trapezoid or s-curve: their duration is least to about 1e-6, because it
-/// changes little near its minimum.
+/// Number of steps in each search for the phases of a trapezoid or s-curve. The minimum duration is accurate to about
+/// 1e-6, because it changes little near its minimum.
 const STEPS: usize = 22;
-/// Shortest ramp as a part of the move, and jerk phase as a part of the ramp.
+/// Shortest ramp as a fraction of the move, and shortest jerk phase as a fraction of the ramp.
 const SHORTEST: f64 = 1e-3;
 
-/// The fastest move; `None` if the law has no shortest duration. `straight` are limits over unit distance.
+/// Returns the fastest move; `None` if the law has no shortest duration. `straight` are limits for unit distance.
 ///
-/// Smooth laws are stretched. The phases of the others are those of the shortest move. A limit is reached, and none is
-/// exceeded.
+/// Smooth laws are scaled in time. For the other laws, the phases are those of the shortest move. At least one limit
+/// is reached, and none is exceeded.
 pub(super) fn fastest(
     law: Law,
     straight: Limits,
@@ -48,22 +48,22 @@ pub(super) fn fastest(
     (duration > 0.0).then(|| profile.stretched(duration))
 }
 
-/// Magnitudes of vectors by their components.
+/// Magnitudes of vectors from their components.
 pub(super) fn magnitudes(components: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
     components.fold([0.0; 3], |sum: [f64; 3], each| [0, 1, 2].map(|k| sum[k].hypot(each[k])))
 }
 
-/// Duration in which a move that has these peaks in unit duration keeps the limits.
+/// Shortest duration within the limits of a move that has these peaks at unit duration.
 fn duration(peaks: Limits, limits: Limits) -> f64 {
     let ratio = |d: usize| if limits[d].is_finite() { peaks[d] / limits[d] } else { 0.0 };
     ratio(0).max(ratio(1).sqrt()).max(ratio(2).cbrt())
 }
 
-/// Greatest speed, acceleration and jerk of a quantity during a move with this profile; `curves` are its components as
-/// functions of the course, which the profile leads from 0 to 1.
+/// Greatest speed, acceleration and jerk of a quantity during a move with this profile; `curves` are its components
+/// as functions of the path parameter, which the profile moves from 0 to 1.
 pub(super) fn peaks(curves: &[Curve], profile: &Profile, exact: bool) -> Limits {
     let phases = profile.phases();
-    // Corners, each with the phase that follows.
+    // Corners, each with the phase that follows it.
     let mut corners: Vec<(f64, usize)> = Vec::new();
     for (phase, pair) in phases.windows(2).enumerate() {
         if pair[1] > pair[0] {
@@ -72,7 +72,7 @@ pub(super) fn peaks(curves: &[Curve], profile: &Profile, exact: bool) -> Limits 
     }
     // All components have the same pieces.
     for part in curves.iter().take(1).flat_map(Curve::joints) {
-        // The time at which the course is there.
+        // Time at which the path parameter has this value.
         let (mut low, mut high) = (0.0, profile.duration);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);

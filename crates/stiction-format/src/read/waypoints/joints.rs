@@ -1,4 +1,4 @@
-//! Joints in limits of motions through waypoints.
+//! Joints named in the limits of motions through waypoints.
 
 use crate::document::Table;
 use crate::expression::Measure;
@@ -10,14 +10,14 @@ use crate::signal::law::Law;
 use crate::source::Span;
 use stiction_core::mechanism::JointId;
 
-/// Name of all actuators together.
+/// Name that stands for all actuators.
 const ACTUATORS: &str = "actuators";
 
 /// A degree of freedom of a joint with its path and its measure.
 pub(super) type Named = (String, (JointId, usize), Measure);
 
-/// Degrees of freedom that a limit of this name concerns, all of the same measure; empty for an unknown name, `None`
-/// after an error.
+/// Degrees of freedom to which a limit of this name applies, all of the same measure; empty for an unknown name,
+/// `None` after an error.
 pub(super) fn named(reader: &Reader<'_>, path: &str) -> Option<Vec<Named>> {
     if let Ok(Meaning::Joint(joint, joint_type, dof)) = resolve(reader.names, path) {
         let translates = joint_type.dofs().get(dof).is_some_and(|dof| dof.translates());
@@ -36,12 +36,12 @@ pub(super) fn named(reader: &Reader<'_>, path: &str) -> Option<Vec<Named>> {
         (own.dof_name(dof), (joint, dof), measure)
     });
     let all: Vec<Named> = each.collect();
-    // Limits of both kinds at once have no unit.
+    // A limit for translations and rotations together would have no unit.
     let same = all.iter().all(|(.., measure)| Some(measure) == all.first().map(|(.., m)| m));
     Some(if same { all } else { Vec::new() })
 }
 
-/// Place of the law of a move without a limit of its jerk.
+/// Place of a motion law that does not limit the jerk, if a move has one.
 pub(super) fn unlimited_jerk(motion: &Record<'_>, tables: &[&Table]) -> Option<Span> {
     let trapezoid = |record: &Record<'_>| {
         record.value("law")?;

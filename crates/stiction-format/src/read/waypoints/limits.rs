@@ -16,32 +16,32 @@ use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Limits of one distance: a coordinate, the path of a body's origin, or its rotation.
+/// Limits of one quantity: a coordinate, the path of a body's origin, or its rotation.
 pub(super) struct Limited {
     pub(super) path: String,
     pub(super) limits: Limits,
     pub(super) way: LimitedPath,
 }
 
-/// Path that a limit concerns.
+/// Path to which a limit applies.
 pub(super) enum LimitedPath {
-    /// Displacement of each move, in proportion to the course; of a coordinate its first component.
+    /// Displacement in each move, linear in the path parameter; for a coordinate only the first component is used.
     Straight(Vec<Vec3<f64>>),
-    /// A quantity that follows from the coordinates of the waypoints.
+    /// A quantity computed from the coordinates of the waypoints.
     Followed(FollowedPath),
 }
 
-/// Quantity that follows from the coordinates of the waypoints.
+/// Quantity that is computed from the coordinates of the waypoints.
 #[derive(Clone, Copy)]
 pub(super) enum Followed {
     /// Coordinate of a degree of freedom.
     Joint(JointId, usize),
-    /// Place of the origin of a body, by its three components.
+    /// Position of the origin of a body, with three components.
     Origin(BodyId),
 }
 
 impl Followed {
-    /// Number of components.
+    /// Number of components of the quantity.
     pub(super) fn components(self) -> usize {
         match self {
             Self::Joint(..) => 1,
@@ -50,7 +50,7 @@ impl Followed {
     }
 }
 
-/// Components of a followed quantity in each move as functions of the completed part of the move.
+/// Components of a followed quantity in each move as functions of the completed fraction of the move.
 pub(super) struct FollowedPath {
     pub(super) of: Followed,
     pub(super) curves: Vec<Vec<Curve>>,
@@ -65,7 +65,7 @@ impl Limited {
         }
     }
 
-    /// Components of a followed quantity that moves in a move.
+    /// Components of a followed quantity in a move; `None` if it does not change.
     pub(super) fn curve(&self, k: usize) -> Option<&[Curve]> {
         let LimitedPath::Followed(way) = &self.way else { return None };
         let components = way.curves.get(k)?;
@@ -184,7 +184,7 @@ pub(super) fn read(
     Some(found)
 }
 
-/// The displacements of all moves that a limit of this name concerns, and the keys of the limit.
+/// Displacements in all moves to which a limit of this name applies, and the keys of the limit.
 fn steps(
     path: &str,
     channels: &[Channel],

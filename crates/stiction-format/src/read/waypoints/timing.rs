@@ -15,17 +15,17 @@ use crate::signal::waypoints::{Move, Moves};
 use crate::source::Span;
 use std::sync::Arc;
 
-/// Relative error by which limits may be exceeded: rounding of durations.
+/// Relative tolerance of limits, for the rounding of durations.
 const ROUNDING: f64 = 1e-9;
 
-/// Durations of the moves.
+/// Determines the durations of the moves.
 pub(super) struct Timing<'a> {
     pub(super) reader: &'a Reader<'a>,
     pub(super) motion: &'a Record<'a>,
     pub(super) limited: &'a [Limited],
     pub(super) channels: &'a [Channel],
     pub(super) tables: &'a [&'a Table],
-    /// True if orientations are given: their moves do not overlap.
+    /// True if the waypoints include orientations; moves then do not overlap.
     pub(super) turns: bool,
 }
 
@@ -93,7 +93,7 @@ impl Timing<'_> {
         for limited in self.limited {
             let distance = limited.step(k).norm();
             for (limit, given) in limits.iter_mut().zip(limited.limits) {
-                // A move without distance has no limit.
+                // A move without displacement has no limit.
                 if distance > 0.0 {
                     *limit = limit.min(given / distance);
                 }
@@ -166,7 +166,7 @@ impl Timing<'_> {
         })
     }
 
-    /// Checks that neighbouring moves may overlap, and that their sum stays within the limits.
+    /// Checks if neighbouring moves may overlap, and that their sum stays within the limits.
     fn check_blend(
         &self,
         (moves, start): (&Arc<Moves>, f64),
@@ -194,7 +194,7 @@ impl Timing<'_> {
             ));
             return None;
         }
-        // Between corners both courses are smooth.
+        // Between corners, both moves are smooth.
         let mut corners = vec![after.begin, before.end()];
         for each in [before, after] {
             let own = each.profile.phases().into_iter().map(|time| each.begin + time);
@@ -250,7 +250,7 @@ impl Timing<'_> {
     }
 }
 
-/// A time that must not be negative, by default 0; `None` after an error.
+/// Reads a time that must not be negative, by default 0; `None` after an error.
 fn nonnegative(record: &Record<'_>, key: &str) -> Option<f64> {
     if record.value(key).is_none() {
         return Some(0.0);

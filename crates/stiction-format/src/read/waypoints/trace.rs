@@ -1,4 +1,4 @@
-//! Joints that follow from the coordinates of waypoints, by inverse kinematics.
+//! Joint motions computed from the coordinates of waypoints, by inverse kinematics.
 
 use super::curve::Curve;
 use super::limits::{Followed, FollowedPath, Limited, LimitedPath};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::{AssemblyError, Coordinate, Target};
 
-/// Distance from corners, as a part of an interval, at which motions are evaluated.
+/// Distance from corners, as a fraction of an interval, at which motions are evaluated.
 const INSIDE: f64 = 1e-12;
 
 /// Coordinates of all waypoints together.
@@ -21,7 +21,7 @@ pub(super) struct Goals {
 }
 
 impl Goals {
-    /// Coordinates with these moves.
+    /// Combines the coordinates of all channels with these moves.
     pub(super) fn new(channels: &[Channel], moves: &Arc<Moves>) -> Self {
         let (mut courses, mut turnings) = (Vec::new(), Vec::new());
         for channel in channels {
@@ -44,7 +44,7 @@ impl Goals {
         scalars.chain(self.turnings.iter().flat_map(|(axes, _)| axes.clone())).collect()
     }
 
-    /// Targets in a move as functions of the completed part of it.
+    /// Targets in a move as functions of its completed fraction.
     fn along(&self, k: usize, part: f64) -> Vec<Target<f64>> {
         let scalars = self.courses.iter().map(|(_, course)| course.along(k, part));
         let state = [part, 1.0, 0.0];
@@ -67,14 +67,14 @@ fn first(reader: &Reader<'_>, goals: &Goals) -> Option<Result<InverseDynamics, A
     Some(InverseDynamics::new(mechanism, poses, &goals.coordinates(), &targets, settings))
 }
 
-/// Curves of followed quantities along a motion of the mechanism, the components of each in turn.
+/// Fits curves of followed quantities along a motion of the mechanism; the components of each quantity in turn.
 fn fit(
     solver: &mut InverseDynamics,
     followed: &[Followed],
     interval: (f64, f64),
     targets: impl Fn(f64) -> Vec<Target<f64>>,
 ) -> Result<Option<Vec<Curve>>, AssemblyError> {
-    // Rates at the beginning are those of this interval.
+    // The rates at the beginning are those within this interval.
     solver.move_to(&targets(interval.0))?;
     let begin = solver.clone();
     let go_to = |solver: &mut InverseDynamics, from: f64, to: f64| {
@@ -116,7 +116,7 @@ fn motion_of(solver: &InverseDynamics, followed: Followed) -> Vec<[f64; 2]> {
     }
 }
 
-/// Separates the components of each quantity.
+/// Groups the components by quantity.
 pub(super) fn by_quantity(followed: &[Followed], curves: &[Curve]) -> Vec<Vec<Curve>> {
     let mut rest = curves;
     let each = followed.iter().map(|each| {
@@ -127,7 +127,7 @@ pub(super) fn by_quantity(followed: &[Followed], curves: &[Curve]) -> Vec<Vec<Cu
     each.collect()
 }
 
-/// Writes the curves of all limited quantities that follow.
+/// Computes the curves of all limited quantities that follow from the coordinates.
 pub(super) fn joints(
     reader: &Reader<'_>,
     channels: &[Channel],
@@ -193,8 +193,9 @@ fn followed(limited: &Limited) -> Option<Followed> {
     }
 }
 
-/// Curves over time of all limited quantities that follow, by interval and quantity, between instants, s, at which moves
-/// overlap; `None` if they are not smooth or the mechanism cannot follow.
+/// Curves, as functions of time, of all limited quantities that follow from the coordinates, by interval and
+/// quantity, between instants, s, at which moves overlap; `None` if they are not smooth or the mechanism cannot
+/// follow.
 pub(super) fn between(
     reader: &Reader<'_>,
     goals: &Goals,
@@ -211,7 +212,7 @@ pub(super) fn between(
         };
         let [from, to] = [pair[0], pair[1]];
         solver.follow(now, from, go).ok()?;
-        // At corners the acceleration may jump: the interval ends before the next one.
+        // The acceleration may jump at corners, so the interval ends just before the next corner.
         let inside = (INSIDE * (to - from)).max(4.0 * f64::EPSILON * to.abs());
         let targets = |t: f64| goals.at(t.max(from + inside).min(to - inside));
         all.push(by_quantity(&joints, &fit(&mut solver, &joints, (from, to), targets).ok()??));

@@ -46,8 +46,8 @@ impl EqualKnots {
         (0..=self.intervals).map(|k| self.knot(k)).collect()
     }
 
-    /// The interval that contains `t`, which is the number of its first B-spline, and the values
-    /// of its B-splines there.
+    /// Index of the interval that contains `t`, which is also the index of its first B-spline, and the values of its
+    /// B-splines at `t`.
     pub(super) fn splines_at(&self, t: f64) -> (usize, [f64; ORDER]) {
         let place = ((t - self.start) / self.step()).floor().max(0.0) as usize;
         let first = place.min(self.intervals - 1);
@@ -60,8 +60,8 @@ impl EqualKnots {
         self.target(local(coefficients, first), first, self.knot(knot))
     }
 
-    /// Weights of the coefficients in rate and acceleration at a knot, and the number of the first
-    /// of these coefficients.
+    /// Weights of the coefficients in rate and acceleration at a knot, and the index of the first of these
+    /// coefficients.
     pub(super) fn derivative_weights(&self, knot: usize) -> (usize, [[f64; ORDER]; 2]) {
         let first = knot.min(self.intervals - 1);
         let mut weights = [[0.0; ORDER]; 2];

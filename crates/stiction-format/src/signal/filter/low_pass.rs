@@ -1,10 +1,11 @@
-//! The filter as a linear operator on any signals, for measured efforts and the columns that explain them.
+//! The filter as a linear operator on any signals, for measured efforts and the columns from which they are
+//! predicted.
 
 use super::{Equations, Samples, filter, knots_needed, suggest};
 use crate::signal::Signal;
 
-/// Low-pass filter without phase shift, with its cut-off frequency (-3 dB) over a span of time. It acts
-/// alike on every signal, so a relation that is linear in the signals holds between the filtered ones.
+/// Low-pass filter without phase shift, with a cut-off frequency (-3 dB), over an interval of time. All signals are
+/// filtered in the same way, so linear relations between signals remain valid for the filtered signals.
 #[derive(Clone, Copy, Debug)]
 pub struct LowPass {
     cutoff: f64,
@@ -14,16 +15,16 @@ pub struct LowPass {
 /// A filtered coordinate.
 #[derive(Clone, Debug)]
 pub struct Smooth {
-    /// Value, rate and acceleration over time; at rest exactly where rest agrees with the samples.
+    /// Value, rate and acceleration as functions of time; exactly at rest where the samples are consistent with rest.
     pub signal: Signal,
-    /// Standard deviation of what the filter removes.
+    /// Standard deviation of the part that the filter removes.
     pub removed: f64,
-    /// Standard deviations of value and rate that noise leaves.
+    /// Standard deviations of the noise that remains in value and rate.
     pub noise: [f64; 2],
 }
 
 impl LowPass {
-    /// Filter with a cut-off frequency, Hz, between two times, s.
+    /// Creates a filter with a cut-off frequency, Hz, between two times, s.
     pub fn new(cutoff: f64, ends: (f64, f64)) -> Self {
         Self { cutoff, ends }
     }
@@ -38,7 +39,7 @@ impl LowPass {
         knots_needed(self.cutoff, self.ends.1 - self.ends.0)
     }
 
-    /// Filters coordinates with their derivatives.
+    /// Filters coordinates and computes their derivatives.
     pub fn smooth(&self, times: &[f64], signals: &[Vec<f64>]) -> Vec<Smooth> {
         let mut samples = Samples::new(self.cutoff, self.ends, signals.len());
         let mut row = vec![0.0; signals.len()];
@@ -57,8 +58,8 @@ impl LowPass {
         smooth.collect()
     }
 
-    /// Filters signals that `row` writes for each of `times`, and returns their values at other times, a
-    /// row for each. The memory needed does not grow with the number of samples.
+    /// Filters signals that `row` writes for each of `times`, and returns their values at other times, one row for
+    /// each of these. The memory needed does not depend on the number of samples.
     pub fn apply(
         &self,
         times: &[f64],

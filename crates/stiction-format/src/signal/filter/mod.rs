@@ -26,25 +26,25 @@ use super::{Curve, Given, Interpolation};
 use knots::{BAND, EqualKnots};
 use std::f64::consts::TAU;
 
-/// Knots per period of the cut-off frequency. The spline then follows frequencies up to twice the
-/// cut-off as a smoothing spline with a knot at every sample does.
+/// Knots per period of the cut-off frequency. Up to twice the cut-off frequency, the spline then has the same
+/// response as a smoothing spline with a knot at each sample.
 const KNOTS_PER_PERIOD: f64 = 8.0;
-/// Maximum number of knots: the equations then need some 500 MB.
+/// Maximum number of knots, for which the equations need about 500 MB.
 pub(crate) const MAX_KNOTS: f64 = 1.5e6;
 /// Minimum number of periods of the cut-off frequency in a recording.
 pub(crate) const MIN_PERIODS: f64 = 1.0;
-/// Maximum ratio of the cut-off frequency to the rate of the samples.
+/// Maximum ratio of the cut-off frequency to the sampling rate.
 pub(crate) const MAX_RATIO: f64 = 0.4;
 /// `λ` times the eighth power of the cut-off frequency (rad/s): the amplitude there is `1/√2`.
 const WEIGHT: f64 = std::f64::consts::SQRT_2 - 1.0;
 /// Maximum ratio of noise near the cut-off to white noise of the same third differences.
 const MOST_COLOURED: f64 = 3.0;
-/// Standard deviations of the acceleration that noise explains.
+/// Number of standard deviations up to which a change of acceleration is explained by noise.
 const SMEARING_SIGMAS: f64 = 4.0;
-/// Time in which the filtered signal rises from 10 % to 90 % of a step, times the cut-off frequency.
+/// Product of the cut-off frequency and the time in which the filtered signal rises from 10 % to 90 % of a step.
 const RISE: f64 = 0.40;
-/// `∫ (u^2/(1 + WEIGHT u^8))^2 du` from 0 to infinity: the squared amplitude of the acceleration, `u`
-/// the ratio of frequency and cut-off. In closed form `(3/64) π/sin(3π/8) WEIGHT^(-5/8)`.
+/// `∫ (u^2/(1 + WEIGHT u^8))^2 du` from 0 to infinity: the squared amplitude of the acceleration, where `u` is the
+/// ratio of frequency to cut-off frequency. In closed form `(3/64) π/sin(3π/8) WEIGHT^(-5/8)`.
 const ACCELERATION_AREA: f64 = 0.276_51;
 /// `∫ (1/(1 + WEIGHT u^8))^2 du` and `∫ (u/(1 + WEIGHT u^8))^2 du` from 0 to infinity, for value and rate. In
 /// closed form `(7/64) π/sin(π/8) WEIGHT^(-1/8)` and `(5/64) π/sin(3π/8) WEIGHT^(-3/8)`.
@@ -64,11 +64,11 @@ pub(crate) fn knots_needed(cutoff: f64, duration: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct Filtered {
     pub(crate) curve: Curve,
-    /// Standard deviation of what the filter removes, SI units of the signal.
+    /// Standard deviation of the part that the filter removes, SI units of the signal.
     pub(crate) removed: f64,
-    /// Standard deviation of the acceleration that noise leaves.
+    /// Standard deviation of the noise that remains in the acceleration.
     pub(crate) acceleration_noise: f64,
-    /// Standard deviations of value and rate that noise leaves.
+    /// Standard deviations of the noise that remains in value and rate.
     pub(crate) noise_left: [f64; 2],
     /// Largest magnitude of the filtered acceleration.
     pub(crate) acceleration: Peak,
@@ -110,7 +110,7 @@ impl Equations {
         }
     }
 
-    /// Adds a sample of all signals. The weight is the time that the sample stands for, s.
+    /// Adds a sample of all signals. The weight is the time interval that the sample represents, s.
     fn push(&mut self, t: f64, values: &[f64], weight: f64) {
         let (first, splines) = self.knots.splines_at(t);
         for (i, a) in splines.iter().enumerate() {
@@ -153,7 +153,7 @@ impl Equations {
     }
 }
 
-/// Solution of the equations without conditions of rest.
+/// Solution of the equations without rest conditions.
 struct Solution<'a> {
     equations: &'a Equations,
     factored: Factored,
@@ -189,7 +189,7 @@ impl Solution<'_> {
         let equations = self.equations;
         let fitted = dot(c, &equations.gram.times(c));
         let sum = equations.squares[signal] - 2.0 * dot(c, &equations.rights[signal]) + fitted;
-        // Differences of nearly equal sums.
+        // The sum is a difference of nearly equal numbers.
         sum.max(f64::EPSILON * equations.squares[signal]) / equations.weights
     }
 
@@ -213,7 +213,7 @@ pub(crate) fn filter(samples: &Samples) -> Vec<Filtered> {
     let fit = |signal: usize| {
         let c = solution.coefficients(signal);
         let removed = solution.noise(signal, &c);
-        // A cut-off that is too low leaves the motion itself in the residuals.
+        // If the cut-off frequency is too low, the residuals contain the motion itself.
         let noise = removed.min(MOST_COLOURED * samples.roughness(signal));
         let rested = rest::impose(&solution, signal, &c, noise);
         let knots = rested.knots(samples.offset(signal));
@@ -287,7 +287,7 @@ mod tests {
         filter(&samples.finish()).remove(0)
     }
 
-    /// Rest to rest in 2 s by the quintic of minimum jerk.
+    /// Motion from rest to rest in 2 s, by the minimum-jerk quintic.
     fn quintic(t: f64) -> Target<f64> {
         let (s, u) = (0.05, (t / 2.0).clamp(0.0, 1.0));
         Target {
@@ -305,7 +305,7 @@ mod tests {
             let frequency = 5.0 * ratio;
             let (times, values) = sampled(1000.0, 8.0, |t| (TAU * frequency * (t - 4.0)).cos());
             let found = filtered(5.0, &times, &values).curve.at(4.0);
-            // The spline of eight knots per period stands for one with a knot at every sample.
+            // The spline with eight knots per period has the response of one with a knot at each sample.
             assert!((found.value - expected).abs() < 1e-3, "{ratio}: {}", found.value);
             assert!(found.rate.abs() < 1e-3 * TAU * frequency, "{ratio}: {}", found.rate);
         }
@@ -319,8 +319,8 @@ mod tests {
         let found = filtered(10.0, &times, &values);
         let square = |t: &f64| found.curve.at(*t).acceleration.powi(2);
         let middle = &times[5000..55_000];
-        // Some 1100 independent values: the estimate is accurate to about 3 %. Rest is imposed on
-        // pure noise, so the comparison takes a signal that moves.
+        // With some 1100 independent values, the estimate is accurate to about 3 %. Rest is imposed on pure noise, so
+        // the comparison uses a signal that moves.
         let moving: Vec<f64> =
             times.iter().zip(&values).map(|(t, y)| y + 0.1 * (0.5 * t).sin()).collect();
         let moving = filtered(10.0, &times, &moving);
@@ -342,15 +342,15 @@ mod tests {
         let found = filtered(6.0, &times, &values);
         for &t in &times {
             let (a, b) = (found.curve.at(t), f(t));
-            // Round-off of values of order one; second derivatives magnify it by the square of the
-            // knots per second.
+            // Round-off of values of order one; second derivatives magnify it by the square of the number of knots
+            // per second.
             assert!((a.value - b.value).abs() < 1e-11, "{t}");
             assert!((a.acceleration - b.acceleration).abs() < 1e-7, "{t}");
         }
     }
 
-    /// With the suggested cut-off the acceleration of a noisy motion from rest to rest is right to
-    /// some percent of its peak, ends included, and the motion begins and ends exactly at rest.
+    /// With the suggested cut-off frequency, the acceleration of a noisy motion from rest to rest is accurate to some
+    /// percent of its peak, also at the ends, and the motion begins and ends exactly at rest.
     #[test]
     fn the_suggested_filter_restores_a_motion_between_rests() {
         for seed in 0..20 {
@@ -370,7 +370,7 @@ mod tests {
         }
     }
 
-    /// Dwells between motions are exactly at rest, motions between them are not.
+    /// Dwells between motions are exactly at rest; motions between dwells are not.
     #[test]
     fn noisy_dwells_rest() {
         let f = |t: f64| quintic(t - 1.0).value + quintic(t - 5.0).value;
@@ -405,7 +405,7 @@ mod tests {
         }
     }
 
-    /// The closed forms of the areas by the trapezoidal rule.
+    /// Checks the closed forms of the areas by the trapezoidal rule.
     #[test]
     fn areas_of_value_rate_and_acceleration() {
         let u = |k: usize| 1e-3 * k as f64;

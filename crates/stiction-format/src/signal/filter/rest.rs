@@ -1,10 +1,10 @@
 //! Rest: dwells, and ends at which a motion begins or stops.
 //!
-//! A robot that stands still has rate zero, but the filtered noise has not, and its sign would decide
-//! the direction of friction. Rest is therefore imposed as a condition of the fit where the samples are
-//! consistent with it: rate and acceleration differ from zero by less than three standard deviations,
-//! and the sum of squares grows by no more than noise explains. The spline is constant between two
-//! knots if all of its coefficients there are equal, so equal coefficients become one unknown.
+//! A robot that stands still has zero rate, but filtered noise has a nonzero rate, whose sign would determine the
+//! direction of friction. Rest is therefore imposed as a condition of the fit where the samples are consistent with
+//! rest: rate and acceleration differ from zero by less than three standard deviations, and the sum of squares grows
+//! by no more than noise explains. The spline is constant between two knots if all of its coefficients there are
+//! equal, so equal coefficients become one unknown.
 
 use super::super::banded::Banded;
 use super::super::bspline::ORDER;
@@ -13,10 +13,10 @@ use super::{Equations, KNOTS_PER_PERIOD, Solution, dot};
 use std::ops::RangeInclusive;
 use stiction_core::kinematics::Target;
 
-/// Distance from rest in standard deviations up to which rest is consistent.
+/// Number of standard deviations from rest up to which a knot is consistent with rest.
 const SIGMAS: f64 = 3.0;
-/// Knots removed from a stretch of rest where it borders on motion, as the filter spreads its
-/// beginning.
+/// Number of knots removed from an interval of rest where it borders on motion, because the filter spreads the
+/// beginning of the motion.
 const BORDER: usize = 2;
 /// Minimum length of a dwell in knots: one period of the cut-off frequency.
 const MIN_DWELL: usize = KNOTS_PER_PERIOD as usize;
@@ -35,12 +35,12 @@ enum Condition {
     Dwell(RangeInclusive<usize>),
     /// Rate and acceleration zero at the first or the last knot.
     End(usize),
-    /// Rate zero at the first or the last knot.
+    /// Rate zero at the first or the last knot; the acceleration is free.
     Stop(usize),
 }
 
 impl Condition {
-    /// The coefficients that become equal.
+    /// Range of the coefficients that become equal.
     fn merged(&self, knots: &EqualKnots) -> RangeInclusive<usize> {
         let last = knots.size() - 1;
         match self {
@@ -66,12 +66,12 @@ impl Condition {
 pub(super) struct Rested<'a> {
     equations: &'a Equations,
     coefficients: Vec<f64>,
-    /// The unknown that belongs to each coefficient.
+    /// Index of the unknown for each coefficient.
     unknowns: Vec<usize>,
     pub(super) rests: Vec<Rest>,
 }
 
-/// Imposes rest where a signal is consistent with it; `noise` is its standard deviation.
+/// Imposes rest where a signal is consistent with it; `noise` is the standard deviation of the signal's noise.
 pub(super) fn impose<'a>(
     solution: &Solution<'a>,
     signal: usize,
@@ -87,7 +87,7 @@ pub(super) fn impose<'a>(
         lost <= variance * (conditions + 2.0 * SIGMAS * (2.0 * conditions).sqrt())
     };
     let still = still_knots(solution, free, noise);
-    // Dwells are tried first, then shortened, then only the ends.
+    // Dwells are tried first, then shortened dwells, then the ends alone.
     for border in [Some(BORDER), Some(2 * BORDER), Some(4 * BORDER), None] {
         let conditions = conditions(&still, border);
         let rested = Rested::new(equations, signal, &conditions);
@@ -98,7 +98,7 @@ pub(super) fn impose<'a>(
     Rested::new(equations, signal, &[])
 }
 
-/// For each knot, whether rate and acceleration are consistent with zero.
+/// For each knot: if the rate is consistent with zero, and if the acceleration is.
 fn still_knots(solution: &Solution<'_>, c: &[f64], noise: f64) -> Vec<[bool; 2]> {
     let knots = &solution.equations.knots;
     let is_still = |knot: usize| {
@@ -112,7 +112,7 @@ fn still_knots(solution: &Solution<'_>, c: &[f64], noise: f64) -> Vec<[bool; 2]>
     (0..=knots.intervals).map(is_still).collect()
 }
 
-/// Conditions of rest from the knots at which rest is consistent; without a border only the ends.
+/// Conditions of rest from the knots that are consistent with rest; without a border only at the ends.
 fn conditions(still: &[[bool; 2]], border: Option<usize>) -> Vec<Condition> {
     let last = still.len() - 1;
     let mut found: Vec<Condition> = Vec::new();
@@ -126,7 +126,7 @@ fn conditions(still: &[[bool; 2]], border: Option<usize>) -> Vec<Condition> {
             let from = if knot == 0 { 0 } else { knot + border };
             let until = if end > last { last } else { (end - 1).saturating_sub(border) };
             let is_long = until >= from + MIN_DWELL;
-            // The spline needs five intervals between two dwells to move at all.
+            // Between two dwells, the spline needs at least five intervals to move.
             let is_apart = match found.last() {
                 Some(Condition::Dwell(before)) => from >= before.end() + ORDER,
                 _ => true,

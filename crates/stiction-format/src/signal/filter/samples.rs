@@ -2,26 +2,25 @@
 
 use super::{Equations, MAX_RATIO, knots_needed};
 
-/// Ratio of the cut-off frequency that the filter is compared with to its own.
+/// Ratio of the cut-off frequency of the filter used for comparison to that of the filter.
 const FINER: f64 = 1.5;
 
-/// Samples of several signals at the same times, kept as the equations of the filter.
+/// Samples of several signals at the same times, accumulated in the equations of the filter.
 pub(crate) struct Samples {
     pub(super) equations: Equations,
-    /// The same with a higher cut-off, from which follows what the filter takes from the motion.
+    /// Equations for a higher cut-off frequency, from which the filter's loss of acceleration is estimated.
     pub(super) finer: Option<Equations>,
-    /// The first values, which are subtracted so that squares lose no digits.
+    /// First value of each signal; it is subtracted so that squares lose no digits.
     offsets: Option<Vec<f64>>,
-    /// The last sample, and the time between it and the one before, s.
+    /// Last sample, and the time between it and the previous one, s.
     last: Option<(f64, Vec<f64>, Option<f64>)>,
-    /// The last four values of each signal and the sum of squares of their third differences.
+    /// Last four values of each signal, and the sum of squares of its third differences.
     recent: Vec<([f64; 4], f64)>,
     count: usize,
 }
 
 impl Samples {
-    /// Begins a collection for a cut-off frequency, Hz, from the times of the first and the last
-    /// sample, s.
+    /// Begins a collection for a cut-off frequency, Hz; `ends` are the times of the first and the last sample, s.
     pub(crate) fn new(cutoff: f64, ends: (f64, f64), signals: usize) -> Self {
         Self {
             equations: Equations::new(cutoff, ends, signals),
@@ -33,8 +32,8 @@ impl Samples {
         }
     }
 
-    /// Also collects the equations for a higher cut-off, if the rate of the samples, Hz, and the
-    /// greatest number of knots allow it.
+    /// Also collects the equations for a higher cut-off frequency, if the sampling rate, Hz, and the maximum number
+    /// of knots permit it.
     pub(crate) fn with_finer(mut self, rate: f64, most_knots: f64) -> Self {
         let Equations { cutoff, knots, rights, .. } = &self.equations;
         let finer = FINER * cutoff;

@@ -5,17 +5,17 @@ use super::{MAX_RATIO, MIN_PERIODS, Samples};
 /// Weight of a parameter in the generalised cross-validation. Values above one avoid too little
 /// smoothing (Kim and Gu, Smoothing spline Gaussian regression, 2004).
 const PARAMETER_WEIGHT: f64 = 1.4;
-/// Ratio of the suggestion to the cut-off that suits the values best: accelerations at the ends of a
-/// motion have a larger bias than values.
+/// Ratio of the suggestion to the cut-off frequency that suits the values best. It is greater than one because
+/// accelerations at the ends of a motion have a larger bias than values.
 const FOR_ACCELERATIONS: f64 = 1.4;
 /// Steps per octave in the search.
 const PER_OCTAVE: f64 = 4.0;
 
-/// Suggests a cut-off frequency, Hz, for the filter of signals, each sampled at `times`, s: the
-/// least that suits all of them. `None` for recordings that are too short.
+/// Suggests a cut-off frequency, Hz, for the filter of signals, each sampled at `times`, s: the least one that suits
+/// all signals. `None` for recordings that are too short.
 ///
-/// For each signal generalised cross-validation minimises the expected error of the filtered values
-/// at samples left out, so that noise and the spectrum of the motion decide.
+/// For each signal, generalised cross-validation minimises the expected error of the filtered values at omitted
+/// samples, so that noise and the spectrum of the motion determine the result.
 pub(crate) fn suggest(times: &[f64], signals: &[Vec<f64>]) -> Option<f64> {
     let (&start, &end) = (times.first()?, times.last()?);
     let rate = (times.len() - 1) as f64 / (end - start);

@@ -2,10 +2,10 @@
 
 /// Bins per octave.
 const PER_OCTAVE: f64 = 4.0;
-/// Exponents of two from `-RANGE` to `RANGE`.
+/// Range of the exponents of two, from `-RANGE` to `RANGE`.
 const RANGE: f64 = 256.0;
 
-/// Histogram of magnitudes with quantiles accurate to a fifth.
+/// Histogram of magnitudes; its quantiles are accurate to a fifth of their value.
 #[derive(Clone, Debug)]
 pub(super) struct Histogram {
     bins: Vec<u64>,

@@ -7,11 +7,11 @@
 //! - Noise: residuals of interpolation through neighbouring samples ([`stencil`]). A smooth signal
 //!   leaves almost none; steps of the acceleration disturb only the residuals near them, so that
 //!   a low quantile does not see them. Noise that the written digits explain is rounding.
-//! - Outliers: accelerations from differences outside all predictions from both sides. A step of
-//!   the acceleration lies between the predictions, a wrong sample does not.
-//! - Contradictions: displacements that the recorded rates do not integrate to.
+//! - Outliers: accelerations by differences that lie outside all predictions from neighbours on both sides. A step
+//!   of the acceleration lies between the predictions, a wrong sample does not.
+//! - Contradictions: displacements that differ from the integrals of the recorded rates.
 //!
-//! Samples are analysed in blocks, so that the memory does not grow with the recording.
+//! Samples are analysed in blocks, so that the memory needed does not depend on the length of the recording.
 
 mod histogram;
 mod outliers;
@@ -26,18 +26,18 @@ use stencil::{Stencil, residuals};
 const BLOCK: usize = 256;
 /// Samples needed on either side of an analysed sample.
 pub(crate) const MARGIN: usize = 8;
-/// Blocks that are all tested for noise; of later ones one in [`SPARSE`].
+/// Number of first blocks that are all tested for noise; of the later blocks, one in [`SPARSE`] is tested.
 const DENSE_BLOCKS: usize = 200;
 const SPARSE: usize = 8;
 /// Quantile of the residuals from which noise is estimated, and its value for a normal
 /// distribution of unit variance. It is low, so that disturbed residuals do not count.
 const NOISE_QUANTILE: (f64, f64) = (0.3, 0.385_320_466);
-/// Standard deviation of the acceleration relative to its peak at which noise is reported: its peak is
-/// then some 5 % of that of the acceleration.
+/// Ratio of the standard deviation of the acceleration to its peak above which noise is reported; the peak of the
+/// noise is then some 5 % of that of the acceleration.
 const NOISE_LIMIT: f64 = 0.014;
-/// Noise up to this multiple of the rounding of the written numbers is rounding.
+/// Noise up to this multiple of the rounding of the written numbers is attributed to rounding.
 const EXPLAINED: f64 = 6.0;
-/// Error of the acceleration relative to its peak at which an outlier is reported.
+/// Error of the acceleration, relative to its peak, above which an outlier is reported.
 const OUTLIER_LIMIT: f64 = 0.025;
 /// Outliers exceed typical prediction errors of the recording by this factor.
 const OUTLIER_FACTOR: f64 = 5.0;
@@ -45,13 +45,13 @@ const OUTLIER_FACTOR: f64 = 5.0;
 const OUTLIER_SIGMAS: f64 = 8.0;
 /// Outliers exceed the standard deviation of the acceleration that noise causes by this factor.
 const OUTLIER_NOISE: f64 = 4.0;
-/// Contradiction relative to the root mean square of the derivative at which it is reported, at a
-/// single sample and for half of a block.
+/// Contradiction, relative to the root mean square of the derivative, above which it is reported: at a single sample,
+/// and for half of a block.
 const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
 /// Maximum number of stored outlier times.
 const MAX_OUTLIERS: usize = 64;
 
-/// A size and the time at which it occurs, s.
+/// A magnitude and the time at which it occurs, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Peak {
     pub(crate) size: f64,
@@ -72,23 +72,23 @@ impl Peak {
 pub(crate) struct Noise {
     /// Order of the derivative in the column.
     pub(crate) order: usize,
-    /// Standard deviation, SI units of the column, and the time of the block where its effect is
+    /// Standard deviation, SI units of the column, and time of the block in which its effect on the acceleration is
     /// largest.
     pub(crate) deviation: Peak,
-    /// Standard deviation of the acceleration that it causes.
+    /// Standard deviation of the acceleration that the noise causes.
     pub(crate) acceleration: f64,
-    /// True if the rounding of the written numbers explains it.
+    /// True if the rounding of the written numbers explains the noise.
     pub(crate) is_rounding: bool,
 }
 
 /// Contradiction between a column and its derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Contradiction {
-    /// Order of the derivative that contradicts the column below it: 1 or 2.
+    /// Order of the derivative (1 or 2) that contradicts the column of the next lower order.
     pub(crate) order: usize,
     /// Largest difference, SI units of the derivative.
     pub(crate) difference: Peak,
-    /// Root mean square of the derivative from differences of the column below.
+    /// Root mean square of the derivative, computed by differences of the lower column.
     pub(crate) scale: f64,
 }
 
@@ -103,36 +103,36 @@ pub(crate) struct Findings {
     pub(crate) contradictions: Vec<Contradiction>,
 }
 
-/// Test of one coordinate, sample by sample.
+/// Quality test of one coordinate, sample by sample.
 pub(crate) struct Quality {
     orders: usize,
     times: Vec<f64>,
-    /// Values and given derivatives, each with the standard deviation of its rounding.
+    /// Values and given derivatives; the standard deviations of their rounding are in `rounding`.
     columns: Vec<Vec<f64>>,
     rounding: Vec<Vec<f64>>,
-    /// Standard deviation of the rounding of times, s: that of their digits, if steps vary at all.
+    /// Standard deviation of the rounding of times, s, according to their digits; zero if all steps are equal.
     time_rounding: f64,
     blocks: usize,
-    /// The first sample of the buffer that has not been analysed.
+    /// Index of the first sample in the buffer that has not been analysed.
     next: usize,
     speed: Peak,
     acceleration: Peak,
-    /// Noise with the largest effect on the acceleration, unexplained and explained by rounding.
+    /// Noise with the largest effect on the acceleration: not explained by rounding, and explained by rounding.
     noise: [Option<Noise>; 2],
     errors: Histogram,
     outliers: Vec<(Peak, f64)>,
     contradictions: Vec<Difference>,
 }
 
-/// Differences between a derivative and the column below it.
+/// Differences between a derivative and the column of the next lower order.
 #[derive(Clone, Debug, Default)]
 struct Difference {
-    /// The largest at a sample, beyond rounding and integration errors.
+    /// Largest difference at a sample, beyond rounding and integration errors.
     single: Peak,
-    /// The largest median of a block, and its effect on the acceleration.
+    /// Largest median of the differences in a block; `effect` is its effect on the acceleration.
     sustained: Peak,
     effect: f64,
-    /// Sum of squares of the derivative by differences, and their number.
+    /// Sum of squares of the derivative computed by differences, and number of terms.
     squares: (f64, f64),
 }
 
@@ -267,8 +267,8 @@ impl Quality {
         self.next = samples.end;
     }
 
-    /// Accelerations at all samples of the buffer by differences of the column of an order, each with
-    /// the standard deviation of its rounding.
+    /// Accelerations at all samples of the buffer, by differences of the column of an order, each with the standard
+    /// deviation of its rounding.
     fn accelerations(&self, order: usize) -> Vec<Option<(f64, f64)>> {
         let t = &self.times;
         let (y, s) = (&self.columns[order], &self.rounding[order]);
@@ -313,7 +313,7 @@ impl Quality {
     /// Estimates the noise of the columns in a block.
     fn noise(&mut self, samples: std::ops::Range<usize>) {
         for order in 0..self.orders {
-            // If accelerations are given, the spline has these values at the samples.
+            // If accelerations are given, the spline takes exactly these values at the samples.
             if order + 1 < self.orders && self.orders == 3 {
                 continue;
             }
@@ -336,7 +336,7 @@ impl Quality {
                 _ => 1.0,
             };
             let is_rounding = sigma <= EXPLAINED * own.sqrt();
-            // Many samples of a slow signal round to the same number, and residuals vanish.
+            // If many samples of a slow signal are rounded to the same number, the residuals vanish.
             let sigma = if is_rounding && self.moves(order, &samples) {
                 sigma.max(own.sqrt())
             } else {
@@ -411,7 +411,7 @@ impl Quality {
     }
 }
 
-/// Mean over the middle interval of the cubic through four points.
+/// Mean of the cubic through four points over the middle interval.
 fn mean_of_cubic(t: &[f64], v: &[f64]) -> f64 {
     let (&[t0, t1, t2, t3], &[v0, v1, v2, v3]) = (t, v) else { return f64::NAN };
     // Newton's form with nodes t1, t2, t0, t3; integrals of its products over [t1, t2].
@@ -425,7 +425,7 @@ fn mean_of_cubic(t: &[f64], v: &[f64]) -> f64 {
     v1 + 0.5 * d12 * h + d02 * quadratic + cubic * quadratic * (t1 + 0.5 * h - t0)
 }
 
-/// A quantile of a list, which is reordered; 0 of an empty one.
+/// A quantile of a list, which is reordered; 0 for an empty list.
 fn quantile(list: &mut [f64], part: f64) -> f64 {
     if list.is_empty() {
         return 0.0;

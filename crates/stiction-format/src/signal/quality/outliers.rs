@@ -1,11 +1,11 @@
-//! Accelerations inconsistent with those before and after.
+//! Accelerations inconsistent with the previous and the next ones.
 
-/// Neighbours on either side from which accelerations are predicted. The nearest neighbour on
-/// either side is omitted, because a wrong sample also disturbs it.
+/// Number of neighbours on either side from which accelerations are predicted. The nearest neighbours are omitted,
+/// because a wrong sample also disturbs them.
 const NEIGHBOURS: usize = 4;
 
-/// Distance of acceleration `i` from the nearest prediction. Predictions are the interval spanned
-/// by extrapolations from both sides, each extrapolation, and interpolations.
+/// Distance of acceleration `i` from the nearest prediction. Predictions are extrapolations from each side, the
+/// interval between them, and interpolations.
 ///
 /// A step of the acceleration lies in the interval, a smooth signal near the extrapolations and
 /// interpolations; a wrong sample is far from all of them. `None` near the ends of the recording.

@@ -7,8 +7,8 @@ use std::ops::Range;
 pub(super) struct Stencil(usize);
 
 impl Stencil {
-    /// Six, eight and ten neighbours. All estimate white noise equally; smooth signals have the
-    /// smallest residuals with most neighbours, signals with corners with fewest.
+    /// Six, eight and ten neighbours. All estimate white noise equally well; for smooth signals, residuals are
+    /// smallest with the most neighbours, for signals with corners with the fewest.
     pub(super) const ALL: [Self; 3] = [Self(3), Self(4), Self(5)];
 }
 
@@ -24,8 +24,8 @@ pub(super) fn residuals(
         let first = i.checked_sub(half)?;
         let t = times.get(first..=i + half)?;
         let y = values.get(first..=i + half)?;
-        // Barycentric weights of all nodes give the divided difference; relative to that of the
-        // middle node they are the residual.
+        // The barycentric weights of all nodes give the divided difference; divided by the weight of the middle node,
+        // it is the residual.
         let mut weights = [0.0; 11];
         let scale = t[half + 1] - t[half];
         for (j, weight) in weights.iter_mut().enumerate().take(t.len()) {

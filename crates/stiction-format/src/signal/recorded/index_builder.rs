@@ -11,24 +11,24 @@ use stiction_core::kinematics::Target;
 /// Builder of the index from the rows of a recording.
 pub(crate) struct IndexBuilder {
     layout: Layout,
-    /// Needed numbers of the rows of the next window, and the byte ranges of their lines.
+    /// Needed numbers of the rows of the next window; `lines` are the byte ranges of these rows.
     columns: Vec<Vec<f64>>,
     lines: Vec<Range<u64>>,
-    /// Index of the first of these rows, and of the first core sample of the next window.
+    /// Index of the first of these rows; `begin` is that of the first core sample of the next window.
     first: usize,
     begin: usize,
     entries: Vec<WindowEntry>,
     /// Knots of all curves at the last core sample of the previous window.
     last: Vec<Target<f64>>,
-    /// For each curve true if all its knots are finite.
+    /// Flag for each curve, true if all its knots are finite.
     finite: Vec<bool>,
-    /// True if a window disagreed with the one before.
+    /// True if a window disagreed with the previous one.
     is_global: bool,
 }
 
 /// Result of the first pass.
 pub(crate) enum Indexed {
-    /// The recording can be read in pieces; for each curve true if all its knots are finite.
+    /// The recording can be read in pieces; flag for each curve, true if all its knots are finite.
     Pieces(Arc<Recorded>, Vec<bool>),
     /// The recording needs one global solution.
     Global,
@@ -82,7 +82,7 @@ impl IndexBuilder {
         Indexed::Pieces(Arc::new(recorded), self.finite)
     }
 
-    /// Solves a window, adds it to the index, and drops rows that no later window needs.
+    /// Solves a window, adds it to the index, and discards rows that no later window needs.
     fn close(&mut self, window: &Window) {
         if self.entry(window).is_none() {
             self.is_global = true;
@@ -97,7 +97,7 @@ impl IndexBuilder {
         self.first += done;
     }
 
-    /// Knots of a window; `None` if they do not agree with the window before.
+    /// Index entry of a window; `None` if its knots disagree with those of the previous window.
     fn entry(&mut self, window: &Window) -> Option<()> {
         let known = 0..window.known.len();
         let columns: Vec<Vec<f64>> = self

@@ -5,12 +5,12 @@ use crate::expression::unit::Scale;
 use crate::signal::Interpolation;
 use crate::source::{Begin, Source};
 
-/// The numbers of a row that curves need: the time, then the numbers of each curve.
+/// Numbers of a row that the curves need: the time, then the numbers of each curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     /// Separator of the columns.
     pub(crate) delimiter: Delimiter,
-    /// For each column of the file its index among the needed numbers, and its unit.
+    /// For each column of the file: its index among the needed numbers, if any, and its unit.
     pub(crate) columns: Vec<(Option<usize>, Scale)>,
     /// The curves.
     pub(crate) interpolations: Vec<Interpolation>,
@@ -22,7 +22,7 @@ impl Layout {
         1 + self.interpolations.iter().map(|interpolation| interpolation.columns()).sum::<usize>()
     }
 
-    /// For each curve its interpolation and the range of its columns.
+    /// Interpolation and range of columns of each curve.
     pub(crate) fn curves(
         &self,
     ) -> impl Iterator<Item = (Interpolation, std::ops::Range<usize>)> + '_ {
@@ -43,8 +43,7 @@ impl Layout {
         }
     }
 
-    /// Needed columns of all rows of a text that was read before; `None` if a row is no longer
-    /// readable.
+    /// Reads the needed columns of all rows of a text that was read before; `None` if a row can no longer be read.
     pub(crate) fn read(&self, text: String, begin: u64) -> Option<Vec<Vec<f64>>> {
         let source = Source::piece("", unify_line_ends(text), Begin { bytes: begin, lines: 0 });
         let mut columns = vec![Vec::new(); self.width()];

@@ -6,7 +6,7 @@ use csv_core::{ReadFieldResult, Reader, ReaderBuilder};
 /// The bytes of a line.
 pub(crate) type Line = Span;
 
-/// Replaces line ends that are a single carriage return by line feeds, which keeps all positions.
+/// Replaces line ends that are a single carriage return by line feeds; all positions remain valid.
 pub(crate) fn unify_line_ends(text: String) -> String {
     let is_lone = |at: usize, bytes: &[u8]| bytes.get(at + 1) != Some(&b'\n');
     if !text.bytes().enumerate().any(|(at, b)| b == b'\r' && is_lone(at, text.as_bytes())) {
@@ -50,7 +50,7 @@ pub(crate) struct Delimiter(u8);
 impl Delimiter {
     pub(crate) const COMMA: Self = Self(b',');
 
-    /// The separator that a first line `sep=;` declares, as some spreadsheets write it.
+    /// Separator declared by a first line `sep=;`, which some spreadsheets write.
     pub(crate) fn declared(line: &str) -> Option<Self> {
         match line.trim().trim_matches('"').strip_prefix("sep=")?.as_bytes() {
             [delimiter @ (b',' | b';' | b'\t')] => Some(Self(*delimiter)),
@@ -60,7 +60,7 @@ impl Delimiter {
         }
     }
 
-    /// Separator that gives the most cells of a header; a comma in a tie.
+    /// Separator that divides a header into the most cells; a comma in a tie.
     pub(crate) fn of(header: &str) -> Self {
         let count = |delimiter: u8| {
             let is_quoted = |quoted: &mut bool, byte: u8| {
@@ -91,8 +91,8 @@ impl Cells {
         Self { reader: ReaderBuilder::new().delimiter(delimiter).build(), spans: Vec::new() }
     }
 
-    /// Cells of a line, without surrounding white space and quotes. An empty cell after the last
-    /// separator is omitted if there are more than `width` cells.
+    /// Cells of a line, without surrounding white space and quotes. If there are more than `width` cells, an empty
+    /// cell after the last separator is omitted.
     pub(crate) fn split(&mut self, text: &str, line: Line, width: usize) -> &[Span] {
         self.spans.clear();
         self.reader.reset();
@@ -135,7 +135,7 @@ fn content(text: &str, cell: Span) -> Span {
     }
 }
 
-/// A number with a decimal point or a decimal comma.
+/// Parses a number with a decimal point or a decimal comma.
 pub(crate) fn parse_number(cell: &str) -> Option<f64> {
     match cell.split_once(',') {
         None => cell.parse().ok(),
@@ -180,7 +180,7 @@ impl Digits {
         self.decimals = self.decimals.max(decimals.saturating_sub(exponent.unwrap_or(0)));
     }
 
-    /// True for full double precision.
+    /// Tests if the numbers have full double precision.
     pub(crate) fn is_full(self) -> bool {
         self.significant >= FULL_PRECISION
     }

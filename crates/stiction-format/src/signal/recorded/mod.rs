@@ -1,9 +1,8 @@
-//! Recordings that exceed the memory.
+//! Recordings that exceed the available memory.
 //!
-//! A recording is read once from beginning to end ([`IndexBuilder`]): every row is checked, every window
-//! solved, and only an index is kept, a few numbers per window. When a window is needed its text is
-//! read and solved again by the same operations, so that results equal those of a recording in
-//! memory to the last bit.
+//! A recording is read once from beginning to end ([`IndexBuilder`]): each row is checked and each window solved, but
+//! only an index with a few numbers per window is kept. When a window is needed, its text is read and solved again by
+//! the same operations, so that results are bit-identical to those of a recording in memory.
 
 mod index_builder;
 mod layout;
@@ -27,7 +26,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use stiction_core::kinematics::Target;
 
-/// Number of recently used pieces kept in addition to those that threads cache.
+/// Number of recently used pieces that are kept in addition to the threads' caches.
 const KEPT: usize = 4;
 
 /// Identifier of a recording.
@@ -44,20 +43,20 @@ pub(crate) struct Recorded {
     count: usize,
     /// Time of the last sample, s.
     end: f64,
-    /// The most recently fetched piece, last.
+    /// Recently used pieces; the last one was used most recently.
     pieces: Mutex<Vec<Arc<Piece>>>,
-    /// Reason for a failed read. The error is permanent: results from changed data are never used.
+    /// Reason for a failed read. The error is permanent, so that results from changed data are never used.
     fault: OnceLock<Diagnostic>,
 }
 
 /// Index entry of a window.
 #[derive(Debug)]
 struct WindowEntry {
-    /// Time of the first sample in the middle part of the segment, without the overlap, s.
+    /// Time of the first core sample of the window, s.
     time: f64,
-    /// Knots of all curves there.
+    /// Knots of all curves at this sample.
     knots: Vec<Target<f64>>,
-    /// Byte range of the lines of all its samples.
+    /// Byte range of the lines of all samples of the window.
     bytes: Range<u64>,
     /// Fingerprint of the numbers in these lines.
     fingerprint: u64,
@@ -101,7 +100,7 @@ impl Recorded {
         self.with(self.window_at(t), read).flatten().unwrap_or(nothing)
     }
 
-    /// Time of a sample, s; beyond the last sample that of the last; NaN after a failed read.
+    /// Time of a sample, s; for an index beyond the last sample, the time of the last one; NaN after a failed read.
     pub(crate) fn instant(&self, sample: usize) -> f64 {
         if sample + 1 >= self.count {
             return self.end;
@@ -116,7 +115,7 @@ impl Recorded {
         self.with(self.window_at(t), |piece| first_after(&piece.times, t)).flatten()
     }
 
-    /// Diagnostic if the recording could not be read, at `t` or before.
+    /// Reads the piece at `t` if necessary; returns the diagnostic of the failed read, if one has failed.
     pub(crate) fn fault_at(&self, t: f64) -> Option<Diagnostic> {
         self.with(self.window_at(t), |_| ());
         self.fault.get().cloned()
@@ -134,9 +133,10 @@ impl Recorded {
         thread_cache::with(self.id, index, || self.fetch(index), read)
     }
 
-    /// Shared piece, read if necessary. Other threads wait, as they usually need the same piece.
+    /// Returns a shared piece, which is read if necessary. Other threads wait, because they usually need the same
+    /// piece.
     fn fetch(&self, index: usize) -> Option<Arc<Piece>> {
-        // A panic on another thread leaves only complete pieces.
+        // After a panic on another thread, the list contains only complete pieces.
         let mut pieces = self.pieces.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = pieces.iter().position(|piece| piece.index == index) {
             let piece = pieces.remove(known);

@@ -5,9 +5,9 @@ use crate::contents::{Store, not_text};
 use crate::source::{Begin, Source};
 use std::sync::Arc;
 
-/// Bytes read at a time.
+/// Number of bytes read at a time.
 const PAGE: usize = 1 << 18;
-/// Maximum length of a line, bytes; a longer one shows that the file is not a recording.
+/// Maximum length of a line, bytes; a file with a longer line is not a recording.
 const LONGEST_LINE: usize = 1 << 20;
 
 /// Iterator over the pages of a text; an empty text has one empty page.
@@ -26,7 +26,7 @@ impl<'a> Pages<'a> {
         Self { store, name, begin: Begin::default(), rest: Vec::new(), has_ended: false }
     }
 
-    /// Reads to the end of a line and removes all complete lines.
+    /// Reads up to the end of a line; returns all complete lines and keeps the rest.
     fn read(&mut self) -> Result<Vec<u8>, String> {
         loop {
             let known = self.rest.len();

@@ -5,7 +5,7 @@ use crate::signal::{Curve, Window};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
-/// The core samples of one window, and the first of the next.
+/// Core samples of one window, and the first core sample of the next window.
 #[derive(Debug)]
 pub(super) struct Piece {
     /// Identifies the recording and the window.
@@ -27,7 +27,7 @@ pub(super) fn fingerprint(columns: &[Vec<f64>]) -> u64 {
     hasher.finish()
 }
 
-/// Reads the piece of a window; an error if the file has changed.
+/// Reads the piece of a window; fails if the file has changed.
 pub(super) fn read(recording: &Recorded, index: usize) -> Result<Piece, String> {
     let changed = || "it has changed since it was first read".to_owned();
     let entry = recording.entries.get(index).ok_or_else(changed)?;

@@ -1,8 +1,8 @@
 //! Cache of one piece per thread.
 //!
-//! A motion is evaluated many times at nearby instants. Each thread keeps the piece it used last,
-//! so that threads which follow the same recording share no lock. A piece stays in memory until its
-//! thread ends or needs another piece.
+//! A motion is evaluated many times at nearby instants. Each thread keeps the piece that it used last, so that
+//! threads which follow the same recording need no common lock. A piece remains in memory until the thread ends or
+//! needs another piece.
 
 use super::piece::Piece;
 use std::cell::RefCell;
@@ -12,8 +12,7 @@ thread_local! {
     static CACHED: RefCell<Option<Arc<Piece>>> = const { RefCell::new(None) };
 }
 
-/// Calls `f` with a piece, which is fetched if the thread caches another; `None` if it cannot be
-/// fetched.
+/// Calls `f` with a piece; the piece is fetched if the thread caches another one. `None` if it cannot be fetched.
 pub(super) fn with<T>(
     owner: u64,
     index: usize,

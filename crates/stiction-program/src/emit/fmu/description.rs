@@ -5,9 +5,9 @@ use std::fmt::Write;
 /// Version of the FMI standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fmi {
-    /// 2.0.
+    /// FMI 2.0.
     Two,
-    /// 3.0.
+    /// FMI 3.0.
     Three,
 }
 
@@ -51,13 +51,13 @@ pub enum Kind {
 /// Value before the first step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
-    /// Of a real variable.
+    /// Value of a real variable.
     Real(f64),
-    /// Of an integer variable.
+    /// Value of an integer variable.
     Integer(i32),
 }
 
-/// Variable of a unit. Its value reference is its place in the list.
+/// Variable of a unit. Its value reference is its position in the list of variables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
     /// Name, unique.
@@ -66,15 +66,15 @@ pub struct Variable {
     pub kind: Kind,
     /// Role.
     pub causality: Causality,
-    /// Times of changes.
+    /// Times at which the variable may change.
     pub variability: Variability,
     /// Unit by its FMI name, `1` for none.
     pub unit: String,
     /// Description.
     pub about: String,
-    /// Value before the first step, of inputs and parameters.
+    /// Value before the first step, for inputs and parameters.
     pub start: Option<Start>,
-    /// Least and largest value.
+    /// Least and greatest value; `None` for no limit.
     pub range: (Option<f64>, Option<f64>),
 }
 
@@ -83,7 +83,7 @@ pub struct Variable {
 pub struct Description {
     /// Version of the standard.
     pub fmi: Fmi,
-    /// Name of the binary and of the functions' prefix.
+    /// Name of the binary, which is also the prefix of the functions.
     pub identifier: String,
     /// Name of the model.
     pub model: String,
@@ -93,7 +93,7 @@ pub struct Description {
     pub version: String,
     /// Identifier that instance and description share.
     pub token: String,
-    /// Source files to compile, none for a unit with a binary only.
+    /// Source files to compile; empty for a unit that contains only a binary.
     pub sources: Vec<String>,
     /// Categories of messages, with their descriptions.
     pub categories: Vec<(&'static str, &'static str)>,
@@ -110,7 +110,7 @@ pub struct Description {
 }
 
 impl Fmi {
-    /// Number and version.
+    /// Major version, and complete version.
     pub(crate) fn names(self) -> (&'static str, &'static str) {
         match self {
             Self::Two => ("2", "2.0"),
@@ -144,7 +144,7 @@ impl Variable {
         Self::real("time", Causality::Independent, "s", "Time")
     }
 
-    /// Real variable: tunable if it is a parameter, else continuous.
+    /// Creates a real variable: tunable if it is a parameter, else continuous.
     pub fn real(name: &str, causality: Causality, unit: &str, about: &str) -> Self {
         let variability = match causality {
             Causality::Parameter => Variability::Tunable,
@@ -162,7 +162,7 @@ impl Variable {
         }
     }
 
-    /// Integer variable: tunable if it is a parameter, else discrete.
+    /// Creates an integer variable: tunable if it is a parameter, else discrete.
     pub fn integer(name: &str, causality: Causality, about: &str) -> Self {
         let variability = match causality {
             Causality::Parameter => Variability::Tunable,
@@ -359,7 +359,7 @@ fn base_unit(unit: &str) -> Option<&'static str> {
     })
 }
 
-/// Makes names unique by numbers; names of models usually are.
+/// Makes names unique by appending numbers; usually they are unique already.
 pub fn make_unique(variables: &mut [Variable]) {
     let mut seen = std::collections::HashSet::new();
     for variable in variables {
@@ -372,8 +372,8 @@ pub fn make_unique(variables: &mut [Variable]) {
     }
 }
 
-/// Text as an attribute of XML: names of models are free text. Characters that XML cannot contain,
-/// and white space other than blanks, appear by their code points in braces.
+/// Escapes text for an XML attribute, because names of models are free text. Characters that XML cannot contain, and
+/// white space other than blanks, are written as their code points in braces.
 pub(super) fn escaped(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,7 +1,7 @@
 //! Functional mock-up units: feed-forward as source code with the interface of the FMI standard.
 //!
-//! Facts of the interface follow the specifications FMI 2.0.5 and 3.0.2 of the Modelica
-//! Association; its declarations are written anew in the code, which needs no other file.
+//! The interface follows the specifications FMI 2.0.5 and 3.0.2 of the Modelica Association. The code contains its
+//! own declarations of the interface and needs no other file.
 
 mod description;
 
@@ -241,7 +241,7 @@ impl Feedforward {
     }
 }
 
-/// Identifier that follows from texts, in the form of a GUID.
+/// Identifier computed from texts, in the form of a GUID.
 pub fn token(texts: &[&str]) -> String {
     // FNV-1a (Fowler, Noll, Vo), 64 bits, from two offsets.
     let hash = |offset: u64| {
