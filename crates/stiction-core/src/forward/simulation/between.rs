@@ -8,6 +8,7 @@ use super::{Energies, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, Instant};
+use crate::kinematics::State;
 
 /// Interpolation of the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -218,8 +219,13 @@ impl<'a> Simulation<'a> {
         state.advance(&model.topology, &by);
         state.rates.iter_mut().zip(&to.state.rates).for_each(|(a, b)| *a += part * (b - *a));
         state.accelerations.clone_from(&to.state.accelerations);
-        let targets = model.targets(time, inputs);
-        model.project(time, &mut state, &targets, &end.anchors, &end.frozen)?;
+        let moves = |state: &State<f64>| state.rates.iter().any(|rate| *rate != 0.0);
+        if moves(&self.now.state) || moves(&to.state) {
+            let targets = model.targets(time, inputs);
+            // Interfaces that begin to stick at the end of the step still move within it.
+            let (anchors, frozen) = self.places_of(&self.modes, &end.modes);
+            model.project(time, &mut state, &targets, &anchors, &frozen)?;
+        }
         let data = model.data(time, state, &end.bristles, (&[], &[]), (&self.input, inputs));
         let mut instant = Instant { time, state: data.state.clone(), ..to.clone() };
         instant.bodies = data.bodies.clone();

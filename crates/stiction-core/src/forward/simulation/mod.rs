@@ -262,16 +262,18 @@ impl<'a> Simulation<'a> {
         if self.stepping.is_some() {
             return self.step_through(end, inputs);
         }
+        let start = self.now.time;
         match self.advance_once(end, inputs) {
             Err(error) if self.may_step(&error) => {
                 self.wait_longer();
                 self.begin_stepping();
-                // If time stepping fails as well, the first reason is the better one.
-                if self.now.time < end {
-                    self.step_through(end, inputs).map_err(|_| error)
-                } else {
-                    Ok(())
+                if self.now.time > start {
+                    // The step reached the event at which no acceleration was found. It ends here, because
+                    // results within it come from its own interpolation.
+                    return Ok(());
                 }
+                // If time stepping fails as well, the first reason is the better one.
+                self.step_through(end, inputs).map_err(|_| error)
             }
             other => other,
         }

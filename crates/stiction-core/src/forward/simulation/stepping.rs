@@ -92,7 +92,7 @@ impl Simulation<'_> {
 
     /// Anchors and frozen degrees of freedom of the interfaces that stick before and after the
     /// step. Their poses do not change.
-    fn places_of(
+    pub(super) fn places_of(
         &self,
         before: &[InterfaceMode],
         after: &[InterfaceMode],
