@@ -65,10 +65,6 @@ impl Mechanism {
             };
             let mut dofs: Vec<GearedDof> =
                 train.output_parts().map(|(joint, dof, part)| geared(joint, dof, part)).collect();
-            let start: f64 = dofs
-                .iter()
-                .map(|own| own.coefficient * self.joints[own.joint.0].start_or_zero()[own.dof])
-                .sum();
             let translates = train.translates();
             dofs.push(GearedDof { joint, dof: 0, coefficient: -1.0, translates });
             let name = format!("{}.motor", train.name);
@@ -90,7 +86,8 @@ impl Mechanism {
                 frame_k: Pose::identity(),
                 pitch: 0.0,
                 actuated: vec![false],
-                start: Some(vec![start]),
+                // The gearing determines it.
+                start: None,
                 friction: Vec::new(),
                 compliance: None,
                 ranges: Vec::new(),
