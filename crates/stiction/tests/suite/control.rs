@@ -215,7 +215,6 @@ fn a_sampled_pid_controller_hunts_as_the_exact_solution_between_samples() {
         let found = onsets(&run);
         assert!(expected.len() >= 18 && expected.len() == found.len(), "{}", found.len());
         for ((time, _), found) in expected.iter().zip(&found) {
-            println!("{period} {time:.12} {:e}", time - found);
             // Slip begins at samples. Rounding of positions grows about sevenfold in each half cycle, from 1e-16 to
             // 1e-10 s.
             assert!((time - found).abs() < 1e-8, "{period}: {time} {found}");
@@ -227,9 +226,6 @@ fn a_sampled_pid_controller_hunts_as_the_exact_solution_between_samples() {
         for (sample, position) in rests {
             assert!((sample.position("guide").unwrap() - position).abs() < 1e-8);
         }
-        // With equal coefficients it stays on one side of its goal.
-        let equal = controlled(MU, &sampled, end);
-        assert!(equal.samples().iter().all(|sample| sample.position("guide").unwrap() > -1e-12));
     }
 }
 
