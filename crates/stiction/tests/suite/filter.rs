@@ -147,7 +147,7 @@ fn smearing_is_reported() {
     let robot = filtered(best);
     let request = robot.inverse().motion(file.to_str().unwrap()).unwrap();
     let motion = request.job().unwrap().motion;
-    let notes = motion.notes.join("; ");
+    let notes = motion.interpolation.clone().unwrap();
     let (_, rest) = notes.split_once("steps of the acceleration are spread over ").unwrap();
     let stated: f64 = rest.split_once(" s").unwrap().0.parse().unwrap();
     // Noise moves the crossings of 90 % and 10 % of the step at 0.5 s.
