@@ -37,7 +37,6 @@ fn lines_fit_in_a_hundred_columns() {
     texts.extend([
         vec!["inverse"],
         vec!["inverse", "gough"],
-        vec!["forward", "five-bar", "--until", "0.1 s", "--step", "5ms"],
         vec!["check", "delta"],
         vec!["breakaway", "3rps"],
         vec!["compare", "five-bar", "--set-b", "crank=220mm"],

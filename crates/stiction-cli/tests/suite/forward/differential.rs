@@ -79,7 +79,7 @@ fn motors_of_several_joints_with_friction_are_simulated() {
     let model = json(model.succeeds());
     assert_eq!(model["states"].as_array().unwrap().len(), 4, "{model}");
     folder.stiction(&["forward", "wrist.toml", "--hold", "pitch"]).fails(
-        2,
+        1,
         &["the motor `left` moves several joints", "the motion of `pitch` is prescribed"],
     );
 }
