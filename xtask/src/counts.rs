@@ -1,4 +1,4 @@
-//! `cargo xtask counts`: instruction counts of the kernels.
+//! `cargo xtask counts`: instruction counts of the kernels and of runs.
 //!
 //! Unlike times, counts do not vary between runs or with the load of the machine, so they show a loss of a few
 //! percent. Callgrind counts the instructions of one call after some calls for warm-up. Counts depend on the
@@ -12,6 +12,8 @@ use std::process::{Command, ExitCode, Stdio};
 const FILE: &str = "crates/stiction-run/benches/counts.json";
 /// Relative increase that fails the comparison.
 const TOLERANCE: f64 = 0.03;
+/// Counts with the greatest accepted ratio to another one: motors must not make a sample dear.
+const RATIOS: [(&str, &str, f64); 1] = [("gough/run-geared", "gough/run", 1.3)];
 
 pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {
     let write = match (arguments.next().as_deref(), arguments.next()) {
@@ -58,6 +60,17 @@ fn count(write: bool) -> Result<bool, String> {
         println!("{name:<32} {count:>12} {change_text:>9}");
         good &= !change.is_some_and(|change| change > TOLERANCE);
         found.insert(name.to_owned(), json!(count));
+    }
+    for (name, base, most) in RATIOS {
+        let count = |name: &str| found.get(name).and_then(Value::as_f64);
+        let Some((count, base_count)) = count(name).zip(count(base)) else {
+            return Err(format!("{name} or {base} is not counted"));
+        };
+        let ratio = count / base_count;
+        println!("{name} over {base}: {ratio:.3}, at most {most}");
+        if ratio > most {
+            return Ok(false);
+        }
     }
     if write {
         let text = format!("{:#}\n", json!({ "compiler": compiler, "instructions": found }));

@@ -1,23 +1,40 @@
-//! One call of each kernel, for `cargo xtask counts`, which counts its instructions.
+//! One call of each kernel, and runs with all tables, for `cargo xtask counts`, which counts their instructions.
 
 use std::hint::black_box;
 use std::process::ExitCode;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::kinematics::Target;
 use stiction_core::statics::SingularityDistances;
-use stiction_format::{Source, gallery, read};
+use stiction_format::{ModelFile, Source, gallery, read};
 use stiction_program::InverseProgram;
+use stiction_run::inverse::{Summary, Tables};
+use stiction_run::{Job, Sink};
 
 const ROBOTS: [&str; 2] = ["3rps", "gough"];
 const KERNELS: [&str; 6] =
     ["frictionless", "friction", "program-frictionless", "program-friction", "follow", "distances"];
+/// Runs of the hexapod along a part of its motion, with ideal actuators and with motors.
+const RUNS: [&str; 2] = ["gough/run", "gough/run-geared"];
+/// Motors of the hexapod's legs, with all that costs time.
+const MOTORS: &str = "
+[legs.actuators.P]
+lead = \"10 mm/rev\"
+rotor_inertia = \"0.9 kg cm^2\"
+efficiency = 0.9
+motor_friction = { constant = \"30 mN m\", viscous = \"2e-5 N m s/rad\" }
+torque_constant = \"0.45 N m/A\"
+limits = { rated = \"0.64 N m\", peak = \"1.9 N m\", speed = \"3000 rpm\" }
+";
+/// Number of samples of a run.
+const SAMPLES: f64 = 200.0;
 /// Number of calls before the measured one, so that initialisation at first use is not counted.
 const BEFORE: usize = 3;
 
 fn main() -> ExitCode {
     // The harness adds `--bench`.
     let name = std::env::args().skip(1).find(|argument| argument != "--bench");
-    let names = ROBOTS.iter().flat_map(|robot| KERNELS.map(|kernel| format!("{robot}/{kernel}")));
+    let kernels = ROBOTS.iter().flat_map(|robot| KERNELS.map(|kernel| format!("{robot}/{kernel}")));
+    let names = kernels.chain(RUNS.map(str::to_owned));
     match name.as_deref() {
         Some("--list") => names.for_each(|name| println!("{name}")),
         // When all benchmarks run, it only verifies that everything works.
@@ -51,9 +68,39 @@ struct Robot {
     loads: Vec<AppliedLoad<f64>>,
 }
 
+/// A model of the gallery with more text.
+fn model(name: &str, more: &str) -> ModelFile {
+    let text = gallery::get(name).expect("it is in the gallery").to_owned() + more;
+    read(&Source::new(name, text), &|_| Err("no files".into())).expect("it is right")
+}
+
+/// Inverse dynamics with all tables, as `stiction inverse -o` computes them.
+fn run_with_tables(name: &str) {
+    let model = model("gough", if name.ends_with("geared") { MOTORS } else { "" });
+    let motion_name = model.default_motion.clone().unwrap();
+    let load_name = model.default_load.clone().unwrap();
+    let motion = (motion_name.as_str(), model.motion(&motion_name).unwrap());
+    let load = (load_name.as_str(), model.load(&load_name).unwrap());
+    let step = Some(motion.1.duration / SAMPLES);
+    let job = Job { step, ..Job::new(&model, motion, load) };
+    counted(&mut || {
+        let files = Tables::<Vec<u8>>::files(&job).len();
+        let mut tables = Tables::new(&job, vec![Vec::new(); files]).unwrap();
+        let mut summary = Summary::new(&job);
+        let verdict = job.run(
+            |sample| {
+                summary.add(sample)?;
+                tables.add(sample)
+            },
+            |_, _, _| true,
+        );
+        black_box(summary.json(&job, &verdict.unwrap()));
+        black_box(tables.finish().unwrap());
+    });
+}
+
 fn robot(name: &str) -> Robot {
-    let text = gallery::get(name).expect("it is in the gallery");
-    let model = read(&Source::new(name, text), &|_| Err("no files".into())).expect("it is right");
+    let model = model(name, "");
     let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
     let load = model.load(model.default_load.as_deref().unwrap()).unwrap();
     let at = |part: f64| motion.at(part * motion.duration).collect::<Vec<_>>();
@@ -71,6 +118,9 @@ fn robot(name: &str) -> Robot {
 }
 
 fn run(name: &str) {
+    if RUNS.contains(&name) {
+        return run_with_tables(name);
+    }
     let (robot_name, kernel_name) = name.split_once('/').unwrap_or((name, ""));
     let Robot { mut solver, signal, targets, loads } = robot(robot_name);
     let friction = match kernel_name {

@@ -15,6 +15,7 @@ mod identify;
 mod identify_report;
 mod inverse;
 mod load_formulas;
+mod manners;
 mod npz;
 mod program;
 mod spared;

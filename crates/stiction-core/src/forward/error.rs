@@ -66,15 +66,15 @@ pub enum ForwardError {
         /// Name of another of the same degree of freedom.
         second: String,
     },
-    /// A motor that moves several joints together has friction in motor or gear.
+    /// The friction of a motor that moves several joints together cannot be simulated.
     #[error(
-        "the motor `{actuator}` moves several joints together, and the friction of such motors and their gears is not \
-         simulated; give it a body of its own on a revolute joint, let the motor drive that joint, and connect it with \
-         the others by a `gearing`; or set its friction and losses to zero"
+        "the motor `{actuator}` moves several joints together, and its friction is not simulated {problem}"
     )]
     FrictionOfSeveral {
         /// Name of the drive train.
         actuator: String,
+        /// When or why not, and the remedy.
+        problem: String,
     },
     /// A body can move without inertia.
     #[error(

@@ -58,7 +58,7 @@ impl Forward {
             let what = match missed.what {
                 What::Joint(joint) => format!("joint `{}` stays open", self.joint_name(joint)),
                 What::Gearing(k) => {
-                    format!("gearing `{}` is not met", self.mechanism.gearings()[k].name)
+                    format!("gearing `{}` is not met", self.simulated().gearings()[k].name)
                 }
                 What::Given(k) => self.in_words(&known[places[k]].coordinate),
             };
@@ -72,7 +72,7 @@ impl Forward {
             return Err(ForwardError::Contradiction { what, by: f64::INFINITY, rates: false });
         }
         let mut state = assemble_partly(
-            &self.mechanism,
+            self.simulated(),
             topology,
             parameters,
             initial_poses,
@@ -134,7 +134,7 @@ impl Forward {
 
     /// Describes a coordinate by its names.
     fn in_words(&self, coordinate: &Coordinate) -> String {
-        let body = |body: &BodyId| &self.mechanism.bodies()[body.0].name;
+        let body = |body: &BodyId| &self.simulated().bodies()[body.0].name;
         let axis = |axis: &usize| ["x", "y", "z"].get(*axis).copied().unwrap_or("?");
         match coordinate {
             Coordinate::Joint { joint, dof } => {

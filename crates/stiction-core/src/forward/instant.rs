@@ -115,7 +115,7 @@ pub struct Instant {
     /// [`Gearing`](crate::mechanism::Gearing).
     pub gearings: Vec<f64>,
     /// For each joint the complete wrench that the predecessor exerts on the successor, world axes
-    /// about the reference point.
+    /// about the reference point; then those of shafts that the model has in addition.
     pub wrenches: Vec<Wrench<f64>>,
     /// All friction interfaces.
     pub interfaces: Vec<InterfaceSample>,
@@ -140,6 +140,8 @@ pub struct Instant {
     pub(super) distance: f64,
     /// Sticking interface that locks its joint only at this instant.
     pub(super) gives_way: Option<usize>,
+    /// Number of joints of the mechanism, without shafts that the model has in addition.
+    pub(super) joints: usize,
 }
 
 impl Instant {
@@ -176,12 +178,13 @@ impl Instant {
             distance: 0.0,
             open_drives: 0,
             gives_way: None,
+            joints: model.mechanism.joints().len(),
         }
     }
 
     /// Force (N) and moment (N m, about the origin of frame J) of each joint's complete wrench, world axes.
     pub fn reactions(&self) -> Vec<(Vec3<f64>, Vec3<f64>)> {
-        let each = self.wrenches.iter().zip(&self.bodies.frame_j);
+        let each = self.wrenches.iter().zip(&self.bodies.frame_j).take(self.joints);
         each.map(|(w, j)| (w.force, w.moment_about(j.position))).collect()
     }
 }
@@ -227,13 +230,14 @@ impl Forward {
         }
     }
 
-    /// Effort of each gearing in a response.
+    /// Effort of each gearing of the mechanism in a response.
     pub(super) fn gearing_efforts<'a>(
         &'a self,
         response: &'a Response,
     ) -> impl Iterator<Item = f64> + 'a {
         let multipliers = &response.multipliers[self.topology.constraints..];
-        multipliers.iter().zip(&self.parameters.gearings).map(|(m, own)| m / own.size)
+        let each = multipliers.iter().zip(&self.parameters.gearings).map(|(m, own)| m / own.size);
+        each.take(self.mechanism.gearings().len())
     }
 
     /// Wrench of all friction and gearings between the gear of an interface and its load, in a solution.

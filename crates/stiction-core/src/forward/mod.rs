@@ -23,6 +23,7 @@ mod instant;
 mod integrator;
 mod joints;
 mod mass_matrix;
+mod motor_shafts;
 mod project;
 mod rotors;
 mod simulation;
@@ -54,7 +55,7 @@ pub use simulation::Energies;
 pub use simulation::RateJump;
 
 use crate::kinematics::{Assembly, AssemblyReport, Coordinate, State, Target, column_scales};
-use crate::mechanism::{BodyId, Mechanism};
+use crate::mechanism::{BodyId, Mechanism, MotorShaft};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
@@ -113,6 +114,8 @@ const SPARSE: usize = 24;
 #[derive(Clone, Debug)]
 pub struct Forward {
     mechanism: Mechanism,
+    /// The mechanism with shafts for motors of several joints that have friction, and these shafts; `None` without any.
+    with_shafts: Option<(Mechanism, Vec<MotorShaft>)>,
     topology: Arc<Topology>,
     parameters: Parameters<f64>,
     /// Indices of the actuators whose motion is prescribed.
@@ -136,15 +139,18 @@ impl Forward {
 
     /// Builds the model with a spanning tree chosen by `rule`.
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
-        let topology = Arc::new(Topology::with_tree(&mechanism, rule));
-        let mut parameters = Parameters::new(&mechanism);
-        parameters.interfaces.extend(shaft_friction(&mechanism));
-        let rotors = Rotor::all(&mechanism);
+        let with_shafts = mechanism.with_shafts();
+        let simulated = with_shafts.as_ref().map_or(&mechanism, |(simulated, _)| simulated);
+        let topology = Arc::new(Topology::with_tree(simulated, rule));
+        let mut parameters = Parameters::new(simulated);
+        parameters.interfaces.extend(shaft_friction(simulated));
+        let rotors = Rotor::all(simulated);
         let columns = column_scales(&topology, parameters.length);
         let known = 0..topology.actuators.len();
         let prescribed = prescribed.iter().copied().filter(|a| known.contains(a)).collect();
         let mut model = Self {
             mechanism,
+            with_shafts,
             topology,
             parameters,
             prescribed,
@@ -222,7 +228,7 @@ impl Forward {
     ) -> Result<(State<f64>, AssemblyReport), ForwardError> {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let assembly = Assembly::new(
-            &self.mechanism,
+            self.simulated(),
             topology,
             parameters,
             initial_poses,

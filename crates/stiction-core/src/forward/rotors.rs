@@ -128,7 +128,7 @@ impl RotorTerm {
 pub(super) fn shaft_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f64>> {
     let mut frictions: Vec<InterfaceParameters<f64>> = Vec::new();
     for train in mechanism.drive_trains().iter().filter(|train| train.has_friction()) {
-        // Motors of several joints with friction are refused before a simulation starts.
+        // Motors of several joints with friction have shafts, or are refused before a simulation starts.
         let Some((joint, dof)) = train.only_dof() else { continue };
         let (n, friction) = (train.transmission().abs(), train.motor_friction);
         let (joint, joint_type) = (joint.0, mechanism.joints()[joint.0].joint_type);
@@ -172,10 +172,4 @@ pub(super) fn unequal_gears(mechanism: &Mechanism) -> Option<[&DriveTrain; 2]> {
         };
         trains[..k].iter().find(differs).map(|other| [other, train])
     })
-}
-
-/// Drive train of several joints whose motor or gear has friction.
-pub(super) fn friction_of_several(mechanism: &Mechanism) -> Option<&DriveTrain> {
-    let of_several = |train: &&DriveTrain| train.only_dof().is_none() && train.has_friction();
-    mechanism.drive_trains().iter().find(of_several)
 }

@@ -124,18 +124,6 @@ impl Forward {
         affine_friction(content, pitch, mode, velocity, bristles)
     }
 
-    /// Wrench of each actuator that exerts an effort, with its joint.
-    pub(super) fn actuator_wrenches<'a>(
-        &'a self,
-        data: &'a Data,
-    ) -> impl Iterator<Item = (usize, Wrench<f64>)> + 'a {
-        let each = self.topology.actuators.iter().zip(&data.efforts);
-        each.filter(|(_, effort)| **effort != 0.0).map(|(actuator, effort)| {
-            let dof = &self.topology.joint_types[actuator.joint].dofs()[actuator.dof];
-            (actuator.joint, data.bodies.effort(dof, actuator.joint) * *effort)
-        })
-    }
-
     /// Solves for given modes, starting from `known` normal loads; with `bound` also computes the
     /// coupling bound. Decisions between stick and slip compare accelerations with round-off, which
     /// the dense balance has less of: it serves here except for large mechanisms.
@@ -260,7 +248,7 @@ impl Forward {
                 percent: 100.0 * part,
             },
             Unsolved::Massless(Massless { body }) => {
-                let body = self.mechanism.bodies()[body].name.clone();
+                let body = self.simulated().bodies()[body].name.clone();
                 ForwardError::Massless { time, body }
             }
         }
@@ -268,6 +256,6 @@ impl Forward {
 
     /// Name of a joint.
     pub(super) fn joint_name(&self, joint: usize) -> String {
-        self.mechanism.joints()[joint].name.clone()
+        self.simulated().joints()[joint].name.clone()
     }
 }

@@ -12,6 +12,7 @@ mod drive_train;
 mod gearing;
 mod range;
 mod scalar_dof;
+mod shafts;
 mod spring;
 mod warning;
 
@@ -26,6 +27,7 @@ pub use drive_train::{
 pub use gearing::{Gearing, GearingSpec};
 pub use range::{JointRange, RangeOf};
 pub use scalar_dof::GearedDof;
+pub(crate) use shafts::MotorShaft;
 pub use spring::{
     Bushing, BushingSpec, GasSpring, JointSpring, JointSpringSpec, SixBySix, Spring, SpringSpec,
 };
@@ -213,15 +215,17 @@ impl Mechanism {
         drive_train::motor_maps(&self.drive_trains, &actuators)
     }
 
-    /// Joints of the actuated degrees of freedom whose motors or gears have friction, in the order of the drive trains,
-    /// each with the name of its first motor with friction. Simulations append one friction interface for each of
-    /// these degrees of freedom to the interfaces of the joints.
+    /// Actuated degrees of freedom whose motors or gears have friction, in the order of the drive trains: the name of the
+    /// first motor with friction, and the joint. A motor that shares several joints with others counts by itself, with the
+    /// first of its joints. Simulations append one friction interface for each of these to the interfaces of the joints.
     #[doc(hidden)]
     pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
         let mut found: Vec<(&str, (JointId, usize))> = Vec::new();
-        for train in self.drive_trains.iter().filter(|train| train.has_friction()) {
-            let Some(driven) = train.only_dof() else { continue };
-            if !found.iter().any(|(_, known)| *known == driven) {
+        let trains = self.drive_trains.iter().zip(self.trains_on_shafts());
+        for (train, on_shaft) in trains.filter(|(train, _)| train.has_friction()) {
+            let Some(driven) = train.dofs.first() else { continue };
+            let driven = (driven.joint, driven.dof);
+            if on_shaft || !found.iter().any(|(_, known)| *known == driven) {
                 found.push((&train.name, driven));
             }
         }

@@ -214,7 +214,7 @@ impl<'a> Acting<'a> {
         {
             return Err(Error::Checkpoint);
         }
-        self.references.at(self.forward, time)
+        self.references.at(time)
     }
 
     /// Position and rate error of an actuator.
@@ -483,7 +483,7 @@ impl Inputs for Acting<'_> {
         if let Some(leader) = &self.leader {
             let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
             all = vec![zero; self.kept.len()];
-            leader.actuators(self.forward, &mut all);
+            leader.actuators(&mut all);
         }
         for (target, way) in targets.iter_mut().zip(&self.sources) {
             *target = match way {

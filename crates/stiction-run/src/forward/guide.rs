@@ -12,6 +12,8 @@ use stiction_format::Side;
 #[derive(Clone, Debug)]
 pub(super) struct Guide<'a> {
     job: crate::Job<'a>,
+    /// The tree of the solver's state: simulations of friction may have shafts in addition.
+    tree: Forward,
     follower: Follower<'a>,
     loads: Vec<AppliedLoad<f64>>,
 }
@@ -26,7 +28,8 @@ impl<'a> Guide<'a> {
         let job = crate::Job { friction, ..along };
         let mut follower = job.assemble(motion.start)?;
         follower.solver.settings_mut().friction = friction;
-        Ok(Some(Self { job, follower, loads: Vec::new() }))
+        let tree = Forward::new(job.model.mechanism.without_friction(), &[]);
+        Ok(Some(Self { job, tree, follower, loads: Vec::new() }))
     }
 
     /// Moves the solver to another instant, s.
@@ -46,10 +49,10 @@ impl<'a> Guide<'a> {
     }
 
     /// Writes the motions of the actuators to `out`.
-    pub(super) fn actuators(&self, forward: &Forward, out: &mut [Target<f64>]) {
+    pub(super) fn actuators(&self, out: &mut [Target<f64>]) {
         let (state, bodies) = (self.follower.solver.state(), self.follower.solver.bodies());
-        for (target, (joint, dof)) in out.iter_mut().zip(forward.mechanism().actuators()) {
-            *target = forward.joint_motion(state, bodies, joint, dof);
+        for (target, (joint, dof)) in out.iter_mut().zip(self.tree.mechanism().actuators()) {
+            *target = self.tree.joint_motion(state, bodies, joint, dof);
         }
     }
 

@@ -93,7 +93,8 @@ impl Plant {
         let motion =
             actuators.map(|(j, dof)| forward.joint_motion(&state, &bodies, j, dof)).collect();
         let (ground, origin) = (forward.mechanism().base().inverse(), forward.parameters().origin);
-        let poses = poses_in_world(&bodies, origin).enumerate().skip(1);
+        let poses = poses_in_world(&bodies, origin).take(forward.mechanism().bodies().len());
+        let poses = poses.enumerate().skip(1);
         Ok((motion, poses.map(|(k, pose)| (BodyId(k), ground * pose)).collect()))
     }
 

@@ -72,12 +72,12 @@ impl<'a> References<'a> {
     }
 
     /// Reference motions of all actuators at an instant; zeros for those that follow none.
-    pub(super) fn at(&mut self, forward: &Forward, time: f64) -> Result<&[Target<f64>], Error> {
+    pub(super) fn at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
         let own: Vec<Option<Target<f64>>> =
             self.followers.iter().map(|follower| follower.own(time)).collect::<Result<_, _>>()?;
         if let Some(guide) = &mut self.guide {
             guide.go_to(time)?;
-            guide.actuators(forward, &mut self.now);
+            guide.actuators(&mut self.now);
         }
         for (follower, own) in self.followers.iter_mut().zip(own) {
             let now = &mut self.now[follower.actuator];

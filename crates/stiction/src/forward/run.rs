@@ -97,8 +97,10 @@ impl Sample {
             sticks: matches!(state.interface, InterfaceMode::Sticks | InterfaceMode::AtLimit(_)),
         });
         let origin = sample.forward.parameters().origin;
-        let poses = now.bodies.pose.iter().map(|pose| BodyPose::new(*pose, origin));
-        let twists = now.bodies.pose.iter().zip(&now.bodies.twist);
+        // Simulations may add shafts of motors.
+        let bodies = sample.forward.mechanism().bodies().len();
+        let poses = now.bodies.pose.iter().take(bodies).map(|pose| BodyPose::new(*pose, origin));
+        let twists = now.bodies.pose.iter().zip(&now.bodies.twist).take(bodies);
         let velocities = twists.map(|(pose, twist)| BodyVelocity {
             linear: twist.velocity_at(pose.position).to_array(),
             angular: twist.angular.to_array(),

@@ -172,6 +172,63 @@ fn without_excess_static_friction_the_axis_does_not_hunt() {
     assert!(run.last().unwrap().position("guide").unwrap().abs() < 1e-9);
 }
 
+/// Onsets of slip and stick of the axis under PID control sampled with this period, s, in closed form: the effort is
+/// constant between two samples, so that the axis slides along parabolas.
+fn exact_sampled(mu_static: f64, period: f64, end: f64) -> Vec<Onset> {
+    let (sliding, holding) = (MU * MASS * GRAVITY, mu_static * MASS * GRAVITY);
+    let (mut position, mut rate, mut integral) = (START, 0.0_f64, 0.0);
+    let mut onsets = Vec::new();
+    for k in 0..(end / period).round() as usize {
+        let (time, error) = (k as f64 * period, -position);
+        let effort: f64 = KP * error + integral - KD * rate;
+        integral += period * KI * error;
+        if rate == 0.0 {
+            if effort.abs() < holding {
+                continue;
+            }
+            onsets.push((time, position));
+        }
+        let towards = if rate == 0.0 { effort.signum() } else { rate.signum() };
+        let acceleration = (effort - towards * sliding) / MASS;
+        let stop = -rate / acceleration;
+        if stop > 0.0 && stop <= period {
+            // Static friction holds it there.
+            assert!(effort.abs() < holding);
+            position += 0.5 * rate * stop;
+            rate = 0.0;
+            onsets.push((time + stop, position));
+        } else {
+            position += (rate + 0.5 * acceleration * period) * period;
+            rate += acceleration * period;
+        }
+    }
+    onsets
+}
+
+#[test]
+fn a_sampled_pid_controller_hunts_as_the_exact_solution_between_samples() {
+    let end = 40.0;
+    for period in [10e-3, 1e-3] {
+        let expected = exact_sampled(0.3, period, end);
+        let sampled = CONTINUOUS.replace("period = 0", &format!("period = {period} s"));
+        let run = controlled(0.3, &sampled, end);
+        let found = onsets(&run);
+        assert!(expected.len() >= 18 && expected.len() == found.len(), "{}", found.len());
+        for ((time, _), found) in expected.iter().zip(&found) {
+            // Slip begins at samples. Rounding of positions grows about sevenfold in each half cycle, from 1e-16 to
+            // 1e-10 s.
+            assert!((time - found).abs() < 1e-8, "{period}: {time} {found}");
+        }
+        let rests = run.samples().iter().filter_map(|sample| {
+            let before = expected.iter().rposition(|(time, _)| *time <= sample.time)?;
+            (before % 2 == 1).then_some((sample, expected[before].1))
+        });
+        for (sample, position) in rests {
+            assert!((sample.position("guide").unwrap() - position).abs() < 1e-8);
+        }
+    }
+}
+
 #[test]
 fn a_sampled_pid_controller_approaches_the_continuous_one() {
     // The integral part of a sampled controller lags behind by up to a period; a change of the place where

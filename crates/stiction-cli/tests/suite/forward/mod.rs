@@ -1,6 +1,7 @@
 //! The command `stiction forward`: output files of a run.
 
 mod between_rows;
+mod differential;
 mod given;
 mod motion;
 mod passages;

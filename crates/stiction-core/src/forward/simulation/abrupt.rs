@@ -79,7 +79,7 @@ impl Forward {
         }
         let row = row - first;
         if let Some(own) = topology.gearings.get(row) {
-            return format!("gearing `{}`", self.mechanism.gearings()[own.gearing].name);
+            return format!("gearing `{}`", self.simulated().gearings()[own.gearing].name);
         }
         match self.prescribed.get(row - topology.gearings.len()) {
             Some(&actuator) => {

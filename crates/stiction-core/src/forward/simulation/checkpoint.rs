@@ -290,7 +290,7 @@ impl Forward {
             state: State::new(topology),
             bodies: Bodies::new(topology),
             drives: drives.clone(),
-            gearings: vec![0.0; topology.gearings.len()],
+            gearings: vec![0.0; self.mechanism.gearings().len()],
             wrenches: vec![Wrench::zero(); joints],
             interfaces: vec![interface; interfaces],
             bristle_rates: vec![[0.0; 3]; interfaces],
@@ -306,6 +306,7 @@ impl Forward {
             mobility: 0,
             distance: 0.0,
             gives_way: None,
+            joints: self.mechanism.joints().len(),
         };
         let angles = self.angles(0.0, &now.state, &now.bodies);
         let mut simulation = Simulation {

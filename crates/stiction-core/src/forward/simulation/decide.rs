@@ -8,7 +8,6 @@ use crate::forward::inputs::Inputs;
 use crate::forward::project::Anchor;
 use crate::forward::stick::Choice;
 use crate::kinematics::State;
-use crate::mechanism::JointId;
 
 /// Largest number of events at one time.
 const EVENTS_AT_ONCE: usize = 200;
@@ -48,7 +47,7 @@ impl Simulation<'_> {
             let rounding = self.model.rounding_of_onset(accelerations, interface);
             leaves |= moves || norm(begins) > rounding;
             if moves && along(velocity) > 0.0 || !moves && along(begins) > rounding {
-                let joint = JointId(self.model.parameters.interfaces[interface].joint);
+                let joint = self.model.reported_joint(interface);
                 let kind = EventKind::Slides { interface, joint, direction };
                 // A singular position may have been recorded after `since`.
                 let place = self.events.partition_point(|event| event.time <= since);
@@ -198,7 +197,7 @@ impl Simulation<'_> {
     pub(super) fn tell(&mut self, before: &[InterfaceMode]) {
         let time = self.now.time;
         for interface in 0..self.modes.len() {
-            let joint = JointId(self.model.parameters.interfaces[interface].joint);
+            let joint = self.model.reported_joint(interface);
             let kind = match (before[interface], self.modes[interface]) {
                 (
                     InterfaceMode::Sticks | InterfaceMode::AtLimit(_),

@@ -323,7 +323,7 @@ impl Simulation<'_> {
 
     /// Largest force that can be expected: the weight, or one newton.
     fn force_scale(&self) -> f64 {
-        let bodies = self.model.mechanism.bodies();
+        let bodies = self.model.simulated().bodies();
         let mass: f64 = bodies.iter().map(|body| body.mass).sum();
         (mass * self.model.parameters.gravity.norm()).max(1.0)
     }
@@ -341,7 +341,8 @@ impl Simulation<'_> {
         let is_actuated =
             |at: (usize, usize)| topology.actuators.iter().any(|a| (a.joint, a.dof) == at);
         let mut candidates: Vec<(usize, usize)> = Vec::new();
-        for (joint, joint_type) in topology.joint_types.iter().enumerate() {
+        let joints = model.mechanism.joints().len();
+        for (joint, joint_type) in topology.joint_types[..joints].iter().enumerate() {
             if joint_type.has_scalar_coordinates() {
                 candidates.extend((0..joint_type.dofs().len()).map(|dof| (joint, dof)));
             }

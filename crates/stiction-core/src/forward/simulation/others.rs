@@ -34,7 +34,7 @@ impl Simulation<'_> {
         let Some(other) = others.first() else { return Ok(()) };
         let differs = |c: &usize| (other.loads[*c] - loads[*c]).abs();
         let most = (0..loads.len()).max_by(|a, b| differs(a).total_cmp(&differs(b)));
-        let joint = JointId(most.map_or(0, |c| model.parameters.interfaces[c].joint));
+        let joint = most.map_or(JointId(0), |c| model.reported_joint(c));
         let kind = EventKind::NotUnique { joint, coupling, others };
         self.events.push(Event { time, kind });
         Ok(())

@@ -17,7 +17,7 @@ impl Simulation<'_> {
         let bodies = &self.now.bodies;
         let turned = SpringFault::first_turned(&self.model.topology, parameters, bodies);
         if let Some((spring, Some(problem))) =
-            turned.map(|fault| fault.in_words(&self.model.mechanism))
+            turned.map(|fault| fault.in_words(self.model.simulated()))
         {
             return Err(ForwardError::Spring { time: self.now.time, spring, problem });
         }
@@ -25,7 +25,7 @@ impl Simulation<'_> {
             let velocity = twist.velocity_at(pose.apply(parameters.com[body]));
             let speed = velocity.norm().max(twist.angular.norm() * parameters.length);
             if speed > SPEED_OF_LIGHT {
-                let body = self.model.mechanism.bodies()[body].name.clone();
+                let body = self.model.simulated().bodies()[body].name.clone();
                 return Err(ForwardError::Runaway { time: self.now.time, body, speed });
             }
         }

@@ -327,7 +327,7 @@ impl Simulation<'_> {
     /// Records a jump of velocities within a step from `time`, of size `change`, to the end `state`.
     fn record_jump(&mut self, step: &TimeStep, state: &State<f64>, time: f64, change: f64) {
         let most = (0..step.loads.len()).max_by(|a, b| step.loads[*a].total_cmp(&step.loads[*b]));
-        let joint = JointId(most.map_or(0, |c| self.model.parameters.interfaces[c].joint));
+        let joint = most.map_or(JointId(0), |c| self.model.reported_joint(c));
         let rates = self.rate_jumps(state);
         self.events.push(Event { time, kind: EventKind::Jump { joint, change, rates } });
     }
@@ -340,7 +340,8 @@ impl Simulation<'_> {
         bodies.place(topology, parameters, &after.coordinates);
         bodies.move_with(topology, &after.rates);
         let mut jumps = Vec::new();
-        for (index, joint_type) in topology.joint_types.iter().enumerate() {
+        let joints = self.model.mechanism.joints().len();
+        for (index, joint_type) in topology.joint_types[..joints].iter().enumerate() {
             if !joint_type.has_scalar_coordinates() {
                 continue;
             }
@@ -495,6 +496,7 @@ impl Forward {
             mobility: time_step.mobility,
             distance: time_step.distance,
             gives_way: None,
+            joints: self.mechanism.joints().len(),
         }
     }
 }

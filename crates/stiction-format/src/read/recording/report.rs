@@ -150,10 +150,12 @@ impl<'a> Report<'a> {
         if size > SMEARING_LIMIT * peak.size {
             let message = format!(
                 "the low-pass filter of {} Hz smears `{name}`: it changes the acceleration by {} \
-                 {unit}/s^2 or more near t = {} s; its peak is {} {unit}/s^2",
+                 {unit}/s^2 or more near t = {} s, and by about {} {unit}/s^2 if it has a step there; its \
+                 peak is {} {unit}/s^2",
                 number(cutoff),
                 short(size),
                 short(time),
+                short(filtered.error_at_step),
                 short(peak.size)
             );
             let place = self.place(coordinate, 0);

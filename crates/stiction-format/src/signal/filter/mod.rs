@@ -41,6 +41,9 @@ const WEIGHT: f64 = std::f64::consts::SQRT_2 - 1.0;
 const MOST_COLOURED: f64 = 3.0;
 /// Number of standard deviations up to which a change of acceleration is explained by noise.
 const SMEARING_SIGMAS: f64 = 4.0;
+/// Greatest difference between the step responses of two filters whose cut-off frequencies have the ratio 1.5, relative
+/// to the height of the step. At the step itself, the filtered signal is wrong by half of the height.
+const STEP_DIFFERENCE: f64 = 0.1194;
 /// Product of the cut-off frequency and the time in which the filtered signal rises from 10 % to 90 % of a step.
 const RISE: f64 = 0.40;
 /// `∫ (u^2/(1 + WEIGHT u^8))^2 du` from 0 to infinity: the squared amplitude of the acceleration, where `u` is the
@@ -75,6 +78,9 @@ pub(crate) struct Filtered {
     /// Largest loss of acceleration by smoothing, beyond the noise: the difference from a filter with
     /// one and a half times the cut-off frequency. Zero if noise explains all of the difference.
     pub(crate) smearing: Peak,
+    /// Error of the acceleration at that time if it has a step there: half the height of the step, estimated from the
+    /// same difference.
+    pub(crate) error_at_step: f64,
     /// Times at which the signal rests, s.
     pub(crate) rests: Vec<Rest>,
 }
@@ -223,7 +229,7 @@ pub(crate) fn filter(samples: &Samples) -> Vec<Filtered> {
             acceleration.raise(knot.acceleration.abs(), time);
         }
         let curve = Curve::of_knots(Interpolation::Spline(Given::Values), &times, knots);
-        let mut smearing = Peak::default();
+        let (mut smearing, mut error_at_step) = (Peak::default(), 0.0);
         if let Some(finer) = &finer {
             let c = finer.coefficients(signal);
             let rested = rest::impose(finer, signal, &c, noise);
@@ -231,7 +237,11 @@ pub(crate) fn filter(samples: &Samples) -> Vec<Filtered> {
                 let time = finer.equations.knots.knot(k);
                 let difference = (knot.acceleration - curve.at(time).acceleration).abs();
                 let [_, spread] = finer.spread(k);
-                smearing.raise(difference - SMEARING_SIGMAS * noise * spread, time);
+                let size = difference - SMEARING_SIGMAS * noise * spread;
+                if size > smearing.size {
+                    error_at_step = 0.5 * difference / STEP_DIFFERENCE;
+                }
+                smearing.raise(size, time);
             }
         }
         let cutoff = TAU * equations.cutoff;
@@ -246,6 +256,7 @@ pub(crate) fn filter(samples: &Samples) -> Vec<Filtered> {
             ],
             acceleration,
             smearing,
+            error_at_step,
             rests: rested.rests,
         }
     };
@@ -390,7 +401,8 @@ mod tests {
 
     /// Reported smearing of a motion whose acceleration has a step. The step responses of two filters whose
     /// cut-off frequencies have the ratio 1.5 differ by at most 0.1194 of the step, according to numerical
-    /// inversion of their frequency responses; four standard deviations of the noise are subtracted.
+    /// inversion of their frequency responses; four standard deviations of the noise are subtracted. At the
+    /// step of 4 the error is 2.
     #[test]
     fn smearing_of_acceleration_steps_is_reported() {
         // Acceleration 2 for 1 s, then -2 for 1 s.
@@ -399,6 +411,9 @@ mod tests {
             let mut noise = normal(seed);
             let (times, values) = sampled(1000.0, 2.0, |t| f(t) + size * noise());
             let found = filtered(8.0, &times, &values);
+            let error = (found.curve.at(1.0 - 1e-9).acceleration - 2.0).abs();
+            assert!((error / 2.0 - 1.0).abs() < 0.1, "{error}");
+            assert!((found.error_at_step / error - 1.0).abs() < 0.25, "{}", found.error_at_step);
             let Peak { size, time } = found.smearing;
             assert!((least * 4.0..0.13 * 4.0).contains(&size), "{size}");
             assert!((time - 1.0).abs() < rise_time(8.0), "{time}");
