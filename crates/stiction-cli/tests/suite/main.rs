@@ -3,6 +3,8 @@
 mod breakaway;
 mod cases;
 mod check;
+#[path = "../../../stiction-draw/tests/suite/chromium/mod.rs"]
+mod chromium;
 mod compare;
 mod compensate;
 mod convert;
@@ -16,6 +18,7 @@ mod identify_report;
 mod inverse;
 mod load_formulas;
 mod npz;
+mod pages;
 mod program;
 mod spared;
 mod study;
