@@ -14,7 +14,8 @@ pub(crate) fn install(name: &str) -> Result<PathBuf, String> {
     fs::create_dir_all(&to).map_err(|error| format!("{}: {error}", to.display()))?;
     for file in ["package.json", "package-lock.json"] {
         let source = from.join(file);
-        fs::copy(&source, to.join(file)).map_err(|error| format!("{}: {error}", source.display()))?;
+        fs::copy(&source, to.join(file))
+            .map_err(|error| format!("{}: {error}", source.display()))?;
     }
     let mut npm = Command::new("npm");
     npm.args(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]).current_dir(&to);

@@ -27,7 +27,8 @@ pub(crate) fn logged(name: &str) -> Folder {
     folder
 }
 
-pub(crate) const IDENTIFY: [&str; 5] = ["identify", "arm.toml", "log.csv", "--options", "options.toml"];
+pub(crate) const IDENTIFY: [&str; 5] =
+    ["identify", "arm.toml", "log.csv", "--options", "options.toml"];
 
 /// The table of efforts has the errors that the JSON states, and the page shows all that both contain.
 #[test]

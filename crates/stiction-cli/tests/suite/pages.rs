@@ -49,7 +49,9 @@ fn two_runs_are_laid_over_each_other() {
     let (both, before) = (person.value(picture), person.value(cursor));
     let overlay = "document.querySelector('select[aria-label=overlay]')";
     let choose = |value: &str| {
-        format!("(() => {{ const o = {overlay}; o.value = '{value}'; o.dispatchEvent(new Event('change')); }})()")
+        format!(
+            "(() => {{ const o = {overlay}; o.value = '{value}'; o.dispatchEvent(new Event('change')); }})()"
+        )
     };
     person.value(&choose("-1"));
     assert_ne!(person.value(picture), both);
@@ -103,13 +105,13 @@ fn pages() -> Vec<(&'static str, String)> {
                 "sweep",
                 "slider-crank",
                 "--vary",
-                "bodies.slider.mass = 1..3 kg",
+                "bodies.slider.mass = 1 kg..3 kg",
                 "--design",
                 "lhs",
                 "--samples",
                 "8",
                 "--objective",
-                "peak(crank.effort)",
+                "peak(A.effort)",
             ],
         ),
         ("view", &["view", "gough"]),
@@ -143,7 +145,8 @@ fn serious(person: &mut Person, axe: &str) -> Vec<String> {
         "found.violations.map(one => [one.impact, `${one.id}: ${one.nodes.map(n => n.html.slice(0, 160)).join(' | ')}`])",
     );
     let found = found.as_array().unwrap();
-    let serious = found.iter().filter(|one| matches!(one[0].as_str(), Some("serious" | "critical")));
+    let serious =
+        found.iter().filter(|one| matches!(one[0].as_str(), Some("serious" | "critical")));
     serious.map(|one| one[1].as_str().unwrap().to_owned()).collect()
 }
 
@@ -162,7 +165,9 @@ fn axe_finds_nothing_serious() {
             let preferred = json!({ "name": "prefers-color-scheme", "value": scheme });
             person.call("Emulation.setEmulatedMedia", json!({ "features": [preferred] }));
             if name == "playground" {
-                person.wait_for("/: \\d+\\.\\d+ s$/.test(document.getElementById('status').textContent)");
+                person.wait_for(
+                    "/: \\d+\\.\\d+ s$/.test(document.getElementById('status').textContent)",
+                );
             }
             person.value(
                 "(() => { const joints = document.querySelector('select[aria-label=joint]'); if (!joints) return; \

@@ -57,7 +57,7 @@ const tellOf = index => {
   const table = make("table"), rows = make("tbody"), together = shownRuns();
   if (together.length > 1) {
     const head = make("thead"), line = make("tr");
-    line.append(make("th"), ...together.map(own => make("th", { class: "number" }, own.label)), make("th"));
+    line.append(make("td"), ...together.map(own => make("th", { class: "number" }, own.label)), make("td"));
     head.append(line);
     table.append(head);
   }
@@ -107,7 +107,7 @@ const tellOf = index => {
   const open = make("p", { class: "note" });
   cells.push(() => { open.textContent = valueAt(determined, state.frame) === 0 ? "Statics does not determine all components of this reaction." : ""; });
   table.append(rows);
-  const wide = make("div", { class: "wide" });
+  const wide = make("div", { class: "wide", tabindex: "0", role: "group", "aria-label": `values of ${name}` });
   wide.append(table);
   const pair = make("div", { class: "joint-values" });
   pair.append(wide, charts);

@@ -83,7 +83,7 @@ const drawOther = own => {
     if (!k) return;
     const { outline, middle } = outlineOf(own, k, frame, places);
     if (outline.length < 2) { disc(middle, 3, ink.line1); return; }
-    trace(outline, outline.length > 2); stroke(ink.paper, 4); stroke(ink.line1, 2, [7, 4]);
+    trace(outline, outline.length > 2); stroke(ink.paper, 4, [7, 4]); stroke(ink.line1, 2, [7, 4]);
   });
   places.forEach(place => disc(project(place), 2.6, ink.line1, ink.paper));
   arrowsAt(own, frame, places);
