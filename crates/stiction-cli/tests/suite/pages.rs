@@ -1,14 +1,15 @@
 //! Pages of all commands in headless Chromium.
 #![cfg(unix)]
 
-use crate::chromium::Browser;
 use crate::chromium::person::Person;
+use crate::chromium::{Browser, look_at, look_at_with_script};
 use crate::identify_report::{IDENTIFY, logged};
 use crate::program::Folder;
 use serde_json::{Value, json};
 use std::env;
 use std::fs;
 use std::path::Path;
+use stiction_draw::viewer::SCRIPT;
 
 /// Values of a column of a table.
 fn column(table: &str, name: &str) -> Vec<f64> {
@@ -46,7 +47,7 @@ fn two_runs_are_laid_over_each_other() {
     // The picture and the plots follow one cursor; without the overlay, the picture changes.
     let picture = "document.querySelector('canvas').toDataURL()";
     let cursor = "document.querySelector('svg[data-left] .cursor').getAttribute('d')";
-    let (both, before) = (person.value(picture), person.value(cursor));
+    let (mut both, before) = (person.value(picture), person.value(cursor));
     let overlay = "document.querySelector('select[aria-label=overlay]')";
     let choose = |value: &str| {
         format!(
@@ -54,7 +55,7 @@ fn two_runs_are_laid_over_each_other() {
         )
     };
     person.value(&choose("-1"));
-    assert_ne!(person.value(picture), both);
+    assert!(person.value(picture) != both);
     assert_eq!(person.value("document.querySelector('[data-other-column]')"), Value::Null);
     assert_eq!(person.value(curves), 0);
     // The choice is in the link.
@@ -62,11 +63,13 @@ fn two_runs_are_laid_over_each_other() {
     person.go_to(link.as_str().unwrap());
     person.wait_for("document.getElementById('robot').dataset.time === '0.5'");
     assert_eq!(person.value(&format!("{overlay}.value")), "-1");
+    let alone = person.value(picture);
     person.value(&choose("0"));
-    assert_eq!(person.value(picture), both);
+    both = person.value(picture);
+    assert!(alone != both);
     person.value("document.querySelector('#robot input[type=range]').focus()");
     person.press("ArrowRight", 39);
-    assert_ne!(person.value(picture), both);
+    assert!(person.value(picture) != both);
     assert_ne!(person.value(cursor), before);
 
     // The values of both runs as one table.
@@ -89,12 +92,12 @@ fn two_runs_are_laid_over_each_other() {
     assert!(person.noise.is_empty(), "{:?}", person.noise);
 }
 
-/// All kinds of pages, by name.
-fn pages() -> Vec<(&'static str, String)> {
-    let folder = Folder::new("pages-all");
+/// All kinds of pages, by name, written into a folder of this name.
+fn pages(folder: &str) -> Vec<(&'static str, String)> {
+    let folder = Folder::new(folder);
     let commands: [(&str, &[&str]); 8] = [
         ("inverse", &["inverse", "3rps"]),
-        ("envelope", &["inverse", "five-bar", "--load", "none", "--load", "link1.fz = 1 N"]),
+        ("envelope", &["inverse", "five-bar", "--load", "none", "--load", "left_crank.fz = 1 N"]),
         ("forward", &["forward", "four-bar", "--until", "0.2"]),
         ("breakaway", &["breakaway", "3rps"]),
         ("check", &["check", "zhang2018"]),
@@ -121,16 +124,36 @@ fn pages() -> Vec<(&'static str, String)> {
         folder.stiction(&[command, &["-o", name]].concat()).succeeds();
         pages.push((name, folder.read(&format!("{name}/report.html"))));
     }
-    let identified = logged("pages-identify");
+    let identified = logged(&format!("{}-identify", folder.0.file_name().unwrap().display()));
     identified.stiction(&[&IDENTIFY[..], &["-o", "found"]].concat()).succeeds();
     pages.push(("identify", identified.read("found/report.html")));
+    pages
+}
+
+/// Every page is complete and legible, wide or narrow, light or dark, and in print; those of `inverse` and `check` are
+/// examined beside their code.
+#[test]
+fn pages_of_all_commands_are_legible() {
+    for (name, html) in pages("pages-legible") {
+        match html.contains("class=\"film\"") {
+            _ if matches!(name, "inverse" | "check") => {}
+            true => look_at_with_script(name, &html, SCRIPT),
+            false => look_at(name, &html),
+        }
+    }
+}
+
+/// The page of the playground, if it is built.
+fn playground() -> Option<(&'static str, String)> {
     let playground = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../target/playground/stiction-playground.html");
     match fs::read_to_string(playground) {
-        Ok(html) => pages.push(("playground", html)),
-        Err(_) => eprintln!("not examined: the playground, which `cargo xtask playground` builds"),
+        Ok(html) => Some(("playground", html)),
+        Err(_) => {
+            eprintln!("not examined: the playground, which `cargo xtask playground` builds");
+            None
+        }
     }
-    pages
 }
 
 /// What axe-core finds in the page, its serious findings only.
@@ -159,7 +182,7 @@ fn axe_finds_nothing_serious() {
     let axe = fs::read_to_string(axe).expect("axe-core");
     let browser = Browser::find().expect("a browser");
     let mut found = Vec::new();
-    for (name, html) in pages() {
+    for (name, html) in pages("pages-axe").into_iter().chain(playground()) {
         for (width, scheme) in [(1200, "light"), (1200, "dark"), (360, "light")] {
             let mut person = browser.open(&format!("axe-{name}-{width}-{scheme}"), &html, width);
             let preferred = json!({ "name": "prefers-color-scheme", "value": scheme });

@@ -145,8 +145,16 @@ impl Animation {
 
     /// Adds a sample without forces, at the poses of a solver.
     pub(crate) fn push_motion(&mut self, time: f64, solver: &InverseDynamics) {
+        self.push_pose(
+            time,
+            &poses_in_world(solver.bodies(), solver.parameters().origin).collect::<Vec<_>>(),
+        );
+    }
+
+    /// Adds a sample without forces, at the poses of all bodies, the ground first.
+    pub(crate) fn push_pose(&mut self, time: f64, poses: &[Pose<f64>]) {
         let loads = vec![0.0; LOAD.len() * (self.mechanism.bodies().len() - 1)];
-        self.push(time, poses_in_world(solver.bodies(), solver.parameters().origin), loads);
+        self.push(time, poses.iter().copied(), loads);
     }
 
     /// Adds a sample: poses of all bodies in the world, the ground first, and values of all columns in
