@@ -24,7 +24,7 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 17] = [
+const STEPS: [Step; 18] = [
     ("features", "builds with and without optional features", features),
     ("platforms", "the program on other systems: cargo check for Windows and macOS", platforms),
     ("packages", "packages as they would be published: cargo package", packaging),
@@ -38,6 +38,7 @@ const STEPS: [Step; 17] = [
     ("arm", "AArch64 machine code in an emulator (QEMU)", arm),
     ("export", "exported C code of all robots of the gallery, by gcc and clang", export),
     ("playground", "the engine in a browser: WebAssembly and its page", playground),
+    ("accessibility", "pages of all commands, examined by axe-core (npm, Chromium)", accessibility),
     ("fmu", "functional mock-up units in FMPy", fmu),
     ("mcap", "logs in MCAP from the writer of ROS 2 in Python", mcap),
     ("dask", "studies in Python on a local cluster of Dask", dask),
@@ -80,6 +81,19 @@ fn playground() -> Ended {
         return if is_absent { Ended::Skipped(why) } else { Ended::Failed };
     }
     ended(succeeds(&mut cargo(&["test", "--locked", "-p", "stiction-playground"])))
+}
+
+/// Installs axe-core below `target` by its lock file, and examines pages of all commands with it; those of the
+/// playground, if it is built.
+fn accessibility() -> Ended {
+    if !runs(Command::new("npm").arg("--version")) {
+        return Ended::Skipped("npm is not installed".to_owned());
+    }
+    let Ok(tools) = crate::npm::install("axe") else { return Ended::Failed };
+    let axe = tools.join("node_modules/axe-core/axe.min.js");
+    let only = ["--", "--ignored", "axe_finds_nothing_serious"];
+    let test = ["test", "--locked", "--workspace", "--test", "suite"];
+    ended(succeeds(cargo(&[&test[..], &only].concat()).env("STICTION_AXE", axe)))
 }
 
 fn ended(good: bool) -> Ended {

@@ -6,6 +6,7 @@ mod audit;
 mod counts;
 mod dist;
 mod fmu;
+mod npm;
 mod package;
 mod peers;
 mod playground;

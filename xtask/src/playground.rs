@@ -2,9 +2,10 @@
 
 use crate::dist::has_target;
 use crate::{cargo, succeeds};
+use std::env::consts::EXE_SUFFIX;
 use std::fs;
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 const TARGET: &str = "wasm32-unknown-unknown";
 const FOLDER: &str = "target/playground";
@@ -36,8 +37,10 @@ pub(crate) fn build() -> Result<(), String> {
     }
     let _ = fs::remove_dir_all(FOLDER);
     let module = format!("target/{TARGET}/release/stiction_playground.wasm");
-    let run = ["run", "--quiet", "--locked", "-p", "stiction-playground", "--", &module, FOLDER];
-    if !succeeds(&mut cargo(&run)) {
+    // With the features of the whole workspace, as the tests build it: alone it would be compiled again.
+    let pages = ["build", "--quiet", "--locked", "--workspace", "--bin", "playground-pages"];
+    let program = Path::new("target/debug").join(format!("playground-pages{EXE_SUFFIX}"));
+    if !succeeds(&mut cargo(&pages)) || !succeeds(Command::new(program).arg(&module).arg(FOLDER)) {
         return Err("the pages could not be written".to_owned());
     }
     for name in ["index.html", "stiction.wasm", "stiction-playground.html"] {

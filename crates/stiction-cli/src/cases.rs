@@ -9,7 +9,7 @@ use crate::written::note_folder;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use stiction::Robot;
-use stiction_run::comparison::{Comparison, EffortCurves, Headline, overlay};
+use stiction_run::comparison::{Comparison, EffortCurves, Headline, Reel, overlay};
 
 /// A motion and a load of the run, as given, and the name of their folder.
 pub(crate) struct Case<'a> {
@@ -23,6 +23,8 @@ pub(crate) struct Done {
     pub(crate) json: Value,
     pub(crate) headlines: Vec<Headline>,
     pub(crate) efforts: EffortCurves,
+    /// The moving robot for the report of all cases, if there is one.
+    pub(crate) reel: Option<Reel>,
     /// The files written.
     pub(crate) files: Vec<PathBuf>,
 }
@@ -92,7 +94,7 @@ pub(crate) fn run_all(
     let outputs = folder.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
     let (mut runs, mut figures, mut files) = (Vec::new(), Vec::new(), Vec::new());
-    let mut curves = Vec::new();
+    let (mut curves, mut reels) = (Vec::new(), Vec::new());
     for (index, case) in cases.iter().enumerate() {
         let own = folder.map(|dir| dir.join(&case.name));
         if !as_json {
@@ -107,6 +109,7 @@ pub(crate) fn run_all(
         runs.push(json!({ "name": case.name, "summary": run.json }));
         figures.push((case.name.clone(), run.headlines));
         curves.push((case.name.clone(), run.efforts));
+        reels.extend(run.reel.map(|reel| (case.name.clone(), reel)));
     }
     let comparison = Comparison::new(figures);
     let json = json!({ "cases": runs, "envelope": comparison.json() });
@@ -126,7 +129,8 @@ pub(crate) fn run_all(
         if report.is_on() {
             let title = format!("{}: envelope", robot.name());
             let about = format!("{} runs: each figure with its worst run.", cases.len());
-            let page = comparison.report((&title, &about), &figure, Some(&command_line()));
+            let command = command_line();
+            let page = comparison.report((&title, &about), &figure, reels, Some(&command));
             outputs.write(FILE, page.as_bytes())?;
         }
         outputs.write_figures(vec![("drives", figure)])?;

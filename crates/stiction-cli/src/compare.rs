@@ -65,6 +65,7 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         filter: options.filter,
         formats: Formats { csv: true, npz: false },
         report: options.report,
+        runs: 2,
     };
     let (motion, load) = (options.motion.as_deref(), options.load.as_deref());
     let mut requests = Vec::new();
@@ -77,7 +78,8 @@ fn execute(options: &Compare) -> Result<(), Failure> {
     let inputs = robots.iter().flat_map(Robot::files_read).collect();
     let outputs = folder.map(|dir| Outputs::new(dir, inputs)).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
-    let (mut runs, mut figures, mut curves) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut runs, mut figures) = (Vec::new(), Vec::new());
+    let (mut curves, mut reels) = (Vec::new(), Vec::new());
     let mut files = Vec::new();
     let mut text = String::new();
     for (index, (robot, request)) in robots.iter().zip(&requests).enumerate() {
@@ -100,6 +102,7 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         runs.push(run.json);
         figures.push((side.to_owned(), run.headlines));
         curves.push((side.to_owned(), run.efforts));
+        reels.extend(run.reel.map(|reel| (side.to_owned(), reel)));
     }
     let about = text.replace('\n', " ");
     let comparison = Comparison::new(figures);
@@ -126,7 +129,8 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         let figure = overlay(title, curves);
         if options.report.is_on() {
             let title = format!("{} and {}", names[0], names[1]);
-            let page = comparison.report((&title, &about), &figure, Some(&report::command_line()));
+            let command = report::command_line();
+            let page = comparison.report((&title, &about), &figure, reels, Some(&command));
             outputs.write(report::FILE, page.as_bytes())?;
         }
         outputs.write_figures(vec![("drives", figure)])?;

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::{Error, FrictionMode, Robot};
 use stiction_run::Indices;
-use stiction_run::comparison::{EffortCurves, Headline};
+use stiction_run::comparison::{EffortCurves, Headline, Reel};
 use stiction_run::inverse::{Animation, Curves, Summary, Tables, draw_report, write_summary};
 
 pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
@@ -36,6 +36,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     }
     warn(robot.warnings());
     let interrupted = listen_for_interrupt();
+    let lists = [cases::separate(&options.motion), cases::separate(&options.load)];
     let choice = Choice {
         friction: options.friction,
         step: options.sampling.step,
@@ -44,9 +45,9 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         filter: options.filter,
         formats: options.tables.formats(),
         report: options.report,
+        runs: lists.iter().map(|list| list.len().max(1)).product(),
     };
     let folder = options.report.folder(options.output.as_deref())?;
-    let lists = [cases::separate(&options.motion), cases::separate(&options.load)];
     if lists.iter().any(|list| list.len() > 1) {
         let settings = (options, folder.as_deref());
         return several(&robot, settings, &cases::cases(&lists), &choice, &interrupted);
@@ -85,8 +86,8 @@ fn several(
         let run = along(robot, &requests[index], choice, folder, interrupted, |run| {
             if options.json { Ok(()) } else { print(&folded(&run.text)) }
         })?;
-        let Run { json, headlines, efforts, files, .. } = run;
-        Ok(Done { json, headlines, efforts, files })
+        let Run { json, headlines, efforts, reel, files, .. } = run;
+        Ok(Done { json, headlines, efforts, reel, files })
     })
 }
 
@@ -100,6 +101,8 @@ pub(crate) struct Choice {
     pub(crate) filter: Filter,
     pub(crate) formats: Formats,
     pub(crate) report: Report,
+    /// Number of runs of the command, which share a report if there are several.
+    pub(crate) runs: usize,
 }
 
 impl Choice {
@@ -137,6 +140,8 @@ pub(crate) struct Run {
     pub(crate) text: String,
     pub(crate) headlines: Vec<Headline>,
     pub(crate) efforts: EffortCurves,
+    /// The moving robot for the report of several runs.
+    pub(crate) reel: Option<Reel>,
     /// The files written.
     pub(crate) files: Vec<PathBuf>,
 }
@@ -203,7 +208,10 @@ pub(crate) fn along(
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = write_summary(&mut text, &job, &summary, &verdict);
-    let mut run = Run { json, text, headlines: summary.headlines(), efforts, files: Vec::new() };
+    let reel = animation.as_ref().filter(|_| choice.runs > 1);
+    let reel = reel.and_then(|animation| animation.reel(choice.runs));
+    let headlines = summary.headlines();
+    let mut run = Run { json, text, headlines, efforts, reel, files: Vec::new() };
     show(&run)?;
     if let (Some(mut outputs), Some(tables), Some(curves)) = (outputs, tables, curves) {
         let files = tables.finish().map_err(|error| outputs.trouble_with_tables(error))?;

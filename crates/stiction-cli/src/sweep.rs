@@ -166,7 +166,7 @@ fn description(options: &Sweep, robot: &Robot, designs: &Designs) -> Result<Valu
 /// Results so far.
 pub(crate) struct Results {
     findings: Findings,
-    pictures: Option<Pictures>,
+    pictures: Pictures,
     rows: u64,
 }
 
@@ -191,9 +191,7 @@ impl Results {
     ) {
         self.rows += 1;
         self.findings.add(number, settings, row);
-        if let Some(pictures) = &mut self.pictures {
-            pictures.add(settings, &row.values);
-        }
+        self.pictures.add(settings, &row.values);
     }
 
     /// Shows the results, gives the files their names, and fails if no design has results.
@@ -227,11 +225,11 @@ impl Results {
         let mut files = Vec::new();
         if let Some(mut outputs) = outputs {
             outputs.write("sweep.json", format!("{json:#}\n").as_bytes())?;
-            for (name, picture) in self.pictures.iter().flat_map(Pictures::draw) {
+            for (name, picture) in self.pictures.draw() {
                 outputs.write(&name, picture.as_bytes())?;
             }
             if options.report.is_on() {
-                let results = (&self.findings, self.pictures.as_ref());
+                let results = (&self.findings, &self.pictures);
                 let command = report::command_line();
                 let page = draw_report(heading, results, Some(&command), about);
                 outputs.write(report::FILE, page.as_bytes())?;

@@ -2,6 +2,7 @@
 
 use crate::motor_load::MotorLoad;
 use crate::names::Names;
+pub use crate::report::animation::Reel;
 use crate::statistics::Size;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};

@@ -1,6 +1,7 @@
 //! Report of several runs side by side.
 
-use crate::comparison::Comparison;
+use crate::comparison::{Comparison, Reel};
+use crate::report::animation::{MOST_RUNS, together};
 use crate::report::html::{self, Column, note, section, text};
 use crate::report::version;
 use stiction_draw::figure::Figure;
@@ -8,14 +9,25 @@ use stiction_draw::numbers::{number, percent};
 use stiction_draw::xml::escape;
 
 impl Comparison {
-    /// Writes the report of a comparison or an envelope: the figures of all runs, their efforts in one
-    /// plot, and links to the reports of the runs, which are in folders of their names.
+    /// Writes the report of a comparison or an envelope: the figures of all runs, the moving robots of `reels`
+    /// laid over each other, their efforts in one plot, and links to the reports of the runs, which are in
+    /// folders of their names.
     pub fn report(
         &self,
         (title, about): (&str, &str),
         figure: &Figure,
+        reels: Vec<(String, Reel)>,
         command: Option<&str>,
     ) -> String {
+        let caption = match reels.len() {
+            0..=MOST_RUNS => String::new(),
+            _ => format!("The first {MOST_RUNS} runs. "),
+        };
+        let caption = format!(
+            "{caption}The other run is dashed, at the same time, with its own arrows. Click a joint for its \
+             values in both."
+        );
+        let robots = together(reels, &caption);
         let links: Vec<String> = self
             .labels()
             .iter()
@@ -28,11 +40,18 @@ impl Comparison {
             format!("<h1>{}</h1>\n", escape(title)),
             note(about),
             section("Figures side by side", &self.table()),
+            match robots.as_str() {
+                "" => String::new(),
+                robots => section("The robots", robots),
+            },
             section("Actuator efforts", &html::curves(figure)),
             section("Reports of the runs", &format!("<p>{}</p>\n", links.join(" · "))),
             section("To repeat this run", &(command + &version())),
         ];
-        html::page(title, &inner.concat())
+        match robots.is_empty() {
+            true => html::page(title, &inner.concat()),
+            false => html::page_with_robot(title, &inner.concat()),
+        }
     }
 
     fn table(&self) -> String {

@@ -152,7 +152,8 @@ fn single(
     folder: Option<&Path>,
     Watch { interrupted, limit }: Watch<'_>,
 ) -> Result<Done, Failure> {
-    let is_one_of_many = cases::separate(&options.load).len() > 1;
+    let runs = cases::separate(&options.load).len();
+    let is_one_of_many = runs > 1;
     let plan = request.clone().plan()?;
     let job = plan.job();
     sources::refuse_filter(&options.filter, job.motion.map(|motion| (&*job.motion_name, motion)))?;
@@ -231,6 +232,8 @@ fn single(
         error => Outputs::explain(outputs.as_ref(), error),
     })?;
     let (summary, (curves, efforts, animation), tables) = recorder.sink;
+    let reel = animation.as_ref().filter(|_| is_one_of_many);
+    let reel = reel.and_then(|animation| animation.reel(runs));
 
     let json = summary.json(&job, &outcome);
     let failed = matches!(outcome.ending, Ending::Failed(_));
@@ -307,6 +310,7 @@ fn single(
             json,
             headlines: summary.headlines(),
             efforts: efforts.curves,
+            reel,
             files: written,
         }),
         Some(part) => Err(stiction::energy_lost(part).into()),

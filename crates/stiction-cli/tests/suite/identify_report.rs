@@ -8,7 +8,7 @@ const MOTION: &str = "shoulder = 40 deg*sin(2.1*t) + 20 deg*sin(4.7*t + 1); \
                       elbow = 30 deg*sin(3.3*t) + 25 deg*sin(5.9*t + 2); duration = 6 s";
 
 /// Log of the arm with noise of 0.2 N m in its efforts.
-fn logged(name: &str) -> Folder {
+pub(crate) fn logged(name: &str) -> Folder {
     let folder = Folder::new(name);
     folder.write("arm.toml", ARM);
     let run = ["inverse", "arm.toml", "--motion", MOTION, "--load", "none", "--report", "off"];
@@ -27,7 +27,8 @@ fn logged(name: &str) -> Folder {
     folder
 }
 
-const IDENTIFY: [&str; 5] = ["identify", "arm.toml", "log.csv", "--options", "options.toml"];
+pub(crate) const IDENTIFY: [&str; 5] =
+    ["identify", "arm.toml", "log.csv", "--options", "options.toml"];
 
 /// The table of efforts has the errors that the JSON states, and the page shows all that both contain.
 #[test]

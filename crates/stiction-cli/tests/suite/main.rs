@@ -3,6 +3,8 @@
 mod breakaway;
 mod cases;
 mod check;
+#[path = "../../../stiction-draw/tests/suite/chromium/mod.rs"]
+mod chromium;
 mod compare;
 mod compensate;
 mod convert;
@@ -17,6 +19,7 @@ mod inverse;
 mod load_formulas;
 mod manners;
 mod npz;
+mod pages;
 mod program;
 mod spared;
 mod study;

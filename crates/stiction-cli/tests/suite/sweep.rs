@@ -176,6 +176,12 @@ fn sampled_designs_can_be_repeated() {
         column(&cube, "motion.tool.x [mm]").iter().map(|x| ((x + 50.0) / 10.0) as i64).collect();
     places.sort_unstable();
     assert_eq!(places, (0..10).collect::<Vec<_>>());
+
+    // A scatter plot over each key, with a mark for each design.
+    for file in ["out/sweep-1.svg", "out/sweep-2.svg"] {
+        assert_eq!(folder.read(file).matches("<circle").count(), 10, "{file}");
+    }
+    assert_eq!(folder.read("out/report.html").matches("<circle").count(), 20);
 }
 
 /// Killed twice, the study continues and has the bytes of one that was not.

@@ -62,6 +62,15 @@ pub struct Line {
     pub dashed: bool,
 }
 
+impl Line {
+    /// Single points without a line between them.
+    pub fn of_marks(points: impl IntoIterator<Item = (f64, f64)>, colour: usize) -> Self {
+        let apart = |point: (f64, f64)| [point, (point.0, f64::NAN)];
+        let points = points.into_iter().flat_map(apart).collect();
+        Self { label: String::new(), points, colour, dashed: false }
+    }
+}
+
 /// Medium of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
@@ -167,6 +176,17 @@ mod tests {
         let svg = figure(vec![vec![(0.0, 1.0)], vec![(0.0, 2.0)]]).svg();
         // The point of the dashed line is drawn as a cross.
         assert!(svg.contains("<circle") && svg.contains("m-5-5l10 10"), "{svg}");
+    }
+
+    /// Many single points are small, and each of them is there.
+    #[test]
+    fn many_points_are_marked() {
+        let mut scattered = figure(vec![vec![]]);
+        let points = (0..100).map(|k| (f64::from(k), f64::from(k * k % 17)));
+        scattered.panels[0].lines = vec![Line::of_marks(points, 0)];
+        let svg = scattered.svg();
+        assert_eq!(svg.matches("h0").count(), 100, "{svg}");
+        assert!(!scattered.is_empty() && svg.contains("stroke-linecap=\"round\""));
     }
 
     /// In tall figures, an axis is visible for each panel without scrolling to the last one.

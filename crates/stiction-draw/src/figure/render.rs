@@ -14,6 +14,8 @@ const LETTER: f64 = 6.6;
 const NAME: f64 = 26.0;
 const TICKS: f64 = 44.0;
 const ROW: f64 = 22.0;
+/// Largest number of single points of a line that have large markers.
+const MANY: usize = 40;
 /// Largest number of letters of a label at the end of a line.
 const LONGEST: usize = 24;
 /// Least distance between two such labels, px.
@@ -267,8 +269,25 @@ impl<'a> Renderer<'a> {
         for band in &panel.bands {
             self.band(band, &y, bottom);
         }
+        // What a page needs to read a value.
+        let is_page = self.form == Form::Page;
+        if is_page {
+            let _ = write!(
+                self.drawn,
+                "<g class=\"panel\" data-top=\"{}\" data-bottom=\"{}\" data-low=\"{:?}\" \
+                 data-high=\"{:?}\" data-name=\"{}\">",
+                px(top),
+                px(bottom),
+                y.low,
+                y.high,
+                escape(&panel.y_label)
+            );
+        }
         for line in &panel.lines {
             self.line(line, &y, bottom);
+        }
+        if is_page {
+            self.drawn += "</g>";
         }
         if self.figure.labels_lines() {
             self.labels(panel, &y, top);
@@ -295,6 +314,13 @@ impl<'a> Renderer<'a> {
                 run.push(point);
             }
         }
+        let single = runs.iter().filter(|run| run.len() == 1).count();
+        if single > MANY {
+            let points = runs.iter().filter(|run| run.len() == 1).flatten();
+            let marks: String = points.map(|(x, y)| format!("M{x} {y}h0")).collect();
+            self.stroke(&marks, &name, " stroke-width=\"4.5\" stroke-linecap=\"round\"");
+            runs.retain(|run| run.len() > 1);
+        }
         for run in runs.iter().filter(|run| !run.is_empty()) {
             if let [(x, y)] = &run[..] {
                 // A single point needs a marker; a cross remains visible on top of the circle of another line.
@@ -314,7 +340,11 @@ impl<'a> Renderer<'a> {
             }
         }
         if !path.is_empty() {
-            let more = format!("{} stroke-linejoin=\"round\"", dashes(line.dashed));
+            let label = match self.form {
+                Form::Page => format!(" data-label=\"{}\"", escape(&line.label)),
+                Form::Paper => String::new(),
+            };
+            let more = format!("{} stroke-linejoin=\"round\"{label}", dashes(line.dashed));
             self.stroke(&path, &name, &more);
         }
     }

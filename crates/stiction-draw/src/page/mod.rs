@@ -112,7 +112,8 @@ pub fn table(head: &[(String, Column)], rows: &[Vec<String>]) -> String {
     };
     let mut inner = String::from("<table>\n<thead><tr>");
     for (name, column) in head {
-        inner += &cell("th", *column, name);
+        // A column without a name has no heading.
+        inner += &cell(if name.is_empty() { "td" } else { "th" }, *column, name);
     }
     inner += "</tr></thead>\n<tbody>\n";
     for row in rows {

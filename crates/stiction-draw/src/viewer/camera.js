@@ -26,10 +26,10 @@ const orbit = (across, along) => {
 
 // Everything that has to fit: joints, lonely bodies and paths at some samples.
 const extent = [];
-for (const frame of some) {
-  scene.joints.forEach(joint => extent.push(jointAt(frame, joint)));
-  scene.bodies.forEach((body, k) => { if (k && body.joints.length < 2 && body.mass > 0) extent.push(placed(frame, k, body.com)); });
-  scene.traced.forEach(point => extent.push(placed(frame, point.body, point.at)));
+for (const own of [run, ...others]) for (const frame of own.some) {
+  own.scene.joints.forEach(joint => extent.push(own.jointAt(frame, joint)));
+  own.scene.bodies.forEach((body, k) => { if (k && body.joints.length < 2 && body.mass > 0) extent.push(own.placed(frame, k, body.com)); });
+  own.scene.traced.forEach(point => extent.push(own.placed(frame, point.body, point.at)));
 }
 if (!extent.length) extent.push([0, 0, 0]);
 

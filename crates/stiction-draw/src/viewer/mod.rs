@@ -14,6 +14,7 @@ pub const SCRIPT: &str = concat!(
     include_str!("stage.js"),
     include_str!("readout.js"),
     include_str!("saving.js"),
+    include_str!("plots.js"),
     include_str!("panel.js"),
     "})();\n"
 );
@@ -80,26 +81,47 @@ fn actuator(actuator: &Actuator) -> Value {
     json!({ "name": name, "unit": unit, "joint": joint, "axis": axis, "second": second, "turns": turns })
 }
 
-/// Markup of the moving robot; `still` is the picture shown without a script and in print.
-pub fn robot(scene: &Value, film: &Film, still: &str, caption: &str) -> String {
-    let floats: Vec<u8> = film.poses.iter().flat_map(|x| x.to_le_bytes()).collect();
-    let doubles = |list: &[f64]| {
-        BASE64_STANDARD.encode(list.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>())
-    };
-    let data = json!({
-        "scene": scene,
-        "of": film.of,
-        "origin": film.origin,
-        "columns": film.columns,
-        "interfaces": film.interfaces,
-        "ghost": film.ghost.as_ref().map(|ghost| json!({
-            "time": ghost.time, "index": ghost.index, "twists": ghost.twists,
-        })),
-        "actuators": film.actuators.iter().map(actuator).collect::<Vec<_>>(),
-        "times": doubles(&film.times),
-        "poses": BASE64_STANDARD.encode(&floats),
-        "values": doubles(&film.values),
-    });
+/// A run of a page: a mechanism and its samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shot {
+    /// Name among the runs of the page.
+    pub label: String,
+    /// Description of the mechanism by [`crate::drawing::Drawing::scene`].
+    pub scene: Value,
+    /// Its samples.
+    pub film: Film,
+}
+
+impl Shot {
+    fn data(&self) -> Value {
+        let Self { label, scene, film } = self;
+        let floats: Vec<u8> = film.poses.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let doubles = |list: &[f64]| {
+            BASE64_STANDARD.encode(list.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>())
+        };
+        json!({
+            "label": label,
+            "scene": scene,
+            "of": film.of,
+            "origin": film.origin,
+            "columns": film.columns,
+            "interfaces": film.interfaces,
+            "ghost": film.ghost.as_ref().map(|ghost| json!({
+                "time": ghost.time, "index": ghost.index, "twists": ghost.twists,
+            })),
+            "actuators": film.actuators.iter().map(actuator).collect::<Vec<_>>(),
+            "times": doubles(&film.times),
+            "poses": BASE64_STANDARD.encode(&floats),
+            "values": doubles(&film.values),
+        })
+    }
+}
+
+/// Markup of the moving robot of a run, over which a reader can lay one of the others at the same time; `still`
+/// is its picture without a script and in print.
+pub fn robot(run: &Shot, others: &[Shot], still: &str, caption: &str) -> String {
+    let mut data = run.data();
+    data["others"] = others.iter().map(Shot::data).collect();
     // Without the character `<`, no text in the data can end the element.
     let data = data.to_string().replace('<', "\\u003c");
     format!(

@@ -1,4 +1,4 @@
-// Controls, the link, and the cursor of the plots.
+// Controls and the link.
 const controls = figure.querySelector(".controls");
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 const span = times[frames - 1] - times[0];
@@ -48,6 +48,7 @@ const remember = () => {
   if (state.joint >= 0) parts.push(`joint=${encodeURIComponent(scene.joints[state.joint].name)}`);
   if (camera.fitted) { if (camera.fitted !== "best") parts.push(`view=${camera.fitted}`); }
   else parts.push(`view=${[...camera.toward, ...camera.up].map(x => x.toFixed(3)).join(",")}`);
+  if (state.other !== (others.length ? 0 : -1)) parts.push(`overlay=${state.other < 0 ? "" : encodeURIComponent(others[state.other].label)}`);
   if (camera.zoom !== 1) parts.push(`zoom=${camera.zoom.toFixed(2)}`);
   // A page within another document has no link of its own.
   try { history.replaceState(null, "", `#${parts.join("&")}`); } catch { /* nothing to remember */ }
@@ -56,10 +57,10 @@ const recall = () => {
   const parts = new Map(location.hash.slice(1).split("&").map(part => { const k = part.indexOf("="); return [part.slice(0, k), part.slice(k + 1)]; }));
   const number = key => parts.has(key) && Number.isFinite(Number(parts.get(key))) ? Number(parts.get(key)) : null;
   if (number("t") !== null) { setPlaying(false); show(nearestFrame(number("t"))); }
+  const nameIn = key => { try { return decodeURIComponent(parts.get(key)); } catch { return ""; /* not a name */ } };
+  if (parts.has("overlay")) layOver(others.findIndex(own => own.label === nameIn("overlay")));
   if (parts.has("joint")) {
-    let name = "";
-    try { name = decodeURIComponent(parts.get("joint")); } catch { /* not a name */ }
-    const index = scene.joints.findIndex(joint => joint.name === name);
+    const name = nameIn("joint"), index = scene.joints.findIndex(joint => joint.name === name);
     if (index >= 0 && index !== state.joint) select(index);
   }
   if (number("zoom") > 0) camera.zoom = Math.min(20, Math.max(0.2, number("zoom")));
@@ -74,12 +75,14 @@ const recall = () => {
 const show = frame => {
   state.frame = Math.min(frames - 1, Math.max(0, frame));
   slider.value = String(state.frame);
-  const text = `t = ${shown(times[state.frame])} s`;
+  const other = state.other >= 0 ? others[state.other] : run, otherTime = other.times[sampleOf(other)];
+  // The other run is shown at its nearest sample, or at its end.
+  const text = `t = ${shown(times[state.frame])} s${otherTime === times[state.frame] ? "" : `, ${other.label} at ${shown(otherTime)} s`}`;
   slider.setAttribute("aria-valuetext", text);
   now.textContent = text;
   figure.setAttribute("data-time", String(times[state.frame]));
   draw();
-  cells.forEach(cell => cell(state.frame));
+  cells.forEach(cell => cell());
   cursors.forEach(cursor => cursor());
   plots.forEach(plot => plot());
 };
@@ -90,6 +93,15 @@ const select = index => {
   show(state.frame);
   remember();
 };
+// Lays another run over the robot; none for -1.
+const layOver = index => {
+  state.other = index;
+  overlay.value = String(index);
+  tellOf(state.joint);
+  key();
+  show(state.frame);
+};
+const overlay = choice("overlay", [[-1, "overlay: none"], ...others.map((own, k) => [k, `overlay: ${own.label}`])], state.other, value => { layOver(Number(value)); remember(); });
 const setPlaying = on => {
   if (on === playing || on && frames < 2) return;
   playing = on;
@@ -143,7 +155,7 @@ const views = [["best", "iso"], ["front", "front"], ["side", "side"], ["top", "t
   const shown = scene.planar && name === "best" ? "face-on" : text;
   return button(shown, `view: ${shown}`, () => setView(name));
 });
-controls.append(line(...views, button("−", "zoom out", () => zoom(0.8)), button("+", "zoom in", () => zoom(1.25)), joints,
+controls.append(line(...views, button("−", "zoom out", () => zoom(0.8)), button("+", "zoom in", () => zoom(1.25)), joints, ...(others.length ? [overlay] : []),
   choice("colour of the joints", [["legs", "colour: driven"], ...(film.interfaces.length ? [["power", "colour: friction power"], ["slip", "colour: stick or slip"]] : [])], "legs", value => { state.colour = value; key(); draw(); })));
 controls.append(line(...[["reactions", "reactions"], ["drives", "efforts"], ["loads", "loads"], ["com", "centre of mass"], ["names", "names"]]
   .filter(([own]) => own !== "loads" || most.load > 0).filter(([own]) => own !== "drives" || film.actuators.length)
@@ -155,7 +167,8 @@ const meaning = make("p", { class: "key note" });
 controls.append(meaning);
 const key = () => {
   const ghost = state.ghost ? `Dashed, at t = ${shown(times[ghostFrame])} s: the motion that the robot resists least with its actuators held (singularity index ${shown(film.ghost.index)}). ` : "";
-  meaning.textContent = ghost + (state.colour === "power" ? `From white, no friction power, to red, ${shown(most.power)} W, by its square root.`
+  const other = state.other >= 0 ? `Solid: ${run.label}. Orange: ${others[state.other].label}, dashed. ` : "";
+  meaning.textContent = ghost + other + (state.colour === "power" ? `From white, no friction power, to red, ${shown(most.power)} W, by its square root.`
     : state.colour === "slip" ? "Blue: at rest. Red: slides. Yellow: some of its interfaces at rest." : "");
 };
 
@@ -208,25 +221,6 @@ canvas.addEventListener("keydown", event => {
   event.preventDefault();
 });
 
-// The cursor of every plot over time; a click in a plot sets the time.
-const plots = [...document.querySelectorAll("svg[data-left]")].map(svg => {
-  const number = name => Number(svg.getAttribute(`data-${name}`));
-  const [left, right, top, bottom, first, end] = ["left", "right", "top", "bottom", "first", "end"].map(number);
-  const mark = document.createElementNS(SPACE, "path");
-  mark.setAttribute("class", "cursor");
-  svg.append(mark);
-  svg.addEventListener("click", event => {
-    const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
-    setPlaying(false);
-    show(nearestFrame(first + (end - first) * (point.x - left) / (right - left)));
-    remember();
-  });
-  return () => {
-    const x = left + (right - left) * (times[state.frame] - first) / (end - first || 1);
-    mark.setAttribute("d", x >= left - 0.5 && x <= right + 0.5 ? `M${x.toFixed(1)} ${top}V${bottom}` : "");
-  };
-});
-
 document.documentElement.classList.add("live");
 const kept = figure.querySelector(".kept");
 if (frames < film.of) kept.textContent = ` ${frames} of ${film.of} samples are kept here, among them all peaks of the tables; the cursor snaps to them.`;
@@ -246,5 +240,6 @@ new ResizeObserver(resize).observe(canvas.parentElement);
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refreshColours(); draw(); });
 window.addEventListener("hashchange", recall);
 resize();
+key();
 show(0);
 recall();

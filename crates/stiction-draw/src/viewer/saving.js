@@ -47,13 +47,20 @@ const pictureAsSvg = () => {
     + `<rect width="100%" height="100%" fill="${ink.paper}"/>\n${recording.parts.join("\n")}\n</svg>\n`;
 };
 
-// Values of the selected joint, or all, at the kept samples, with full precision.
+// Values of the selected joint, or all, at the kept samples, with full precision; of two runs one below the other.
 const valuesAsCsv = () => {
-  const name = state.joint < 0 ? "" : scene.joints[state.joint].name;
-  const own = film.columns.map((column, k) => [column, k]).filter(([column]) => !name || column.startsWith(`${name}.`));
-  const cell = text => /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-  const rows = [["time [s]", ...own.map(([column]) => column)].map(cell).join(",")];
-  for (let f = 0; f < frames; f++) rows.push([times[f], ...own.map(([, k]) => values[f * width + k])].join(","));
+  const name = state.joint < 0 ? "" : scene.joints[state.joint].name, together = shownRuns();
+  const names = together.map(own => own.film.columns.filter(column => !name || column.startsWith(`${name}.`)));
+  const columns = [...new Set(names.flat())], cell = text => /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  const labelled = others.length > 0;
+  const rows = [[...(labelled ? ["run"] : []), "time [s]", ...columns].map(cell).join(",")];
+  for (const own of together) {
+    const places = columns.map(column => own.film.columns.indexOf(column));
+    for (let f = 0; f < own.frames; f++) {
+      const values = places.map(k => k < 0 ? "" : own.valueIn(k, f));
+      rows.push([...(labelled ? [cell(own.label)] : []), own.times[f], ...values].join(","));
+    }
+  }
   return `${rows.join("\n")}\n`;
 };
 

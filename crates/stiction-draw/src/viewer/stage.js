@@ -1,21 +1,26 @@
 // The picture at a sample.
-const state = { frame: 0, joint: -1, hover: -1, colour: "legs", reactions: false, drives: true, loads: true, com: false, names: false, ghost: false };
+const state = { frame: 0, joint: -1, hover: -1, colour: "legs", reactions: false, drives: true, loads: true, com: false, names: false, ghost: false, other: others.length ? 0 : -1 };
 let spots = [];
 
-// Largest values along the run, to which arrows and colours are scaled.
-const greatest = list => { let most = 0; for (let f = 0; f < frames; f++) most = Math.max(most, list(f)); return most; };
-const forces = scene.joints.map(joint => frame => vectorAt(joint.name, "f", frame));
-const loaded = scene.bodies.map((body, k) => k).filter(k => k && columnOf.has(`${scene.bodies[k].name}.fx`));
+// Largest values along all runs, to which arrows and colours are scaled.
+const greatest = list => {
+  let most = 0;
+  for (const own of [run, ...others]) for (let f = 0; f < own.frames; f++) most = Math.max(most, list(own, f));
+  return Number.isFinite(most) ? most : 0;
+};
+const forceAt = (own, joint, frame) => own.vectorAt(joint.name, "f", frame);
+const effortAt = (own, actuator, frame) => own.valueAt(`${actuator.name}.drive`, frame) || 0;
+const efforts = turns => greatest((own, f) => Math.max(0, ...own.film.actuators.filter(a => a.turns === turns).map(a => Math.abs(effortAt(own, a, f)))));
+for (const own of [run, ...others]) own.loaded = own.scene.bodies.map((_, k) => k).filter(k => k && own.columnOf.has(`${own.scene.bodies[k].name}.fx`));
 const powers = scene.joints.map((joint, k) => film.interfaces.filter(own => own[1] === k).map(own => own[0]));
 const powerAt = (joint, frame) => powers[joint].reduce((sum, name) => sum + (valueAt(`${name}.power`, frame) || 0), 0);
 const most = {
-  reaction: greatest(f => Math.max(0, ...forces.map(at => norm(at(f))))),
-  force: greatest(f => Math.max(0, ...film.actuators.filter(a => !a.turns).map(a => Math.abs(valueAt(`${a.name}.drive`, f) || 0)))),
-  torque: greatest(f => Math.max(0, ...film.actuators.filter(a => a.turns).map(a => Math.abs(valueAt(`${a.name}.drive`, f) || 0)))),
-  load: greatest(f => Math.max(0, ...loaded.map(k => norm(vectorAt(scene.bodies[k].name, "f", f))))),
-  power: greatest(f => Math.max(0, ...scene.joints.map((_, k) => powerAt(k, f)))),
+  reaction: greatest((own, f) => Math.max(0, ...own.scene.joints.map(joint => norm(forceAt(own, joint, f))))),
+  force: efforts(false),
+  torque: efforts(true),
+  load: greatest((own, f) => Math.max(0, ...own.loaded.map(k => norm(own.vectorAt(own.scene.bodies[k].name, "f", f))))),
+  power: greatest((own, f) => own === run ? Math.max(0, ...scene.joints.map((_, k) => powerAt(k, f))) : 0),
 };
-for (const key in most) if (!Number.isFinite(most[key])) most[key] = 0;
 
 const mixed = (a, b, t) => {
   const part = (colour, k) => parseInt(colour.slice(1 + 2 * k, 3 + 2 * k), 16);
@@ -40,16 +45,20 @@ const faceOf = (index, frame) => {
 const legColour = leg => leg === null ? ink.hubedge : ink[`leg${leg % 7}`];
 const WIDTHS = { bone: 6, tube: 9, stem: 4.5 };
 
-const drawBody = (k, frame, places) => {
-  const body = scene.bodies[k], com = placed(frame, k, body.com), points = [];
+// Outline of a body at a sample: the hull of its joints, and of its centre of mass if it has one joint only.
+const outlineOf = (own, k, frame, places) => {
+  const body = own.scene.bodies[k], points = [];
   for (const joint of body.joints) {
     const p = project(places[joint]);
     if (points.every(q => Math.hypot(p[0] - q[0], p[1] - q[1]) > 0.5)) points.push(p);
   }
-  const middle = project(com);
+  const middle = project(own.placed(frame, k, body.com));
   const alone = points.length < 2 && body.mass > 0 && points.every(q => Math.hypot(middle[0] - q[0], middle[1] - q[1]) > 2);
   if (alone) points.push(middle);
-  const outline = hull(points), colour = legColour(body.leg);
+  return { outline: hull(points), middle, alone };
+};
+const drawBody = (k, frame, places) => {
+  const body = scene.bodies[k], { outline, middle, alone } = outlineOf(run, k, frame, places), colour = legColour(body.leg);
   if (outline.length > 2) {
     trace(outline, true); fill(ink.hub, 0.5); pen.lineJoin = "round"; stroke(colour, 2);
   } else if (outline.length === 2) {
@@ -59,6 +68,25 @@ const drawBody = (k, frame, places) => {
     pen.lineCap = "butt";
   }
   if (alone || !outline.length) disc(middle, 3, ink.ink);
+};
+const drawPath = (own, point, colour) => {
+  const step = Math.max(1, Math.floor(own.frames / 600)), path = [];
+  for (let f = 0; f < own.frames; f += step) path.push(project(own.placed(f, point.body, point.at)));
+  path.push(project(own.placed(own.frames - 1, point.body, point.at)));
+  pen.globalAlpha = 0.65; trace(path); stroke(colour, 1.6); pen.globalAlpha = 1;
+};
+// Another run at the same time: outlines, joints, paths and arrows, orange as in plots.
+const drawOther = own => {
+  const frame = own.nearestFrame(times[state.frame]), places = own.scene.joints.map(joint => own.jointAt(frame, joint));
+  own.scene.traced.forEach(point => drawPath(own, point, ink.line1));
+  own.scene.bodies.forEach((_, k) => {
+    if (!k) return;
+    const { outline, middle } = outlineOf(own, k, frame, places);
+    if (outline.length < 2) { disc(middle, 3, ink.line1); return; }
+    trace(outline, outline.length > 2); stroke(ink.paper, 4, [7, 4]); stroke(ink.line1, 2, [7, 4]);
+  });
+  places.forEach(place => disc(project(place), 2.6, ink.line1, ink.paper));
+  arrowsAt(own, frame, places);
 };
 
 // Range of each slide on the ground, as points of the world.
@@ -96,38 +124,40 @@ const groundMark = (index, frame, at, places) => {
 // Greatest of 1, 2 and 5 times a power of ten that does not exceed a number.
 const round = x => { const power = 10 ** Math.floor(Math.log10(x)); return ([5, 2].find(d => d * power <= x) || 1) * power; };
 const reach = () => 0.26 * Math.min(room.width, room.height);
-const arrowsAt = (frame, places) => {
-  if (state.loads && most.load > 0) for (const k of loaded) {
-    const force = times3(vectorAt(scene.bodies[k].name, "f", frame), reach() / most.load), [x, y] = flat(force);
-    const from = project(placed(frame, k, scene.bodies[k].com));
-    arrow(from, [from[0] + x, from[1] + y], ink.good);
+const arrowsAt = (own, frame, places) => {
+  const inkOf = colour => own === run ? colour : ink.line1, side = own === run ? 1 : -1;
+  if (state.loads && most.load > 0) for (const k of own.loaded) {
+    const body = own.scene.bodies[k], [x, y] = flat(times3(own.vectorAt(body.name, "f", frame), reach() / most.load));
+    const from = project(own.placed(frame, k, body.com));
+    arrow(from, [from[0] + x, from[1] + y], inkOf(ink.good));
   }
-  if (state.reactions && most.reaction > 0) scene.joints.forEach((joint, k) => {
-    const [x, y] = flat(times3(forces[k](frame), reach() / most.reaction)), from = project(places[k]);
-    arrow(from, [from[0] + x, from[1] + y], ink.ink);
+  if (state.reactions && most.reaction > 0) own.scene.joints.forEach((joint, k) => {
+    const [x, y] = flat(times3(forceAt(own, joint, frame), reach() / most.reaction)), from = project(places[k]);
+    arrow(from, [from[0] + x, from[1] + y], inkOf(ink.ink));
   });
-  if (state.drives) for (const actuator of film.actuators) {
-    const joint = scene.joints[actuator.joint], at = project(places[actuator.joint]);
-    const effort = valueAt(`${actuator.name}.drive`, frame) || 0;
-    const axis = actuator.second ? turned(frame, joint.to, joint.second) : turned(frame, joint.from, joint.axes[actuator.axis]);
+  if (state.drives) for (const actuator of own.film.actuators) {
+    const joint = own.scene.joints[actuator.joint], at = project(places[actuator.joint]), effort = effortAt(own, actuator, frame);
+    const axis = actuator.second ? own.turned(frame, joint.to, joint.second) : own.turned(frame, joint.from, joint.axes[actuator.axis]);
     if (!actuator.turns && most.force > 0) {
-      const [x, y] = flat(times3(axis, effort * reach() / most.force)), n = Math.hypot(x, y);
-      // Beside the slide, so that both are visible.
-      const aside = n > 0 ? [-y / n * 2.2 * size, x / n * 2.2 * size] : [0, 0];
-      arrow([at[0] + aside[0], at[1] + aside[1]], [at[0] + aside[0] + x, at[1] + aside[1] + y], ink.open);
-    } else if (actuator.turns && most.torque > 0) turnArrow(places[actuator.joint], axis, 1.5 * Math.PI * effort / most.torque);
+      const [x, y] = flat(times3(axis, effort * reach() / most.force)), [u, v] = flat(axis), n = side * Math.hypot(u, v);
+      // Beside the slide, so that both are visible, and those of two runs on both sides.
+      const aside = n ? [-v / n * 2.2 * size, u / n * 2.2 * size] : [0, 0];
+      arrow([at[0] + aside[0], at[1] + aside[1]], [at[0] + aside[0] + x, at[1] + aside[1] + y], inkOf(ink.open));
+    } else if (actuator.turns && most.torque > 0) {
+      turnArrow(places[actuator.joint], axis, 1.5 * Math.PI * effort / most.torque, inkOf(ink.open), own === run ? 2.7 : 3.6);
+    }
   }
 };
 // An arc about an axis, as long as its torque is large.
-const turnArrow = (centre, axis, angle) => {
+const turnArrow = (centre, axis, angle, colour, radius) => {
   if (Math.abs(angle) < 0.06) return;
-  const start = unit(minus(camera.up, times3(axis, dot(camera.up, axis)))), r = 2.7 * size / perMetre();
+  const start = unit(minus(camera.up, times3(axis, dot(camera.up, axis)))), r = radius * size / perMetre();
   if (norm(cross(axis, camera.up)) < 1e-6) return;
   const steps = Math.max(4, Math.ceil(Math.abs(angle) / 0.12));
   const points = Array.from({ length: steps + 1 }, (_, k) => project(plus(centre, times3(spun(start, axis, angle * k / steps), r))));
-  trace(points); stroke(ink.paper, 5.4); trace(points); stroke(ink.open, 2.4);
+  trace(points); stroke(ink.paper, 5.4); trace(points); stroke(colour, 2.4);
   const [a, b] = points.slice(-2), n = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1, u = [(b[0] - a[0]) / n, (b[1] - a[1]) / n];
-  trace([[b[0] + 7 * u[0], b[1] + 7 * u[1]], [b[0] - 4 * u[1], b[1] + 4 * u[0]], [b[0] + 4 * u[1], b[1] - 4 * u[0]]], true); fill(ink.open);
+  trace([[b[0] + 7 * u[0], b[1] + 7 * u[1]], [b[0] - 4 * u[1], b[1] + 4 * u[0]], [b[0] + 4 * u[1], b[1] - 4 * u[0]]], true); fill(colour);
 };
 
 const legend = () => {
@@ -194,10 +224,7 @@ const draw = () => {
   parts.sort((a, b) => a[0] - b[0]).forEach(part => part[1]());
   if (state.ghost && frame === ghostFrame) drawGhost(frame, places);
   for (const point of scene.traced) {
-    const step = Math.max(1, Math.floor(frames / 600)), path = [];
-    for (let f = 0; f < frames; f += step) path.push(project(placed(f, point.body, point.at)));
-    path.push(project(placed(frames - 1, point.body, point.at)));
-    pen.globalAlpha = 0.65; trace(path); stroke(ink.hubedge, 1.6); pen.globalAlpha = 1;
+    drawPath(run, point, ink.hubedge);
     disc(project(placed(frame, point.body, point.at)), 3, ink.hubedge);
   }
   if (state.com) {
@@ -214,7 +241,8 @@ const draw = () => {
       [0, 2].forEach(k => { pen.beginPath(); pen.moveTo(at[0], at[1]); pen.arc(at[0], at[1], 7, k * Math.PI / 2, (k + 1) * Math.PI / 2); pen.closePath(); fill(ink.ink); });
     }
   }
-  arrowsAt(frame, places);
+  if (state.other >= 0) drawOther(others[state.other]);
+  arrowsAt(run, frame, places);
   const named = state.names ? scene.joints.map((_, k) => k) : [state.joint, state.hover].filter(k => k >= 0);
   for (const k of new Set(named)) {
     const joint = scene.joints[k], half = joint.name.length * 4;

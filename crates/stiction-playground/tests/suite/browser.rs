@@ -34,6 +34,16 @@ fn peak(person: &mut Person, actuator: &str) -> f64 {
     line.split_whitespace().nth(1).unwrap().parse().unwrap()
 }
 
+/// Columns and values of the moving robot of a report.
+fn values(html: &str) -> (Vec<String>, Vec<f64>) {
+    let (_, film) = html.split_once("class=\"film\">").unwrap();
+    let film: serde_json::Value =
+        serde_json::from_str(film.split_once("</script>").unwrap().0).unwrap();
+    let bytes = BASE64_STANDARD.decode(film["values"].as_str().unwrap()).unwrap();
+    let doubles = bytes.chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap()));
+    (serde_json::from_value(film["columns"].clone()).unwrap(), doubles.collect())
+}
+
 /// Keeps a picture of the page among the files of the tests, to be looked at.
 fn picture(person: &mut Person, name: &str) {
     // The report in its frame draws itself after it has loaded.
@@ -65,6 +75,22 @@ fn a_model_is_computed_changed_and_linked() {
     let shown = person.value("document.getElementById('summary').textContent");
     // The numbers of the module and of this program, as printed.
     assert_eq!(shown, json!(expected.text));
+
+    // All values of the moving robot, of the page and of this program: rounding of other sines and cosines.
+    let page = person.value("document.getElementById('page').srcdoc");
+    let native = robot.inverse().report(|_, _, _| true).unwrap().page;
+    let (found, wanted) = (values(page.as_str().unwrap()), values(&native));
+    assert_eq!(found.0, wanted.0);
+    let width = wanted.0.len();
+    for (k, column) in wanted.0.iter().enumerate() {
+        let of = |all: &[f64]| all.iter().skip(k).step_by(width).copied().collect::<Vec<f64>>();
+        let (found, wanted) = (of(&found.1), of(&wanted.1));
+        assert_eq!(found.len(), wanted.len());
+        let largest = wanted.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+        for (a, b) in found.iter().zip(&wanted).filter(|_| column.contains(".drive")) {
+            assert!((a - b).abs() <= 1e-9 * largest, "{column}: {a} {b}");
+        }
+    }
 
     picture(&mut person, "playground");
 

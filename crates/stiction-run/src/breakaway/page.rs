@@ -4,10 +4,10 @@ use super::Findings;
 use super::terminal::{certainty_text, unpowered_text, verdict_word};
 use crate::Job;
 use crate::names::Names;
+use crate::report::animation::Animation;
 use crate::report::html::{self, Column, card, note, section, text};
 use crate::report::{Finding, findings, footer, header, repeat};
 use stiction_core::dynamics::Verdict;
-use stiction_draw::drawing::{Detail, Drawing, Surface};
 use stiction_draw::figure::meaning::{LIMIT, RESULT};
 use stiction_draw::figure::{Bar, Bars};
 use stiction_draw::numbers::number;
@@ -22,18 +22,18 @@ pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> St
         job.motion_name,
         job.load_name
     );
-    let drawing = Drawing::new(&job.model.mechanism, &found.poses);
-    let picture = drawing.svg(&drawing.best_view(), Detail::Full, Surface::Inline);
+    let mut still = Animation::of_motion(&job.model.mechanism, 1);
+    still.push_pose(found.time, &found.poses);
     let inner = [
         header(job.model, &about),
         cards(&names, found),
-        section("The mechanism", &format!("<figure class=\"picture\">{picture}</figure>\n")),
+        section("The mechanism", &still.figure("Drag to turn it.", None)),
         section("Efforts that hold it, and that move it", &efforts(&names, found)),
         findings(&verdicts(&names, found)),
         repeat(command, &found.json(job)["options"]),
         footer(job.model),
     ];
-    html::page(&format!("{}: at rest", job.model.name), &inner.concat())
+    html::page_with_robot(&format!("{}: at rest", job.model.name), &inner.concat())
 }
 
 fn cards(names: &Names, found: &Findings) -> String {

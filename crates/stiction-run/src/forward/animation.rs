@@ -3,7 +3,7 @@
 use super::job::Job;
 use super::rows::{Layout, Rows};
 use crate::bodies::BodyRow;
-use crate::report::animation::Animation as Shared;
+use crate::report::animation::{Animation as Shared, Reel};
 use crate::{Sink, SinkError};
 use stiction_core::spatial::Pose;
 
@@ -25,6 +25,11 @@ impl Animation {
         let mechanism = &job.model.mechanism;
         let shared = Shared::new(mechanism, &layout.names, &["drive"], &[], count);
         Self { layout, ground: mechanism.base(), shared }
+    }
+
+    /// The run for a page of `runs` runs; `None` without a sample.
+    pub fn reel(&self, runs: usize) -> Option<Reel> {
+        self.shared.reel(runs)
     }
 }
 

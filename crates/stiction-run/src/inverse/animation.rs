@@ -4,7 +4,7 @@ use super::sample::Sample;
 use crate::bodies::{BodyRow, poses_in_world};
 use crate::job::Job;
 use crate::names::Names;
-use crate::report::animation::Animation as Shared;
+use crate::report::animation::{Animation as Shared, Reel};
 use crate::{Sink, SinkError};
 
 /// Collects the samples of a run for the moving robot of its report.
@@ -18,6 +18,11 @@ impl Animation {
         let quantities = ["drive", "drive_low", "drive_high", "drive_frictionless"];
         let whole = ["distance.actuation [-]", "distance.constraint [-]"];
         Self(Shared::new(mechanism, &Names::new(mechanism), &quantities, &whole, count))
+    }
+
+    /// The run for a page of `runs` runs; `None` without a sample.
+    pub fn reel(&self, runs: usize) -> Option<Reel> {
+        self.0.reel(runs)
     }
 }
 

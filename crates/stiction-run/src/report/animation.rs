@@ -13,7 +13,7 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Quaternion, Vec3};
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
-use stiction_draw::viewer::{Actuator, Film, Ghost, robot};
+use stiction_draw::viewer::{Actuator, Film, Ghost, Shot, robot};
 
 /// Size of the samples of a page, bytes of its text: a page that e-mail carries.
 const ROOM: usize = 2_000_000;
@@ -45,6 +45,26 @@ struct Extremes {
     greatest: Option<(f64, Arc<Frame>)>,
 }
 
+/// A run for the moving robot of a page of several runs.
+#[derive(Clone, Debug)]
+pub struct Reel {
+    shot: Shot,
+    still: String,
+}
+
+/// Largest number of runs of a page.
+pub(crate) const MOST_RUNS: usize = 8;
+
+/// Markup of the moving robot of the first of some runs, each with its label, over which a reader can lay the
+/// others; empty without any.
+pub(crate) fn together(runs: Vec<(String, Reel)>, caption: &str) -> String {
+    let labelled = |(label, reel): (String, Reel)| (Shot { label, ..reel.shot }, reel.still);
+    let mut runs = runs.into_iter().take(MOST_RUNS).map(labelled);
+    let Some((first, still)) = runs.next() else { return String::new() };
+    let others: Vec<Shot> = runs.map(|(shot, _)| shot).collect();
+    robot(&first, &others, &still, caption)
+}
+
 /// Collects the samples of a run for the moving robot.
 #[derive(Clone, Debug)]
 pub(crate) struct Animation {
@@ -56,6 +76,8 @@ pub(crate) struct Animation {
     first: Vec<Pose<f64>>,
     origin: Vec3<f64>,
     trail: Option<Trail>,
+    /// Largest number of evenly spaced samples, and their distance.
+    most: usize,
     stride: usize,
     count: usize,
     even: BTreeMap<usize, Arc<Frame>>,
@@ -102,6 +124,7 @@ impl Animation {
             first: Vec::new(),
             origin: Vec3::zero(),
             trail: None,
+            most,
             stride: count.div_ceil(most).max(1),
             count: 0,
             even: BTreeMap::new(),
@@ -122,8 +145,16 @@ impl Animation {
 
     /// Adds a sample without forces, at the poses of a solver.
     pub(crate) fn push_motion(&mut self, time: f64, solver: &InverseDynamics) {
+        self.push_pose(
+            time,
+            &poses_in_world(solver.bodies(), solver.parameters().origin).collect::<Vec<_>>(),
+        );
+    }
+
+    /// Adds a sample without forces, at the poses of all bodies, the ground first.
+    pub(crate) fn push_pose(&mut self, time: f64, poses: &[Pose<f64>]) {
         let loads = vec![0.0; LOAD.len() * (self.mechanism.bodies().len() - 1)];
-        self.push(time, poses_in_world(solver.bodies(), solver.parameters().origin), loads);
+        self.push(time, poses.iter().copied(), loads);
     }
 
     /// Adds a sample: poses of all bodies in the world, the ground first, and values of all columns in
@@ -192,8 +223,15 @@ impl Animation {
     /// Markup of the moving robot with its still picture, and the least constrained motion at a sample; empty
     /// without a sample.
     pub(crate) fn figure(&self, caption: &str, ghost: Option<Ghost>) -> String {
+        let Some(mut reel) = self.reel(1) else { return String::new() };
+        reel.shot.film.ghost = ghost;
+        robot(&reel.shot, &[], &reel.still, caption)
+    }
+
+    /// The run for a page of several runs; `None` without a sample.
+    pub(crate) fn reel(&self, runs: usize) -> Option<Reel> {
         if self.first.is_empty() {
-            return String::new();
+            return None;
         }
         let drawing = Drawing::new(&self.mechanism, &self.first);
         let drawing = match &self.trail {
@@ -201,13 +239,16 @@ impl Animation {
             None => drawing,
         };
         let still = drawing.svg(&drawing.best_view(), Detail::Full, Surface::Inline);
-        let film = Film { ghost, ..self.film() };
-        robot(&drawing.scene(), &film, &still, caption)
+        let film = self.film(runs.clamp(1, MOST_RUNS));
+        Some(Reel { shot: Shot { label: String::new(), scene: drawing.scene(), film }, still })
     }
 
-    /// The kept samples, without the columns of loads that never act.
-    pub(crate) fn film(&self) -> Film {
-        let mut frames = self.even.clone();
+    /// The kept samples, without the columns of loads that never act, fewer on a page of several runs.
+    pub(crate) fn film(&self, runs: usize) -> Film {
+        let sparse = self.even.len().div_ceil((self.most / runs).max(2)).max(1);
+        let even = self.even.iter().step_by(sparse);
+        let mut frames: BTreeMap<usize, Arc<Frame>> =
+            even.map(|(index, frame)| (*index, Arc::clone(frame))).collect();
         let ends = self.extremes.iter().flat_map(|extremes| [&extremes.least, &extremes.greatest]);
         let peaks = ends.flatten().map(|(_, frame)| frame).chain(&self.last);
         frames.extend(peaks.map(|frame| (frame.index, Arc::clone(frame))));

@@ -26,13 +26,9 @@ pub(crate) fn note(text: &str) -> String {
 
 /// Table; empty without rows.
 pub(crate) fn table(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
-    if rows.is_empty() {
-        return String::new();
-    }
-    let head: Vec<_> = head.iter().map(|(name, column)| (escape(name), *column)).collect();
     let rows: Vec<Vec<_>> =
         rows.iter().map(|row| row.iter().map(|text| escape(text)).collect()).collect();
-    format!("<div class=\"wide\">{}</div>\n", page::table(&head, &rows))
+    table_of(head, &rows)
 }
 
 /// Collapsible section for long tables.
@@ -71,7 +67,11 @@ pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String 
         return String::new();
     }
     let head: Vec<_> = head.iter().map(|(name, column)| (escape(name), *column)).collect();
-    format!("<div class=\"wide\">{}</div>\n", page::table(&head, rows))
+    // Where it is wider than the page, it scrolls, also by keys.
+    format!(
+        "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"table\">{}</div>\n",
+        page::table(&head, rows)
+    )
 }
 
 /// The first rows of a long table, and the others folded.

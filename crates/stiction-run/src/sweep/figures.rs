@@ -1,21 +1,37 @@
-//! Plots of a study: curves over one varied key, maps over two.
+//! Plots of a study: curves over one varied key of a grid, maps over two, and scatter plots over each key of other
+//! designs.
 
 use stiction_draw::figure::{Figure, Line, Panel};
 use stiction_draw::heat_map::HeatMap;
 use stiction_format::{Key, Setting};
 
-/// Largest number of rows that are drawn.
+/// Largest number of rows of a grid that are drawn.
 const MOST_ROWS: u64 = 100_000;
+/// Largest number of rows of a scatter plot: more would hide each other.
+const MOST_MARKS: usize = 2000;
+/// Largest number of keys that have a scatter plot.
+const MOST_KEYS: usize = 8;
 
-/// Collects the rows of a study whose one or two keys are numbers on a grid, and draws them.
+/// Collects the rows of a study, and draws them.
 pub struct Pictures {
     keys: Vec<String>,
     objectives: Vec<String>,
-    /// Numbers of values by key.
-    shape: Vec<usize>,
+    /// Numbers of values by key of a grid of one or two keys; `None` for other designs.
+    shape: Option<Vec<usize>>,
     /// Numbers of the keys, row by row.
     settings: Vec<Vec<f64>>,
     values: Vec<Vec<Option<f64>>>,
+    /// Rows so far, and the distance of those that are kept.
+    rows: usize,
+    stride: usize,
+}
+
+/// File of one of some pictures.
+fn file(index: usize, count: usize) -> String {
+    match count {
+        1 => "sweep.svg".to_owned(),
+        _ => format!("sweep-{}.svg", index + 1),
+    }
 }
 
 /// A picture of a study.
@@ -25,21 +41,37 @@ pub(super) enum Picture {
 }
 
 impl Pictures {
-    /// Pictures of a grid of one or two keys; `None` for other studies.
-    pub fn new(keys: &[Key], objectives: &[String], shape: Option<&[u64]>) -> Option<Self> {
-        let shape = shape.filter(|shape| matches!(shape.len(), 1 | 2))?;
-        let count: u64 = shape.iter().product();
-        (count <= MOST_ROWS).then(|| Self {
+    /// No rows yet; `shape` has the numbers of values by key if the design is a grid.
+    pub fn new(keys: &[Key], objectives: &[String], shape: Option<&[u64]>) -> Self {
+        let is_drawn = |shape: &&[u64]| {
+            matches!(shape.len(), 1 | 2) && shape.iter().product::<u64>() <= MOST_ROWS
+        };
+        let shape = shape.filter(is_drawn);
+        Self {
             keys: keys.iter().map(Key::to_string).collect(),
             objectives: objectives.to_vec(),
-            shape: shape.iter().map(|count| *count as usize).collect(),
+            shape: shape.map(|shape| shape.iter().map(|count| *count as usize).collect()),
             settings: Vec::new(),
             values: Vec::new(),
-        })
+            rows: 0,
+            stride: 1,
+        }
     }
 
     /// Adds the next row.
     pub fn add(&mut self, settings: &[Setting], values: &[Option<f64>]) {
+        let is_kept = self.rows.is_multiple_of(self.stride);
+        self.rows += 1;
+        if !is_kept {
+            return;
+        }
+        if self.shape.is_none() && self.settings.len() == MOST_MARKS {
+            self.stride *= 2;
+            let mut index = 0..;
+            self.settings.retain(|_| index.next().is_some_and(|k| k % 2 == 0));
+            let mut index = 0..;
+            self.values.retain(|_| index.next().is_some_and(|k| k % 2 == 0));
+        }
         let number = |setting: &Setting| match setting {
             Setting::Number(number) => *number,
             Setting::Text(_) => f64::NAN,
@@ -61,22 +93,50 @@ impl Pictures {
     /// All pictures with the names of their files.
     pub(super) fn all(&self) -> Vec<(String, Picture)> {
         let is_numeric = self.settings.iter().flatten().all(|number| number.is_finite());
-        if !is_numeric || self.values.len() != self.shape.iter().product::<usize>() {
+        let Some(shape) = &self.shape else { return self.scatter() };
+        if !is_numeric || self.values.len() != shape.iter().product::<usize>() {
             return Vec::new();
         }
-        match self.shape.as_slice() {
+        match shape.as_slice() {
             [_] => vec![("sweep.svg".to_owned(), Picture::Curves(self.curves()))],
             [rows, columns] => (0..self.objectives.len())
                 .map(|k| {
-                    let name = match self.objectives.len() {
-                        1 => "sweep.svg".to_owned(),
-                        _ => format!("sweep-{}.svg", k + 1),
-                    };
-                    (name, Picture::Map(self.map(k, *rows, *columns)))
+                    (file(k, self.objectives.len()), Picture::Map(self.map(k, *rows, *columns)))
                 })
                 .collect(),
             _ => Vec::new(),
         }
+    }
+
+    /// The objectives over each key that has numbers.
+    fn scatter(&self) -> Vec<(String, Picture)> {
+        let is_numeric = |key: &usize| {
+            !self.settings.is_empty() && self.settings.iter().all(|row| row[*key].is_finite())
+        };
+        let numeric: Vec<usize> = (0..self.keys.len()).filter(is_numeric).collect();
+        let shown = &numeric[..numeric.len().min(MOST_KEYS)];
+        let part = match self.stride {
+            1 => String::new(),
+            stride => format!("; one of {stride} designs is drawn"),
+        };
+        let figure = |key: usize| {
+            let panel = |(k, objective): (usize, &String)| {
+                let rows = self.settings.iter().zip(&self.values);
+                let points = rows.filter_map(|(x, values)| Some((x[key], values[k]?)));
+                let lines = vec![Line::of_marks(points, 0)];
+                Panel { y_label: objective.clone(), lines, bands: Vec::new() }
+            };
+            Figure {
+                title: format!("Over {}{part}", self.keys[key]),
+                x_label: self.keys[key].clone(),
+                panels: self.objectives.iter().enumerate().map(panel).collect(),
+            }
+        };
+        let figures = shown.iter().map(|key| figure(*key)).filter(|figure| !figure.is_empty());
+        figures
+            .enumerate()
+            .map(|(k, figure)| (file(k, shown.len()), Picture::Curves(figure)))
+            .collect()
     }
 
     fn curves(&self) -> Figure {

@@ -11,7 +11,7 @@ use stiction_draw::xml::escape;
 /// options to repeat it.
 pub fn draw_report(
     title: &str,
-    (findings, pictures): (&Findings, Option<&Pictures>),
+    (findings, pictures): (&Findings, &Pictures),
     command: Option<&str>,
     options: &Value,
 ) -> String {
@@ -23,7 +23,7 @@ pub fn draw_report(
         cards(findings),
         warnings(&remarks(findings)),
         section("Extremes", &extremes(findings)),
-        pictures.map_or(String::new(), drawn),
+        drawn(pictures),
         designs(findings),
         repeat(command, options),
     ];

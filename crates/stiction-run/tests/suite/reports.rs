@@ -181,6 +181,100 @@ fn a_person_uses_a_report() {
     assert!(person.noise.is_empty(), "{:?}", person.noise);
 }
 
+/// Points at a plot and reads its curve, enlarges it by a key, and takes that back.
+#[cfg(unix)]
+#[test]
+fn a_person_reads_a_plot() {
+    let Some(browser) = Browser::find() else { return };
+    let run = report_of("3rps");
+    let mut person = browser.open("plot", &run.html, 1000);
+    let plot = "document.querySelector('svg[data-left]')";
+    person.centre("svg[data-left]");
+    // In the middle of the first panel, a quarter of its width from its left end.
+    let place = person.value(&format!(
+        "(() => {{ const p = {plot}, g = p.querySelector('g.panel'), n = (e, k) => Number(e.getAttribute('data-' + k)); \
+         const at = new DOMPoint(0.75 * n(p, 'left') + 0.25 * n(p, 'right'), 0.5 * (n(g, 'top') + n(g, 'bottom'))); \
+         const on = at.matrixTransform(p.getScreenCTM()); return [on.x, on.y]; }})()"
+    ));
+    let hint = "document.querySelector('.hint').textContent";
+    assert_eq!(person.value(hint), "");
+    person.point_at((place[0].as_f64().unwrap(), place[1].as_f64().unwrap()));
+    let said = person.value(hint);
+    let said = said.as_str().unwrap().replace('−', "-");
+    // The page and the tables have the same records: compare with the values of the moving robot at that time.
+    let words: Vec<&str> = said.split(' ').collect();
+    assert_eq!(&words[..3], ["t", "≈", "0.25"], "{said}");
+    let shown: Vec<f64> = words.iter().skip(3).filter_map(|word| word.parse().ok()).collect();
+    let drive = "(() => { location.hash = '#t=0.25&joint=leg1.P'; return new Promise(done => setTimeout(() => \
+                 done(document.querySelector('[data-column^=\"leg1.P.drive\"]').dataset.value), 200)); })()";
+    person.value(&format!("{drive}.then(v => {{ window.drive = v; }}) && 0"));
+    person.wait_for("window.drive !== undefined");
+    let drive: f64 = person.value("window.drive").as_str().unwrap().parse().unwrap();
+    let range = person.value(&format!(
+        "(() => {{ const g = {plot}.querySelector('g.panel'); return g.getAttribute('data-high') - g.getAttribute('data-low'); }})()"
+    ));
+    // A tenth of a pixel of 160 and the pixel of the pointer of 600, on a curve with slopes below ten ranges.
+    let near = 0.02 * range.as_f64().unwrap();
+    assert!(!shown.is_empty(), "{said}");
+    assert!(shown.iter().any(|value| (value - drive).abs() < near), "{said}, but {drive}");
+
+    let width = format!("{plot}.getBoundingClientRect().width");
+    let before = person.value(&width).as_f64().unwrap();
+    person.value(&format!("{plot}.parentElement.focus()"));
+    person.press("+", 187);
+    let after = person.value(&width).as_f64().unwrap();
+    // Of the width beside the scroll bar.
+    assert!((after / before - 1.5).abs() < 0.05, "{before} {after}");
+    assert!(person.value("document.documentElement.scrollWidth").as_u64() <= Some(1000));
+    person.press("Escape", 27);
+    assert!((person.value(&width).as_f64().unwrap() - before).abs() < 1.0);
+    assert!(person.noise.is_empty(), "{:?}", person.noise);
+}
+
+/// A reader who asks for less motion gets no turning views, and the motion once.
+#[cfg(unix)]
+#[test]
+fn reduced_motion_is_respected() {
+    let Some(browser) = Browser::find() else { return };
+    let mut person = browser.open("calm", &report_of("five-bar").html, 1000);
+    let calm = json!({ "features": [{ "name": "prefers-reduced-motion", "value": "reduce" }] });
+    person.call("Emulation.setEmulatedMedia", calm);
+    let picture = "document.querySelector('canvas').toDataURL()";
+    // The view is there at once: no later frame differs.
+    let views = person.value(&format!(
+        "(() => {{ document.querySelector('[aria-label=\"view: top\"]').click(); return {picture}; }})()"
+    ));
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    assert_eq!(person.value(picture), views);
+    person.value(
+        "(() => { const s = document.querySelector('select[aria-label=speed]'); s.value = '10'; \
+         s.dispatchEvent(new Event('change')); document.querySelector('button[aria-label=play]').click(); })()",
+    );
+    let range = "document.querySelector('#robot input[type=range]')";
+    person.wait_for(&format!(
+        "document.querySelector('button[aria-label=play]') !== null && {range}.value === {range}.max"
+    ));
+}
+
+/// The script takes few milliseconds for a picture of a robot of 13 bodies and 18 joints, in the median while playing.
+#[cfg(unix)]
+#[test]
+fn pictures_are_drawn_fast() {
+    let Some(browser) = Browser::find() else { return };
+    let mut person = browser.open("fast", &report_of("gough").html, 1200);
+    // What the callbacks of the script take in frames of a page that plays, as far as they draw a new sample.
+    person.value(
+        "(() => { window.took = []; const ask = window.requestAnimationFrame.bind(window); \
+         const time = () => document.getElementById('robot').dataset.time; \
+         window.requestAnimationFrame = act => ask(t => { const before = time(), begun = performance.now(); act(t); \
+         if (time() !== before) took.push(performance.now() - begun); }); \
+         document.querySelector('button[aria-label=play]').click(); })()",
+    );
+    person.wait_for("took.length >= 120");
+    let median = person.value("took.sort((a, b) => a - b)[took.length >> 1]").as_f64().unwrap();
+    assert!(median <= 4.0, "{median} ms");
+}
+
 fn hostile() -> ModelFile {
     let text = r#"
         title = "</script><script>window.hacked=1</script><img src=x onerror=window.hacked=1>"
