@@ -2,7 +2,7 @@
 //!
 //! Equation (I5) of the book's theory.
 
-use super::Map;
+use super::map::{Map, transposed_product};
 use crate::block::Block;
 use nalgebra::{DMatrix, DVector};
 
@@ -23,7 +23,7 @@ pub(crate) fn covariance(
     noise: &[f64],
     samples: f64,
 ) -> DMatrix<f64> {
-    let size = map.matrix.ncols();
+    let size = map.size();
     let mut sum = DMatrix::zeros(size, size);
     // Residuals are smaller than errors by the degrees of freedom that the fit has used.
     let used = (size as f64).min(0.5 * samples);
@@ -36,7 +36,7 @@ pub(crate) fn covariance(
             if rows.is_empty() {
                 continue;
             }
-            let scaled = &rows.matrix * &map.matrix;
+            let scaled = map.columns(&rows.matrix, 0..rows.len());
             // For each lag the rows that it smooths with: one product of tall matrices in all.
             let mut smoothed: DMatrix<f64> = DMatrix::zeros(rows.len(), size);
             each_pair(&rows.steps, lags, |i, k, lag| {
@@ -48,7 +48,7 @@ pub(crate) fn covariance(
                 }
             });
             let factor = (block.independence / (noise * noise)).powi(2);
-            sum += scaled.tr_mul(&smoothed) * factor;
+            sum += transposed_product(&scaled, &smoothed) * factor;
         }
     }
     // Symmetric up to rounding.
