@@ -3,12 +3,14 @@
 //! Equations (I3) and (I4) of the book's theory.
 
 mod covariance;
+mod extension;
 mod map;
 mod minimum;
 
 use crate::block::Block;
 use crate::parameter::Parameter;
 use covariance::covariance;
+pub use extension::{Candidate, Extension, Residuals};
 use map::{Map, transposed_product};
 use minimum::inverse_positive;
 use nalgebra::{DMatrix, DVector};
@@ -208,6 +210,13 @@ impl Problem<'_> {
         Problem { options: &options, ..self.clone() }.solve_with(false)
     }
 
+    /// Estimates with a weak prior, without comparing others: the residuals contain no error of the prior.
+    pub fn solve_weakly(&self) -> Estimate {
+        let strength = Some(self.options.strength.map_or(WEAK, |own| own.min(WEAK)));
+        let options = Options { strength, ..self.options.clone() };
+        Problem { options: &options, ..self.clone() }.solve_with(false)
+    }
+
     /// Known efforts contain the model's inertias, so rows multiply differences from these.
     fn shift(&self) -> DVector<f64> {
         let each = self.parameters.iter().map(|p| if p.body().is_some() { p.prior } else { 0.0 });
@@ -226,8 +235,7 @@ impl Problem<'_> {
         let offset = &map.base - shift;
         let mut pieces = Vec::new();
         for (block, weights) in self.blocks.iter().zip(weights) {
-            let last = block.channels.iter().filter_map(|rows| rows.steps.last()).max();
-            let length = last.map_or(1, |last| last + 1).div_ceil(FOLDS).max(1);
+            let length = block.fold_length(FOLDS);
             let mut own = vec![Normal::zero(size); FOLDS];
             for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(noise) {
                 let mut from = 0;

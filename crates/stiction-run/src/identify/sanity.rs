@@ -13,6 +13,9 @@ const NAMED: usize = 20;
 /// Agreement of efforts, as a cosine, beyond which a sign or a unit is certain.
 const AGREES: f64 = 0.5;
 
+/// Turns of an angle, and measured efforts over those of the model, beyond which positions are not in radians.
+const TURNS: f64 = 2.0;
+const IMPLAUSIBLE: f64 = 0.3;
 /// Error of the identified efforts, relative to the measured ones, up to which their sign is not in doubt.
 const REPRODUCED: f64 = 0.1;
 /// The same error if their friction opposes the motion.
@@ -96,6 +99,20 @@ pub(super) fn wrong_efforts(
             );
         }
         let ratio = (mm / pp).sqrt();
+        if agreement.abs() < 0.7
+            && ratio < IMPLAUSIBLE
+            && logs.iter().any(|log| log.turns() > TURNS)
+        {
+            doubt(
+                format!(
+                    "an angle spans {:.1} turns, and by the model its motion needs {:.1} times the efforts measured on \
+                     {name}: check the unit of the positions, which without one are rad or m",
+                    logs.iter().map(|log| log.turns()).fold(0.0, f64::max),
+                    ratio.recip()
+                ),
+                false,
+            );
+        }
         if agreement.abs() > 0.7 && !(0.05..=20.0).contains(&ratio) {
             doubt(
                 format!(

@@ -66,6 +66,14 @@ impl Identified {
                 "actuator": a.actuator, "value": a.value, "sigma": a.sigma, "unit": a.unit,
                 "frictionless": a.frictionless,
             })).collect::<Vec<_>>(),
+            "delays": self.delays.iter().map(|d| json!({
+                "actuator": d.actuator, "value": d.value, "sigma": d.sigma, "unit": "s", "corrected": d.is_corrected,
+            })).collect::<Vec<_>>(),
+            "missing": self.missing.iter().map(|m| json!({
+                "actuator": m.actuator, "what": m.what, "value": m.value, "sigma": m.sigma, "unit": m.unit,
+                "left_out_gain": m.gain, "cure": m.cure,
+                "changes_in_sigma": m.changes.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<Map<_, _>>(),
+            })).collect::<Vec<_>>(),
             "confounded": self.confounded.iter().map(|(a, b, _)| json!([a, b])).collect::<Vec<_>>(),
             "cures": self.confounded.iter().map(|(a, b, cure)| json!({ "pair": [a, b], "cure": cure })).collect::<Vec<_>>(),
             "cautions": self.cautions,

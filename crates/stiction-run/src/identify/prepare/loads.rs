@@ -48,6 +48,13 @@ impl MuColumns {
     }
 }
 
+impl MuColumns {
+    /// Adds the change of the measured efforts of an actuator.
+    pub(super) fn shift(&mut self, channel: usize, change: &DVector<f64>) {
+        self.rights[channel] += change;
+    }
+}
+
 impl Prepared {
     /// Linearises the friction that depends on the load about these values: columns are derivatives of the
     /// efforts with converged normal loads, and the right-hand side contains what remains of the friction
