@@ -69,6 +69,18 @@ impl Problem<'_> {
 }
 
 impl Residuals<'_> {
+    /// Change of each parameter, SI units, if these efforts are added to the measured ones, for each block and
+    /// actuator.
+    pub fn response(&self, efforts: &[Vec<DVector<f64>>]) -> DVector<f64> {
+        let mut product = DVector::zeros(self.problem.parameters.len());
+        for ((block, rows), efforts) in self.problem.blocks.iter().zip(&self.rows).zip(efforts) {
+            for ((channel, [_, weights]), effort) in block.channels.iter().zip(rows).zip(efforts) {
+                product.gemv_tr(1.0, &channel.matrix, &effort.component_mul(weights), 1.0);
+            }
+        }
+        self.inverse * product
+    }
+
     /// Adds a column to the fit; `None` if the parameters explain it, or no row contains it.
     pub fn extension(&self, candidate: &Candidate) -> Option<Extension> {
         let (blocks, own) = (self.problem.blocks, candidate.channel);
@@ -134,11 +146,12 @@ impl Residuals<'_> {
         (sum, (scatter * count / (count - 1.0)).sqrt())
     }
 
-    /// Variance of the weighted sum of residuals along the column.
+    /// Variance of the weighted sum of residuals along the column: with the mean colour of the residuals, or with
+    /// their own products where they are large in the same rows as the column, whichever is greater.
     fn variance(&self, value: f64, left: &[Vec<DVector<f64>>]) -> f64 {
         let blocks = self.problem.blocks;
         let channels = blocks.first().map_or(0, |block| block.channels.len());
-        let mut sum = 0.0;
+        let mut sums = [0.0; 2];
         for channel in 0..channels {
             let steps: Vec<&[usize]> =
                 blocks.iter().map(|block| &block.channels[channel].steps[..]).collect();
@@ -147,15 +160,17 @@ impl Residuals<'_> {
                 pairs().map(|(rows, left)| &rows[channel][0] - &left[channel] * value).collect();
             let autocovariance = autocovariance(&steps, &residuals);
             let lags = autocovariance.len();
-            for ((rows, left), steps) in pairs().zip(&steps) {
+            for (((rows, left), steps), own) in pairs().zip(&steps).zip(&residuals) {
                 let scaled = rows[channel][1].component_mul(&left[channel]);
                 each_pair(steps, lags, |i, k, lag| {
                     let taper = 1.0 - lag as f64 / lags as f64;
                     let twice = if lag > 0 { 2.0 } else { 1.0 };
-                    sum += twice * taper * autocovariance[lag] * scaled[i] * scaled[k];
+                    let product = twice * taper * scaled[i] * scaled[k];
+                    sums[0] += product * autocovariance[lag];
+                    sums[1] += product * own[i] * own[k];
                 });
             }
         }
-        (self.inflation * sum).max(0.0)
+        self.inflation * sums[0].max(sums[1]).max(0.0)
     }
 }

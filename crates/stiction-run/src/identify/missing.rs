@@ -157,16 +157,22 @@ impl Fit<'_> {
             .map(|k| (self.parameters[k].name.clone(), changes[k] / self.estimate.sigmas[k]))
             .collect();
         changed.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-        let (what, cure) = words(effect, &name, value > 0.0);
+        let (what, cure) = words(effect, (&name, effort), value > 0.0);
         let unit = if effect == Effect::Delay { "s" } else { effort };
         Missing { actuator: name, what, value, sigma, unit, gain, changes: changed, cure }
     }
 }
 
 /// An effect in words, and its cure.
-fn words(effect: Effect, name: &str, is_positive: bool) -> (String, String) {
+fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (String, String) {
     let term = |formula: &str| {
-        format!("describe it below [terms] of the options, such as `NAME = \"{name} = {formula}\"`")
+        format!(
+            "describe it below [terms] of the options, such as `NAME = \"{name} = 1 {unit}*{formula}\"`"
+        )
+    };
+    let (rate, sine) = match unit {
+        "N" => ("m/s", format!("{name}/(1 m)")),
+        _ => ("rad/s", format!("sin({name})")),
     };
     let more = if is_positive { "more" } else { "less" };
     let (what, cure) = match effect {
@@ -188,15 +194,15 @@ fn words(effect: Effect, name: &str, is_positive: bool) -> (String, String) {
         ),
         Effect::FastFriction => (
             format!("{more} friction at high speed than in proportion to the rate"),
-            term("1 N m*d(JOINT)*abs(d(JOINT))/(1 rad/s)^2"),
+            term(&format!("d({name})*abs(d({name}))/(1 {rate})^2")),
         ),
         Effect::Position | Effect::PositionSquare => (
             "an effort that depends on the position, such as a spring, a cable or a balancer".to_owned(),
-            term("1 N m*sin(JOINT)"),
+            term(&sine),
         ),
         Effect::PositionFriction => (
             "friction that depends on the position".to_owned(),
-            term("1 N m*sign(d(JOINT))*sin(JOINT)"),
+            term(&format!("sign(d({name}))*{sine}")),
         ),
         Effect::LoadFriction => (
             "friction that depends on the load".to_owned(),

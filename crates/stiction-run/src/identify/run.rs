@@ -32,6 +32,8 @@ pub struct Named {
     pub verdict: Verdict,
     /// Value in the model.
     pub prior: f64,
+    /// Change of the value that the filter causes by what it takes from the motion, to first order.
+    pub filter_bias: f64,
     /// Structural identifiability in words: of the parameter alone, in a combination with others, or not
     /// at all.
     pub structure: &'static str,
@@ -54,6 +56,8 @@ pub struct Combined {
     pub unit: &'static str,
     /// Verdict.
     pub verdict: Verdict,
+    /// Change of the value that the filter causes by what it takes from the motion, to first order.
+    pub filter_bias: f64,
 }
 
 /// Errors on one log.
@@ -239,6 +243,7 @@ pub fn identify(
                 }),
             },
             prior: p.prior,
+            filter_bias: 0.0,
             is_inertia: p.body().is_some(),
             is_of_log: matches!(p.kind, Kind::Offset(_) | Kind::Term(_)),
             structure: match () {
@@ -276,6 +281,15 @@ pub fn identify(
     let greatest = all.iter().map(Prepared::greatest_delay).fold(f64::INFINITY, f64::min);
     if is_estimated {
         cautions.extend(delays.iter().map(|delay| delay::words(delay, greatest)));
+    }
+    let is_excited = named.iter().any(|p| p.verdict == Verdict::Identified)
+        || combinations.iter().any(|c| c.verdict == Verdict::Identified);
+    if let Some(biases) = filter_biases(&all, &parameters, &options, &estimate, &at) {
+        cautions.extend(sanity::judge_filter(
+            (&mut named, &mut combinations),
+            &structure.free,
+            biases.as_slice(),
+        ));
     }
     let identified: Vec<bool> = named.iter().map(|p| p.verdict == Verdict::Identified).collect();
     let units: Vec<(String, &'static str)> = actuators
@@ -320,7 +334,9 @@ pub fn identify(
         is_wrong,
         &mut cautions,
     );
-    if !is_settled && verdict == FitVerdict::Identified {
+    // The data determine values, if only those of another model.
+    let is_only_changed = verdict == FitVerdict::NotExcited && is_excited;
+    if is_only_changed || (!is_settled && verdict == FitVerdict::Identified) {
         verdict = FitVerdict::FitsOnly;
     }
     let identified =
@@ -409,6 +425,21 @@ fn fitted(
 /// Rows of the fitted logs.
 fn fitted_blocks(all: &[Prepared]) -> Vec<Block> {
     all.iter().filter(|log| !log.predict).map(|log| log.block.clone()).collect()
+}
+
+/// Changes of all parameters that the filter causes; `None` without a filter.
+fn filter_biases(
+    all: &[Prepared],
+    parameters: &[Parameter],
+    options: &Options,
+    estimate: &Estimate,
+    at: &DVector<f64>,
+) -> Option<DVector<f64>> {
+    let fits = all.iter().filter(|log| !log.predict);
+    let errors: Option<Vec<_>> = fits.map(|log| log.filter_error(&estimate.values, at)).collect();
+    let blocks = fitted_blocks(all);
+    let problem = Problem { parameters, blocks: &blocks, options };
+    Some(problem.residuals(estimate).response(&errors?))
 }
 
 /// Delays other than zero.

@@ -86,7 +86,8 @@ pub(super) fn combinations(
             correlation: 0.0,
         });
         let leader = &parameters[c.leader];
-        Combined { name: c.words(parameters, 8), value, sigma, unit: leader.unit, verdict }
+        let (name, unit) = (c.words(parameters, 8), leader.unit);
+        Combined { name, value, sigma, unit, verdict, filter_bias: 0.0 }
     });
     each.collect()
 }

@@ -34,12 +34,13 @@ impl Identified {
             json!({
                 "name": p.name, "value": p.value, "sigma": p.sigma, "unit": p.unit,
                 "verdict": p.verdict.to_string(), "prior": p.prior, "structure": p.structure,
+                "filter_bias": p.filter_bias,
             })
         };
         let combined = self.combinations.iter().map(|c| {
             json!({
                 "name": c.name, "value": c.value, "sigma": c.sigma, "unit": c.unit,
-                "verdict": c.verdict.to_string(),
+                "verdict": c.verdict.to_string(), "filter_bias": c.filter_bias,
             })
         });
         let predictions = self.predictions.iter().map(|p| {

@@ -113,7 +113,9 @@ fn a_delay_of_the_effort_is_taken_back() {
         let result = identified(&folder, &log, "");
         let found = &result["delays"][0];
         let (value, sigma) = (number(found, "value"), number(found, "sigma"));
-        assert!((value - delay).abs() < 4.0 * sigma && sigma < 0.5e-3, "{delay}: {found:#}");
+        // Reversals of friction lie between samples: each is known to a part of one.
+        let most = 4.0 * sigma + 0.1 * STEP;
+        assert!((value - delay).abs() < most && sigma < 0.8e-3, "{delay}: {found:#}");
         assert!(result["cautions"].to_string().contains("`delay = 0`"), "{delay}");
         for (name, truth) in [("hinge.viscous", VISCOUS), ("hinge.coulomb", COULOMB)] {
             let (off, sigma) = error(&result, name, truth);
@@ -151,12 +153,78 @@ fn spikes_are_named_and_replaced() {
     assert!((10..50).contains(&count), "{count}");
     let result = identified(&folder, &text.join("\n"), "");
     let cautions = result["cautions"].to_string();
-    assert!(cautions.contains("samples of `M.motor_torque` stand out"), "{cautions}");
+    assert!(cautions.contains("samples that stand out"), "{cautions}");
     for (name, truth) in [("bar.mx", MOMENT), ("hinge.viscous", VISCOUS)] {
         let (off, sigma) = error(&result, name, truth);
         assert!(off.abs() < 3.5 && sigma < 0.02, "{name}: {off} {sigma}");
     }
     assert_eq!(result["verdict"], "identified", "{cautions}");
+}
+
+/// A filter near the frequency of the motion takes part of it: the inertia is too large by what is said.
+#[test]
+fn a_filter_that_is_too_low_is_named() {
+    let folder = Folder::new("identify-low");
+    // 3 Hz, and a slow motion.
+    let motion = |t: f64| {
+        let (fast, slow) = (3.0 * TAU, 0.4 * TAU);
+        [
+            0.1 * (fast * t).sin() + 0.4 * (slow * t).sin(),
+            0.1 * fast * (fast * t).cos() + 0.4 * slow * (slow * t).cos(),
+            -0.1 * fast * fast * (fast * t).sin() - 0.4 * slow * slow * (slow * t).sin(),
+        ]
+    };
+    let mut noise = normal(6);
+    let mut text = "time [s],hinge [rad],M.motor_torque [N m]\n".to_owned();
+    for k in 0..ROWS {
+        let t = STEP * f64::from(k);
+        let [q, v, a] = motion(t);
+        let effort = INERTIA * a - MOMENT * 9.81 * q.cos() + COULOMB * v.signum() + VISCOUS * v;
+        writeln!(text, "{t:.4},{q},{}", effort + 0.02 * noise()).unwrap();
+    }
+    folder.write("model.toml", MODEL);
+    folder.write("log.csv", &text);
+    let run = |filter: &str| {
+        json(
+            folder
+                .stiction(&["identify", "model.toml", "log.csv", "--filter", filter, "--json"])
+                .succeeds(),
+        )
+    };
+    // The inertia and the rotor act alike.
+    let inertia = |result: &Value| {
+        let all = result["combinations"].as_array().unwrap();
+        let own = all.iter().find(|c| c["name"].as_str().unwrap().contains("bar.iyy")).unwrap();
+        [number(own, "value") - INERTIA, number(own, "filter_bias"), number(own, "sigma")]
+    };
+    let low = run("3.6 Hz");
+    let [error, bias, sigma] = inertia(&low);
+    assert!(error > 0.05 * INERTIA && error > sigma, "{error} {sigma}");
+    // The amplitude at 3 Hz is 1/(1 + 0.414 (3/3.6)^8) = 0.91; the estimate is of first order in the loss.
+    assert!((bias / error - 1.0).abs() < 0.3, "{bias} {error}");
+    let cautions = low["cautions"].to_string();
+    assert!(cautions.contains("the filter takes part of the motion"), "{cautions}");
+    let [error, bias, sigma] = inertia(&run("12 Hz"));
+    assert!(error.abs() < 4.0 * sigma && bias.abs() < sigma, "{error} {bias} {sigma}");
+}
+
+/// Time stamps of a busy computer: their scatter is named, and does not count as a delay.
+#[test]
+fn jitter_of_time_stamps_is_named() {
+    let folder = Folder::new("identify-jitter");
+    let mut jitter = normal(12);
+    let text = log(1, effort);
+    let rows = text.lines().map(|line| match line.split_once(',') {
+        Some((time, rest)) if !line.starts_with('t') => {
+            let late = (0.2 * STEP * jitter()).clamp(-0.45 * STEP, 0.45 * STEP);
+            format!("{},{rest}\n", time.parse::<f64>().unwrap() + late)
+        }
+        _ => format!("{line}\n"),
+    });
+    let result = identified(&folder, &rows.collect::<String>(), "");
+    let cautions = result["cautions"].to_string();
+    assert!(cautions.contains("steps of the time scatter by 1."), "{cautions}");
+    assert!(is_empty(&result, "delays"), "{:#}", result["delays"]);
 }
 
 /// Friction that the model's law lacks is named by what it is.

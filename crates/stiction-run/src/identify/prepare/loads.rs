@@ -21,7 +21,7 @@ pub(super) struct MuColumns {
     unit: Vec<Vec<f64>>,
     /// Times of all rows, s.
     at: Vec<f64>,
-    filter: RowFilter,
+    pub(super) filter: RowFilter,
     /// Right-hand sides with all friction, of each actuator.
     rights: Vec<DVector<f64>>,
 }

@@ -1,5 +1,6 @@
 //! From a log to rows of the regression: filtered positions, efforts and columns.
 
+mod bias;
 mod effects;
 mod efforts;
 mod filter;

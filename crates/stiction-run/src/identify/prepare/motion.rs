@@ -17,7 +17,9 @@ pub(super) const ROWS_PER_PERIOD: f64 = 4.0;
 const EXAMINED: usize = 20_000;
 const PARTS: usize = 4;
 /// Samples per second below which the motion of a robot is not seen.
-const SLOWEST: f64 = 4.0;
+const SLOWEST: f64 = 2.0;
+/// Scatter of the time steps, over their mean, that is named.
+const JITTER: f64 = 0.1;
 /// Lines of spikes that are named.
 const NAMED: usize = 10;
 
@@ -114,6 +116,26 @@ impl<'a> Used<'a> {
         self.rows.iter().map(|&k| self.log.log.columns[column].values[k]).collect()
     }
 
+    /// Caution on time steps that scatter; `None` if they are regular.
+    fn jitter_caution(&self) -> Option<String> {
+        let steps = self.samples().into_iter().flat_map(|own| {
+            self.times[own].windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>()
+        });
+        let steps: Vec<f64> = steps.collect();
+        let count = steps.len().max(1) as f64;
+        let mean = steps.iter().sum::<f64>() / count;
+        let scatter = (steps.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt();
+        (scatter > JITTER * mean).then(|| {
+            format!(
+                "{}: steps of the time scatter by {:.3} ms about {:.3} ms: if the time stamps jitter and not the samples, \
+                 rates have errors; log the time of the clock that samples",
+                self.log.name,
+                1e3 * scatter,
+                1e3 * mean
+            )
+        })
+    }
+
     /// Indices of the samples of each stretch.
     pub(super) fn samples(&self) -> Vec<std::ops::Range<usize>> {
         self.stretches.iter().map(|ends| filter::within(&self.times, *ends)).collect()
@@ -127,8 +149,8 @@ impl<'a> Used<'a> {
             lines.map(|&k| self.log.log.lines[self.rows[k]].to_string()).collect();
         let more = if spikes.samples.len() > NAMED { " and others" } else { "" };
         Some(format!(
-            "{}: {} samples of `{column}` stand out from their neighbours, by up to {:.4} in SI units, and are replaced \
-             by interpolation, first at {:.4} s: lines {}{more}",
+            "{}: `{column}` has {} samples that stand out from their neighbours, by up to {:.4} in SI units; they are \
+             replaced by interpolation, first at {:.4} s: lines {}{more}",
             self.log.name,
             spikes.samples.len(),
             spikes.largest,
@@ -178,6 +200,7 @@ pub(super) fn filtered(
             used.times[used.times.len() - 1] - used.times[0]
         ));
     }
+    cautions.extend(used.jitter_caution());
     let mut measured: Vec<Vec<f64>> = chosen.iter().map(|c| used.pick(c.column())).collect();
     for (chosen, values) in chosen.iter().zip(&mut measured) {
         let spikes = spikes::replace(&used.times, values, &used.samples(), 0.0);

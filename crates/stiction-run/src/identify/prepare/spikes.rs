@@ -139,7 +139,7 @@ mod tests {
     }
 
     fn found(times: &[f64], values: &mut [f64]) -> Spikes {
-        replace(times, values, &[0..times.len()], 0.05)
+        replace(times, values, std::slice::from_ref(&(0..times.len())), 0.05)
     }
 
     #[test]
