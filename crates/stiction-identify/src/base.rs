@@ -80,6 +80,11 @@ impl BaseParameters {
         self.combinations.len()
     }
 
+    /// The combinations of more than one parameter.
+    pub fn shared(&self) -> impl Iterator<Item = &Combination> {
+        self.combinations.iter().filter(|c| !c.others.is_empty())
+    }
+
     /// True if the parameter is determined by itself, in no combination with others.
     pub fn is_alone(&self, parameter: usize) -> bool {
         self.combinations.iter().any(|c| c.leader == parameter && c.others.is_empty())

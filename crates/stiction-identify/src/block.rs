@@ -24,6 +24,14 @@ pub struct Block {
     pub independence: f64,
 }
 
+impl Block {
+    /// Number of instants in each of a number of pieces of equal length.
+    pub(crate) fn fold_length(&self, pieces: usize) -> usize {
+        let last = self.channels.iter().filter_map(|rows| rows.steps.last()).max();
+        last.map_or(1, |last| last + 1).div_ceil(pieces).max(1)
+    }
+}
+
 impl Rows {
     /// Number of rows.
     pub fn len(&self) -> usize {

@@ -72,7 +72,10 @@ pub struct Evidence {
 const RESOLVED: f64 = 0.9;
 /// Standard deviation over the value, below which it is identified.
 const PRECISE: f64 = 0.5;
-/// The same for a value whose error is that of another parameter ([`CONFOUNDED`]): only a small difference
+/// Standard deviation over the value, below which a value is identified whatever the strength of the prior: it
+/// contains the error of the prior, so that only data make it so small.
+const PRECISE_BY_ITSELF: f64 = 0.05;
+/// The same as [`PRECISE`] for a value whose error is that of another parameter ([`CONFOUNDED`]): only a small difference
 /// between their effects determines it, and any error of the model enters there.
 const PRECISE_CONFOUNDED: f64 = 0.1;
 /// Correlation of errors above which two parameters are confounded.
@@ -87,8 +90,13 @@ impl Verdict {
         if resolution > RESOLVED && sigma < limit * size {
             return Self::Identified;
         }
+        // The error of a strong prior is part of the standard deviation.
+        if is_alone && resolution > 0.0 && sigma < PRECISE_BY_ITSELF * value.abs() {
+            return Self::Identified;
+        }
         match is_alone {
-            true if resolution < 0.5 || sigma > size => Self::NotExcited,
+            true if sigma > size => Self::NotExcited,
+            true if resolution < 0.5 && sigma > PRECISE_CONFOUNDED * size => Self::NotExcited,
             true => Self::FitsOnly,
             false if resolution < 0.02 => Self::NotExcited,
             // The partner takes up any value.
@@ -114,11 +122,16 @@ mod tests {
     #[test]
     fn verdicts_need_data_and_precision() {
         assert_eq!(Verdict::of(&CLEAR), Verdict::Identified);
-        // A prior that is precise by itself.
-        let prior = Evidence { resolution: 0.3, sigma: 0.01, ..CLEAR };
+        // A value that the data hardly change: as uncertain as the prior is.
+        let prior = Evidence { resolution: 0.3, sigma: 0.4, ..CLEAR };
         assert_eq!(Verdict::of(&prior), Verdict::NotExcited);
         let shared = Evidence { is_alone: false, ..prior };
         assert_eq!(Verdict::of(&shared), Verdict::FitsOnly);
+        // Known to half a percent, with a strong prior: its own error of 30 % is part of that.
+        let strong = Evidence { resolution: 0.3, sigma: 0.01, ..CLEAR };
+        assert_eq!(Verdict::of(&strong), Verdict::Identified);
+        let fair = Evidence { sigma: 0.15, ..strong };
+        assert_eq!(Verdict::of(&fair), Verdict::FitsOnly);
         // Confounded with another parameter: the same precision does not suffice.
         let confounded = Evidence { correlation: 0.98, ..CLEAR };
         assert_eq!(Verdict::of(&confounded), Verdict::FitsOnly);

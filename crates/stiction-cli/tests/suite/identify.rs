@@ -2,6 +2,7 @@
 
 mod arm;
 mod imperfect;
+mod missing;
 mod screws;
 
 use crate::program::{Folder, json};

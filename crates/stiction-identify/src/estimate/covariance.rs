@@ -2,7 +2,7 @@
 //!
 //! Equation (I5) of the book's theory.
 
-use super::Map;
+use super::map::{Map, transposed_product};
 use crate::block::Block;
 use nalgebra::{DMatrix, DVector};
 
@@ -23,20 +23,24 @@ pub(crate) fn covariance(
     noise: &[f64],
     samples: f64,
 ) -> DMatrix<f64> {
-    let size = map.matrix.ncols();
+    let size = map.size();
     let mut sum = DMatrix::zeros(size, size);
     // Residuals are smaller than errors by the degrees of freedom that the fit has used.
     let used = (size as f64).min(0.5 * samples);
     let inflation = samples / (samples - used).max(1.0);
     for (channel, noise) in noise.iter().enumerate() {
-        let autocovariance = autocovariance(blocks, channel, values);
+        let steps: Vec<&[usize]> =
+            blocks.iter().map(|block| &block.channels[channel].steps[..]).collect();
+        let residuals: Vec<DVector<f64>> =
+            blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
+        let autocovariance = autocovariance(&steps, &residuals);
         let lags = autocovariance.len();
         for block in blocks {
             let rows = &block.channels[channel];
             if rows.is_empty() {
                 continue;
             }
-            let scaled = &rows.matrix * &map.matrix;
+            let scaled = map.columns(&rows.matrix, 0..rows.len());
             // For each lag the rows that it smooths with: one product of tall matrices in all.
             let mut smoothed: DMatrix<f64> = DMatrix::zeros(rows.len(), size);
             each_pair(&rows.steps, lags, |i, k, lag| {
@@ -48,22 +52,20 @@ pub(crate) fn covariance(
                 }
             });
             let factor = (block.independence / (noise * noise)).powi(2);
-            sum += scaled.tr_mul(&smoothed) * factor;
+            sum += transposed_product(&scaled, &smoothed) * factor;
         }
     }
     // Symmetric up to rounding.
     (&sum + sum.transpose()) * 0.5
 }
 
-/// Autocovariance of the residuals of one effort, by lag: as many lags as their colour needs.
-fn autocovariance(blocks: &[Block], channel: usize, values: &DVector<f64>) -> Vec<f64> {
-    let residuals: Vec<DVector<f64>> =
-        blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
+/// Autocovariance of the residuals of one effort in all blocks, by lag: as many lags as their colour needs.
+pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> Vec<f64> {
     let longest = residuals.iter().map(|r| r.len()).max().unwrap_or(0);
     let most = (longest / 4).clamp(LAGS, MOST_LAGS);
     let (mut sums, mut pairs) = (vec![0.0; most], vec![0.0; most]);
-    for (block, residuals) in blocks.iter().zip(&residuals) {
-        each_pair(&block.channels[channel].steps, most, |i, k, lag| {
+    for (steps, residuals) in steps.iter().zip(residuals) {
+        each_pair(steps, most, |i, k, lag| {
             sums[lag] += residuals[i] * residuals[k];
             pairs[lag] += 1.0;
         });
@@ -80,7 +82,7 @@ fn autocovariance(blocks: &[Block], channel: usize, values: &DVector<f64>) -> Ve
 }
 
 /// Pairs of rows with their lag in steps, below `lags`.
-fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, usize)) {
+pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, usize)) {
     for i in 0..steps.len() {
         for k in i..steps.len() {
             let lag = steps[k] - steps[i];
@@ -95,18 +97,15 @@ fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block::Rows;
     use stiction_core::random::Random;
 
     /// White residuals need few lags, residuals that change every hundred rows more than these.
     #[test]
     fn lags_follow_the_colour_of_the_residuals() {
         let lags = |residual: &mut dyn FnMut(usize) -> f64| {
-            let right = DVector::from_fn(4000, |k, _| residual(k));
-            let (matrix, steps) = (DMatrix::zeros(4000, 1), (0..4000).collect());
-            let rows = Rows { matrix, measured: right.clone(), right, steps };
-            let blocks = [Block { channels: vec![rows], independence: 1.0 }];
-            autocovariance(&blocks, 0, &DVector::zeros(1)).len()
+            let residuals = DVector::from_fn(4000, |k, _| residual(k));
+            let steps: Vec<usize> = (0..4000).collect();
+            autocovariance(&[&steps], &[residuals]).len()
         };
         let mut random = Random::new(3);
         assert_eq!(lags(&mut |_| random.number()), LAGS);

@@ -2,7 +2,8 @@
 //!
 //! Equation (I3) of the book's theory.
 
-use super::{Map, Normal, Problem};
+use super::map::Map;
+use super::{Normal, Problem};
 use crate::parameter::Kind;
 use crate::physical::{self, BodyPrior};
 use nalgebra::{DMatrix, DVector};
@@ -41,7 +42,7 @@ impl Problem<'_> {
     /// Minimum of data and prior, in free coordinates, with negative values of non-negative parameters
     /// held at zero.
     pub(crate) fn minimum(&self, map: &Map, data: &Normal, strength: f64) -> DVector<f64> {
-        let size = map.matrix.ncols();
+        let size = map.size();
         let mut at_zero = vec![false; size];
         let mut z = self.start(map);
         // The most negative one at a time: another one may be positive without it.
@@ -57,25 +58,16 @@ impl Problem<'_> {
         z
     }
 
-    /// First parameter of a free coordinate.
-    fn first(&self, map: &Map, column: usize) -> Option<usize> {
-        (0..self.parameters.len()).find(|&k| map.matrix[(k, column)] != 0.0)
-    }
-
     /// Magnitude of a free coordinate over the scale of its parameter.
     fn parts(&self, map: &Map, column: usize, z: f64) -> f64 {
-        let scale = self
-            .first(map, column)
-            .map_or(1.0, |k| self.parameters[k].scale / map.matrix[(k, column)].abs());
+        let scale = self.parameters[map.firsts[column]].scale / map.factor(column).abs();
         z.abs() / scale
     }
 
     fn is_nonnegative(&self, map: &Map, column: usize) -> bool {
-        let first = self.first(map, column);
+        let first = &self.parameters[map.firsts[column]];
         // The divergence of a body keeps its mass positive.
-        first.is_some_and(|k| {
-            self.parameters[k].is_nonnegative() && self.parameters[k].body().is_none()
-        })
+        first.is_nonnegative() && first.body().is_none()
     }
 
     fn start(&self, map: &Map) -> DVector<f64> {
@@ -83,10 +75,7 @@ impl Problem<'_> {
         for body in self.priors() {
             prior[body.first..body.first + 10].copy_from_slice(&body.prior);
         }
-        DVector::from_fn(map.matrix.ncols(), |column, _| {
-            let k = (0..prior.len()).find(|&k| map.matrix[(k, column)] != 0.0).unwrap_or(0);
-            prior[k] / map.matrix[(k, column)]
-        })
+        DVector::from_fn(map.size(), |column, _| prior[map.firsts[column]] / map.factor(column))
     }
 
     /// Values for divergences: a held parameter of a thin body is that of its prior, whose pseudo-inertia is
@@ -107,7 +96,7 @@ impl Problem<'_> {
     /// parameters of different bodies may contradict them.
     pub fn begins_physical(&self) -> bool {
         let (map, priors) = (self.map(), self.priors());
-        let thick = self.thickened(&(&map.base + &map.matrix * self.start(&map)), &priors);
+        let thick = self.thickened(&map.values(&self.start(&map)), &priors);
         let is_held = |body: &BodyPrior| {
             self.options.held[body.first..body.first + 10].iter().all(|held| *held)
         };
@@ -170,55 +159,54 @@ impl Problem<'_> {
         precision: &[f64],
         z: &DVector<f64>,
     ) -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
-        let count = self.parameters.len();
-        let values = &map.base + &map.matrix * z;
+        let values = map.values(z);
         let mut value = 0.5 * data.cost(z);
-        let mut slope = DVector::zeros(count);
-        let mut bend = DMatrix::zeros(count, count);
+        let mut gradient = &data.matrix * z - &data.right;
+        let mut hessian = data.matrix.clone();
         let thick = self.thickened(&values, priors);
         for body in priors {
-            if self.options.held[body.first..body.first + 10].iter().all(|held| *held) {
+            let members = body.first..body.first + 10;
+            if self.options.held[members.clone()].iter().all(|held| *held) {
                 continue;
             }
             let found = body.divergence(thick.as_slice())?;
             value += strength * found.value;
-            let first = body.first;
-            for i in 0..10 {
-                slope[first + i] += strength * found.gradient[i];
-                for k in 0..10 {
-                    bend[(first + i, first + k)] += strength * found.hessian[(i, k)];
+            for (i, own) in members.clone().enumerate() {
+                map.add_slope(&mut gradient, own, strength * found.gradient[i]);
+                for (k, other) in members.clone().enumerate() {
+                    let bend = strength * found.hessian[(i, k)];
+                    map.add_bend(&mut hessian, (own, other), bend);
                 }
             }
         }
         for (k, precision) in precision.iter().enumerate() {
             let away = values[k] - self.parameters[k].prior;
             value += 0.5 * precision * away * away;
-            slope[k] += precision * away;
-            bend[(k, k)] += precision;
+            map.add_slope(&mut gradient, k, precision * away);
+            map.add_bend(&mut hessian, (k, k), *precision);
         }
-        let gradient = &data.matrix * z - &data.right + map.matrix.tr_mul(&slope);
-        let hessian = &data.matrix + map.matrix.tr_mul(&(bend * &map.matrix));
         value.is_finite().then_some((value, gradient, hessian))
     }
 
-    /// Covariance of the pull of the prior, for a model whose own errors are [`PRIOR_ERROR`]. However
+    /// Covariance of the pull of the prior in free coordinates, for a model whose own errors are [`PRIOR_ERROR`]. However
     /// strong the pull, it says no more about a value than the model does.
     pub(crate) fn prior_errors(
         &self,
+        map: &Map,
         values: &DVector<f64>,
         strength: f64,
         priors: &[BodyPrior],
         precision: &[f64],
     ) -> DMatrix<f64> {
-        let count = self.parameters.len();
-        let mut sum = DMatrix::zeros(count, count);
+        let mut sum = DMatrix::zeros(map.size(), map.size());
         let factor = (PRIOR_ERROR * strength).powi(2);
         let thick = self.thickened(values, priors);
         for body in priors {
             let Some(found) = body.divergence(thick.as_slice()) else { continue };
             for i in 0..10 {
                 for k in 0..10 {
-                    sum[(body.first + i, body.first + k)] += factor * found.hessian[(i, k)];
+                    let place = (body.first + i, body.first + k);
+                    map.add_bend(&mut sum, place, factor * found.hessian[(i, k)]);
                 }
             }
         }
@@ -230,7 +218,7 @@ impl Problem<'_> {
                 _ => precision.sqrt().recip(),
             };
             if *precision > 0.0 {
-                sum[(k, k)] += (precision * error).powi(2);
+                map.add_bend(&mut sum, (k, k), (precision * error).powi(2));
             }
         }
         sum

@@ -3,11 +3,15 @@
 //! Equations (I3) and (I4) of the book's theory.
 
 mod covariance;
+mod extension;
+mod map;
 mod minimum;
 
 use crate::block::Block;
 use crate::parameter::Parameter;
 use covariance::covariance;
+pub use extension::{Candidate, Extension, Residuals};
+use map::{Map, transposed_product};
 use minimum::inverse_positive;
 use nalgebra::{DMatrix, DVector};
 
@@ -106,13 +110,6 @@ impl Normal {
     }
 }
 
-/// Free coordinates `z` of the values: `theta = base + T z`, with held and tied parameters.
-#[derive(Clone, Debug)]
-pub(crate) struct Map {
-    pub(crate) base: DVector<f64>,
-    pub(crate) matrix: DMatrix<f64>,
-}
-
 impl Estimate {
     /// Variance of a combination of parameters, and the part of it that the data, not the prior, determine:
     /// from 0 to 1.
@@ -160,7 +157,7 @@ impl Problem<'_> {
         const ROUNDS: usize = 5;
         for round in 0..ROUNDS {
             let pieces = self.pieces(&map, &shift, &noise, &weights);
-            let mut total = Normal::zero(map.matrix.ncols());
+            let mut total = Normal::zero(map.size());
             pieces.iter().for_each(|piece| total.add(piece, 1.0));
             if round + 2 == ROUNDS {
                 let mut chosen = self.options.strength;
@@ -172,7 +169,7 @@ impl Problem<'_> {
                 strength = chosen.unwrap_or(strength);
             }
             let z = self.minimum(&map, &total, strength);
-            values = &map.base + &map.matrix * z;
+            values = map.values(&z);
             let at = &values - &shift;
             for (channel, noise) in noise.iter_mut().enumerate() {
                 let mut squares = Vec::new();
@@ -213,51 +210,17 @@ impl Problem<'_> {
         Problem { options: &options, ..self.clone() }.solve_with(false)
     }
 
+    /// Estimates with a weak prior, without comparing others: the residuals contain no error of the prior.
+    pub fn solve_weakly(&self) -> Estimate {
+        let strength = Some(self.options.strength.map_or(WEAK, |own| own.min(WEAK)));
+        let options = Options { strength, ..self.options.clone() };
+        Problem { options: &options, ..self.clone() }.solve_with(false)
+    }
+
     /// Known efforts contain the model's inertias, so rows multiply differences from these.
     fn shift(&self) -> DVector<f64> {
         let each = self.parameters.iter().map(|p| if p.body().is_some() { p.prior } else { 0.0 });
         DVector::from_iterator(self.parameters.len(), each)
-    }
-
-    pub(crate) fn map(&self) -> Map {
-        let count = self.parameters.len();
-        let prior = DVector::from_iterator(count, self.parameters.iter().map(|p| p.prior));
-        let mut base = DVector::zeros(count);
-        let mut columns: Vec<Vec<usize>> = Vec::new();
-        let mut done = vec![false; count];
-        for k in 0..count {
-            if self.options.held[k] {
-                base[k] = prior[k];
-                done[k] = true;
-            }
-        }
-        for group in &self.options.tied {
-            let group: Vec<usize> = group.iter().copied().filter(|&k| !done[k]).collect();
-            group.iter().for_each(|&k| done[k] = true);
-            if !group.is_empty() {
-                columns.push(group);
-            }
-        }
-        for k in 0..count {
-            if !done[k] {
-                columns.push(vec![k]);
-            }
-        }
-        columns.sort();
-        let mut matrix = DMatrix::zeros(count, columns.len());
-        for (column, group) in columns.iter().enumerate() {
-            for &k in group {
-                matrix[(k, column)] = self.parameters[k].scale.max(1e-300);
-            }
-        }
-        // Members of a group get one value: the scale of its first.
-        for (column, group) in columns.iter().enumerate() {
-            let first = matrix[(group[0], column)];
-            for &k in group {
-                matrix[(k, column)] = first;
-            }
-        }
-        Map { base, matrix }
     }
 
     /// Sums over pieces of all logs, in free coordinates; `right` is that of differences.
@@ -268,11 +231,11 @@ impl Problem<'_> {
         noise: &[f64],
         weights: &[Vec<Vec<f64>>],
     ) -> Vec<Normal> {
-        let size = map.matrix.ncols();
+        let size = map.size();
+        let offset = &map.base - shift;
         let mut pieces = Vec::new();
         for (block, weights) in self.blocks.iter().zip(weights) {
-            let last = block.channels.iter().filter_map(|rows| rows.steps.last()).max();
-            let length = last.map_or(1, |last| last + 1).div_ceil(FOLDS).max(1);
+            let length = block.fold_length(FOLDS);
             let mut own = vec![Normal::zero(size); FOLDS];
             for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(noise) {
                 let mut from = 0;
@@ -281,15 +244,14 @@ impl Problem<'_> {
                     let until = rows.steps.partition_point(|step| *step < end);
                     if until > from {
                         let matrix = rows.matrix.rows(from, until - from);
-                        let offset = &map.base - shift;
                         let mut right = rows.right.rows(from, until - from) - matrix * &offset;
-                        let mut scaled = matrix * &map.matrix;
+                        let mut scaled = map.columns(&rows.matrix, from..until);
                         for (row, weight) in weights[from..until].iter().enumerate() {
                             let factor = (weight * block.independence).sqrt() / noise;
                             scaled.row_mut(row).scale_mut(factor);
                             right[row] *= factor;
                         }
-                        piece.matrix.gemm_tr(1.0, &scaled, &scaled, 1.0);
+                        piece.matrix += transposed_product(&scaled, &scaled);
                         piece.right += scaled.tr_mul(&right);
                         piece.square += right.norm_squared();
                         piece.rows += (until - from) as f64 * block.independence;
@@ -312,7 +274,7 @@ impl Problem<'_> {
             (0..folds)
                 .map(|fold| {
                     let mut rest = total.clone();
-                    let mut out = Normal::zero(map.matrix.ncols());
+                    let mut out = Normal::zero(map.size());
                     for piece in pieces.iter().skip(fold).step_by(folds) {
                         rest.add(piece, -1.0);
                         out.add(piece, 1.0);
@@ -370,7 +332,7 @@ impl Problem<'_> {
         (left_out_ratio, left_out_ratio_plain): (f64, f64),
     ) -> Estimate {
         let pieces = self.pieces(map, shift, &noise, weights);
-        let mut total = Normal::zero(map.matrix.ncols());
+        let mut total = Normal::zero(map.size());
         pieces.iter().for_each(|piece| total.add(piece, 1.0));
         let z = self.minimum(map, &total, strength);
         let (priors, precision) = (self.priors(), self.precision(strength));
@@ -380,21 +342,18 @@ impl Problem<'_> {
         let size = z.len();
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
         let meat = covariance(self.blocks, map, &(&values - shift), &noise, total.rows);
-        let open = self.prior_errors(&values, strength, &priors, &precision);
-        let own = map.matrix.tr_mul(&(open * &map.matrix));
-        let free = &inverse * (meat + own) * &inverse;
+        let open = self.prior_errors(map, &values, strength, &priors, &precision);
+        let free = &inverse * (meat + open) * &inverse;
         let resolved = (&inverse * &total.matrix).diagonal();
-        let full = &map.matrix * &free * map.matrix.transpose();
+        let full = map.spread(&free);
         let count = self.parameters.len();
         let sigmas: Vec<f64> = (0..count).map(|k| full[(k, k)].max(0.0).sqrt()).collect();
         let correlation = DMatrix::from_fn(count, count, |i, k| {
             let size = sigmas[i] * sigmas[k];
             if size > 0.0 { full[(i, k)] / size } else { 0.0 }
         });
-        let resolution = (0..count).map(|k| {
-            let column = (0..size).find(|&column| map.matrix[(k, column)] != 0.0);
-            column.map_or(0.0, |column| resolved[column].clamp(0.0, 1.0))
-        });
+        let resolution = (0..count)
+            .map(|k| map.entry(k).map_or(0.0, |(column, _)| resolved[column].clamp(0.0, 1.0)));
         Estimate {
             resolution: resolution.collect(),
             values: values.as_slice().to_vec(),
@@ -402,7 +361,7 @@ impl Problem<'_> {
             correlation,
             covariance: full,
             inverse: [inverse.clone(), &inverse * &total.matrix * &inverse]
-                .map(|free| &map.matrix * free * map.matrix.transpose()),
+                .map(|free| map.spread(&free)),
             strength,
             noise,
             left_out_ratio,

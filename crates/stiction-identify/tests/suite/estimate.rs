@@ -7,7 +7,9 @@ use stiction_core::Vec3;
 use stiction_core::random::Random;
 use stiction_core::spatial::Mat3;
 use stiction_identify::physical::{about_origin, bodies, central, is_physical};
-use stiction_identify::{Block, Choice, Kind, Options, Parameter, Problem, Regressor, Rows};
+use stiction_identify::{
+    Block, Candidate, Choice, Kind, Options, Parameter, Problem, Regressor, Rows,
+};
 
 const ROWS: usize = 500;
 
@@ -225,4 +227,55 @@ fn one_parameter_of_a_thin_rod() {
     let found = problem.solve();
     let (error, sigma) = (found.values[moment] - truth[moment], found.sigmas[moment]);
     assert!(error.abs() < 4.0 * sigma && sigma < 0.02 * truth[moment], "{error:e} {sigma:e}");
+}
+
+/// A column that the regression lacks: its value, standard deviation and the changes of all parameters are those of a
+/// fit with that column, and left-out parts of the data gain by it. A column that is not missing gains nothing.
+#[test]
+fn a_missing_column_is_found() {
+    let (parameters, columns) = arm();
+    let truth = truth(&parameters);
+    let mut options = options(parameters.len());
+    options.strength = Some(1.0);
+    let mut random = normal(4);
+    let mut with = block(&parameters, &columns, &truth, &mut || 0.1 * random());
+    with.channels[1].right.add_scalar_mut(0.6);
+    let candidate = |channel: usize| Candidate {
+        channel,
+        signal: vec![DVector::from_element(with.channels[channel].len(), 1.0)],
+    };
+    let blocks = [with.clone()];
+    let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
+    let estimate = problem.solve();
+    let residuals = problem.residuals(&estimate);
+    let found = residuals.extension(&candidate(1)).unwrap();
+    assert!((found.value - 0.6).abs() < 4.0 * found.sigma && found.sigma < 0.05, "{found:?}");
+    assert!(found.gain > 3.0 * found.gain_sigma && found.gain > 0.05, "{found:?}");
+    let other = residuals.extension(&candidate(0)).unwrap();
+    assert!(other.value.abs() < 4.0 * other.sigma && other.gain < 0.05, "{other:?}");
+
+    let mut more = parameters.clone();
+    let kind = Kind::Offset(1);
+    more.push(Parameter { name: "offset".to_owned(), unit: "N m", kind, prior: 0.0, scale: 1.0 });
+    let mut extended = with.clone();
+    for (k, rows) in extended.channels.iter_mut().enumerate() {
+        let end = rows.matrix.ncols();
+        rows.matrix = rows.matrix.clone().insert_column(end, if k == 1 { 1.0 } else { 0.0 });
+    }
+    let mut options = options.clone();
+    options.held.push(false);
+    let blocks = [extended];
+    let again = Problem { parameters: &more, blocks: &blocks, options: &options }.solve();
+    let offset = parameters.len();
+    // Weights change with the residuals, and the priors of bodies are not quadratic.
+    assert!((again.values[offset] - found.value).abs() < 0.5 * found.sigma);
+    assert!((again.sigmas[offset] / found.sigma - 1.0).abs() < 0.2);
+    for k in (0..offset).filter(|&k| estimate.resolution[k] > 0.9) {
+        let change = again.values[k] - estimate.values[k];
+        assert!(
+            (change - found.changes[k]).abs() < 0.5 * estimate.sigmas[k],
+            "{}",
+            parameters[k].name
+        );
+    }
 }

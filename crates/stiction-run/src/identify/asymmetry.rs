@@ -53,29 +53,6 @@ pub(super) fn of_efforts(
     each.collect()
 }
 
-/// Cautions about residuals that differ between the directions of motion; `at` contains the parameter values.
-pub(super) fn left(all: &[Prepared], actuators: &[String], at: &DVector<f64>) -> Vec<String> {
-    let each = actuators.iter().enumerate().filter_map(|(channel, name)| {
-        let residuals = |log: &Prepared| log.block.channels[channel].residuals(at);
-        let (value, sigma) = constant_part(all, channel, residuals)?;
-        let fits = all.iter().filter(|log| !log.predict);
-        let rows = fits.map(|log| &log.block.channels[channel]);
-        let (square, count) =
-            rows.fold((0.0, 0), |(s, n), rows| (s + rows.measured.norm_squared(), n + rows.len()));
-        let size = (square / count.max(1) as f64).sqrt();
-        (value.abs() > 3.0 * sigma && value.abs() > 0.02 * size).then(|| {
-            format!(
-                "{name}: the residuals of the two directions of motion differ by {:.3e} +- {:.1e}: estimate a \
-                 constant error of the effort by `offsets = true`, or give the joint friction that depends on the \
-                 direction (`backward`)",
-                2.0 * value,
-                2.0 * sigma
-            )
-        })
-    });
-    each.collect()
-}
-
 /// Constant part of a signal over the rows of an actuator, beside multiples of the direction and of the rate
 /// of motion, with its standard deviation; none without motion in both directions.
 fn constant_part(

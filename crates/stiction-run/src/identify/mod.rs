@@ -5,6 +5,8 @@
 
 mod asymmetry;
 mod chosen;
+mod delay;
+mod missing;
 mod options;
 mod page;
 mod prepare;
@@ -16,6 +18,8 @@ mod traces;
 mod words;
 
 pub use asymmetry::Asymmetry;
+pub use delay::Delay;
+pub use missing::Missing;
 pub use options::{IdentifySettings, LogSettings, TEMPLATE};
 pub use prepare::MeasuredLog;
 pub use run::{Combined, Identified, Named, Prediction, identify};

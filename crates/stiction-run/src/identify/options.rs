@@ -24,6 +24,10 @@ prior = "auto"
 # Estimate a constant error of every measured effort.
 offsets = false
 
+# Delay of the measured efforts after the positions: "auto" estimates that of each effort, says it and takes it
+# back; a time is taken back as it is.
+delay = "auto"                 # or "12 ms", or 0
+
 # Parameters that keep the value of the model; * stands for any text.
 hold = []                      # ["leg*.rod.i*"]
 
@@ -92,6 +96,8 @@ pub struct IdentifySettings {
     pub strength: Option<f64>,
     /// Estimate constant errors of efforts.
     pub offsets: bool,
+    /// Delay of all efforts after the positions, s; estimated if absent.
+    pub delay: Option<f64>,
     /// Hold all inertias.
     pub hold_inertia: bool,
     /// Hold all friction.
@@ -108,8 +114,8 @@ pub struct IdentifySettings {
     pub logs: Vec<LogSettings>,
 }
 
-const KEYS: [&str; 9] =
-    ["filter", "estimate", "prior", "offsets", "hold", "tie", "columns", "terms", "logs"];
+const KEYS: [&str; 10] =
+    ["filter", "estimate", "prior", "offsets", "delay", "hold", "tie", "columns", "terms", "logs"];
 const LOG_KEYS: [&str; 7] = ["file", "use", "from", "until", "steady", "load", "payload"];
 
 fn bad(key: &str, what: impl std::fmt::Display) -> Error {
@@ -139,6 +145,8 @@ impl IdentifySettings {
                     settings.offsets =
                         value.as_bool().ok_or_else(|| bad(key, "should be true or false"))?;
                 }
+                "delay" if value.as_str() == Some("auto") => {}
+                "delay" => settings.delay = Some(quantity(key, value, seconds)?),
                 "estimate" => match value.as_str() {
                     Some("all") => {}
                     Some("friction") => settings.hold_inertia = true,

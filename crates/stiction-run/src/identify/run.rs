@@ -3,6 +3,8 @@
 use super::IdentifyError;
 use super::asymmetry::{self, Asymmetry};
 use super::chosen::{chosen_efforts, refuse};
+use super::delay::{self, Delay};
+use super::missing::{self, Missing};
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::sanity;
@@ -30,6 +32,8 @@ pub struct Named {
     pub verdict: Verdict,
     /// Value in the model.
     pub prior: f64,
+    /// Change of the value that the filter causes by what it takes from the motion, to first order.
+    pub filter_bias: f64,
     /// Structural identifiability in words: of the parameter alone, in a combination with others, or not
     /// at all.
     pub structure: &'static str,
@@ -52,6 +56,8 @@ pub struct Combined {
     pub unit: &'static str,
     /// Verdict.
     pub verdict: Verdict,
+    /// Change of the value that the filter causes by what it takes from the motion, to first order.
+    pub filter_bias: f64,
 }
 
 /// Errors on one log.
@@ -86,6 +92,10 @@ pub struct Identified {
     pub confounded: Vec<(String, String, String)>,
     /// Differences of the efforts between the directions of motion.
     pub asymmetries: Vec<Asymmetry>,
+    /// Delays of the efforts after the positions that were estimated, or given in the options.
+    pub delays: Vec<Delay>,
+    /// Effects that the residuals show and the model or its options lack.
+    pub missing: Vec<Missing>,
     /// Errors on all logs.
     pub predictions: Vec<Prediction>,
     /// The mechanism with the identified values.
@@ -180,7 +190,32 @@ pub fn identify(
     let held = &options.held.clone();
     let structure = structure(&all, &parameters, held);
 
-    let (estimate, is_settled) = fitted(&mut all, &parameters, (&options, &groups), &mut cautions);
+    let mut delays = vec![[settings.delay.unwrap_or(0.0), 0.0]; actuators.len()];
+    let given: Vec<f64> = delays.iter().map(|[delay, _]| *delay).collect();
+    all.iter_mut().for_each(|log| log.set_delays(&given));
+    let is_estimated = settings.delay.is_none();
+    if is_estimated {
+        // With the normal loads of the model.
+        delays = delay::take_back(&mut all, &delays, |all, take| {
+            let blocks = fitted_blocks(all);
+            let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
+            take(&problem, &problem.solve_weakly());
+        });
+    }
+    let mut said = Vec::new();
+    let mut fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
+    if is_estimated && delays.iter().any(|[delay, _]| *delay != 0.0) {
+        // With those of the fit.
+        delays = delay::take_back(&mut all, &delays, |all, take| {
+            let blocks = fitted_blocks(all);
+            let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
+            take(&problem, &problem.solve_fixed(&fit.0));
+        });
+        said.clear();
+        fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
+    }
+    cautions.extend(said);
+    let (estimate, is_settled) = fit;
     for log in &mut all {
         if log.predict
             && let Err(why) = log.update_loads(&estimate.values, &groups)
@@ -191,7 +226,7 @@ pub fn identify(
             ));
         }
     }
-    let named: Vec<Named> = parameters
+    let mut named: Vec<Named> = parameters
         .iter()
         .enumerate()
         .map(|(k, p)| Named {
@@ -211,6 +246,7 @@ pub fn identify(
                 }),
             },
             prior: p.prior,
+            filter_bias: 0.0,
             is_inertia: p.body().is_some(),
             is_of_log: matches!(p.kind, Kind::Offset(_) | Kind::Term(_)),
             structure: match () {
@@ -235,7 +271,7 @@ pub fn identify(
             }
         })
         .collect();
-    let combinations = combinations(&structure.free, &parameters, &estimate);
+    let mut combinations = combinations(&structure.free, &parameters, &estimate);
     let confounded = sanity::confounded(&named, &estimate, &parameters, &options);
     cautions.extend(sanity::uncertain(&named, &confounded));
     let noise = effort_noise(&all);
@@ -244,13 +280,52 @@ pub fn identify(
     cautions.extend(doubts.into_iter().map(|(_, doubt)| doubt.text));
     cautions.extend(without_rows(&all, &actuators));
     let asymmetries = asymmetry::of_efforts(&all, &actuators, mechanism);
-    let left = match settings.offsets {
-        true => Vec::new(),
-        false => asymmetry::left(&all, &actuators, &at),
+    let delays = delays_of(&all, &actuators, &delays);
+    let greatest = all.iter().map(Prepared::greatest_delay).fold(f64::INFINITY, f64::min);
+    if is_estimated {
+        cautions.extend(delays.iter().map(|delay| delay::words(delay, greatest)));
+    }
+    let is_excited = named.iter().any(|p| p.verdict == Verdict::Identified)
+        || combinations.iter().any(|c| c.verdict == Verdict::Identified);
+    if let Some(biases) = filter_biases(&all, &parameters, &options, &estimate, &at) {
+        cautions.extend(sanity::judge_filter(
+            (&mut named, &mut combinations),
+            &structure.free,
+            biases.as_slice(),
+        ));
+    }
+    let identified: Vec<bool> = named.iter().map(|p| p.verdict == Verdict::Identified).collect();
+    let units: Vec<(String, &'static str)> = actuators
+        .iter()
+        .cloned()
+        .zip(mechanism.actuators().map(|(joint, dof)| {
+            let joint_type = mechanism.joints()[joint.0].joint_type;
+            if joint_type.dofs()[dof].translates() { "N" } else { "N m" }
+        }))
+        .collect();
+    let fit = missing::Fit {
+        all: &all,
+        parameters: &parameters,
+        options: &options,
+        estimate: &estimate,
+        actuators: &units,
+        identified: &identified,
     };
-    // Residuals that depend on the direction are errors of the model.
-    let is_settled = is_settled && left.is_empty();
-    cautions.extend(left);
+    let found = fit.missing();
+    for (k, p) in named.iter_mut().enumerate() {
+        if p.verdict == Verdict::Identified && fit.is_changed(k, found.changes[k]) {
+            p.verdict = Verdict::FitsOnly;
+        }
+    }
+    for (c, combination) in combinations.iter_mut().zip(structure.free.shared()) {
+        let change = combination.value(&found.changes);
+        if c.verdict == Verdict::Identified && change.abs() > c.sigma {
+            c.verdict = Verdict::FitsOnly;
+        }
+    }
+    // Residuals that another column explains are errors of the model.
+    let is_settled = is_settled && found.missing.is_empty();
+    cautions.extend(found.missing.iter().map(Missing::caution));
     let mut verdict = sanity::fit_verdict(
         (&named, &combinations, &predictions),
         &estimate,
@@ -262,7 +337,9 @@ pub fn identify(
         is_wrong,
         &mut cautions,
     );
-    if !is_settled && verdict == FitVerdict::Identified {
+    // The data determine values, if only those of another model.
+    let is_only_changed = verdict == FitVerdict::NotExcited && is_excited;
+    if is_only_changed || (!is_settled && verdict == FitVerdict::Identified) {
         verdict = FitVerdict::FitsOnly;
     }
     let identified =
@@ -275,6 +352,8 @@ pub fn identify(
         rank: (structure.all.rank(), structure.all.gap),
         confounded,
         asymmetries,
+        delays,
+        missing: found.missing,
         predictions,
         mechanism: identified,
         strength: estimate.strength,
@@ -294,11 +373,8 @@ fn fitted(
 ) -> (Estimate, bool) {
     let mut options = options.clone();
     let own_strength = options.strength;
-    let blocks_of = |all: &[Prepared]| -> Vec<Block> {
-        all.iter().filter(|log| !log.predict).map(|log| log.block.clone()).collect()
-    };
     let has_loads = parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_)));
-    let mut blocks = blocks_of(all);
+    let mut blocks = fitted_blocks(all);
     let mut estimate = Problem { parameters, blocks: &blocks, options: &options }.solve();
     let mut last = f64::INFINITY;
     let mut at: Vec<f64> = estimate.values.clone();
@@ -321,7 +397,7 @@ fn fitted(
             last = f64::INFINITY;
             continue;
         }
-        blocks = blocks_of(all);
+        blocks = fitted_blocks(all);
         options.strength = own_strength.or(Some(estimate.strength));
         let (left_out, plain) = (estimate.left_out_ratio, estimate.left_out_ratio_plain);
         let before = estimate;
@@ -347,6 +423,52 @@ fn fitted(
         });
     }
     (estimate, is_settled)
+}
+
+/// Rows of the fitted logs.
+fn fitted_blocks(all: &[Prepared]) -> Vec<Block> {
+    all.iter().filter(|log| !log.predict).map(|log| log.block.clone()).collect()
+}
+
+/// Changes of all parameters that the filter causes; `None` without a filter.
+fn filter_biases(
+    all: &[Prepared],
+    parameters: &[Parameter],
+    options: &Options,
+    estimate: &Estimate,
+    at: &DVector<f64>,
+) -> Option<DVector<f64>> {
+    let fits = all.iter().filter(|log| !log.predict);
+    let errors: Option<Vec<_>> = fits.map(|log| log.filter_error(&estimate.values, at)).collect();
+    let blocks = fitted_blocks(all);
+    let problem = Problem { parameters, blocks: &blocks, options };
+    Some(problem.residuals(estimate).response(&errors?))
+}
+
+/// Delays other than zero.
+fn delays_of(all: &[Prepared], actuators: &[String], delays: &[[f64; 2]]) -> Vec<Delay> {
+    let is_recorded = all.iter().any(|log| log.cutoff.is_some());
+    let each = actuators.iter().zip(delays).filter(|(_, [value, _])| is_recorded && *value != 0.0);
+    each.map(|(actuator, &[value, sigma])| Delay {
+        actuator: actuator.clone(),
+        value,
+        sigma,
+        is_corrected: true,
+    })
+    .collect()
+}
+
+impl Identified {
+    /// Delay of each effort that is taken back, s, in the order of the actuators.
+    pub(super) fn taken_back(&self) -> Vec<f64> {
+        let names = self.mechanism.actuators();
+        let names = names.map(|(j, dof)| self.mechanism.joints()[j.0].actuator_name(dof));
+        let delay = |name: String| {
+            let own = self.delays.iter().find(|delay| delay.actuator == name);
+            own.map_or(0.0, |delay| delay.value)
+        };
+        names.map(delay).collect()
+    }
 }
 
 /// Cautions on gears whose losses the columns lack.

@@ -3,7 +3,7 @@
 use super::prepare::Prepared;
 use super::run::{Combined, Named, Prediction, differences};
 use nalgebra::DVector;
-use stiction_identify::{Estimate, FitVerdict, Kind, Options, Parameter, Verdict};
+use stiction_identify::{BaseParameters, Estimate, FitVerdict, Kind, Options, Parameter, Verdict};
 
 /// Correlation of errors above which two parameters cannot be distinguished.
 const CONFOUNDED: f64 = 0.95;
@@ -13,6 +13,9 @@ const NAMED: usize = 20;
 /// Agreement of efforts, as a cosine, beyond which a sign or a unit is certain.
 const AGREES: f64 = 0.5;
 
+/// Turns of an angle, and measured efforts over those of the model, beyond which positions are not in radians.
+const TURNS: f64 = 2.0;
+const IMPLAUSIBLE: f64 = 0.3;
 /// Error of the identified efforts, relative to the measured ones, up to which their sign is not in doubt.
 const REPRODUCED: f64 = 0.1;
 /// The same error if their friction opposes the motion.
@@ -96,6 +99,20 @@ pub(super) fn wrong_efforts(
             );
         }
         let ratio = (mm / pp).sqrt();
+        if agreement.abs() < 0.7
+            && ratio < IMPLAUSIBLE
+            && logs.iter().any(|log| log.turns() > TURNS)
+        {
+            doubt(
+                format!(
+                    "an angle spans {:.1} turns, and by the model its motion needs {:.1} times the efforts measured on \
+                     {name}: check the unit of the positions, which without one are rad or m",
+                    logs.iter().map(|log| log.turns()).fold(0.0, f64::max),
+                    ratio.recip()
+                ),
+                false,
+            );
+        }
         if agreement.abs() > 0.7 && !(0.05..=20.0).contains(&ratio) {
             doubt(
                 format!(
@@ -240,6 +257,46 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
         _ => "log a motion that moves their joints differently, or hold one of them",
     };
     text.to_owned()
+}
+
+/// Parameters and combinations whose change by the filter is named.
+const BIASED: usize = 6;
+
+/// Notes the changes that the filter causes; those beyond a standard deviation are no longer identified. Returns a
+/// caution on these.
+pub(super) fn judge_filter(
+    (named, combinations): (&mut [Named], &mut [Combined]),
+    structure: &BaseParameters,
+    biases: &[f64],
+) -> Option<String> {
+    let mut found: Vec<(String, f64)> = Vec::new();
+    let mut judge = |name: &str, verdict: &mut Verdict, bias: f64, sigma: f64| {
+        if *verdict == Verdict::Identified && bias.abs() > sigma {
+            *verdict = Verdict::FitsOnly;
+            found.push((format!("{name} by {bias:.3e} (sigma {sigma:.1e})"), bias.abs() / sigma));
+        }
+    };
+    for (p, &bias) in named.iter_mut().zip(biases) {
+        p.filter_bias = if p.verdict == Verdict::Held { 0.0 } else { bias };
+        judge(&p.name, &mut p.verdict, p.filter_bias, p.sigma);
+    }
+    for (c, shared) in combinations.iter_mut().zip(structure.shared()) {
+        c.filter_bias = shared.value(biases);
+        judge(&c.name, &mut c.verdict, c.filter_bias, c.sigma);
+    }
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let texts: Vec<&str> = found.iter().take(BIASED).map(|(text, _)| text.as_str()).collect();
+    let more = match found.len().saturating_sub(BIASED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    (!texts.is_empty()).then(|| {
+        format!(
+            "the filter takes part of the motion and so changes {}{more}: give a higher cut-off frequency by --filter, or \
+             log slower motions",
+            texts.join(", ")
+        )
+    })
 }
 
 /// Verdict on the fit; adds its reasons to the cautions.

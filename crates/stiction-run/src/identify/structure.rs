@@ -71,8 +71,7 @@ pub(super) fn combinations(
     parameters: &[Parameter],
     estimate: &Estimate,
 ) -> Vec<Combined> {
-    let several = structure.combinations.iter().filter(|c| !c.others.is_empty());
-    let each = several.map(|c| {
+    let each = structure.shared().map(|c| {
         let members: Vec<(usize, f64)> =
             std::iter::once((c.leader, 1.0)).chain(c.others.iter().copied()).collect();
         let (variance, resolution) = estimate.combined(&members);
@@ -87,7 +86,8 @@ pub(super) fn combinations(
             correlation: 0.0,
         });
         let leader = &parameters[c.leader];
-        Combined { name: c.words(parameters, 8), value, sigma, unit: leader.unit, verdict }
+        let (name, unit) = (c.words(parameters, 8), leader.unit);
+        Combined { name, value, sigma, unit, verdict, filter_bias: 0.0 }
     });
     each.collect()
 }

@@ -34,12 +34,13 @@ impl Identified {
             json!({
                 "name": p.name, "value": p.value, "sigma": p.sigma, "unit": p.unit,
                 "verdict": p.verdict.to_string(), "prior": p.prior, "structure": p.structure,
+                "filter_bias": p.filter_bias,
             })
         };
         let combined = self.combinations.iter().map(|c| {
             json!({
                 "name": c.name, "value": c.value, "sigma": c.sigma, "unit": c.unit,
-                "verdict": c.verdict.to_string(),
+                "verdict": c.verdict.to_string(), "filter_bias": c.filter_bias,
             })
         });
         let predictions = self.predictions.iter().map(|p| {
@@ -65,6 +66,14 @@ impl Identified {
             "asymmetries": self.asymmetries.iter().map(|a| json!({
                 "actuator": a.actuator, "value": a.value, "sigma": a.sigma, "unit": a.unit,
                 "frictionless": a.frictionless,
+            })).collect::<Vec<_>>(),
+            "delays": self.delays.iter().map(|d| json!({
+                "actuator": d.actuator, "value": d.value, "sigma": d.sigma, "unit": "s", "corrected": d.is_corrected,
+            })).collect::<Vec<_>>(),
+            "missing": self.missing.iter().map(|m| json!({
+                "actuator": m.actuator, "what": m.what, "value": m.value, "sigma": m.sigma, "unit": m.unit,
+                "left_out_gain": m.gain, "cure": m.cure,
+                "changes_in_sigma": m.changes.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<Map<_, _>>(),
             })).collect::<Vec<_>>(),
             "confounded": self.confounded.iter().map(|(a, b, _)| json!([a, b])).collect::<Vec<_>>(),
             "cures": self.confounded.iter().map(|(a, b, cure)| json!({ "pair": [a, b], "cure": cure })).collect::<Vec<_>>(),

@@ -113,7 +113,7 @@ fn measured_screws_need_a_second_payload() {
         assert!(cautions.contains(words) && cautions.contains("log a second one"), "{cautions}");
         assert!(needs_payload(&result, "thread.mu", "motor.coulomb"), "{:#}", result["cures"]);
         // Drive 2 needs less asymmetry than its weight gives, which no coefficient explains.
-        let is_lacking = cautions.contains("residuals of the two directions");
+        let is_lacking = cautions.contains("a constant error of the effort");
         assert_eq!((is_lacking, &result["verdict"]), (drive == 2, &Value::from("fits only")));
         let found = &result["asymmetries"][0];
         // The table's offset is that of least squares without weights; rows are weighted here.

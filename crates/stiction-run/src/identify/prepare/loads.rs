@@ -21,7 +21,7 @@ pub(super) struct MuColumns {
     unit: Vec<Vec<f64>>,
     /// Times of all rows, s.
     at: Vec<f64>,
-    filter: RowFilter,
+    pub(super) filter: RowFilter,
     /// Right-hand sides with all friction, of each actuator.
     rights: Vec<DVector<f64>>,
 }
@@ -45,6 +45,13 @@ impl MuColumns {
             filter,
             rights: assembled.block.channels.iter().map(|rows| rows.right.clone()).collect(),
         }
+    }
+}
+
+impl MuColumns {
+    /// Adds the change of the measured efforts of an actuator.
+    pub(super) fn shift(&mut self, channel: usize, change: &DVector<f64>) {
+        self.rights[channel] += change;
     }
 }
 

@@ -1,15 +1,21 @@
 //! From a log to rows of the regression: filtered positions, efforts and columns.
 
+mod bias;
+mod effects;
+mod efforts;
 mod filter;
 mod gaps;
 mod loads;
 mod motion;
 mod rows;
 mod saturation;
+mod spikes;
 
 use super::IdentifyError as Error;
 use super::chosen::{assembled, chosen_coordinates, chosen_efforts, refuse};
 use super::options::LogSettings;
+pub(super) use effects::{ALL as EFFECTS, Effect};
+use efforts::Efforts;
 use loads::MuColumns;
 use motion::{Motion, Used};
 use nalgebra::DVector;
@@ -52,6 +58,10 @@ pub(super) struct Prepared {
     /// Standard deviation of white noise of each effort after the filter, N or N m; none for steady motions.
     pub(super) effort_noise: Option<Vec<f64>>,
     pub(super) cautions: Vec<String>,
+    /// Efforts of the recording; none for steady motions.
+    efforts: Option<Efforts>,
+    /// Filtered signals of efforts that the model may lack, for the rows of each actuator.
+    effects: Vec<Vec<Vec<f64>>>,
     /// Efforts of the model as it was, for the rows of each actuator; see [`Self::keep_prior`].
     pub(super) by_model: Vec<DVector<f64>>,
 }
@@ -60,6 +70,19 @@ impl Prepared {
     /// Efforts that these values predict, for the rows of each actuator.
     pub(super) fn predicted(&self, at: &DVector<f64>) -> Vec<DVector<f64>> {
         self.block.channels.iter().map(|rows| rows.predicted(at)).collect()
+    }
+
+    /// Largest range of a coordinate, as an angle in turns.
+    pub(super) fn turns(&self) -> f64 {
+        let count = self.instants.first().map_or(0, |(_, [q, ..])| q.len());
+        let range = |k: usize| {
+            let all = self.instants.iter().map(|(_, [q, ..])| q[k]);
+            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| {
+                (low.min(q), high.max(q))
+            });
+            (high - low) / std::f64::consts::TAU
+        };
+        (0..count).map(range).fold(0.0, f64::max)
     }
 
     /// Keeps the efforts of these values, those of the model, before a fit changes the columns of friction.
@@ -131,6 +154,13 @@ impl Prepared {
         let assembled =
             rows::assembled(&computed, &measured, &motion, &mut cautions, (&log.name, model));
         let Motion { filter, cutoff, .. } = motion;
+        let recorded = cutoff.map(|cutoff| Efforts {
+            times: used.times.clone(),
+            delays: vec![0.0; measured.raw.len()],
+            raw: measured.raw,
+            filter: filter.clone(),
+            cutoff,
+        });
         let mu = MuColumns::new(&regressor, &computed, &assembled, filter);
         if log.log.bad_rows.count > 0 {
             cautions.push(bad_rows(log));
@@ -148,6 +178,8 @@ impl Prepared {
             cutoff,
             effort_noise: measured.noise,
             cautions,
+            efforts: recorded,
+            effects: assembled.effects,
             by_model: Vec::new(),
         })
     }

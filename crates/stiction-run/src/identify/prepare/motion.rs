@@ -1,6 +1,7 @@
 //! Motion of the coordinates of a log: filtered positions or rates, or steady motions.
 
 use super::filter::{self, RowFilter};
+use super::spikes::{self, Spikes};
 use super::{MeasuredLog, gaps};
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::{Chosen, refuse};
@@ -15,6 +16,12 @@ pub(super) const ROWS_PER_PERIOD: f64 = 4.0;
 /// Rows of each of several parts of a log from which a cut-off frequency is suggested.
 const EXAMINED: usize = 20_000;
 const PARTS: usize = 4;
+/// Samples per second below which the motion of a robot is not seen.
+const SLOWEST: f64 = 2.0;
+/// Scatter of the time steps, over their mean, that is named.
+const JITTER: f64 = 0.1;
+/// Lines of spikes that are named.
+const NAMED: usize = 10;
 
 /// Motion of the coordinates of a log at the instants of the regressor.
 pub(super) struct Motion {
@@ -108,6 +115,49 @@ impl<'a> Used<'a> {
     pub(super) fn pick(&self, column: usize) -> Vec<f64> {
         self.rows.iter().map(|&k| self.log.log.columns[column].values[k]).collect()
     }
+
+    /// Caution on time steps that scatter; `None` if they are regular.
+    fn jitter_caution(&self) -> Option<String> {
+        let steps = self.samples().into_iter().flat_map(|own| {
+            self.times[own].windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>()
+        });
+        let steps: Vec<f64> = steps.collect();
+        let count = steps.len().max(1) as f64;
+        let mean = steps.iter().sum::<f64>() / count;
+        let scatter = (steps.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt();
+        (scatter > JITTER * mean).then(|| {
+            format!(
+                "{}: steps of the time scatter by {:.3} ms about {:.3} ms: if the time stamps jitter and not the samples, \
+                 rates have errors; log the time of the clock that samples",
+                self.log.name,
+                1e3 * scatter,
+                1e3 * mean
+            )
+        })
+    }
+
+    /// Indices of the samples of each stretch.
+    pub(super) fn samples(&self) -> Vec<std::ops::Range<usize>> {
+        self.stretches.iter().map(|ends| filter::within(&self.times, *ends)).collect()
+    }
+
+    /// Caution that names spikes of a column; `None` without any.
+    pub(super) fn spikes_caution(&self, column: &str, spikes: &Spikes) -> Option<String> {
+        let first = spikes.samples.first()?;
+        let lines = spikes.samples.iter().take(NAMED);
+        let lines: Vec<String> =
+            lines.map(|&k| self.log.log.lines[self.rows[k]].to_string()).collect();
+        let more = if spikes.samples.len() > NAMED { " and others" } else { "" };
+        Some(format!(
+            "{}: `{column}` has {} samples that stand out from their neighbours, by up to {:.4} in SI units; they are \
+             replaced by interpolation, first at {:.4} s: lines {}{more}",
+            self.log.name,
+            spikes.samples.len(),
+            spikes.largest,
+            self.times[*first],
+            lines.join(", ")
+        ))
+    }
 }
 
 /// Each row is a motion of constant rate at the position of the log, or at that of the model.
@@ -142,7 +192,21 @@ pub(super) fn filtered(
 ) -> Result<Motion, Error> {
     let Used { log, stretches, rate, .. } = used;
     let rate = *rate;
+    if rate < SLOWEST {
+        cautions.push(format!(
+            "{}: samples are {:.4} s apart, for {:.0} s: check the unit of the time, which without one is s",
+            log.name,
+            rate.recip(),
+            used.times[used.times.len() - 1] - used.times[0]
+        ));
+    }
+    cautions.extend(used.jitter_caution());
     let mut measured: Vec<Vec<f64>> = chosen.iter().map(|c| used.pick(c.column())).collect();
+    for (chosen, values) in chosen.iter().zip(&mut measured) {
+        let spikes = spikes::replace(&used.times, values, &used.samples(), 0.0);
+        let name = &log.log.columns[chosen.column()].name;
+        cautions.extend(used.spikes_caution(name, &spikes));
+    }
     let is_encoder = |k: usize| is_angle[k] && chosen[k].position.is_some();
     // Across a gap a joint may move by more than half a turn.
     let continued = |measured: &mut [Vec<f64>], spans: &[(f64, f64)]| -> Vec<usize> {
@@ -290,6 +354,10 @@ fn integrated(rate: &Signal, times: &[f64], home: f64) -> Vec<Target<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identify::options::LogSettings;
+    use stiction_core::kinematics::Coordinate;
+    use stiction_core::mechanism::JointId;
+    use stiction_format::{Log, LogColumn, LogRole, Rows};
 
     /// Rows keep a period of the cut-off frequency from positions that the model cannot reach.
     #[test]
@@ -315,6 +383,46 @@ mod tests {
         }
         let RowFilter::LowPass(pieces) = &motion.filter else { panic!("no filter") };
         assert_eq!(pieces.len(), 2);
+    }
+
+    /// A log of one angle, with the rows for which `keep` holds.
+    fn turning(keep: impl Fn(f64) -> bool) -> MeasuredLog {
+        let times: Vec<f64> = (0..2000).map(|k| 2e-3 * f64::from(k)).filter(|t| keep(*t)).collect();
+        // It turns forth and back over several turns; the encoder counts within one.
+        let angle = |t: &f64| 9.0 * (1.7 * t).sin();
+        let values = times.iter().map(|t| angle(t) - TAU * (angle(t) / TAU).round()).collect();
+        let column = LogColumn { name: "axis".to_owned(), role: LogRole::Unused, values };
+        let lines = (2..times.len() + 2).collect();
+        let (columns, bad_rows) = (vec![column], Rows::default());
+        let log = Log { times, lines, columns, bad_rows, is_steady: false };
+        let (from, until) = (f64::NEG_INFINITY, f64::INFINITY);
+        let settings = LogSettings { from, until, ..LogSettings::default() };
+        MeasuredLog { name: "log".to_owned(), log, settings }
+    }
+
+    /// The angle passes half a turn inside a gap that is short enough for one piece: no jump remains there.
+    #[test]
+    fn a_turn_within_a_short_gap_is_added() {
+        // It reaches half a turn at asin(pi/9)/1.7 s = 0.2098 s; the gap is ten samples long, a sixth of the period
+        // of the filter.
+        let gap = 0.2..0.22;
+        let log = turning(|t| !gap.contains(&t));
+        let used = Used::of(&log).unwrap();
+        assert_eq!(used.stretches.len(), 2);
+        let chosen = [Chosen {
+            coordinate: Coordinate::Joint { joint: JointId(0), dof: 0 },
+            position: Some(0),
+            rate: None,
+            home: 0.0,
+        }];
+        let mut cautions = Vec::new();
+        let motion = filtered(&used, &chosen, (Some(8.0), &[true]), &mut cautions).unwrap();
+        assert!(cautions.iter().any(|c| c.contains("jumps by a turn")), "{cautions:?}");
+        for (time, targets) in motion.times.iter().zip(&motion.targets) {
+            let truth = 9.0 * (1.7 * time).sin();
+            // The filter changes a signal of 0.3 Hz by less than this.
+            assert!((targets[0].value - truth).abs() < 1e-2, "{time}: {targets:?} {truth}");
+        }
     }
 
     #[test]

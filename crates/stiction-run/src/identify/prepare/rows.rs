@@ -1,8 +1,9 @@
 //! Rows of the regression: columns of the model and measured efforts, through the same filter.
 
+use super::effects::{self, Scales, State};
 use super::filter::{RowFilter, within};
 use super::motion::{Motion, ROWS_PER_PERIOD, Used};
-use super::saturation;
+use super::{saturation, spikes};
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::refuse;
 use nalgebra::{DMatrix, DVector};
@@ -12,8 +13,11 @@ use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
 
 /// Share of friction at rest, or of saturated samples, in a filtered row above which it is left out.
 const RESTING: f64 = 0.02;
-/// Signals of each actuator beside its columns: known effort, two kinds of rest, direction, rate.
-const EXTRA: usize = 5;
+/// Part of an effort's variation below which a single sample that stands out does no harm.
+const HARMLESS: f64 = 0.05;
+/// Signals of each actuator beside its columns: known effort, two kinds of rest, direction, rate, and those of
+/// efforts that the model may lack.
+const EXTRA: usize = 5 + effects::FILTERED.len();
 
 /// Columns of the model at the instants of the regressor.
 pub(super) struct Computed {
@@ -34,6 +38,8 @@ pub(super) struct Measured {
     /// Each effort, then the share of saturated samples.
     rows: Vec<Vec<f64>>,
     pub(super) noise: Option<Vec<f64>>,
+    /// Efforts before the filter.
+    pub(super) raw: Vec<Vec<f64>>,
 }
 
 /// Rows of the regression.
@@ -41,6 +47,8 @@ pub(super) struct Assembled {
     pub(super) block: Block,
     pub(super) directions: Vec<Vec<[f64; 2]>>,
     pub(super) known: Vec<Vec<f64>>,
+    /// Signals of efforts that the model may lack, for the rows of each actuator.
+    pub(super) effects: Vec<Vec<Vec<f64>>>,
     /// Times of all rows, s.
     pub(super) at: Vec<f64>,
 }
@@ -61,6 +69,17 @@ pub(super) fn computed(
     // For each actuator, rest of all friction in its effort, and of its own joint.
     let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
     let mut signals = Vec::new();
+    let mut states: Vec<Vec<State>> = vec![Vec::new(); actuators];
+    // Positions of the actuators, if these are the prescribed coordinates.
+    let driven: Vec<(Coordinate, bool)> = regressor
+        .mechanism()
+        .actuators()
+        .map(|(joint, dof)| {
+            let is_angle =
+                !regressor.mechanism().joints()[joint.0].joint_type.dofs()[dof].translates();
+            (Coordinate::Joint { joint, dof }, is_angle)
+        })
+        .collect();
     let mut failure: Option<(f64, String)> = None;
     for (&time, targets) in motion.times.iter().zip(&motion.targets) {
         let q: Vec<f64> = targets.iter().map(|t| t.value).collect();
@@ -98,7 +117,12 @@ pub(super) fn computed(
             rests[channel][1].push(own);
             let direction = if rate == 0.0 { 0.0 } else { rate.signum() };
             row.extend(columns.matrix.row(channel).iter());
-            row.extend([columns.known[channel], 0.0, 0.0, direction, rate]);
+            let known = columns.known[channel];
+            row.extend([known, 0.0, 0.0, direction, rate]);
+            row.extend([0.0; effects::FILTERED.len()]);
+            let position =
+                (coordinates[channel] == driven[channel].0).then(|| targets[channel].value);
+            states[channel].push(State { direction, rate, position, known });
         }
         signals.push(row);
         instants.push((time, [q, v, a]));
@@ -130,6 +154,10 @@ pub(super) fn computed(
             row[base + 1] = f64::from(u8::from(all[0] || own[1]));
             row[base + 2] = f64::from(u8::from(all[1]));
         }
+        let scales = Scales::of(&states[channel], driven[channel].1);
+        for (row, state) in signals.iter_mut().zip(&states[channel]) {
+            row[base + 5..base + EXTRA].copy_from_slice(&scales.signals(state));
+        }
     }
     Ok(Computed { instants, unit_friction, mu, signals, actuators, width, caution })
 }
@@ -160,9 +188,9 @@ pub(super) fn measured(
     let each = efforts.iter().map(|(column, factor)| {
         used.pick(*column).iter().map(|x| factor * x).collect::<Vec<f64>>()
     });
-    let raw: Vec<Vec<f64>> = each.collect();
+    let mut raw: Vec<Vec<f64>> = each.collect();
     let mut saturated = vec![false; used.times.len()];
-    for ((column, _), values) in efforts.iter().zip(&raw) {
+    for ((column, _), values) in efforts.iter().zip(&mut raw) {
         let name = &log.log.columns[*column].name;
         if values.iter().all(|x| *x == values[0]) {
             return Err(refuse(
@@ -179,6 +207,8 @@ pub(super) fn measured(
                 log.name, log.log.lines[used.rows[first]]
             ));
         }
+        let spikes = spikes::replace(&used.times, values, &used.samples(), HARMLESS);
+        cautions.extend(used.spikes_caution(name, &spikes));
     }
     let write = |k: usize, out: &mut [f64]| {
         for (slot, values) in out.iter_mut().zip(&raw) {
@@ -200,7 +230,7 @@ pub(super) fn measured(
         });
         each.collect()
     });
-    Ok(Measured { rows, noise })
+    Ok(Measured { rows, noise, raw })
 }
 
 /// Joins columns and measured efforts, without the rows at rest.
@@ -226,6 +256,7 @@ pub(super) fn assembled(
         &at,
     );
     let (mut channels, mut directions, mut known) = (Vec::new(), Vec::new(), Vec::new());
+    let mut effects = Vec::new();
     let joints = model.mechanism.joints();
     let names = model.mechanism.actuators().map(|(joint, dof)| joints[joint.0].actuator_name(dof));
     for (channel, actuator) in names.enumerate() {
@@ -263,11 +294,14 @@ pub(super) fn assembled(
         let own = DVector::from_fn(used.len(), |row, _| filtered[used[row]][base]);
         directions
             .push(used.iter().map(|&k| [filtered[k][base + 3], filtered[k][base + 4]]).collect());
+        effects.push(
+            used.iter().map(|&k| filtered[k][base + 5..base + EXTRA].to_vec()).collect::<Vec<_>>(),
+        );
         known.push(own.as_slice().to_vec());
         channels.push(Rows { matrix, right: &total - own, measured: total, steps: used });
     }
     let independence = if is_filtered { 2.0 / ROWS_PER_PERIOD } else { 1.0 };
-    Assembled { block: Block { channels, independence }, directions, known, at }
+    Assembled { block: Block { channels, independence }, directions, known, effects, at }
 }
 
 /// Writes the column of a formula.

@@ -1,0 +1,126 @@
+//! Free coordinates of the estimation: parameters that are neither held nor members of another group.
+
+use super::Problem;
+use nalgebra::{DMatrix, DVector};
+
+/// Free coordinates `z` of the values: `theta = base + T z`. Each parameter follows one coordinate at most, so `T`
+/// is kept as one entry for each.
+#[derive(Clone, Debug)]
+pub(crate) struct Map {
+    /// Values of held parameters; zero for others.
+    pub(crate) base: DVector<f64>,
+    /// Coordinate of each parameter and its factor; `None` for held ones.
+    entries: Vec<Option<(usize, f64)>>,
+    /// First parameter of each coordinate.
+    pub(crate) firsts: Vec<usize>,
+}
+
+/// Rows of tall matrices that are multiplied at once.
+const ROWS: usize = 1024;
+
+impl Map {
+    /// Number of coordinates.
+    pub(crate) fn size(&self) -> usize {
+        self.firsts.len()
+    }
+
+    /// Coordinate of a parameter and its factor.
+    pub(crate) fn entry(&self, parameter: usize) -> Option<(usize, f64)> {
+        self.entries[parameter]
+    }
+
+    /// Factor of the first parameter of a coordinate.
+    pub(crate) fn factor(&self, column: usize) -> f64 {
+        self.entries[self.firsts[column]].map_or(1.0, |(_, factor)| factor)
+    }
+
+    /// Values of all parameters.
+    pub(crate) fn values(&self, z: &DVector<f64>) -> DVector<f64> {
+        let mut values = self.base.clone();
+        for (value, entry) in values.iter_mut().zip(&self.entries) {
+            if let Some((column, factor)) = entry {
+                *value += factor * z[*column];
+            }
+        }
+        values
+    }
+
+    /// Columns of a matrix with a column for each parameter, for the coordinates.
+    pub(crate) fn columns(
+        &self,
+        matrix: &DMatrix<f64>,
+        rows: std::ops::Range<usize>,
+    ) -> DMatrix<f64> {
+        let count = rows.len();
+        let mut out = DMatrix::zeros(count, self.size());
+        for (k, entry) in self.entries.iter().enumerate() {
+            if let Some((column, factor)) = entry {
+                let own = matrix.view((rows.start, k), (count, 1));
+                out.column_mut(*column).axpy(*factor, &own.column(0), 1.0);
+            }
+        }
+        out
+    }
+
+    /// Adds the derivative with respect to a parameter to that with respect to the coordinates.
+    pub(crate) fn add_slope(&self, target: &mut DVector<f64>, parameter: usize, slope: f64) {
+        if let Some((column, factor)) = self.entries[parameter] {
+            target[column] += factor * slope;
+        }
+    }
+
+    /// Adds a second derivative with respect to two parameters.
+    pub(crate) fn add_bend(&self, target: &mut DMatrix<f64>, (i, k): (usize, usize), bend: f64) {
+        if let (Some((row, a)), Some((column, b))) = (self.entries[i], self.entries[k]) {
+            target[(row, column)] += a * b * bend;
+        }
+    }
+
+    /// Covariance of all parameters from that of the coordinates.
+    pub(crate) fn spread(&self, free: &DMatrix<f64>) -> DMatrix<f64> {
+        let count = self.entries.len();
+        DMatrix::from_fn(count, count, |i, k| match (self.entries[i], self.entries[k]) {
+            (Some((row, a)), Some((column, b))) => a * b * free[(row, column)],
+            _ => 0.0,
+        })
+    }
+}
+
+impl Problem<'_> {
+    pub(crate) fn map(&self) -> Map {
+        let count = self.parameters.len();
+        let mut base = DVector::zeros(count);
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        let mut done = self.options.held.clone();
+        for k in (0..count).filter(|&k| done[k]) {
+            base[k] = self.parameters[k].prior;
+        }
+        for group in &self.options.tied {
+            let group: Vec<usize> = group.iter().copied().filter(|&k| !done[k]).collect();
+            group.iter().for_each(|&k| done[k] = true);
+            if !group.is_empty() {
+                groups.push(group);
+            }
+        }
+        groups.extend((0..count).filter(|&k| !done[k]).map(|k| vec![k]));
+        groups.sort();
+        let mut entries = vec![None; count];
+        for (column, group) in groups.iter().enumerate() {
+            // Members of a group get one value: the scale of its first.
+            let factor = self.parameters[group[0]].scale.max(1e-300);
+            group.iter().for_each(|&k| entries[k] = Some((column, factor)));
+        }
+        Map { base, entries, firsts: groups.iter().map(|group| group[0]).collect() }
+    }
+}
+
+/// Product of the transpose of a tall matrix with another one.
+pub(crate) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut sum = DMatrix::zeros(a.ncols(), b.ncols());
+    for from in (0..a.nrows()).step_by(ROWS) {
+        let count = ROWS.min(a.nrows() - from);
+        // Products of plain matrices are blocked; those with a transposed view are not.
+        sum.gemm(1.0, &a.rows(from, count).transpose(), &b.rows(from, count), 1.0);
+    }
+    sum
+}

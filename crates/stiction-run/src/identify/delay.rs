@@ -1,0 +1,97 @@
+//! Delay of efforts after positions: estimated, said, and taken back.
+
+use super::prepare::{Effect, Prepared};
+use stiction_identify::{Candidate, Estimate, Extension, Problem};
+
+/// Delay of an effort after the positions of its log.
+#[derive(Clone, Debug)]
+pub struct Delay {
+    /// Name of the actuator.
+    pub actuator: String,
+    /// Delay, s; negative if the effort comes first.
+    pub value: f64,
+    /// Standard deviation, s.
+    pub sigma: f64,
+    /// True if the efforts have been moved back by it.
+    pub is_corrected: bool,
+}
+
+/// Steps of Gauss and Newton.
+const STEPS: usize = 6;
+/// Standard deviations beyond which there is a delay.
+pub(super) const CERTAIN: f64 = 5.0;
+/// Part of the residual squares of left-out fifths that a delay must explain.
+const EXPLAINED: f64 = 0.02;
+/// Change of a delay, in standard deviations, at which it agrees.
+const SETTLED: f64 = 0.1;
+
+/// Signal of an effect in all fitted logs; `None` if one of them cannot show it.
+pub(super) fn candidate(all: &[Prepared], channel: usize, effect: Effect) -> Option<Candidate> {
+    let fits = all.iter().filter(|log| !log.predict);
+    let signal: Option<Vec<_>> = fits.map(|log| log.effect(channel, effect)).collect();
+    Some(Candidate { channel, signal: signal? })
+}
+
+/// Remaining delay of each effort beside those that are taken back.
+fn remaining(
+    all: &[Prepared],
+    problem: &Problem<'_>,
+    estimate: &Estimate,
+) -> Vec<Option<Extension>> {
+    let residuals = problem.residuals(estimate);
+    let channels = all.first().map_or(0, |log| log.block.channels.len());
+    let each =
+        (0..channels).map(|channel| residuals.extension(&candidate(all, channel, Effect::Delay)?));
+    each.collect()
+}
+
+/// Estimates the delays of all efforts beside the parameters, by the method of Gauss and Newton from those that
+/// are taken back now, and takes back those that are certain and predict left-out fifths of the logs better.
+/// `solve` fits the logs as they are. Returns the delays in the order of the actuators, with standard deviations.
+pub(super) fn take_back(
+    all: &mut [Prepared],
+    begin: &[[f64; 2]],
+    solve: impl Fn(&[Prepared], &mut dyn FnMut(&Problem<'_>, &Estimate)),
+) -> Vec<[f64; 2]> {
+    let most = all.iter().map(Prepared::greatest_delay).fold(f64::INFINITY, f64::min);
+    let mut delays = begin.to_vec();
+    for step in 0..STEPS {
+        let mut found = Vec::new();
+        solve(all, &mut |problem, estimate| found = remaining(all, problem, estimate));
+        let mut is_settled = true;
+        for (delay, found) in delays.iter_mut().zip(found) {
+            let Some(found) = found else { continue };
+            let is_new = delay[0] == 0.0;
+            let is_seen = found.gain > EXPLAINED && found.gain > found.gain_sigma;
+            if is_new && (step > 0 || !is_seen || found.value.abs() < CERTAIN * found.sigma) {
+                continue;
+            }
+            is_settled &= found.value.abs() < SETTLED * found.sigma;
+            *delay = [(delay[0] + found.value).clamp(-most, most), found.sigma];
+        }
+        let values: Vec<f64> = delays.iter().map(|[value, _]| *value).collect();
+        all.iter_mut().for_each(|log| log.set_delays(&values));
+        if is_settled {
+            break;
+        }
+    }
+    delays
+}
+
+/// Caution on a delay that is taken back.
+pub(super) fn words(delay: &Delay, greatest: f64) -> String {
+    let Delay { actuator, value, sigma, .. } = delay;
+    let (size, sigma) = (1e3 * value.abs(), 1e3 * sigma);
+    if value.abs() >= 0.999 * greatest {
+        return format!(
+            "the effort of {actuator} is delayed by {size:.1} ms or more against the positions, as far as the filter lets \
+             it be seen: give a lower --filter, or move the column of the log"
+        );
+    }
+    let order =
+        if *value > 0.0 { "follows the positions after" } else { "precedes the positions by" };
+    format!(
+        "the effort of {actuator} {order} {size:.3} +- {sigma:.3} ms: it is moved by this time; `delay = 0` in the \
+         options leaves it as it is"
+    )
+}

@@ -1,0 +1,83 @@
+//! Effect of the filter on the efforts of the model: what a motion with frequencies near the cut-off loses.
+//!
+//! Equation (I8) of the book's theory.
+
+use super::filter::{RowFilter, within};
+use super::{Prepared, gaps};
+use nalgebra::DVector;
+use stiction_core::dynamics::Status;
+use stiction_identify::Kind;
+
+impl Prepared {
+    /// Change of the predicted efforts when the filter acts on the filtered motion once more, for the rows of each
+    /// actuator: efforts of this motion less those of the motion after the filter. `None` for steady motions, and
+    /// where the model has no efforts.
+    pub(in crate::identify) fn filter_error(
+        &self,
+        values: &[f64],
+        at: &DVector<f64>,
+    ) -> Option<Vec<DVector<f64>>> {
+        let RowFilter::LowPass(pieces) = &self.mu.filter else { return None };
+        let cutoff = self.cutoff?;
+        let parameters = self.regressor.parameters();
+        let grid: Vec<f64> = self.instants.iter().map(|(time, _)| *time).collect();
+        // Factors of formulas, offsets and errors do not change with the motion here.
+        let moving = DVector::from_fn(at.len(), |k, _| match parameters[k].kind {
+            Kind::Term(_) | Kind::Offset(_) => 0.0,
+            _ => at[k],
+        });
+        let mut regressor = self.regressor.clone();
+        let engine = regressor.engine_parameters(values);
+        let mut data = regressor.engine_data();
+        let has_loads = parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_)));
+        let mut efforts: Vec<Vec<f64>> = Vec::with_capacity(grid.len());
+        for (filter, ends) in pieces {
+            if !gaps::is_long(*ends, cutoff) {
+                return None;
+            }
+            let samples = within(&grid, *ends);
+            let count = self.instants[samples.clone()].first()?.1[0].len();
+            let positions: Vec<Vec<f64>> = (0..count)
+                .map(|k| self.instants[samples.clone()].iter().map(|(_, [q, ..])| q[k]).collect())
+                .collect();
+            let smooth = filter.smooth(&grid[samples.clone()], &positions);
+            for &time in &grid[samples] {
+                let targets: Vec<_> = smooth.iter().map(|one| one.signal.at(time)).collect();
+                let q: Vec<f64> = targets.iter().map(|t| t.value).collect();
+                let v: Vec<f64> = targets.iter().map(|t| t.rate).collect();
+                let a: Vec<f64> = targets.iter().map(|t| t.acceleration).collect();
+                let own = || -> Result<Vec<f64>, Status> {
+                    let mut columns = regressor.at(&q, &v, &a)?;
+                    if has_loads {
+                        let loads = regressor.loads(&engine, &mut data, [&q, &v, &a])?;
+                        for (k, p) in parameters.iter().enumerate() {
+                            if let Kind::Mu(i) = p.kind {
+                                let load = loads[i] - engine.interfaces[i].load.preload;
+                                columns.matrix.column_mut(k).scale_mut(load);
+                            }
+                        }
+                    }
+                    Ok((columns.known + columns.matrix * &moving).as_slice().to_vec())
+                };
+                let mut own = own;
+                efforts.push(own().ok()?);
+            }
+        }
+        let channels = self.block.channels.len();
+        if efforts.len() != grid.len() {
+            return None;
+        }
+        let after = self.mu.filter.apply(
+            &grid,
+            channels,
+            |k, out| out.copy_from_slice(&efforts[k]),
+            &self.times,
+        );
+        let each = self.block.channels.iter().enumerate().map(|(channel, rows)| {
+            let fixed = &rows.matrix * (at - &moving);
+            let before = rows.predicted(at) - fixed;
+            DVector::from_fn(rows.len(), |row, _| before[row] - after[rows.steps[row]][channel])
+        });
+        Some(each.collect())
+    }
+}

@@ -1,0 +1,160 @@
+//! Signals of efforts that a model may lack, for each actuator.
+//!
+//! The test of such a signal is equation (I7) of the book's theory.
+
+use super::Prepared;
+use nalgebra::DVector;
+
+/// Effort that a model may lack. Its signal has the magnitude one where it is greatest, so its coefficient is
+/// an effort.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::identify) enum Effect {
+    /// Constant error of the effort.
+    Offset,
+    /// Delay of the effort after the positions, s.
+    Delay,
+    /// Friction at low speed that differs from that at high speed; with this part of the highest speed.
+    SlowFriction(f64),
+    /// Friction that grows with the square of the rate.
+    FastFriction,
+    /// Effort that depends on the position: the sine of an angle, or the distance from the middle.
+    Position,
+    /// The same with the cosine of an angle, or the square of the distance.
+    PositionSquare,
+    /// Friction that depends on the position.
+    PositionFriction,
+    /// Friction that depends on the magnitude of the effort.
+    LoadFriction,
+    /// Constant friction that changes during the log.
+    FrictionDrift,
+    /// Viscous friction that changes during the log.
+    ViscousDrift,
+    /// Effort that changes during the log.
+    EffortDrift,
+}
+
+/// Parts of the highest speed at which friction of low speed has fallen to 1/e.
+const SLOW: [f64; 2] = [0.05, 0.2];
+
+/// Effects whose signals are not linear in filtered ones; these are filtered themselves.
+pub(super) const FILTERED: [Effect; 7] = [
+    Effect::SlowFriction(SLOW[0]),
+    Effect::SlowFriction(SLOW[1]),
+    Effect::FastFriction,
+    Effect::Position,
+    Effect::PositionSquare,
+    Effect::PositionFriction,
+    Effect::LoadFriction,
+];
+
+/// All effects, the simplest first.
+pub(in crate::identify) const ALL: [Effect; 12] = [
+    Effect::Offset,
+    Effect::Delay,
+    Effect::SlowFriction(SLOW[0]),
+    Effect::SlowFriction(SLOW[1]),
+    Effect::FastFriction,
+    Effect::Position,
+    Effect::PositionSquare,
+    Effect::PositionFriction,
+    Effect::LoadFriction,
+    Effect::FrictionDrift,
+    Effect::ViscousDrift,
+    Effect::EffortDrift,
+];
+
+/// Motion and effort of one actuator at an instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct State {
+    pub(super) direction: f64,
+    pub(super) rate: f64,
+    /// Position; `None` if it is not prescribed.
+    pub(super) position: Option<f64>,
+    /// Effort of the model without friction.
+    pub(super) known: f64,
+}
+
+/// Magnitudes over a log, to which signals are relative.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scales {
+    rate: f64,
+    middle: f64,
+    half_range: f64,
+    known: f64,
+    is_angle: bool,
+}
+
+impl Scales {
+    pub(super) fn of(states: &[State], is_angle: bool) -> Self {
+        let largest = |pick: fn(&State) -> f64| {
+            states.iter().map(|state| pick(state).abs()).fold(0.0, f64::max).max(1e-300)
+        };
+        let positions = || states.iter().filter_map(|state| state.position);
+        let (low, high) = positions()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)));
+        let is_moving = high > low;
+        Self {
+            rate: largest(|state| state.rate),
+            middle: if is_moving { 0.5 * (low + high) } else { 0.0 },
+            half_range: if is_moving { 0.5 * (high - low) } else { f64::INFINITY },
+            known: largest(|state| state.known),
+            is_angle,
+        }
+    }
+
+    /// Signals of [`FILTERED`] at an instant.
+    pub(super) fn signals(&self, state: &State) -> [f64; FILTERED.len()] {
+        let State { direction, known, .. } = *state;
+        let speed = state.rate / self.rate;
+        let distance = state.position.map_or(0.0, |q| (q - self.middle) / self.half_range);
+        let angle = state.position.filter(|_| self.is_angle && self.half_range.is_finite());
+        FILTERED.map(|effect| match effect {
+            Effect::SlowFriction(part) => direction * (-(speed / part).powi(2)).exp(),
+            Effect::FastFriction => speed * speed.abs(),
+            Effect::Position => angle.map_or(distance, f64::sin),
+            Effect::PositionSquare => angle.map_or(distance * distance, f64::cos),
+            Effect::PositionFriction => direction * distance,
+            Effect::LoadFriction => direction * (known / self.known).abs(),
+            _ => 0.0,
+        })
+    }
+}
+
+impl Prepared {
+    /// Signal of an effect in the rows of an actuator; `None` if these rows cannot show it.
+    pub(in crate::identify) fn effect(
+        &self,
+        channel: usize,
+        effect: Effect,
+    ) -> Option<DVector<f64>> {
+        let rows = &self.block.channels[channel];
+        let directions = &self.directions[channel];
+        let fastest = directions.iter().map(|[_, rate]| rate.abs()).fold(0.0, f64::max).max(1e-300);
+        let (first, last) = (self.times.first()?, self.times.last()?);
+        let (middle, half) = (0.5 * (first + last), 0.5 * (last - first));
+        let elapsed = |row: usize| (self.times[rows.steps[row]] - middle) / half.max(1e-300);
+        let each =
+            |signal: &dyn Fn(usize) -> f64| DVector::from_fn(rows.len(), |row, _| signal(row));
+        // Rows of steady motions have no time and one position.
+        let is_recorded = self.cutoff.is_some();
+        let signal = match effect {
+            Effect::Offset => each(&|_| 1.0),
+            Effect::Delay => {
+                self.efforts.as_ref()?.slope(channel, &rows.steps, &self.times)? * -1.0
+            }
+            Effect::FrictionDrift if is_recorded => each(&|row| directions[row][0] * elapsed(row)),
+            Effect::ViscousDrift if is_recorded => {
+                each(&|row| directions[row][1] / fastest * elapsed(row))
+            }
+            Effect::EffortDrift if is_recorded => each(&elapsed),
+            Effect::FrictionDrift | Effect::ViscousDrift | Effect::EffortDrift => return None,
+            filtered => {
+                let place = FILTERED.iter().position(|own| *own == filtered)?;
+                each(&|row| self.effects[channel][row][place])
+            }
+        };
+        // A signal that does not change is that of an offset.
+        let changes = || signal.max() - signal.min() > 1e-6 * signal.amax();
+        (effect == Effect::Offset || (!signal.is_empty() && changes())).then_some(signal)
+    }
+}

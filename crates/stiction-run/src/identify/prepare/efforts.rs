@@ -1,0 +1,75 @@
+//! Measured efforts of a log, at any time, and their delay after the positions.
+
+use super::filter::RowFilter;
+use super::{Prepared, gaps};
+use nalgebra::DVector;
+
+/// Greatest delay, in periods of the cut-off frequency; rows keep one period from the ends of a piece.
+const MOST: f64 = 0.75;
+/// Step of central differences of filtered efforts, in periods of the cut-off frequency: the filter removes what
+/// changes faster.
+const STEP: f64 = 0.02;
+
+/// Efforts of a recording before the filter.
+pub(super) struct Efforts {
+    pub(super) times: Vec<f64>,
+    pub(super) raw: Vec<Vec<f64>>,
+    pub(super) filter: RowFilter,
+    pub(super) cutoff: f64,
+    /// Delay of each effort after the positions that is taken back, s.
+    pub(super) delays: Vec<f64>,
+}
+
+impl Efforts {
+    /// Filtered effort of an actuator at these times, a delay later.
+    fn at(&self, channel: usize, times: &[f64], delay: f64) -> Vec<f64> {
+        let later: Vec<f64> = times.iter().map(|time| time + delay).collect();
+        let values = &self.raw[channel];
+        let rows = self.filter.apply(&self.times, 1, |k, out| out[0] = values[k], &later);
+        rows.into_iter().map(|row| row[0]).collect()
+    }
+
+    /// Rate of a filtered effort in rows; `None` if a row lies outside the pieces.
+    pub(super) fn slope(
+        &self,
+        channel: usize,
+        steps: &[usize],
+        times: &[f64],
+    ) -> Option<DVector<f64>> {
+        let own: Vec<f64> = steps.iter().map(|&step| times[step]).collect();
+        let (delay, step) = (self.delays[channel], STEP / self.cutoff);
+        let [before, after] = [-step, step].map(|by| self.at(channel, &own, delay + by));
+        (before.len() == own.len() && after.len() == own.len()).then(|| {
+            DVector::from_fn(own.len(), |row, _| (after[row] - before[row]) / (2.0 * step))
+        })
+    }
+}
+
+impl Prepared {
+    /// Greatest delay that can be taken back, s; zero for tables of steady motions.
+    pub(in crate::identify) fn greatest_delay(&self) -> f64 {
+        self.cutoff.map_or(0.0, |cutoff| MOST.min(gaps::PERIODS) / cutoff)
+    }
+
+    /// Takes back the delay of each effort after the positions, s.
+    pub(in crate::identify) fn set_delays(&mut self, delays: &[f64]) {
+        let Some(efforts) = &mut self.efforts else { return };
+        for (channel, delay) in delays.iter().enumerate() {
+            let delay = delay.clamp(-MOST / efforts.cutoff, MOST / efforts.cutoff);
+            if delay == efforts.delays[channel] {
+                continue;
+            }
+            let rows = &mut self.block.channels[channel];
+            let own: Vec<f64> = rows.steps.iter().map(|&step| self.times[step]).collect();
+            let values = efforts.at(channel, &own, delay);
+            if values.len() != own.len() {
+                continue;
+            }
+            efforts.delays[channel] = delay;
+            let change = DVector::from_vec(values) - &rows.measured;
+            rows.measured += &change;
+            rows.right += &change;
+            self.mu.shift(channel, &change);
+        }
+    }
+}
