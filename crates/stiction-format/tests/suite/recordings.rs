@@ -214,6 +214,17 @@ fn digits_that_a_program_leaves_out_are_known() {
     assert!(found.warnings.is_empty(), "{}", found.warnings);
 }
 
+/// A coordinate that stays constant has no doubtful accelerations, whatever its digits.
+#[test]
+fn a_constant_coordinate_causes_no_alarm() {
+    let mut text = "time [s],A [m]\n".to_owned();
+    for k in 0..300 {
+        let _ = writeln!(text, "{},0.38", 0.005 * f64::from(k));
+    }
+    let found = motion(&text).unwrap();
+    assert!(found.warnings.is_empty(), "{}", found.warnings);
+}
+
 #[test]
 fn clean_recordings_cause_no_alarm() {
     let mut alarms = Vec::new();
@@ -236,7 +247,7 @@ fn clean_recordings_cause_no_alarm() {
 type Spoil = fn(&mut Vec<Sample>, &mut Random, [f64; 3]);
 
 /// Ways to spoil a recording.
-const SPOILS: [(&str, Spoil); 15] = [
+const SPOILS: [(&str, Spoil); 19] = [
     ("noise", |samples, random, [_, a, h]| {
         let sigma = random.log_between(0.02, 1.0) * a * h * h / 4.0;
         samples.iter_mut().for_each(|s| s[1] += sigma * random.normal());
@@ -286,6 +297,26 @@ const SPOILS: [(&str, Spoil); 15] = [
         let factor = 1.0 + random.log_between(0.03, 1000.0);
         samples.iter_mut().for_each(|s| s[0] *= factor);
     }),
+    ("exchanged values", |samples, random, _| {
+        let at = 20 + random.below(samples.len() - 40);
+        let other = at + 1 + random.below(3);
+        (samples[at][1], samples[other][1]) = (samples[other][1], samples[at][1]);
+    }),
+    ("held values", |samples, random, _| {
+        let length = 2 + random.below(3);
+        for k in 0..samples.len() {
+            samples[k][1] = samples[k - k % length][1];
+        }
+    }),
+    ("a spike near an end", |samples, random, [_, a, h]| {
+        let (at, last) = (random.below(3), samples.len() - 1);
+        let at = if random.unit() < 0.5 { at } else { last - at };
+        samples[at][1] += random.log_between(5.0, 1000.0) * a * h * h;
+    }),
+    ("accelerations scaled", |samples, random, _| {
+        let factor = 1.0 + random.log_between(0.3, 1000.0);
+        samples.iter_mut().for_each(|s| s[3] *= factor);
+    }),
     ("few digits", |samples, _, [_, a, h]| {
         let unit = 10f64.powf((a * h * h).log10().ceil());
         samples.iter_mut().for_each(|s| s[1] = (s[1] / unit).round() * unit);
@@ -324,11 +355,16 @@ fn spoilt_recordings_are_named() {
             spoil(&mut samples, random, peaks);
             let after = accelerations(&samples);
             let of_rates = name.contains("rate");
+            let of_accelerations = name.contains("accelerations");
             let differs = |k: usize| (after[k] - before[k]).abs() > 0.05 * before[k];
-            if !(of_rates || differs(0) || differs(1)) {
+            if !(of_rates || of_accelerations || differs(0) || differs(1)) {
                 continue;
             }
-            let orders = if of_rates { 2 } else { 1 };
+            let orders = match (of_rates, of_accelerations) {
+                (_, true) => 3,
+                (true, _) => 2,
+                _ => 1,
+            };
             let report = match motion(&file(&samples, orders, 17)) {
                 Ok(motion) => motion.warnings.to_string(),
                 Err(errors) => errors.to_string(),

@@ -3,7 +3,7 @@
 use super::header::{Header, Role};
 use crate::diagnostic::{Diagnostic, Diagnostics, number};
 use crate::signal::filter::{Filtered, Rest, rise_time};
-use crate::signal::quality::{Contradiction, Findings, Noise, Peak};
+use crate::signal::quality::{Contradiction, Findings, Held, Noise, Peak};
 use crate::source::{Place, Source};
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
@@ -61,7 +61,8 @@ impl<'a> Report<'a> {
             self.contradiction(coordinate, (name, unit), contradiction);
         }
         if let Some(noise) = &findings.noise {
-            if noise.is_rounding && positions.digits.significant >= USUAL_DIGITS {
+            let has_usual_digits = positions.digits.significant >= USUAL_DIGITS;
+            if noise.is_rounding && has_usual_digits && !noise.is_of_times {
                 note += &format!(
                     "; {} digits leave the acceleration uncertain by {} {unit}/s^2 (rms)",
                     positions.digits.significant,
@@ -73,6 +74,12 @@ impl<'a> Report<'a> {
         }
         if !findings.outliers.is_empty() {
             self.outliers(coordinate, (name, unit), &findings.outliers, peak);
+        }
+        if !findings.exchanged.is_empty() {
+            self.exchanged(coordinate, (name, unit), &findings.exchanged, peak);
+        }
+        if let Some(held) = findings.held {
+            self.held(coordinate, name, held);
         }
         self.notes.push(note);
     }
@@ -93,7 +100,11 @@ impl<'a> Report<'a> {
     ) {
         let column = derivative(name, noise.order);
         let per = ["", "/s", "/s^2"].get(noise.order).copied().unwrap_or_default();
-        let cause = if noise.is_rounding { "rounding" } else { "noise" };
+        let cause = match (noise.is_rounding, noise.is_of_times) {
+            (true, true) => "rounding of the times, which corresponds to an error",
+            (true, false) => "rounding",
+            _ => "noise",
+        };
         let message = format!(
             "{cause} of {} {unit}{per} (rms) in `{column}` makes the acceleration uncertain by {} \
              {unit}/s^2 (rms); its peak is {} {unit}/s^2",
@@ -111,7 +122,9 @@ impl<'a> Report<'a> {
                  [motions.NAME], which suits noise and motion; or "
             );
         }
-        help += if noise.is_rounding {
+        help += if noise.is_of_times {
+            "write the times with more digits, or replace them by equal steps if they are equal"
+        } else if noise.is_rounding {
             "record more digits, fewer samples per second, or also rates and accelerations"
         } else {
             "check its time column, or also record rates and accelerations"
@@ -192,6 +205,44 @@ impl<'a> Report<'a> {
         };
         let place = self.place(coordinate, 0);
         let help = "correct or remove these samples, or low-pass filter the recording";
+        self.warnings.push(Diagnostic::warning("recording", message).at(place, label).help(help));
+    }
+
+    fn exchanged(
+        &mut self,
+        coordinate: Coordinate,
+        (name, unit): (&str, &str),
+        exchanged: &[Peak],
+        peak: Peak,
+    ) {
+        let Some(first) = exchanged.first() else { return };
+        let worst = exchanged.iter().fold(0.0_f64, |most, own| most.max(own.size));
+        let message = format!(
+            "rows of `{name}` near t = {} s are exchanged: the acceleration is wrong by {} {unit}/s^2 there; its \
+             peak is {} {unit}/s^2",
+            short(first.time),
+            short(worst),
+            short(peak.size)
+        );
+        let label = match exchanged.len() {
+            1 => "with these two values exchanged, the motion is smooth".to_owned(),
+            n => format!("{n} such pairs of values"),
+        };
+        let place = self.place(coordinate, 0);
+        let help = "sort the rows by the times at which they were measured";
+        self.warnings.push(Diagnostic::warning("recording", message).at(place, label).help(help));
+    }
+
+    fn held(&mut self, coordinate: Coordinate, name: &str, held: Held) {
+        let Held { samples, time } = held;
+        let message = format!(
+            "`{name}` keeps each value for {samples} rows, from t = {} s on: accelerations are those of the steps \
+             between them",
+            short(time)
+        );
+        let label = "the sensor is slower than the log";
+        let place = self.place(coordinate, 0);
+        let help = "keep only the first row of each value, or low-pass filter the recording";
         self.warnings.push(Diagnostic::warning("recording", message).at(place, label).help(help));
     }
 

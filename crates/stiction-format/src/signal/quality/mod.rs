@@ -9,17 +9,21 @@
 //!   a low quantile does not see them. Noise that the written digits explain is rounding.
 //! - Outliers: accelerations by differences that lie outside all predictions from neighbours on both sides. A step
 //!   of the acceleration lies between the predictions, a wrong sample does not.
+//! - Rows in a wrong order: accelerations that become like those beside them if two values are exchanged.
+//! - Held values: each value of a moving signal stands several times, because the sensor is slower than the log.
 //! - Contradictions: displacements that differ from the integrals of the recorded rates.
 //!
 //! Samples are analysed in blocks, so that the memory needed does not depend on the length of the recording.
 
 mod histogram;
+mod order;
 mod outliers;
 mod stencil;
 
 use crate::signal::Given;
 use histogram::Histogram;
-use outliers::excess;
+use order::{exchanged, held};
+use outliers::{excess, excess_at_end};
 use stencil::{Stencil, residuals};
 
 /// Samples per block.
@@ -48,6 +52,13 @@ const OUTLIER_NOISE: f64 = 4.0;
 /// Contradiction, relative to the root mean square of the derivative, above which it is reported: at a single sample,
 /// and for half of a block.
 const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
+/// Ratio of the error of an acceleration near an end of the recording to the peak elsewhere: a reversal of the greatest
+/// acceleration has a ratio of 2.
+const END_LIMIT: f64 = 2.2;
+/// Error of the acceleration by rounded times, relative to its peak, above which it is reported.
+const TIME_LIMIT: f64 = 0.05;
+/// Number of moving samples from which a contradiction in a block is judged.
+const FEWEST_MOVING: usize = 24;
 /// Maximum number of stored outlier times.
 const MAX_OUTLIERS: usize = 64;
 
@@ -79,6 +90,17 @@ pub(crate) struct Noise {
     pub(crate) acceleration: f64,
     /// True if the rounding of the written numbers explains the noise.
     pub(crate) is_rounding: bool,
+    /// True if most of the rounding is that of the times.
+    pub(crate) is_of_times: bool,
+}
+
+/// Values that a slower sensor has held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Held {
+    /// Number of samples for which a value is held, rounded.
+    pub(crate) samples: usize,
+    /// Start of the first block with held values, s.
+    pub(crate) time: f64,
 }
 
 /// Contradiction between a column and its derivative.
@@ -100,6 +122,9 @@ pub(crate) struct Findings {
     pub(crate) noise: Option<Noise>,
     /// Errors of the acceleration at samples inconsistent with their neighbours, in order of time.
     pub(crate) outliers: Vec<Peak>,
+    /// Errors of the acceleration by exchanged rows, in order of time.
+    pub(crate) exchanged: Vec<Peak>,
+    pub(crate) held: Option<Held>,
     pub(crate) contradictions: Vec<Contradiction>,
 }
 
@@ -112,6 +137,8 @@ pub(crate) struct Quality {
     rounding: Vec<Vec<f64>>,
     /// Standard deviation of the rounding of times, s, according to their digits; zero if all steps are equal.
     time_rounding: f64,
+    /// Largest standard deviation of the rounding of the values.
+    value_rounding: f64,
     blocks: usize,
     /// Index of the first sample in the buffer that has not been analysed.
     next: usize,
@@ -121,6 +148,12 @@ pub(crate) struct Quality {
     noise: [Option<Noise>; 2],
     errors: Histogram,
     outliers: Vec<(Peak, f64)>,
+    /// Distances of the accelerations near the ends from their predictions, with the standard deviations of rounding, and
+    /// the largest acceleration elsewhere.
+    ends: Vec<(Peak, f64)>,
+    interior: f64,
+    exchanged: Vec<Peak>,
+    held: Option<Held>,
     contradictions: Vec<Difference>,
 }
 
@@ -150,6 +183,7 @@ impl Quality {
             columns: vec![Vec::new(); orders],
             rounding: vec![Vec::new(); orders],
             time_rounding: 0.0,
+            value_rounding: 0.0,
             blocks: 0,
             next: 0,
             speed: Peak::default(),
@@ -157,6 +191,10 @@ impl Quality {
             noise: [None; 2],
             errors: Histogram::default(),
             outliers: Vec::new(),
+            ends: Vec::new(),
+            interior: 0.0,
+            exchanged: Vec::new(),
+            held: None,
             contradictions: vec![Difference::default(); orders - 1],
         }
     }
@@ -174,7 +212,8 @@ impl Quality {
         if let [.., a, b, c] = self.times.as_slice() {
             let change = (c - 2.0 * b + a).abs();
             // Equal steps are exact up to the last digit of double precision.
-            let change = if change > 4.0 * f64::EPSILON * c.abs() { change } else { 0.0 };
+            let equal = change <= 4.0 * f64::EPSILON * c.abs() || is_multiple(b - a, c - b);
+            let change = if equal { 0.0 } else { change };
             self.time_rounding = self.time_rounding.max(change.min(time.1));
         }
         for (order, (column, sigmas)) in self.columns.iter_mut().zip(&mut self.rounding).enumerate()
@@ -182,6 +221,9 @@ impl Quality {
             column.push(numbers.get(order).copied().unwrap_or(0.0));
             let own = rounding.get(order).copied().unwrap_or(0.0);
             let by_time = if order == 0 { speed * self.time_rounding } else { 0.0 };
+            if order == 0 {
+                self.value_rounding = self.value_rounding.max(own);
+            }
             sigmas.push(own.hypot(by_time));
         }
         if self.times.len() >= self.next + BLOCK + MARGIN {
@@ -202,8 +244,11 @@ impl Quality {
         }
         let peak = self.acceleration.size;
         let scale = self.typical(0);
-        let significant = |noise: &Noise| noise.acceleration >= NOISE_LIMIT * peak;
-        let noise = self.noise.into_iter().flatten().find(significant);
+        let significant = |noise: &Noise| noise.acceleration > NOISE_LIMIT * peak;
+        let noise = self.noise.into_iter().flatten().find(significant).map(|noise| Noise {
+            is_of_times: noise.is_of_times && noise.acceleration >= TIME_LIMIT * peak,
+            ..noise
+        });
         let noisy = noise.filter(|noise| !noise.is_rounding).map_or(0.0, |n| n.acceleration);
         let typical = self.errors.quantile(0.8);
         let mut outliers: Vec<Peak> = self
@@ -217,6 +262,17 @@ impl Quality {
             })
             .map(|(error, _)| *error)
             .collect();
+        let at_ends = self.ends.iter().filter(|(error, sigma)| {
+            self.interior > 0.0
+                && error.size >= END_LIMIT * self.interior
+                && error.size >= OUTLIER_SIGMAS * sigma
+        });
+        outliers.extend(at_ends.map(|(error, _)| *error));
+        let mut exchanged = std::mem::take(&mut self.exchanged);
+        exchanged.retain(|error| {
+            error.size >= OUTLIER_LIMIT * peak && error.size >= OUTLIER_NOISE * noisy
+        });
+        exchanged.sort_by(|a, b| a.time.total_cmp(&b.time));
         outliers.sort_by(|a, b| a.time.total_cmp(&b.time));
         let contradictions = self.contradictions.iter().enumerate();
         let contradictions = contradictions.filter_map(|(below, found)| {
@@ -237,6 +293,8 @@ impl Quality {
             acceleration: self.acceleration,
             noise,
             outliers,
+            exchanged,
+            held: self.held,
             contradictions,
         }
     }
@@ -260,6 +318,9 @@ impl Quality {
                 self.peaks(samples.clone(), &accelerations);
             }
             self.outliers(samples.clone(), &accelerations);
+            if order == 0 {
+                self.order_of_rows(samples.clone(), &accelerations);
+            }
         }
         for below in 0..self.orders - 1 {
             self.contradiction(samples.clone(), below);
@@ -343,7 +404,9 @@ impl Quality {
                 sigma
             };
             let deviation = Peak { size: sigma, time: self.times[samples.start] };
-            let new = Noise { order, deviation, acceleration: gain * sigma, is_rounding };
+            let is_of_times = is_rounding && order == 0 && own.sqrt() > 3.0 * self.value_rounding;
+            let new =
+                Noise { order, deviation, acceleration: gain * sigma, is_rounding, is_of_times };
             let known = &mut self.noise[usize::from(is_rounding)];
             if known.is_none_or(|known| known.acceleration < new.acceleration) {
                 *known = Some(new);
@@ -360,9 +423,14 @@ impl Quality {
     /// Collects accelerations inconsistent with their neighbours.
     fn outliers(&mut self, samples: std::ops::Range<usize>, found: &[Option<(f64, f64)>]) {
         for i in samples {
-            let Some(error) = excess(&self.times, found, i) else { continue };
+            let Some((own, sigma)) = found[i] else { continue };
+            let Some(error) = excess(&self.times, found, i) else {
+                let error = excess_at_end(&self.times, found, i).unwrap_or(0.0);
+                self.ends.push((Peak { size: error, time: self.times[i] }, sigma));
+                continue;
+            };
+            self.interior = self.interior.max(own.abs());
             self.errors.add(error);
-            let sigma = found[i].map_or(0.0, |(_, sigma)| sigma);
             if error <= OUTLIER_SIGMAS * sigma {
                 continue;
             }
@@ -371,6 +439,23 @@ impl Quality {
                 self.outliers.sort_by(|a, b| b.0.size.total_cmp(&a.0.size));
                 self.outliers.truncate(MAX_OUTLIERS);
             }
+        }
+    }
+
+    /// Collects exchanged rows and held values.
+    fn order_of_rows(&mut self, samples: std::ops::Range<usize>, found: &[Option<(f64, f64)>]) {
+        let (t, y) = (&self.times, &self.columns[0]);
+        for i in samples.clone() {
+            if self.exchanged.len() < MAX_OUTLIERS
+                && let Some(size) = exchanged(t, y, found, i)
+            {
+                self.exchanged.push(Peak { size, time: t[i] });
+            }
+        }
+        if self.held.is_none() {
+            let time = t[samples.start];
+            let length = held(y, &self.rounding[0], samples);
+            self.held = length.map(|samples| Held { samples, time });
         }
     }
 
@@ -396,10 +481,14 @@ impl Quality {
             let integration = 3.0 * (two - four).abs();
             let excess = two.abs().min(four.abs()) - integration - rounding - 4.0 * rough;
             found.single.raise(excess, t[i]);
+            // Where nothing moves nothing can be compared.
+            if slope == 0.0 && v[i] == 0.0 && v[i + 1] == 0.0 {
+                continue;
+            }
             all.push(excess);
             step += h;
         }
-        if all.len() >= BLOCK / 4 {
+        if all.len() >= FEWEST_MOVING {
             step /= all.len() as f64;
             let median = quantile(&mut all, 0.5);
             if median > 0.0 {
@@ -409,6 +498,12 @@ impl Quality {
             found.sustained.raise(median, t[samples.start]);
         }
     }
+}
+
+/// Tests if one of two steps is a multiple of the other: rows are missing, and times are not rounded.
+fn is_multiple(a: f64, b: f64) -> bool {
+    let ratio = (a / b).max(b / a);
+    ratio > 1.5 && (ratio - ratio.round()).abs() < 1e-6 * ratio
 }
 
 /// Mean of the cubic through four points over the middle interval.

@@ -36,6 +36,19 @@ pub(super) fn excess(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> O
     Some(least)
 }
 
+/// Distance of acceleration `i` near an end of the recording from the nearest extrapolation of those on its other side.
+/// `None` without enough neighbours.
+pub(super) fn excess_at_end(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> Option<f64> {
+    let own = (*found.get(i)?)?.0;
+    let is_first = i < found.len() / 2;
+    let mut side = [(0.0, 0.0); NEIGHBOURS];
+    for (k, point) in side.iter_mut().enumerate() {
+        let at = if is_first { i + k + 2 } else { i.checked_sub(k + 2)? };
+        *point = (times.get(at)? - times[i], (*found.get(at)?)?.0);
+    }
+    (1..=NEIGHBOURS).map(|order| (at_zero(&side[..order]) - own).abs()).reduce(f64::min)
+}
+
 /// Value at 0 of the polynomial through points, by Neville's scheme.
 fn at_zero(points: &[(f64, f64)]) -> f64 {
     let mut values = [0.0; 2 * NEIGHBOURS];
