@@ -81,6 +81,8 @@ pub(super) struct FrictionCoupling {
     loads: Vec<f64>,
     /// Normal loads at previous positions, in the present and in the opposite motion.
     history: [LoadHistory; 2],
+    /// Without it, solutions do not depend on previous positions.
+    keeps_history: bool,
     /// Friction of each component, N.
     frictions: Vec<f64>,
     start: Vec<Wrench<f64>>,
@@ -261,7 +263,7 @@ impl FrictionCoupling {
             Start::Opposite(_) => Some(1),
             Start::Last | Start::Uncoupled => None,
         };
-        if let Some(history) = history {
+        if let Some(history) = history.filter(|_| self.keeps_history) {
             self.history[history].add(&self.unknowns, &self.loads);
         }
         self.frictions.clear();
@@ -275,6 +277,16 @@ impl FrictionCoupling {
             }
         }
         true
+    }
+
+    /// Keeps the loads at previous positions from now on, to start from them.
+    pub(super) fn keep_history(&mut self) {
+        self.keeps_history = true;
+    }
+
+    /// Forgets the loads at previous positions, so that the next solution does not depend on them.
+    pub(super) fn forget(&mut self) {
+        self.history.iter_mut().for_each(LoadHistory::forget);
     }
 
     /// Runs Newton's method from the normal loads extrapolated from previous positions.

@@ -34,6 +34,12 @@ impl LoadHistory {
         true
     }
 
+    /// Forgets all positions; keeps the memory.
+    pub(super) fn forget(&mut self) {
+        self.unknowns.clear();
+        self.count = 0;
+    }
+
     /// Adds the loads at the next position; other interfaces than before restart the history.
     pub(super) fn add(&mut self, unknowns: &[usize], loads: &[f64]) {
         if self.unknowns != unknowns {

@@ -35,6 +35,8 @@ const EXPLAINED: f64 = 0.1;
 const LEAST: f64 = 0.005;
 /// Change of a parameter, in standard deviations, that matters.
 const CHANGED: f64 = 1.0;
+/// Standard deviations up to which an effect is doubtful in the fit with it.
+const DOUBTFUL: f64 = 2.0;
 /// Parameters that a caution names.
 const NAMED: usize = 6;
 
@@ -65,11 +67,13 @@ impl Fit<'_> {
         let (mut parameters, mut options) = (self.parameters.to_vec(), self.options.clone());
         let mut estimate = self.estimate.clone();
         let mut chosen: Vec<(usize, Effect, f64)> = Vec::new();
+        let mut tried: Vec<(usize, Effect)> = Vec::new();
         while chosen.len() < 2 * self.actuators.len() {
             let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
-            let Some((channel, effect, found)) = self.best(&problem, &estimate, &chosen) else {
+            let Some((channel, effect, found)) = self.best(&problem, &estimate, &tried) else {
                 break;
             };
+            tried.push((channel, effect));
             let Some(column) = candidate(self.all, channel, effect) else { break };
             for (block, signal) in blocks.iter_mut().zip(&column.signal) {
                 for (k, rows) in block.channels.iter_mut().enumerate() {
@@ -82,6 +86,7 @@ impl Fit<'_> {
                     }
                 }
             }
+            let index = parameters.len();
             parameters.push(Parameter {
                 name: String::new(),
                 unit: "",
@@ -91,8 +96,19 @@ impl Fit<'_> {
             });
             options.held.push(false);
             let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
-            estimate = problem.solve_fixed(&estimate);
-            chosen.push((channel, effect, found.gain));
+            let new = problem.solve_fixed(&estimate);
+            if new.values[index].abs() > DOUBTFUL * new.sigmas[index] {
+                estimate = new;
+                chosen.push((channel, effect, found.gain));
+                continue;
+            }
+            // The new fit explains the residuals by its parameters: they had been held by the prior.
+            for rows in blocks.iter_mut().flat_map(|block| &mut block.channels) {
+                let matrix = std::mem::replace(&mut rows.matrix, nalgebra::DMatrix::zeros(0, 0));
+                rows.matrix = matrix.remove_column(index);
+            }
+            parameters.pop();
+            options.held.pop();
         }
         let changes: Vec<f64> =
             (0..count).map(|k| estimate.values[k] - self.estimate.values[k]).collect();
@@ -108,13 +124,13 @@ impl Fit<'_> {
         &self,
         problem: &Problem<'_>,
         estimate: &Estimate,
-        chosen: &[(usize, Effect, f64)],
+        tried: &[(usize, Effect)],
     ) -> Option<(usize, Effect, Extension)> {
         let residuals = problem.residuals(estimate);
         let mut best: Option<(usize, Effect, Extension)> = None;
         for channel in 0..self.actuators.len() {
             for effect in EFFECTS {
-                if chosen.iter().any(|(c, e, _)| (*c, *e) == (channel, effect)) {
+                if tried.contains(&(channel, effect)) {
                     continue;
                 }
                 let found = candidate(self.all, channel, effect);

@@ -46,10 +46,14 @@ fn log(seed: u64, effort: impl Fn(f64) -> f64) -> String {
 }
 
 fn identified(folder: &Folder, log: &str, options: &str) -> Value {
+    identified_with(folder, log, options, "8 Hz")
+}
+
+fn identified_with(folder: &Folder, log: &str, options: &str, filter: &str) -> Value {
     folder.write("model.toml", MODEL);
     folder.write("log.csv", log);
     folder.write("options.toml", options);
-    let run = ["identify", "model.toml", "log.csv", "--filter", "8 Hz", "--json"];
+    let run = ["identify", "model.toml", "log.csv", "--filter", filter, "--json"];
     json(folder.stiction(&[&run[..], &["--options", "options.toml"]].concat()).succeeds())
 }
 
@@ -272,7 +276,7 @@ fn missing_units_of_positions_and_times_are_named() {
     let cautions = result["cautions"].to_string();
     assert!(cautions.contains("check the unit of the positions"), "{cautions}");
     let milliseconds = changed("time,hinge,M.motor_torque", 1000.0, 1.0);
-    let result = identified(&folder, &milliseconds, "filter = \"0.008 Hz\"\n");
+    let result = identified_with(&folder, &milliseconds, "", "0.008 Hz");
     let cautions = result["cautions"].to_string();
     assert!(cautions.contains("check the unit of the time"), "{cautions}");
 }

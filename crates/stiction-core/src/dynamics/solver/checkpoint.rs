@@ -21,6 +21,7 @@ impl InverseDynamics {
         if !numbers.iter().all(|number| number.is_finite()) {
             return None;
         }
+        self.friction_coupling.forget();
         let parameters = std::sync::Arc::clone(&self.parameters);
         let compiled_at = self.assembly.restore(&parameters, numbers)?;
         if compiled_at.len() != self.assembly.coordinates().len() {

@@ -460,6 +460,7 @@ impl InverseDynamics {
     #[doc(hidden)]
     pub fn extrapolate(&mut self) {
         self.assembly.extrapolate();
+        self.friction_coupling.keep_history();
     }
 
     /// Newton-Euler equations of all bodies at the present position.
