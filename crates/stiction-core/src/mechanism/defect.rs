@@ -245,7 +245,7 @@ pub enum Defect {
         /// The body.
         body: String,
     },
-    /// A number of a spring is negative or not finite.
+    /// A parameter of a spring is negative or not finite.
     #[error("spring `{spring}`: its {parameter} is {value}, but must be at least 0")]
     SpringParameter {
         /// The spring.

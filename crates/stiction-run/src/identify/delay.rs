@@ -16,7 +16,7 @@ pub struct Delay {
     pub is_corrected: bool,
 }
 
-/// Steps of Gauss and Newton.
+/// Number of Gauss-Newton iterations.
 const STEPS: usize = 6;
 /// Standard deviations beyond which there is a delay.
 pub(super) const CERTAIN: f64 = 5.0;
