@@ -40,7 +40,7 @@ const STEPS: [Step; 18] = [
     ("playground", "the engine in a browser: WebAssembly and its page", playground),
     ("accessibility", "pages of all commands, examined by axe-core (npm, Chromium)", accessibility),
     ("fmu", "functional mock-up units in FMPy", fmu),
-    ("mcap", "logs in MCAP from the writer of ROS 2 in Python", mcap),
+    ("mcap", "logs in MCAP from and for other programs in Python", mcap),
     ("dask", "studies in Python on a local cluster of Dask", dask),
     ("fuzz", "one minute of every fuzz target (cargo-fuzz)", fuzz),
 ];
@@ -361,7 +361,7 @@ fn fmu() -> Ended {
     })
 }
 
-/// Reads logs in MCAP that another program wrote.
+/// Reads logs in MCAP that another program wrote, and lets another program read ours.
 fn mcap() -> Ended {
     if !succeeds(&mut cargo(&[
         "test",
@@ -370,6 +370,16 @@ fn mcap() -> Ended {
         "stiction-format",
         "--features",
         "mcap",
+        "mcap",
+    ])) || !succeeds(&mut cargo(&[
+        "test",
+        "--locked",
+        "-p",
+        "stiction-cli",
+        "--features",
+        "mcap",
+        "--test",
+        "suite",
         "mcap",
     ])) {
         return Ended::Failed;

@@ -63,7 +63,7 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         threads: options.threads.threads,
         friction_margin: false,
         filter: options.filter,
-        formats: Formats { csv: true, npz: false },
+        formats: Formats { csv: true, npz: false, mcap: false },
         report: options.report,
         runs: 2,
     };

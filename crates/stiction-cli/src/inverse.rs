@@ -43,7 +43,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         threads: options.threads.threads,
         friction_margin: options.friction_margin,
         filter: options.filter,
-        formats: options.tables.formats(),
+        formats: options.tables.formats()?,
         report: options.report,
         runs: lists.iter().map(|list| list.len().max(1)).product(),
     };
@@ -219,6 +219,10 @@ pub(crate) fn along(
         for (name, file) in tables.iter().zip(files) {
             outputs.end(name, file, &[])?;
         }
+        if choice.formats.mcap {
+            let sources = ["joints.csv", "inverse.csv", "bodies.csv"];
+            outputs.write_mcap("inverse.mcap", &job.model.mechanism, sources)?;
+        }
         outputs.convert_tables(&tables, choice.formats)?;
         outputs.write("summary.json", format!("{:#}\n", run.json).as_bytes())?;
         let figures = curves.figures();
@@ -236,7 +240,7 @@ pub(crate) fn along(
 }
 
 /// Names of the files that only some runs write.
-const POSSIBLE: [&str; 21] = [
+const POSSIBLE: [&str; 22] = [
     report::FILE,
     "friction.svg",
     "friction.png",
@@ -258,6 +262,7 @@ const POSSIBLE: [&str; 21] = [
     "joints.npz",
     "motors.npz",
     "contributions.npz",
+    "inverse.mcap",
 ];
 
 /// Installs handlers for Ctrl-C and SIGTERM that set the returned flag, so that the program ends

@@ -9,7 +9,10 @@ use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use stiction::{Error, ErrorKind};
+use stiction_core::mechanism::Mechanism;
 use stiction_run::Figure;
+#[cfg(feature = "mcap")]
+use stiction_run::exchange::mcap_of_csv;
 use stiction_run::exchange::npz_of_csv;
 
 /// Checkpoint from which an interrupted simulation resumes.
@@ -222,6 +225,40 @@ impl Outputs {
                 self.abandon(table);
             }
         }
+        Ok(())
+    }
+
+    /// Writes complete tables as an MCAP log: of joint coordinates, of actuator efforts and of bodies.
+    #[cfg(feature = "mcap")]
+    pub(crate) fn write_mcap(
+        &mut self,
+        name: &str,
+        mechanism: &Mechanism,
+        tables: [&str; 3],
+    ) -> Result<(), Failure> {
+        let mut sources = Vec::new();
+        for table in tables {
+            let Some((partial, _)) = self.partial(table) else { return Ok(()) };
+            let file = File::open(self.folder.join(partial));
+            sources.push(file.map_err(|error| self.trouble(table, error))?);
+        }
+        let file = self.begin(name)?;
+        let [joints, efforts, bodies] = [&sources[0], &sources[1], &sources[2]];
+        let written = file.get_ref().try_clone();
+        written
+            .and_then(|target| mcap_of_csv(mechanism, joints, efforts, bodies, target))
+            .map_err(|error| self.trouble(name, error))?;
+        self.end(name, file, &[])
+    }
+
+    /// Not reached: a program without MCAP support refuses this format when it reads its arguments.
+    #[cfg(not(feature = "mcap"))]
+    pub(crate) fn write_mcap(
+        &mut self,
+        _: &str,
+        _: &Mechanism,
+        _: [&str; 3],
+    ) -> Result<(), Failure> {
         Ok(())
     }
 

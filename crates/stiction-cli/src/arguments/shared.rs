@@ -1,5 +1,6 @@
 //! Options that several commands share.
 
+use crate::failure::Failure;
 use clap::{Args, ColorChoice, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -61,8 +62,8 @@ pub(crate) struct Filter {
 /// The format of tables.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct Tables {
-    /// Format of the tables: csv, npz (a NumPy archive with an array for each column), or both: csv,npz
-    /// [default: csv]
+    /// Format of the tables: csv, npz (NumPy archives with an array for each column), mcap (one log with joint states
+    /// and a moving skeleton), or several: csv,npz [default: csv]
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', requires = "output")]
     pub(crate) format: Vec<TableFormat>,
 }
@@ -72,6 +73,7 @@ pub(crate) struct Tables {
 pub(crate) enum TableFormat {
     Csv,
     Npz,
+    Mcap,
 }
 
 /// Formats in which tables are written.
@@ -79,12 +81,26 @@ pub(crate) enum TableFormat {
 pub(crate) struct Formats {
     pub(crate) csv: bool,
     pub(crate) npz: bool,
+    pub(crate) mcap: bool,
 }
 
 impl Tables {
-    pub(crate) fn formats(&self) -> Formats {
+    /// The formats asked for.
+    ///
+    /// # Errors
+    /// The program was built without one of them.
+    pub(crate) fn formats(&self) -> Result<Formats, Failure> {
         let has = |format| self.format.contains(&format);
-        Formats { csv: has(TableFormat::Csv) || self.format.is_empty(), npz: has(TableFormat::Npz) }
+        if has(TableFormat::Mcap) && cfg!(not(feature = "mcap")) {
+            return Err(Failure::input("this program was built without MCAP support").help(
+                "build it with `--features mcap`, or write NumPy archives with --format npz",
+            ));
+        }
+        Ok(Formats {
+            csv: has(TableFormat::Csv) || self.format.is_empty(),
+            npz: has(TableFormat::Npz),
+            mcap: has(TableFormat::Mcap),
+        })
     }
 }
 

@@ -78,6 +78,8 @@ fn request(
 }
 
 fn execute(options: &Forward) -> Result<(), Failure> {
+    // A format that this program cannot write is refused before the simulation.
+    options.tables.formats()?;
     let robot = sources::filtered_robot(&options.model, &options.filter)?;
     if !options.json {
         if options.model.name.is_none() {
@@ -259,8 +261,12 @@ fn single(
         let tables: Vec<&str> =
             FILES.into_iter().filter(|name| outputs.partial(name).is_some()).collect();
         // A simulation resumes from its tables in CSV.
-        let formats = options.tables.formats();
+        let formats = options.tables.formats()?;
         let formats = Formats { csv: formats.csv || outcome.checkpoint.is_some(), ..formats };
+        if formats.mcap && outcome.checkpoint.is_none() {
+            let sources = ["forward.csv", "forward.csv", "bodies.csv"];
+            outputs.write_mcap("forward.mcap", &job.model.mechanism, sources)?;
+        }
         outputs.convert_tables(&tables, formats)?;
         let mut events = Vec::new();
         write_events(&mut events, &summary, &outcome.events)
@@ -381,7 +387,7 @@ fn read_again(
 /// Names of the tables.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
 /// Names of the files that only some runs write.
-const POSSIBLE: [&str; 19] = [
+const POSSIBLE: [&str; 20] = [
     report::FILE,
     "forward.csv",
     "reactions.csv",
@@ -395,6 +401,7 @@ const POSSIBLE: [&str; 19] = [
     "bodies.npz",
     "energy.npz",
     "motion.npz",
+    "forward.mcap",
     "error.svg",
     "error.png",
     "drives.svg",

@@ -71,6 +71,45 @@ fn archives_have_the_numbers_of_the_tables() {
     same(&folder, "f/energy.csv", "f/energy.npz");
 }
 
+/// A program without MCAP support says so before it computes anything.
+#[cfg(not(feature = "mcap"))]
+#[test]
+fn mcap_is_refused_without_its_support() {
+    let folder = Folder::new("mcap-refused");
+    for command in ["inverse", "forward"] {
+        let said = folder.stiction(&[command, "five-bar", "-o", "a", "--format", "mcap"]);
+        assert_eq!(said.code, 2, "{}", said.err);
+        assert!(said.err.contains("--features mcap"), "{}", said.err);
+        assert!(!folder.0.join("a").exists());
+    }
+}
+
+/// The joint states of a run are a recording.
+#[cfg(feature = "mcap")]
+#[test]
+fn mcap_logs_have_the_joint_states() {
+    let folder = Folder::new("mcap-tables");
+    for (command, joints) in [("inverse", "joints"), ("forward", "forward")] {
+        let said = folder.stiction(&[command, "four-bar", "-o", "a", "--format", "csv,mcap"]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        let log = fs::read(folder.0.join(format!("a/{command}.mcap"))).unwrap();
+        let text = stiction_format::csv_of_mcap(&log, false).unwrap();
+        let table = fs::read_to_string(folder.0.join(format!("a/{joints}.csv"))).unwrap();
+        let column = |text: &str, name: &str| -> Vec<f64> {
+            let mut rows = text.lines().map(|row| row.split(','));
+            let at = rows.next().unwrap().position(|header| header == name).unwrap();
+            rows.map(|mut row| row.nth(at).unwrap().parse().unwrap()).collect()
+        };
+        let positions = column(&text, "A");
+        assert!(positions.len() > 10);
+        assert_eq!(positions, column(&table, "A.position [rad]"), "{command}");
+        let again = folder.stiction(&[command, "four-bar", "-o", "b", "--format", "mcap"]);
+        assert_eq!(again.code, 0, "{}", again.err);
+        assert!(fs::read(folder.0.join(format!("b/{command}.mcap"))).unwrap() == log);
+        assert!(!folder.0.join(format!("b/{joints}.csv")).exists());
+    }
+}
+
 /// A recording gives the same results from an archive, stored or compressed, as from a table.
 #[test]
 fn archives_are_recordings() {

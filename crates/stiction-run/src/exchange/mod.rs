@@ -2,6 +2,8 @@
 
 mod extension;
 mod json;
+#[cfg(feature = "mcap")]
+mod mcap;
 mod mimic;
 mod mjcf;
 mod model_file;
@@ -13,6 +15,8 @@ mod urdf;
 mod xml;
 
 pub use json::{json, json_text};
+#[cfg(feature = "mcap")]
+pub use mcap::mcap_of_csv;
 pub use mjcf::{Mjcf, Unfit, mjcf};
 pub use model_file::{Instant, Unwritable, model_file};
 #[cfg(not(target_arch = "wasm32"))]
