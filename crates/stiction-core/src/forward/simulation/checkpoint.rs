@@ -15,31 +15,29 @@ use crate::forward::{Account, Energies, Forward, InterfaceSample};
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Mat3, Pose, Twist, Vec3, Wrench};
 
-/// Complete state of a simulation. A resumed simulation continues bit for bit as if uninterrupted.
-/// Controllers and other inputs keep their own state.
+/// Complete state of a simulation. A resumed simulation continues bit for bit as if it had not been interrupted. The
+/// checkpoint does not contain the state of controllers and other inputs, except their own integrated states.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checkpoint {
-    /// State of the simulation. The order of the numbers is internal and may change between
-    /// versions.
+    /// State of the simulation. The meaning and order of the numbers is internal and may change between versions.
     pub numbers: Vec<f64>,
-    /// Events up to this state. Optional; without them a resumed simulation begins with an empty
-    /// list.
+    /// Events before this state. They may be left out; the list of a resumed simulation then begins empty.
     pub events: Vec<Event>,
 }
 
-/// First number: version of the format.
+/// First number of a checkpoint: the version of its format.
 pub(super) const FORMAT: f64 = 9.0;
 
-/// Largest valid count; rejects numbers that cannot be counts.
+/// Largest valid count; a larger number cannot be a count.
 const COUNTABLE: f64 = 1e15;
 
-/// Largest number of own states or of switching functions of the inputs; larger numbers are invalid.
+/// Largest valid number of own states, and of switching functions, of the inputs.
 const MOST_INPUTS: usize = 1_000_000;
 
-/// Writer or reader of numbers. The same calls serve both, which ensures the same order.
+/// Writer or reader of the numbers of a checkpoint. Both use the same sequence of calls, which ensures the same order.
 pub(super) enum Tape<'a> {
     Out(&'a mut Vec<f64>),
-    /// Remaining numbers; the flag is set if a number is missing or an expected count is invalid.
+    /// Reader: the remaining numbers, and a flag that is set if a number is missing or a count is invalid.
     In(std::slice::Iter<'a, f64>, bool),
 }
 
@@ -121,9 +119,9 @@ impl Tape<'_> {
 }
 
 impl<'a> Simulation<'a> {
-    /// Records the complete state: that at the start of the step which contains the present
-    /// instant, since a resumed simulation must take the same steps. Inputs save their state of
-    /// that time, see [`Inputs::begin_step`](crate::forward::Inputs::begin_step).
+    /// Records the complete state. If results are shown at an instant within a step, it is the state at the start of
+    /// that step, since a resumed simulation must take the same steps. Inputs must save their own state at that time,
+    /// see [`Inputs::begin_step`](crate::forward::Inputs::begin_step).
     pub fn checkpoint(&self) -> Checkpoint {
         let mut numbers = vec![FORMAT];
         if self.last_step.shows {
@@ -135,13 +133,13 @@ impl<'a> Simulation<'a> {
         Checkpoint { numbers, events: self.recorded_events().to_vec() }
     }
 
-    /// Events up to the state of a checkpoint at the present instant.
+    /// Events that a checkpoint recorded now would contain.
     pub fn recorded_events(&self) -> &[Event] {
         let LastStep { shows, events, .. } = self.last_step;
         if shows { &self.events[..events] } else { &self.events }
     }
 
-    /// Takes the state from the numbers of [`Self::pass`].
+    /// Restores the state from the numbers that [`Self::pass`] wrote.
     pub(super) fn take_state(&mut self, numbers: &[f64]) {
         self.pass(&mut Tape::In(numbers.iter(), false));
         self.place();

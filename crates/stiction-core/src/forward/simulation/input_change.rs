@@ -8,8 +8,8 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 
 impl Simulation<'_> {
-    /// Updates accelerations and reactions after a change of the inputs. The search for modes runs
-    /// only if the present modes are not clearly valid, because it costs many times as much.
+    /// Updates accelerations and reactions after a change of the inputs. Searches for new modes only if the present
+    /// modes are not clearly valid, because the search costs many times as much.
     pub(super) fn on_input_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if let Some(instant) = self.goes_on(inputs) {
             self.become_now(instant);

@@ -1,4 +1,4 @@
-//! Locking of sticking joints: their coordinates stay constant, without changes by rounding.
+//! Locks for sticking joints, which keep their coordinates constant without drift by rounding.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
@@ -8,8 +8,8 @@ use crate::forward::project::Anchor;
 use crate::topology::Role;
 
 impl Simulation<'_> {
-    /// Anchors of cut joints, and frozen degrees of freedom of the tree, for these sticking
-    /// interfaces.
+    /// Returns the locks of the given sticking interfaces: anchors for cut joints, and a flag for each frozen degree of
+    /// freedom of the tree.
     pub(super) fn holds_of(&self, interfaces: &[usize]) -> (Vec<Anchor>, Vec<bool>) {
         let topology = &self.model.topology;
         let mut anchors = Vec::new();
@@ -37,7 +37,7 @@ impl Simulation<'_> {
         (anchors, frozen)
     }
 
-    /// Freezes the sticking joints, and the whole mechanism if it has no mobility left.
+    /// Locks the sticking joints, and the whole mechanism if its mobility is zero.
     pub(super) fn hold(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let model = self.model;
         self.workspace.conditions_hold = false;
@@ -90,7 +90,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Number of constraints that are redundant while no interface sticks.
+    /// Number of constraints that are redundant even if no interface sticks.
     pub(super) fn permanently_redundant(&self, situation: &crate::forward::data::Data) -> usize {
         let model = self.model;
         model.balance(situation, &[]).map_or(0, |balance| balance.redundant())

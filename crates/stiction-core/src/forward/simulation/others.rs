@@ -1,4 +1,4 @@
-//! Search for further solutions that satisfy all laws.
+//! Search for further solutions that satisfy all friction laws.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
@@ -6,8 +6,8 @@ use crate::forward::inputs::Inputs;
 use crate::mechanism::JointId;
 
 impl Simulation<'_> {
-    /// Searches for further solutions where the uniqueness bound does not hold, and records them once for each
-    /// interval in which it does not hold.
+    /// Searches for further solutions if the uniqueness bound does not exclude them, and records those that it finds as
+    /// an event. Does so once for each time interval in which the bound excludes nothing.
     pub(super) fn look_for_others(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(coupling) = self.now.coupling.filter(|c| *c >= 1.0) else {
             self.told_of_others = false;

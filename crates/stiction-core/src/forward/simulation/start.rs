@@ -16,7 +16,7 @@ use crate::forward::time_stepping::StepStart;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {
-    /// Starts a simulation at a state, which is first projected onto the loop constraints.
+    /// Starts a simulation at `time`, s, in a state, which is first projected onto the loop constraints.
     ///
     /// # Errors
     /// See [`ForwardError`].
@@ -34,8 +34,8 @@ impl Forward {
     }
 }
 
-/// Checks that the dimensions of a state are those of the model, and that its coordinates and rates
-/// are finite. Accelerations are not read.
+/// Checks that a state has the dimensions of the model, and that its coordinates and rates are finite. Accelerations
+/// are ignored.
 fn check(model: &Forward, time: f64, state: &State<f64>) -> Result<(), ForwardError> {
     let sizes = |state: &State<f64>| {
         [state.coordinates.len(), state.rates.len(), state.accelerations.len()]

@@ -13,37 +13,36 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
 
-/// Singularity distance below which also the stages of a step are projected onto the loop constraints.
+/// Singularity distance below which the stages of a step are projected onto the loop constraints, not only its end.
 const NEAR_SINGULAR: f64 = 0.2;
 
-/// Singularity distance of a start in a singular position.
+/// Singularity distance below which the start of a motion counts as singular.
 const SINGULAR: f64 = 1e-9;
 
-/// Constants of Hairer's stiffness test for this method: stability bound, number of bounded steps that makes
-/// a problem stiff, number of other steps that resets the count.
+/// Constants of Hairer's stiffness test for this method: the stability bound, the number of steps at the bound after
+/// which a problem counts as stiff, and the number of other steps that resets the count.
 const BOUNDED_BY_STABILITY: f64 = 6.1;
 const STIFF: usize = 15;
 const CALM: usize = 6;
 
-/// Threshold of the step size, s: if no acceleration exists at the stages of a shorter step, the
-/// time stepper takes over.
+/// Length of a step, s, below which time stepping takes over if its stages have no acceleration.
 const LOST: f64 = 1e-6;
 
-/// The event-driven method crawls if this many successive steps each cover less than [`SHORT_WAY`],
-/// rad or characteristic lengths. Steps of order eight usually cover a thousand times more.
+/// Number of successive steps, each shorter than [`SHORT_WAY`] (rad or characteristic lengths), after which the
+/// event-driven method counts as crawling. Steps of order eight usually cover a thousand times more.
 const CRAWLING: usize = 200;
 const SHORT_WAY: f64 = 2e-4;
 
-/// Longest step with friction, as a part of the longest step: the search for events samples each
-/// step at a few instants only.
+/// Longest step with friction, as a fraction of the longest step without. The search for events samples each step at a
+/// few instants only, so steps must not be too long.
 const FREQUENT: f64 = 0.1;
 
-/// If the end of a step misses an event by less than this fraction of the step, a linear correction
-/// along the derivative moves it there; the error is of second order and below rounding.
+/// Largest distance between the end of a shortened step and its event, as a fraction of the step, that a linear
+/// correction along the derivative bridges. The error of the correction is of second order and below rounding.
 const NUDGE: f64 = 1e-7;
 
 impl Simulation<'_> {
-    /// Advances by one step and responds to its event.
+    /// Advances by one event-driven step and responds to the event that ends it, if any.
     pub(super) fn advance_once(
         &mut self,
         end: f64,
@@ -144,9 +143,8 @@ impl Simulation<'_> {
         }
     }
 
-    /// Returns whether the implicit time stepper should continue: either stability has bounded many
-    /// successive steps, for example because of friction on a light rod between balls, or the steps
-    /// are very short.
+    /// Returns whether the implicit time stepper should take over: either stability has bounded many successive steps,
+    /// for example because of friction on a light rod between balls, or the steps are very short.
     fn is_stiff(&mut self, step: f64) -> bool {
         let mut bounded = step < DENSE;
         if bounded {
@@ -224,7 +222,7 @@ impl Simulation<'_> {
         Ok(result? * self.settings.relative / self.attainable_tolerance())
     }
 
-    /// Accepts a step up to its first event.
+    /// Accepts a step up to its first event, and returns the reason for its end.
     pub(super) fn finish(
         &mut self,
         start: &[f64],
@@ -297,7 +295,7 @@ impl Simulation<'_> {
         Ok(ending)
     }
 
-    /// Updates the slip directions of balls and plates at the start of a step.
+    /// Updates the recorded slip directions of balls and plates, at the start of a step.
     pub(super) fn look_along(&mut self) {
         for (interface, mode) in self.modes.iter_mut().enumerate() {
             if let InterfaceMode::Slides(direction) = mode
@@ -331,7 +329,7 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Updates the largest slip speed and the largest rate.
+    /// Updates the largest slip speed and the largest rate since the start.
     pub(super) fn keep_fastest(&mut self) {
         for interface in &self.now.interfaces {
             self.fastest = self.fastest.max(norm(interface.velocity));
@@ -347,8 +345,7 @@ impl Simulation<'_> {
         self.workspace.loads.clear();
     }
 
-    /// Evaluates accelerations and reactions at the end of a step, after its projection onto the
-    /// loop constraints.
+    /// Evaluates accelerations and reactions at the end of a step, `y`, after its projection onto the loop constraints.
     pub(super) fn arrive(
         &mut self,
         time: f64,
@@ -374,7 +371,7 @@ impl Simulation<'_> {
         arrived
     }
 
-    /// Projects coordinates and rates onto the loop constraints.
+    /// Projects the coordinates and rates of a state vector onto the loop constraints.
     fn onto_the_loops(
         &mut self,
         time: f64,
@@ -396,7 +393,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Uses the present normal forces as the start of Newton's method.
+    /// Uses the present normal forces as the starting point of Newton's method.
     pub(super) fn look_near(&mut self) {
         let loads = &mut self.workspace.loads;
         loads.clear();

@@ -1,4 +1,4 @@
-//! Rest of the whole mechanism: advances time without integration as long as friction holds.
+//! Rest of the whole mechanism: time advances without integration as long as friction holds.
 
 use super::Simulation;
 use super::between::Course;
@@ -12,19 +12,19 @@ use crate::forward::instant::Instant;
 const SAMPLES: f64 = 4.0;
 
 impl Simulation<'_> {
-    /// Returns whether nothing moves and no joint is prescribed.
+    /// Returns whether the whole mechanism is locked and no joint is prescribed.
     pub(super) fn is_still(&self) -> bool {
         self.model.prescribed.is_empty()
             && !self.frozen.is_empty()
             && self.frozen.iter().all(|frozen| *frozen)
     }
 
-    /// Returns whether nothing but time and forces changes: at rest, without own states of the inputs.
+    /// Returns whether only time and forces change: the mechanism is at rest, and the inputs have no own states.
     pub(super) fn waits(&self) -> bool {
         self.is_still() && self.input.values.is_empty()
     }
 
-    /// Advances time to `end` or to the next slip onset.
+    /// Advances to `end`, s, or to the next slip onset if it is earlier.
     pub(super) fn wait_through(
         &mut self,
         end: f64,
@@ -73,7 +73,7 @@ impl Simulation<'_> {
         self.follow_up(ending, time, inputs)
     }
 
-    /// Evaluates forces at another time in the unchanged position.
+    /// Evaluates the forces at another time, s, in the unchanged position.
     pub(super) fn watch(
         &mut self,
         time: f64,
