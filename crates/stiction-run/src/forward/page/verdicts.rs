@@ -1,4 +1,4 @@
-//! Verdicts of a simulation with their meaning and what to do.
+//! Verdicts on a simulation, with their meaning and advice.
 
 use crate::forward::events::methods;
 use crate::forward::job::Job;
