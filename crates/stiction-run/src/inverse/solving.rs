@@ -1,4 +1,4 @@
-//! Evaluation of all forces at the samples of a chunk.
+//! Computation of all forces at the samples of a chunk.
 
 use super::certainty::Asked;
 use super::chunks::Work;
@@ -14,13 +14,13 @@ use crate::job::{Indices, Job};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, InverseError, Mirror};
 use stiction_format::Side;
 
-/// Computes forces and verdicts at each sample.
+/// Evaluation of chunks that computes forces and verdicts at each sample.
 pub(super) struct Solving<'a> {
     pub(super) job: &'a Job<'a>,
     pub(super) track: &'a Track,
-    /// Buffers for each chunk, copied at its start.
+    /// Initial state of the verdicts, copied at the start of each chunk.
     pub(super) uniqueness: Uniqueness,
-    /// Degrees of freedom of [`Sample::joints`].
+    /// Degrees of freedom whose motion [`Sample::joints`] contains.
     pub(super) dofs: Vec<Dof>,
 }
 
@@ -39,7 +39,7 @@ pub(super) struct SampleResult {
     pub(super) found: Result<Box<Solved>, InverseError>,
 }
 
-/// Complete result of a sample with forces.
+/// Complete result of a sample at which the forces have a solution.
 pub(super) struct Solved {
     pub(super) sample: Sample,
     pub(super) redundancy: usize,
@@ -93,7 +93,7 @@ impl Work for Solving<'_> {
 }
 
 impl Solving<'_> {
-    /// Collects the results of a solved sample.
+    /// Collects the results of a sample from the solver.
     fn find(
         &self,
         piece: &mut ChunkResults,

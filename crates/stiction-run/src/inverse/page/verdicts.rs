@@ -1,4 +1,4 @@
-//! Verdicts of a run with their meaning and what to do.
+//! Verdicts on a run, with their meaning and advice.
 
 use crate::inverse::certainty::{MOST_MARGIN, Margin};
 use crate::inverse::summary::{Summary, weighting_words};
@@ -10,7 +10,7 @@ use crate::report::Finding;
 use crate::undetermined::by_components;
 use stiction_draw::numbers::{number, order};
 
-/// Residuals above this deserve attention: rounding leaves about 1e-12 of what is exchanged.
+/// Relative residual above which a verdict warns; rounding leaves about 1e-12.
 const CLOSED: f64 = 1e-6;
 /// Largest number of names in a sentence.
 const NAMED: usize = 6;
