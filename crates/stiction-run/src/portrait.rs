@@ -9,7 +9,7 @@ use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
 /// is tried.
 const THIN: f64 = 0.1;
 /// Number of instants that are compared.
-const LOOKS: usize = 12;
+const COMPARED: usize = 12;
 
 /// Pictures of a mechanism at the instant of its motion that is easiest to see, with the paths of its bodies.
 pub struct Portrait {
@@ -43,7 +43,7 @@ impl Portrait {
         let mut trail = Trail::new(mechanism, &start.bodies().pose);
         let mut best = Drawing::new(mechanism, &start.bodies().pose).thickness();
         let (mut shown, mut time) = (start.clone(), first);
-        let every = (instants.count() / LOOKS).max(1);
+        let every = (instants.count() / COMPARED).max(1);
         for (k, now) in instants.iter().enumerate().skip(1) {
             follower.go_to(now)?;
             let solver = &follower.solver;

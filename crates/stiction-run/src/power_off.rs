@@ -63,7 +63,7 @@ pub(crate) fn write(
             )?,
             PowerOff::Undecided => writeln!(
                 out,
-                "  {} is held if static friction of the joints helps it and no other motor",
+                "  {} is held if static friction of the joints holds this motor and not the others",
                 train.name
             )?,
         }

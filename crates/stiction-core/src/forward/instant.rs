@@ -145,7 +145,7 @@ pub struct Instant {
 
 impl Instant {
     /// Names a quantity that is not finite, in words; `None` if all are finite.
-    pub(super) fn unfinite(&self) -> Option<&'static str> {
+    pub(super) fn nonfinite(&self) -> Option<&'static str> {
         if !self.drives.iter().all(|effort| effort.is_finite()) {
             return Some("the effort of an actuator");
         }

@@ -126,7 +126,7 @@ impl<'a> Watch<'a> {
             if let Some(found) = &mut self.found[k] {
                 found.singular_samples += usize::from(distance < SINGULAR);
             }
-            self.look_back(kind, &now);
+            self.examine_minimum(kind, &now);
         }
         let is_regular = |sample: &Sample<'_>| sample.distances[0].is_some_and(|d| d >= SINGULAR);
         // At singular poses only rounding determines the sign of the determinant.
@@ -153,7 +153,7 @@ impl<'a> Watch<'a> {
 
     /// Examines the sample before `now` if its index is a local minimum: searches the exact minimum, and records it as
     /// a passage if it is zero.
-    fn look_back(&mut self, kind: Kind, now: &Sample<'a>) {
+    fn examine_minimum(&mut self, kind: Kind, now: &Sample<'a>) {
         let k = kind as usize;
         let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
         let distances = [before, last, now].map(|sample| sample.distances[k]);

@@ -127,7 +127,7 @@ pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
         notes.push("bushings are in elements that only stiction reads".to_owned());
     }
     if !mechanism.drive_trains().is_empty() {
-        let kept = "but for the joints that they drive and their limits";
+        let kept = "except for the joints that they drive and their limits";
         notes.push(format!("motors and gears are in elements that only stiction reads, {kept}"));
     }
     let taken = super::mimic::all(mechanism);

@@ -149,7 +149,7 @@ fn name(mechanism: &Mechanism, coordinate: Coordinate) -> Result<String, ExciteE
         Coordinate::Angle { body: b, .. } => {
             return Err(ExciteError::input(
                 format!(
-                    "the angles of {} have another order than xyz, which no CSV file states",
+                    "the angles of {} have another order than xyz, which a CSV file cannot express",
                     body(b)
                 ),
                 "give --actuators, or a motion with angles in the order xyz",

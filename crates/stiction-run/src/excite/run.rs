@@ -45,7 +45,7 @@ pub fn excite(
     if !(0.0..1.0).contains(&settings.margin) {
         return Err(ExciteError::input(
             format!("the margin from singular positions is {}", settings.margin),
-            "give --singularity-margin from 0 to less than 1, a part of the index at the first position",
+            "give --singularity-margin from 0 to less than 1, a fraction of the index at the first position",
         ));
     }
     let chosen = choose(model, settings)?;
@@ -103,7 +103,7 @@ pub fn excite(
     let first = quality(&objective, &begun.sweep);
     if !first.log_det.is_finite() {
         return Err(ExciteError::no_answer(
-            "the random motion does not excite all chosen parameters to any degree",
+            "the random motion does not excite all chosen parameters",
             "choose fewer parameters by --parameters, more harmonics, or another --seed",
         ));
     }

@@ -6,7 +6,7 @@ use super::guide::Guide;
 use super::job::{Feed, Job};
 use super::load_laws::ActingLoads;
 use super::motors::Motors;
-use super::reference::{References, own_course};
+use super::reference::{References, own_signal};
 use crate::Instants;
 use crate::error::Error;
 use crate::names::Names;
@@ -101,12 +101,12 @@ impl<'a> Acting<'a> {
                         forward.joint_coordinate(state, &bodies, joint, dof),
                     );
                 }
-                own_course(job, forward, actuator)
+                own_signal(job, forward, actuator)
                     .map_or(MotionSource::Guide(actuator), MotionSource::Signal)
             })
             .collect();
-        let is_led = sources.iter().any(|way| matches!(way, MotionSource::Guide(_)));
-        let leader = if is_led { Guide::new(job)? } else { None };
+        let is_guided = sources.iter().any(|way| matches!(way, MotionSource::Guide(_)));
+        let leader = if is_guided { Guide::new(job)? } else { None };
         let controller = match job.control {
             Some(control) => Some(Controller::new(job, control, forward, (state, &bodies))?),
             None => None,

@@ -195,7 +195,7 @@ impl Job<'_> {
                     Ok(state) => break state,
                     Err(error) if part < 1e-6 => {
                         return Err(Error::NoEquilibrium(format!(
-                            "the search ends where the loops cannot follow: {error}"
+                            "the search reaches a position in which the loops cannot be closed: {error}"
                         )));
                     }
                     Err(_) => part *= 0.25,
@@ -203,7 +203,7 @@ impl Job<'_> {
             };
         }
         Err(Error::NoEquilibrium(format!(
-            "the search does not settle within {STEPS} steps; begin nearer (--from), and give efforts without jumps"
+            "the search does not converge within {STEPS} steps; begin nearer (--from), and give efforts without jumps"
         )))
     }
 

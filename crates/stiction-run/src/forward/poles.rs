@@ -3,7 +3,7 @@
 use stiction_format::Signal;
 
 /// Number of intervals that are examined: a prime number, because poles often lie at simple fractions of the duration.
-const LOOKS: usize = 4099;
+const INTERVALS: usize = 4099;
 /// Growth of the values over the last bisections above which a change of sign is a pole, not a zero or a jump. Values
 /// at a pole grow by a factor of about a million.
 const GROWTH: f64 = 1e3;
@@ -18,9 +18,9 @@ pub fn pole(signal: &Signal, from: f64, until: f64) -> Option<f64> {
         return None;
     }
     let value = |t: f64| signal.at(t).value;
-    let at = |k: usize| from + (until - from) * (k as f64 / LOOKS as f64);
+    let at = |k: usize| from + (until - from) * (k as f64 / INTERVALS as f64);
     let mut left = (from, value(from));
-    for k in 1..=LOOKS {
+    for k in 1..=INTERVALS {
         let right = (at(k), value(at(k)));
         if left.1 * right.1 < 0.0
             && let Some(found) = between(&value, left, right)

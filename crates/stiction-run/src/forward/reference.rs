@@ -28,7 +28,7 @@ struct Reference<'a> {
 }
 
 /// Finds the signal of an actuator's coordinate in the motion, if the motion prescribes this coordinate.
-pub(super) fn own_course<'a>(
+pub(super) fn own_signal<'a>(
     job: &Job<'a>,
     forward: &Forward,
     actuator: usize,
@@ -58,7 +58,7 @@ impl<'a> References<'a> {
                 followers.push(Reference {
                     actuator,
                     turns: !own.translates(),
-                    signal: own_course(job, forward, actuator),
+                    signal: own_signal(job, forward, actuator),
                     last: (start, job.from),
                 });
             }

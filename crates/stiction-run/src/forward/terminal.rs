@@ -334,7 +334,7 @@ fn write_verdicts(
     if let Some(event) = described.iter().find(|event| event.what == "singular") {
         writeln!(
             out,
-            "it passes singular positions {}, first at t = {} s: branches of motion meet there, and the motion \
+            "the motion passes singular positions {}, first at t = {} s: branches of motion meet there, and the motion \
              continues smoothly",
             times(singular),
             number(event.time)
@@ -343,8 +343,8 @@ fn write_verdicts(
     if outcome.coarsest > COARSE {
         writeln!(
             out,
-            "CAUTION: near a singular position rounding allows steps of a relative error of {:.0e} only; the \
-             motion after it is that uncertain, or more",
+            "CAUTION: near a singular position rounding leaves a relative error of {:.0e} in each step; the \
+             motion after it is at least as uncertain",
             outcome.coarsest
         )?;
     }

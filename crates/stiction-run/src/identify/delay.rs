@@ -85,14 +85,14 @@ pub(super) fn words(delay: &Delay, greatest: f64) -> String {
     let (size, sigma) = (1e3 * value.abs(), 1e3 * sigma);
     if value.abs() >= 0.999 * greatest {
         return format!(
-            "the effort of {actuator} is delayed by {size:.1} ms or more against the positions, as far as the filter lets \
-             it be seen: give a lower --filter, or move the column of the log"
+            "the effort of {actuator} is delayed by at least {size:.1} ms relative to the positions, the most that this \
+             filter allows to estimate: give a lower --filter, or shift the column of the log in time"
         );
     }
     let order =
         if *value > 0.0 { "follows the positions after" } else { "precedes the positions by" };
     format!(
-        "the effort of {actuator} {order} {size:.3} +- {sigma:.3} ms: it is moved by this time; `delay = 0` in the \
-         options leaves it as it is"
+        "the effort of {actuator} {order} {size:.3} +- {sigma:.3} ms: this delay is corrected; `delay = 0` in the \
+         options prevents that"
     )
 }

@@ -201,8 +201,8 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
                 .to_owned(),
         ),
         Effect::Delay => (
-            "a delay of the effort after the positions".to_owned(),
-            "let it be estimated by `delay = \"auto\"`".to_owned(),
+            "a delay of the effort relative to the positions".to_owned(),
+            "set `delay = \"auto\"` to estimate it".to_owned(),
         ),
         Effect::SlowFriction(part) => (
             format!(
@@ -252,13 +252,13 @@ impl Missing {
         let changes = match named.is_empty() {
             true => String::new(),
             false => format!(
-                "; with all that is missing, standard deviations of change: {}{more}",
+                "; all missing effects together change, in standard deviations, {}{more}",
                 named.join(", ")
             ),
         };
         format!(
-            "{}: the residuals show {} of {:.4e} +- {:.1e} {}, with which those of left-out parts fall by {:.0} % in \
-             square: {}{changes}",
+            "{}: the residuals show {} of {:.4e} +- {:.1e} {}; it lowers the squared residuals of left-out parts by \
+             {:.0} %: {}{changes}",
             self.actuator,
             self.what,
             self.value,

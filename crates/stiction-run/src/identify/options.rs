@@ -14,18 +14,18 @@ pub const TEMPLATE: &str = r#"# Options of `stiction identify`. Every key may be
 # Without it the positions suggest one.
 # filter = "10 Hz"
 
-# What is estimated: "all", "friction" or "inertia". The rest keeps its values of the model.
+# What is estimated: "all", "friction" or "inertia". All other parameters keep the values of the model.
 estimate = "all"
 
-# Strength of the pull to the model's inertias, in equivalent samples; "auto" lets left-out blocks of
-# the logs choose it.
+# Strength of the prior that pulls inertias to those of the model, in equivalent samples; "auto" chooses
+# it by left-out blocks of the logs.
 prior = "auto"
 
 # Estimate a constant error of every measured effort.
 offsets = false
 
-# Delay of the measured efforts after the positions: "auto" estimates that of each effort, says it and takes it
-# back; a time is taken back as it is.
+# Delay of the measured efforts relative to the positions: "auto" estimates, reports and corrects that of each
+# effort; a given time is corrected without estimate.
 delay = "auto"                 # or "12 ms", or 0
 
 # Parameters that keep the value of the model; * stands for any text.
@@ -34,8 +34,8 @@ hold = []                      # ["leg*.rod.i*"]
 # Groups of parameters with one common value.
 tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 
-# Columns whose header does not say what they are: the header they should have, or a table with a
-# factor and an offset in that unit; "" for a column that is not used.
+# Columns with other headers than the model needs: the header that the column should have, or a table
+# with a factor and an offset in the unit of that header; "" for a column that is not used.
 [columns]
 # q1 = "leg1.P [mm]"
 # i1 = { is = "A1.current [A]", factor = -1, offset = 0.02 }
@@ -45,7 +45,7 @@ tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 [terms]
 # gas_spring = "axis2 = 900 N m*sin(axis2 - 20 deg)"
 
-# One table for each log with more to say than its name.
+# One table for each log that needs options.
 # [[logs]]
 # file = "heavy.csv"
 # use = "predict"              # or "fit"; logs named "predict" check the fit

@@ -100,7 +100,7 @@ impl Identified {
             ("", Column::Text),
             ("effort", Column::Text),
             ("error [%]", Column::Number),
-            ("of the model as it was [%]", Column::Number),
+            ("of the unchanged model [%]", Column::Number),
         ];
         note(
             "Errors are root mean squares of the residuals over those of the measured effort. Measured and predicted \
@@ -184,7 +184,7 @@ impl Identified {
 }
 
 const FRICTION_NOTE: &str = "Friction of each joint over the magnitude of its rate, as an effort of the joint against its \
-    motion. Points are what the measured efforts leave for it after everything else that was identified; the line is the \
+    motion. Points are the measured efforts minus everything else that was identified; the line is the \
     identified law, averaged over the normal loads at each rate.";
 
 /// Plots of the efforts of one log.

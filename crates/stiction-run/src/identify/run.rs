@@ -225,7 +225,7 @@ pub fn identify(
             && let Err(why) = log.update_loads(&estimate.values, &groups)
         {
             cautions.push(format!(
-                "{}: with the identified friction there are no forces {why}",
+                "{}: with the identified friction, no forces can be computed {why}",
                 log.name
             ));
         }
@@ -424,7 +424,7 @@ fn fitted(
             true => format!(
                 "normal loads and coefficients of friction still change by {last:.2} standard deviations"
             ),
-            false => "the normal loads are those of another friction than the identified one".to_owned(),
+            false => "the normal loads belong to other friction coefficients than the identified ones".to_owned(),
         });
     }
     (estimate, is_settled)

@@ -66,7 +66,7 @@ pub(super) fn wrong_efforts(
         if agreement < -AGREES && (is_reproduced || (opposes > AGREES && error < FOLLOWED)) {
             doubt(
                 format!(
-                    "efforts on {name} have the opposite sign of those of the model as it was ({agreement:.2}), but the \
+                    "efforts on {name} have the opposite sign of those of the unchanged model ({agreement:.2}), but the \
                      identified values reproduce them with an error of {:.1} %: check masses and centres of mass of \
                      the model, or the sign of the efforts",
                     100.0 * error
@@ -92,8 +92,8 @@ pub(super) fn wrong_efforts(
         } else if opposes < -AGREES && error > REPRODUCED {
             doubt(
                 format!(
-                    "the fit leaves {:.0} % of the efforts on {name}, in the direction of motion, as negative friction \
-                     would: check the sign of the efforts and their delay after the positions",
+                    "the fit does not explain {:.0} % of the efforts on {name}; the rest acts in the direction of motion, \
+                     as negative friction would: check the sign of the efforts and their delay",
                     100.0 * error
                 ),
                 false,
@@ -339,8 +339,8 @@ pub(super) fn fit_verdict(
         let mut references = residuals.reference[index].iter().zip(LACKING);
         if residual > 3.0 * noise && references.any(|(size, part)| residual > part * size) {
             cautions.push(format!(
-                "{name}: residuals are {:.1} times the noise of the effort: the model lacks something there, such \
-                 as compliance, backlash or another law of friction",
+                "{name}: residuals are {:.1} times the noise of the effort: the model lacks an effect, such as \
+                 compliance, backlash or another law of friction",
                 residual / noise.max(1e-300)
             ));
             verdict = FitVerdict::FitsOnly;
@@ -350,7 +350,7 @@ pub(super) fn fit_verdict(
         let Some(own) = mean(p) else { continue };
         if own > 1.5 * error && own > 3.0 {
             cautions.push(format!(
-                "{}: the error is {:.1} %, against {error:.1} % of the fit: it does not hold there",
+                "{}: the error is {:.1} %, but {error:.1} % in the fitted logs: the fit does not hold for this log",
                 p.log, own
             ));
             verdict = FitVerdict::FitsOnly;

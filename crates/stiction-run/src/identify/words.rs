@@ -110,8 +110,8 @@ impl Identified {
         )?;
         writeln!(
             out,
-            "inertias are pulled to those of the model with the weight of {} samples; residual squares of \
-             left-out blocks are\n{} times those of the fit, {} times without that pull\n",
+            "a prior pulls inertias to those of the model with the weight of {} samples; squared residuals of \
+             left-out blocks are\n{} times those of the fit, {} times without the prior\n",
             short(self.strength),
             short(self.left_out),
             short(self.left_out_plain)
@@ -159,7 +159,7 @@ impl Identified {
                 )?;
             }
         }
-        writeln!(out, "\nerror of the efforts, percent (in brackets that of the model as it was)")?;
+        writeln!(out, "\nerror of the efforts, percent (in brackets that of the unchanged model)")?;
         for p in &self.predictions {
             let each: Vec<String> = p
                 .error_percent

@@ -31,7 +31,7 @@ pub struct Margin {
 
 /// Uniqueness of the solution and, if requested, the friction margin at one sample.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Asked {
+pub(super) struct SampleCertainty {
     pub(super) coupling: Option<f64>,
     /// Efforts of the other solutions, N or N m.
     others: Vec<Vec<f64>>,
@@ -39,7 +39,7 @@ pub(super) struct Asked {
     margin: Option<FrictionMargin>,
 }
 
-impl Asked {
+impl SampleCertainty {
     /// Examines a solved sample, and computes the friction margin if `with_margin` is true.
     pub(super) fn of(
         solver: &mut InverseDynamics,
@@ -68,16 +68,16 @@ pub(super) struct Certainty {
 
 impl Certainty {
     /// Adds a sample.
-    pub(super) fn add(&mut self, mechanism: &Mechanism, time: f64, asked: &Asked) {
+    pub(super) fn add(&mut self, mechanism: &Mechanism, time: f64, sample: &SampleCertainty) {
         match &mut self.others {
-            _ if asked.others.is_empty() => {}
+            _ if sample.others.is_empty() => {}
             Some(others) => others.samples += 1,
             None => {
-                let drives = asked.others.clone();
+                let drives = sample.others.clone();
                 self.others = Some(OtherSolutions { samples: 1, time, drives });
             }
         }
-        let Some(FrictionMargin { locks_at, joint }) = asked.margin else { return };
+        let Some(FrictionMargin { locks_at, joint }) = sample.margin else { return };
         let is_less = |known: &Margin| {
             locks_at.is_some_and(|factor| known.factor.is_none_or(|known| factor < known))
         };

@@ -36,7 +36,7 @@ pub enum Backward {
 
 /// Evaluates back-driving at the pose of a solved mechanism, in the direction of motion and in the opposite direction:
 /// the rates are reversed, while loads and accelerations stay the same.
-pub(super) fn look_back(
+pub(super) fn evaluate_back_driving(
     solver: &mut InverseDynamics,
     mirror: &mut Mirror,
     loads: &[AppliedLoad<f64>],

@@ -107,8 +107,8 @@ impl<'a> Gathered<'a> {
                 None => verdict.singular.clone_from(&found.singular),
             }
         }
-        self.certainty.add(mechanism, time, &found.asked);
-        verdict.coupling = verdict.coupling.zip(found.asked.coupling).map(|(a, b)| a.max(b));
+        self.certainty.add(mechanism, time, &found.certainty);
+        verdict.coupling = verdict.coupling.zip(found.certainty.coupling).map(|(a, b)| a.max(b));
         verdict.redundancy = verdict.redundancy.max(found.redundancy);
         let sample = &mut found.sample;
         let motion = (&sample.joints[..], &sample.bodies);

@@ -1,8 +1,8 @@
 //! Computation of all forces at the samples of a chunk.
 
-use super::certainty::Asked;
+use super::certainty::SampleCertainty;
 use super::chunks::Work;
-use super::efficiency::look_back;
+use super::efficiency::evaluate_back_driving;
 use super::joints::joint_motions;
 use super::least_indices::LeastIndices;
 use super::sample::Sample;
@@ -45,7 +45,7 @@ pub(super) struct Solved {
     pub(super) redundancy: usize,
     pub(super) is_singular: bool,
     pub(super) singular: Option<Singular>,
-    pub(super) asked: Asked,
+    pub(super) certainty: SampleCertainty,
     pub(super) side: Option<f64>,
 }
 
@@ -107,7 +107,7 @@ impl Solving<'_> {
         };
         let mut backward = Vec::new();
         if self.job.friction != FrictionMode::Off && !solver.forces().interfaces.is_empty() {
-            look_back(solver, &mut piece.mirror, &loads, &mut backward);
+            evaluate_back_driving(solver, &mut piece.mirror, &loads, &mut backward);
         }
         let shares = solver.shares().clone();
         let uniqueness = &mut piece.uniqueness;
@@ -115,7 +115,7 @@ impl Solving<'_> {
         if let Some(travel) = uniqueness.observe(solver, time, postpones) {
             piece.least.postpone(piece.samples.len(), travel);
         }
-        let asked = Asked::of(solver, &loads, self.job.friction_margin);
+        let certainty = SampleCertainty::of(solver, &loads, self.job.friction_margin);
         let sample = Sample {
             time,
             forces: solver.forces().clone(),
@@ -129,8 +129,8 @@ impl Solving<'_> {
             determined_gearings: uniqueness.gearings.clone(),
             determined_loads: uniqueness.loads.clone(),
             determined_drives: uniqueness.drives.clone(),
-            coupling: asked.coupling,
-            friction_margin: asked.locks_at(),
+            coupling: certainty.coupling,
+            friction_margin: certainty.locks_at(),
             shares,
             backward,
             motors: Vec::new(),
@@ -140,7 +140,7 @@ impl Solving<'_> {
             redundancy: uniqueness.redundancy,
             is_singular: uniqueness.is_singular,
             singular: uniqueness.singular.take(),
-            asked,
+            certainty,
             side,
         }
     }

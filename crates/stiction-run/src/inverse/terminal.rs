@@ -387,7 +387,7 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
         ),
         None => writeln!(
             out,
-            "with friction there may be other solutions: whether there are is not known here"
+            "with friction there may be other solutions; their existence is not decided here"
         ),
     }
 }

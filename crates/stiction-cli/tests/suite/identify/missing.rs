@@ -130,7 +130,7 @@ fn a_delay_of_the_effort_is_taken_back() {
     let log = log(1, |t| effort(t - 20e-3));
     let result = identified(&folder, &log, "delay = 0\n");
     let cautions = result["cautions"].to_string();
-    assert!(cautions.contains("a delay of the effort after the positions"), "{cautions}");
+    assert!(cautions.contains("a delay of the effort relative to the positions"), "{cautions}");
     assert_ne!(parameter(&result, "hinge.viscous")["verdict"], "identified");
     // A known delay needs no caution.
     let result = identified(&folder, &log, "delay = \"20 ms\"\n");

@@ -26,7 +26,7 @@ const ROUNDING: f64 = 1e-10;
 impl Forward {
     /// Checks that accelerations exist that satisfy the constraints of loops, locks and prescribed motions; friction is
     /// not considered.
-    pub(super) fn can_go_on(&self, situation: &Data) -> Result<(), ForwardError> {
+    pub(super) fn check_accelerations(&self, situation: &Data) -> Result<(), ForwardError> {
         // Without constraints nothing can contradict them.
         if self.topology.closures() == 0 && self.prescribed.is_empty() {
             return Ok(());
@@ -41,7 +41,7 @@ impl Forward {
 
     /// Checks that a motion that begins from rest can continue over a finite distance. It takes the accelerations as
     /// rates and checks that the constraints allow accelerations for them too.
-    pub(super) fn can_begin(
+    pub(super) fn check_finite_motion(
         &self,
         now: &Instant,
         (input, inputs): (&InputState, &mut dyn Inputs),
@@ -57,7 +57,7 @@ impl Forward {
         state.rates.clone_from(accelerations);
         let bristles = vec![[0.0; 3]; now.interfaces.len()];
         let situation = self.data(now.time, state, &bristles, (&[], &[]), (input, inputs));
-        self.can_go_on(&situation).map_err(|error| match error {
+        self.check_accelerations(&situation).map_err(|error| match error {
             ForwardError::Blocked { time, what, by, translates, .. } => {
                 ForwardError::Blocked { time, what, by, translates, at_rest: true }
             }
@@ -102,7 +102,7 @@ impl Simulation<'_> {
     ///
     /// # Errors
     /// [`ForwardError::Impact`], [`ForwardError::Stiff`]; a shorter step may succeed.
-    pub(super) fn steadily(
+    pub(super) fn check_step(
         &self,
         y: &[f64],
         arrived: &Instant,

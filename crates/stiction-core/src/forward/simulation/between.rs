@@ -12,7 +12,7 @@ use crate::kinematics::State;
 
 /// Kind of interpolation within the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Course {
+pub(super) enum Interpolation {
     /// Dense output of the Runge-Kutta method.
     #[default]
     Curve,
@@ -31,7 +31,7 @@ pub(super) struct LastStep<'a> {
     pub(super) numbers: Vec<f64>,
     /// Number of events at the start of the step.
     pub(super) events: usize,
-    pub(super) course: Course,
+    pub(super) interpolation: Interpolation,
     /// True if the step crosses a singular position.
     pub(super) crosses: bool,
     /// Copy of the simulation with the state at the requested instant; stays allocated between requests.
@@ -88,24 +88,24 @@ impl<'a> Simulation<'a> {
         copy: &mut Simulation<'a>,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
-        let LastStep { numbers, course, crosses, has_curve, .. } = &mut self.last_step;
+        let LastStep { numbers, interpolation, crosses, has_curve, .. } = &mut self.last_step;
         copy.events.clear();
         let is_alike = |copy: &Self| {
             copy.now.state.coordinates == self.now.state.coordinates
                 && copy.modes == self.modes
-                && copy.grips == self.grips
-                && copy.shares == self.shares
+                && copy.friction_scales == self.friction_scales
+                && copy.reference_frictions == self.reference_frictions
         };
         let was_alike = is_alike(copy);
         copy.take_state(numbers);
         // At rest the decomposed constraints of the row before still hold.
         copy.workspace.conditions_hold &= was_alike && is_alike(copy);
         copy.workspace.loads.clear();
-        copy.look_along();
+        copy.update_slip_directions();
         let from = copy.now.time;
         let mut y = copy.list();
-        match course {
-            Course::Chord => {
+        match interpolation {
+            Interpolation::Chord => {
                 let part = (time - from) / (self.now.time - from);
                 let instant = copy.on_chord(time, part, self, inputs)?;
                 let span = self.now.time - from;
@@ -116,13 +116,13 @@ impl<'a> Simulation<'a> {
                 copy.stepping.clone_from(&self.stepping);
                 copy.become_now(instant);
             }
-            Course::Rest => {
+            Interpolation::Rest => {
                 copy.pack_into(&mut y);
                 let instant = copy.watch(time, &y, true, inputs)?;
                 copy.become_now(instant);
                 copy.still();
             }
-            Course::Line => {
+            Interpolation::Line => {
                 let mut rates = copy.list();
                 copy.pack_into(&mut y);
                 copy.derivative_into(&copy.now, &mut rates);
@@ -131,7 +131,7 @@ impl<'a> Simulation<'a> {
                 let arrived = copy.arrive(time, &y, inputs)?;
                 copy.commit(&y, arrived);
             }
-            Course::Curve => {
+            Interpolation::Curve => {
                 if !*has_curve {
                     copy.steps.copy_from(&self.steps);
                     copy.workspace.crosses = crosses.then_some(0.0);

@@ -194,9 +194,9 @@ impl<'a> Simulation<'a> {
         }
         self.frozen.iter_mut().for_each(|f| tape.flag(f));
         tape.numbers(self.bristles.iter_mut().flatten());
-        tape.numbers(&mut self.grips);
-        tape.numbers(self.shares.iter_mut().flatten());
-        tape.number(&mut self.overload);
+        tape.numbers(&mut self.friction_scales);
+        tape.numbers(self.reference_frictions.iter_mut().flatten());
+        tape.number(&mut self.limit_factor);
         for angle in &mut self.input.angles {
             tape.numbers([&mut angle.value, &mut angle.rate, &mut angle.time]);
         }
@@ -232,8 +232,8 @@ impl<'a> Simulation<'a> {
         tape.numbers([&mut self.energy_at_start, &mut self.fastest, &mut self.fastest_rate]);
         tape.numbers([&mut self.coarsest, &mut self.step]);
         tape.flag(&mut self.in_passage);
-        tape.flag(&mut self.told_of_others);
-        tape.count(&mut self.told_of_shares);
+        tape.flag(&mut self.reported_others);
+        tape.count(&mut self.reported_shares);
         tape.count(&mut self.stalled);
         tape.count(&mut self.evaluations);
         tape.count(&mut self.event_rate.0);
@@ -315,9 +315,9 @@ impl Forward {
             anchors: Vec::new(),
             frozen: vec![false; topology.dofs()],
             bristles: vec![[0.0; 3]; interfaces],
-            grips: vec![1.0; interfaces],
-            shares: vec![[0.0; 3]; interfaces],
-            overload: 1.0,
+            friction_scales: vec![1.0; interfaces],
+            reference_frictions: vec![[0.0; 3]; interfaces],
+            limit_factor: 1.0,
             input: InputState { angles, ..InputState::default() },
             switch_at: f64::INFINITY,
             switching: Vec::new(),
@@ -333,8 +333,8 @@ impl Forward {
             step: 0.0,
             events: checkpoint.events.clone(),
             in_passage: false,
-            told_of_others: false,
-            told_of_shares: 0,
+            reported_others: false,
+            reported_shares: 0,
             stalled: 0,
             steps: Steps::default(),
             scales: Vec::new(),

@@ -28,7 +28,7 @@ impl Simulation<'_> {
                 if leaves { self.reconsider(inputs, None) } else { Ok(()) }
             }
             Ending::Stops(interface) => self.reconsider(inputs, Some(interface)),
-            Ending::LetsGo | Ending::Passes(_) => self.reconsider(inputs, None),
+            Ending::SlipOnset | Ending::Passes(_) => self.reconsider(inputs, None),
         }
     }
 
@@ -104,7 +104,7 @@ impl Simulation<'_> {
             time,
             state,
             &self.bristles,
-            (&self.grips, &self.shares),
+            (&self.friction_scales, &self.reference_frictions),
             (&self.input, inputs),
         );
         if let Some(interface) = stopped
@@ -133,12 +133,12 @@ impl Simulation<'_> {
             }
         }
         let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting)?;
-        self.grips.clone_from(&situation.friction_scales);
-        self.shares.clone_from(&situation.reference_frictions);
-        self.overload = situation.limit_factor;
+        self.friction_scales.clone_from(&situation.friction_scales);
+        self.reference_frictions.clone_from(&situation.reference_frictions);
+        self.limit_factor = situation.limit_factor;
         self.modes = modes;
         self.now = model.instant(&situation, &self.modes, &solved);
-        self.tell(&before);
+        self.record_mode_changes(&before);
         self.hold(inputs)?;
         self.look_for_others(inputs)?;
         // Small first step after a change of modes.
@@ -189,12 +189,12 @@ impl Simulation<'_> {
         }
         let y = self.pack();
         self.now = self.evaluate(self.now.time, &y, inputs, self.settings.look_for_others)?;
-        self.tell(&before);
+        self.record_mode_changes(&before);
         self.step *= 0.1;
         Ok(())
     }
 
-    pub(super) fn tell(&mut self, before: &[InterfaceMode]) {
+    pub(super) fn record_mode_changes(&mut self, before: &[InterfaceMode]) {
         let time = self.now.time;
         for interface in 0..self.modes.len() {
             let joint = self.model.reported_joint(interface);

@@ -10,7 +10,7 @@ use std::convert::Infallible;
 
 /// Relative excess of friction over its limit at which an interface slips; larger than the excess that the search for
 /// modes permits.
-pub(super) const LET_GO: f64 = 1e-9;
+pub(super) const SLIP_EXCESS: f64 = 1e-9;
 /// Relative margin to the friction limit above which slip onset within a step is excluded, provided every sticking
 /// interface has this margin at all stages. Stages are less accurate than the end of a step, but their error is far
 /// below this margin.
@@ -32,7 +32,7 @@ pub(super) enum Ending {
     /// The slip velocity of this interface reaches zero.
     Stops(usize),
     /// The friction of a sticking interface reaches its limit.
-    LetsGo,
+    SlipOnset,
     /// A ball or plate is much slower at the end of the step than at its start, so the step may have missed a stick
     /// onset. It occurs after about this many seconds of the step; shorter steps must approach it.
     Passes(f64),
@@ -94,7 +94,7 @@ impl Simulation<'_> {
         self.steps = steps;
         self.lists.push(last);
         prepared?;
-        let mut first: Option<(f64, Ending)> = prescribed.map(|part| (part, Ending::LetsGo));
+        let mut first: Option<(f64, Ending)> = prescribed.map(|part| (part, Ending::SlipOnset));
         for interface in suspects {
             if let Some(part) = self.stop_within(interface)
                 && first.as_ref().is_none_or(|(before, _)| part < *before)
@@ -104,8 +104,8 @@ impl Simulation<'_> {
         }
         if holds {
             let until = first.as_ref().map_or(1.0, |(part, _)| *part);
-            if let Some(part) = self.let_go_within(time, step, until, arrived, inputs)? {
-                first = Some((part, Ending::LetsGo));
+            if let Some(part) = self.slip_onset_within(time, step, until, arrived, inputs)? {
+                first = Some((part, Ending::SlipOnset));
             }
         }
         Ok(first)
@@ -160,13 +160,13 @@ impl Simulation<'_> {
         let relative = sticks.map(|c| {
             let has = norm(c.friction);
             let size = c.limit.max(has).max(f64::MIN_POSITIVE);
-            (c.limit * self.overload * (1.0 + LET_GO) - has) / size
+            (c.limit * self.limit_factor * (1.0 + SLIP_EXCESS) - has) / size
         });
         relative.fold(f64::INFINITY, f64::min)
     }
 
     /// Finds the fraction of the step, up to `until`, at which the friction of a sticking interface exceeds its limit.
-    pub(super) fn let_go_within(
+    pub(super) fn slip_onset_within(
         &mut self,
         time: f64,
         step: f64,
@@ -225,7 +225,7 @@ pub(super) fn falls_below(
     }
     let length = high.0 - low.0;
     // A margin that is zero from the start does not dip: the interface slips or it stays.
-    if low.1 < LET_GO || low.1.min(high.1) > DEEPEST_DIP {
+    if low.1 < SLIP_EXCESS || low.1.min(high.1) > DEEPEST_DIP {
         return Ok(None);
     }
     let beside = BESIDE * length;

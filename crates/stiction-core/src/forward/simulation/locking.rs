@@ -45,7 +45,7 @@ impl Simulation<'_> {
             (0..self.modes.len()).filter(|&c| self.modes[c] == InterfaceMode::Sticks).collect();
         (self.anchors, self.frozen) = self.holds_of(&sticks);
         if sticks.is_empty() {
-            self.told_of_shares = 0;
+            self.reported_shares = 0;
             return Ok(());
         }
         let mut state = self.now.state.clone();
@@ -53,7 +53,7 @@ impl Simulation<'_> {
             self.now.time,
             state.clone(),
             &self.bristles,
-            (&self.grips, &self.shares),
+            (&self.friction_scales, &self.reference_frictions),
             (&self.input, &mut *inputs),
         );
         let loads: Vec<f64> = self.now.interfaces.iter().map(|c| c.load).collect();
@@ -73,16 +73,16 @@ impl Simulation<'_> {
         let redundant = solved.balance.redundant();
         let without = self.permanently_redundant(&situation);
         let shares = redundant.saturating_sub(without);
-        if shares > 0 && shares != self.told_of_shares {
+        if shares > 0 && shares != self.reported_shares {
             let kind = EventKind::SharesNotUnique { redundant: shares };
             self.events.push(Event { time: self.now.time, kind });
         }
-        self.told_of_shares = shares;
+        self.reported_shares = shares;
         let situation = model.data(
             self.now.time,
             state,
             &self.bristles,
-            (&self.grips, &self.shares),
+            (&self.friction_scales, &self.reference_frictions),
             (&self.input, &mut *inputs),
         );
         self.now = model.instant(&situation, &self.modes, &solved);

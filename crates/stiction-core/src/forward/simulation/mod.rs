@@ -66,9 +66,9 @@ pub struct Simulation<'a> {
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
     bristles: Vec<[f64; 3]>,
-    grips: Vec<f64>,
-    shares: Vec<[f64; 3]>,
-    overload: f64,
+    friction_scales: Vec<f64>,
+    reference_frictions: Vec<[f64; 3]>,
+    limit_factor: f64,
     /// Own states of the inputs, sides of their switching functions, and counted angles.
     input: InputState,
     /// Time, s, at which switching functions change their sign, and a flag for each function that does; infinite if no
@@ -94,8 +94,8 @@ pub struct Simulation<'a> {
     events: Vec<Event>,
     /// True if a singular position was reported and the mechanism is still near it.
     in_passage: bool,
-    told_of_others: bool,
-    told_of_shares: usize,
+    reported_others: bool,
+    reported_shares: usize,
     stalled: usize,
     steps: Steps,
     scales: Vec<f64>,
@@ -196,7 +196,7 @@ impl<'a> Simulation<'a> {
         inputs.begin_step(self.now.time);
         self.begin_step();
         let end = self.step_end(until, inputs);
-        self.go_on(end, inputs)?;
+        self.take_step(end, inputs)?;
         if self.goes_back_to_switch(inputs)? {
             return Ok(());
         }
@@ -253,7 +253,7 @@ impl<'a> Simulation<'a> {
 
     /// Advances by one step of the present method. The automatic method changes to time stepping if the event-driven
     /// method fails.
-    fn go_on(&mut self, end: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+    fn take_step(&mut self, end: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if self.is_stalled() {
             let error = self.stalled_error();
             if !self.may_step(&error) {

@@ -7,7 +7,7 @@
 //! on a smaller scale. About twenty of them reduce any speed to a negligible one; by then direction and normal load
 //! have reached their values at the stop.
 
-use super::between::Course;
+use super::between::Interpolation;
 use super::locate::Ending;
 use super::{REST, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -82,7 +82,7 @@ impl Simulation<'_> {
         // this time.
         let y: Vec<f64> = start.iter().zip(first).map(|(y, rate)| y + within * rate).collect();
         let time = self.now.time;
-        self.last_step.course = Course::Line;
+        self.last_step.interpolation = Interpolation::Line;
         let arrived = self.arrive(time + within, &y, inputs)?;
         self.commit(&y, arrived);
         self.follow_up(Ending::Stops(interface), time, inputs)

@@ -1,6 +1,6 @@
 //! Event-driven steps: error control, first event, projection onto the loop constraints.
 
-use super::between::Course;
+use super::between::Interpolation;
 use super::locate::Ending;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
@@ -51,9 +51,9 @@ impl Simulation<'_> {
         if self.waits() {
             return self.wait_through(end, inputs);
         }
-        self.last_step.course = Course::Curve;
+        self.last_step.interpolation = Interpolation::Curve;
         self.last_step.crosses = false;
-        self.look_along();
+        self.update_slip_directions();
         let (mut start, mut first) = (self.list(), self.list());
         self.pack_into(&mut start);
         self.derivative_into(&self.now, &mut first);
@@ -213,7 +213,7 @@ impl Simulation<'_> {
             scales: &scales,
         };
         let time = self.now.time;
-        self.look_near();
+        self.start_near_present_loads();
         let result = steps.attempt(start, first, (time, step), &tolerance, |t, y, rates| {
             self.derivative(t, y, rates, inputs)
         });
@@ -238,7 +238,7 @@ impl Simulation<'_> {
         let arrived = self.arrive(to, &y, inputs)?;
         let found = self.first_event(time, step, &arrived, inputs)?;
         let Some((mut part, mut ending)) = found else {
-            self.steadily(&y, &arrived, inputs)?;
+            self.check_step(&y, &arrived, inputs)?;
             self.workspace.before.clone_from(&self.now.state);
             self.commit(&y, arrived);
             self.lists.push(y);
@@ -287,7 +287,7 @@ impl Simulation<'_> {
                 ending = Ending::Smooth;
             }
         }
-        self.steadily(&y, &arrived, inputs)?;
+        self.check_step(&y, &arrived, inputs)?;
         self.workspace.before.clone_from(&self.now.state);
         self.commit(&y, arrived);
         self.lists.push(y);
@@ -296,7 +296,7 @@ impl Simulation<'_> {
     }
 
     /// Updates the recorded slip directions of balls and plates, at the start of a step.
-    pub(super) fn look_along(&mut self) {
+    pub(super) fn update_slip_directions(&mut self) {
         for (interface, mode) in self.modes.iter_mut().enumerate() {
             if let InterfaceMode::Slides(direction) = mode
                 && !self.model.parameters.interfaces[interface].shape.has_one_dof()
@@ -394,7 +394,7 @@ impl Simulation<'_> {
     }
 
     /// Uses the present normal forces as the starting point of Newton's method.
-    pub(super) fn look_near(&mut self) {
+    pub(super) fn start_near_present_loads(&mut self) {
         let loads = &mut self.workspace.loads;
         loads.clear();
         loads.extend(self.now.interfaces.iter().map(|interface| interface.load));
@@ -414,7 +414,7 @@ impl Simulation<'_> {
         self.evaluations += 1;
         let model = self.model;
         if self.workspace.loads.is_empty() {
-            self.look_near();
+            self.start_near_present_loads();
         }
         self.workspace.conditions_hold = false;
         let mut instant = self.workspace.instant(model);
@@ -432,8 +432,8 @@ impl Simulation<'_> {
         situation.input.clone_from(&self.input);
         let states = rest.len() - self.input.values.len();
         situation.input.values.copy_from_slice(&rest[states..]);
-        situation.friction_scales.clone_from(&self.grips);
-        situation.reference_frictions.clone_from(&self.shares);
+        situation.friction_scales.clone_from(&self.friction_scales);
+        situation.reference_frictions.clone_from(&self.reference_frictions);
         model.update_data(situation, inputs);
         let done = model.solve_into(situation, &self.modes, Some(loads), measure, solved);
         self.economy.spend(solved.continuation_steps());
@@ -444,7 +444,7 @@ impl Simulation<'_> {
                 *acceleration = 0.0;
             }
         }
-        match instant.unfinite() {
+        match instant.nonfinite() {
             Some(what) => Err(ForwardError::NotFinite { time, what }),
             None => Ok(instant),
         }

@@ -1,7 +1,7 @@
 //! Nonsmooth time stepping: step control by comparison with two half steps, and changes to and from the
 //! event-driven method.
 
-use super::between::Course;
+use super::between::Interpolation;
 use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -123,7 +123,7 @@ impl Simulation<'_> {
             StepStart { state: from, modes, bristles, frictions: near, input },
             inputs,
         )?;
-        if let Some(stands) = self.stands_while_it_turns(modes, &time_step) {
+        if let Some(stands) = self.sticking_at_reversals(modes, &time_step) {
             let near = &time_step.frictions;
             let held = model.time_step(
                 time,
@@ -170,7 +170,7 @@ impl Simulation<'_> {
     /// Returns the modes at the start of a step, with stick instead of slip for the interfaces that reverse their slip
     /// within it. Each passes through zero velocity, where static friction may hold it. Returns `None` if no reversing
     /// interface has static friction above its sliding friction.
-    fn stands_while_it_turns(
+    fn sticking_at_reversals(
         &self,
         modes: &[InterfaceMode],
         time_step: &TimeStep,
@@ -236,7 +236,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let Some(mut stepping) = self.stepping.clone() else { return Ok(()) };
-        self.last_step.course = Course::Chord;
+        self.last_step.interpolation = Interpolation::Chord;
         let time = self.now.time;
         let from = self.now.state.clone();
         let (modes, bristles) = (self.modes.clone(), self.bristles.clone());
@@ -293,7 +293,7 @@ impl Simulation<'_> {
             let before = self.modes.clone();
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);
-            self.tell(&before);
+            self.record_mode_changes(&before);
             let same = before
                 .iter()
                 .zip(&self.modes)

@@ -1,6 +1,6 @@
 //! Switching functions of the inputs: a step ends where one of them changes its sign.
 
-use super::between::Course;
+use super::between::Interpolation;
 use super::{Event, EventKind, Method, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
@@ -67,7 +67,7 @@ impl<'a> Simulation<'a> {
         let ends = (0..switching.len()).any(|k| switching[k] && inputs.ends_at(k));
         let is_short = self.now.time - from <= CHATTER || self.shortened_at == from;
         // The simulation may have left time stepping at the end of the step.
-        let was_time_step = matches!(self.last_step.course, Course::Chord);
+        let was_time_step = matches!(self.last_step.interpolation, Interpolation::Chord);
         if time >= self.now.time || was_time_step && is_short && !ends {
             // Short time steps end beside the change.
             (self.switch_at, self.switching) = (self.now.time, switching);

@@ -1,7 +1,7 @@
 //! Rest of the whole mechanism: time advances without integration as long as friction holds.
 
 use super::Simulation;
-use super::between::Course;
+use super::between::Interpolation;
 use super::locate::{Ending, falls_below};
 use super::scratch::Scratch;
 use crate::forward::error::ForwardError;
@@ -31,7 +31,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let time = self.now.time;
-        self.last_step.course = Course::Rest;
+        self.last_step.interpolation = Interpolation::Rest;
         if inputs.steady_until(time) >= end {
             // Constant inputs leave all forces unchanged.
             self.now.time = end;
@@ -53,17 +53,17 @@ impl Simulation<'_> {
             let mut instant = self.watch(at, &y, others, inputs)?;
             let margin = self.least_margin(&instant);
             let fine = (4.0 * f64::EPSILON * at.abs()).max(1e-13 * (at - before.0));
-            let lets_go = falls_below(before, (at, margin), fine, |at| {
+            let slip_onset = falls_below(before, (at, margin), fine, |at| {
                 let instant = self.watch(at, &y, false, inputs)?;
                 let margin = self.least_margin(&instant);
                 self.workspace.spare(instant);
                 Ok(margin)
             })?;
-            if let Some(lets_go) = lets_go {
-                at = lets_go;
+            if let Some(slip_onset) = slip_onset {
+                at = slip_onset;
                 self.workspace.spare(instant);
                 instant = self.watch(at, &y, self.settings.look_for_others, inputs)?;
-                ending = Ending::LetsGo;
+                ending = Ending::SlipOnset;
             }
             before = (at, margin);
             self.become_now(instant);
@@ -89,7 +89,7 @@ impl Simulation<'_> {
         self.evaluations += 1;
         let model = self.model;
         if self.workspace.loads.is_empty() {
-            self.look_near();
+            self.start_near_present_loads();
         }
         let mut instant = self.workspace.instant(model);
         let Scratch { situation, solved, loads, .. } = &mut *self.workspace;

@@ -11,7 +11,7 @@ const SLACK: f64 = 1e-9;
 /// Least moment of inertia in the file, kg m^2; MuJoCo rejects moments below about 1e-14 kg m^2.
 const LEAST: f64 = 1e-13;
 /// Change of a moment of inertia, relative to the largest, above which a note is written.
-const TOLD: f64 = 1e-6;
+const NOTED: f64 = 1e-6;
 
 /// Inertia tensor for MuJoCo, kg m^2, and true if it differs noticeably from that of the body. The smallest principal
 /// moments are increased until all are positive and none exceeds the sum of the other two.
@@ -37,7 +37,7 @@ pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bo
     let axes = &eigen.eigenvectors;
     let added = axes * Matrix3::from_diagonal(&more) * axes.transpose();
     let inertia = body.inertia + Mat3::from(0.5 * (added + added.transpose()));
-    (inertia, more.amax() > TOLD * largest)
+    (inertia, more.amax() > NOTED * largest)
 }
 
 #[cfg(test)]

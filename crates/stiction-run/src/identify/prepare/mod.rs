@@ -109,7 +109,7 @@ impl Prepared {
             };
             if is_still {
                 cautions.push(format!(
-                    "{}: `{name}` is constant: nothing that needs its motion can be identified",
+                    "{}: `{name}` is constant: parameters that need its motion cannot be identified",
                     log.name
                 ));
             } else if chosen.position.is_none() && !log.log.is_steady {

@@ -160,7 +160,7 @@ fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec<F
              friction. Less friction or longer guides make it unique.",
         )),
         None => all.push(Finding::open(
-            "With friction there may be other solutions: whether there are is not known here",
+            "With friction there may be other solutions; their existence is not decided here",
             "The reported solution is continued from zero friction.",
         )),
     }
@@ -175,7 +175,7 @@ fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec<F
             ),
             format!(
                 "At t = {} s another one is {}. The mechanism may take either, depending on its history: reduce \
-                 the friction, or shorten the arm that presses its guide.",
+                 the friction, or shorten the lever arm of the force on its guide.",
                 number(others.time),
                 listed(&drives, NAMED)
             ),
