@@ -14,8 +14,8 @@ impl Forward {
         self.with_shafts.as_ref().map_or(&self.mechanism, |(mechanism, _)| mechanism)
     }
 
-    /// Joint that results name for an interface. For the added shaft of a motor of several joints it is the first of
-    /// these joints.
+    /// Joint by which results name an interface. If the interface is on an added motor shaft, it is the first joint
+    /// that the motor moves.
     pub(super) fn reported_joint(&self, interface: usize) -> JointId {
         let own = JointId(self.parameters.interfaces[interface].joint);
         let shafts = self.with_shafts.iter().flat_map(|(_, shafts)| shafts);

@@ -14,7 +14,7 @@ use crate::topology::{Link, Role};
 
 /// Closure error, rad, or m over the characteristic length, below which loops count as closed.
 const CLOSED: f64 = 1e-14;
-/// Closure error, in the same units, from which on loops count as open.
+/// Closure error, rad, or m over the characteristic length, above which loops count as open.
 const OPEN: f64 = 1e-9;
 const STEPS: usize = 10;
 

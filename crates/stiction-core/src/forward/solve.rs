@@ -40,7 +40,7 @@ impl Solved {
 pub(super) enum Unsolved {
     /// Friction locks the mechanism.
     Locked(Lock),
-    /// A body moves without inertia.
+    /// A body can move without inertia.
     Massless(Massless),
 }
 

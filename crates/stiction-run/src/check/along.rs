@@ -114,8 +114,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Adds a sample. `passed` is true if the determinant of the actuation changed its sign since the last sample.
-    /// Returns true if the sign change is a passage rather than rounding.
+    /// Adds a sample. `passed` is true if the determinant of the loop constraints with locked actuators changed its
+    /// sign since the last sample. Returns true if the sign change is a passage rather than rounding.
     pub(super) fn observe(&mut self, follower: &Follower<'a>, passed: bool) -> bool {
         let statics = follower.solver.statics();
         let distances = Kind::ALL.map(|kind| self.distance(&statics, kind));

@@ -1,8 +1,9 @@
-//! Detection of singular poses between samples by sign changes of the determinant of the actuation.
+//! Detection of singular poses between samples. The determinant of the loop constraints with locked actuators vanishes
+//! at an actuation (type 2) singularity, and changes its sign there.
 
 use stiction_core::dynamics::InverseDynamics;
 
-/// Sign of the determinant of the actuation at the last sample.
+/// Sign of the determinant of the loop constraints with locked actuators, at the last sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sides {
     /// Time of the last sample, s, and the sign of the determinant there.
