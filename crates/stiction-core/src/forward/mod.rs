@@ -202,8 +202,8 @@ impl Forward {
         &self.parameters
     }
 
-    /// Assembles the mechanism so that `coordinates` have the values and rates of `targets`. `initial_poses` are guesses
-    /// of body poses in the ground's frame. Returns coordinates and rates of the tree.
+    /// Assembles the mechanism so that `coordinates` have the values and rates of `targets`. `initial_poses` are
+    /// guesses of body poses in the ground's frame. Returns coordinates and rates of the tree.
     ///
     /// # Errors
     /// See [`crate::kinematics::AssemblyError`].

@@ -295,7 +295,7 @@ pub(super) fn judge_filter(
     };
     (!texts.is_empty()).then(|| {
         format!(
-            "the filter takes part of the motion and so changes {}{more}: give a higher cut-off frequency by --filter, or \
+            "the filter removes part of the motion and so changes {}{more}: give a higher cut-off frequency by --filter, or \
              log slower motions",
             texts.join(", ")
         )

@@ -70,8 +70,8 @@ impl Status {
 }
 
 impl fmt::Display for Status {
-    /// Writes `ok`; `caution: …` for results with doubts; `failed: …` for unusable values, or `no answer: …` for a
-    /// computation without solution.
+    /// Writes `ok`; `caution: …` for results with doubts; `failed: …` for unusable values, or `no answer: …` for
+    /// a computation without solution.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Computed { doubts } if doubts.is_empty() => f.write_str(OK),
