@@ -35,7 +35,7 @@ pub(crate) enum Measured {
 }
 
 impl Measured {
-    /// Lists all such quantities, with their names, SI units and ranges.
+    /// Lists all quantities of a mechanism that have a range, with their names, SI units and ranges.
     pub(crate) fn all(mechanism: &Mechanism) -> Vec<(Self, String, &'static str, (f64, f64))> {
         let tilts = mechanism.joints().iter().enumerate().flat_map(|(index, joint)| {
             let tilts = joint.ranges.iter().filter(|range| range.of == RangeOf::Tilt);

@@ -298,8 +298,8 @@ impl Coupling {
         self.note_loads((model, data), frictions, response, found);
     }
 
-    /// Writes the normal loads of all interfaces to `found`; `response` gives those that are not unknowns of the
-    /// problem.
+    /// Writes the normal loads of all interfaces to `found`; `response` gives the normal loads that are not unknowns of
+    /// the problem.
     fn note_loads(
         &self,
         (model, data): (&Forward, &Data),

@@ -138,7 +138,7 @@ pub enum ForwardError {
         what: String,
         /// Number of changes.
         count: usize,
-        /// Time within which these changes occur, s.
+        /// Time span of the changes, s.
         span: f64,
     },
     /// The simulated time hardly advances over many evaluations.

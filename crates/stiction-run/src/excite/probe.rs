@@ -27,7 +27,7 @@ impl Index {
         Self { fast, spins }
     }
 
-    /// Returns whether it takes no longer than the computation of efforts.
+    /// Returns whether the evaluation of the indices takes no longer than the computation of efforts.
     pub(super) fn is_fast(&self) -> bool {
         self.fast.is_some()
     }

@@ -9,7 +9,7 @@ pub struct Quality {
     /// Natural logarithm of the determinant of the information matrix of the base parameters, in units of their
     /// sizes in the model.
     pub log_det: f64,
-    /// Condition number of the weighted base regressor, in the same units.
+    /// Condition number of the weighted base regressor, for base parameters in units of their sizes in the model.
     pub condition: f64,
 }
 

@@ -20,7 +20,8 @@ use stiction_identify::{Choice, Kind, Parameter, Regressor};
 
 /// Number of instants per period of the highest harmonic during the search.
 const PER_PERIOD: usize = 16;
-/// Number of these instants at which the singularity index is evaluated, if its evaluation is slow.
+/// Number of instants per period of the highest harmonic at which the singularity index is evaluated, if its
+/// evaluation is slow.
 const INDICES: usize = 4;
 /// Factor by which the grid of the final check is finer than that of the search.
 const FINER: usize = 10;

@@ -11,9 +11,9 @@ pub const MOST_MARGIN: f64 = 100.0;
 pub struct OtherSolutions {
     /// Number of samples at which other solutions were found.
     pub samples: usize,
-    /// Time of the first such sample, s.
+    /// Time of the first sample at which other solutions were found, s.
     pub time: f64,
-    /// Efforts of each other solution at that sample, N or N m.
+    /// Efforts of each other solution at this first sample, N or N m.
     pub drives: Vec<Vec<f64>>,
 }
 

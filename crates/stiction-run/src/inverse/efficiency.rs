@@ -88,7 +88,7 @@ pub(super) fn evaluate_back_driving(
 struct BackDriving {
     /// Number of samples at which the load drives the actuator in one direction.
     samples: usize,
-    /// Number of those samples at which friction dissipates all of the power.
+    /// Number of samples at which friction dissipates all of the power with which the load drives the actuator.
     stopped: usize,
     /// Number of samples at which the result is unknown.
     unknown: usize,

@@ -43,7 +43,7 @@ impl LeastIndices {
         self.postponed.push(Postponed { place, passed });
     }
 
-    /// Computes the indices of those samples that may be below `known`, the least indices before this chunk, and
+    /// Computes the indices of samples whose indices may be below `known`, the least indices before this chunk, and
     /// updates `known`. The indices of all other samples remain NaN.
     pub(super) fn compute(
         &self,

@@ -38,7 +38,7 @@ pub struct Summary {
     pub(super) certified_within: Vec<f64>,
     pub(super) certainty: Certainty,
     pub(super) resting_samples: usize,
-    /// Number of samples at rest whose intervals are not known.
+    /// Number of samples at rest at which the interval of the efforts is unknown.
     pub(super) unbounded_samples: usize,
     pub(super) reactions: Reactions,
     pub(super) dissipated: Vec<Integral>,

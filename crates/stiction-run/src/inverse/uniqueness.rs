@@ -31,11 +31,11 @@ pub(super) struct Uniqueness {
 /// unique there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Singular {
-    /// Number of samples with such poses.
+    /// Number of samples at singular poses with finite forces.
     pub samples: usize,
-    /// Time of the first such sample, s.
+    /// Time of the first of these samples, s.
     pub time: f64,
-    /// Body that can move at that pose with all actuators locked.
+    /// Body that can move at the first of these samples with all actuators locked.
     pub body: String,
     /// Motion of the body in words.
     pub motion: String,

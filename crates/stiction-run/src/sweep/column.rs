@@ -30,7 +30,7 @@ impl Column {
         }
     }
 
-    /// Finds the column of the same table that tells whether statics determines the value, if there is one.
+    /// Finds the column of the same table that says whether statics determines the value of this column, if it exists.
     pub(super) fn determined(&self, known: &[Self]) -> Option<Self> {
         let owners = self.name.match_indices('.').map(|(at, _)| &self.name[..at]);
         let flag = |owner: &str| {

@@ -266,7 +266,7 @@ impl Forward {
     /// settings.
     ///
     /// # Errors
-    /// [`ForwardError::Checkpoint`] if the numbers do not belong to such a simulation.
+    /// [`ForwardError::Checkpoint`] if the numbers do not belong to a simulation of this mechanism.
     pub fn resume(
         &self,
         checkpoint: &Checkpoint,

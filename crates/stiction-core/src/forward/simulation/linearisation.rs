@@ -117,7 +117,7 @@ pub struct Linearisation {
     pub efforts: Vec<f64>,
     /// Modes of the friction interfaces, which the linearisation assumes constant.
     pub modes: Vec<InterfaceMode>,
-    /// Number of local degrees of freedom that are left out, such as the spin of a rod about its own axis.
+    /// Number of local degrees of freedom that the linearisation omits, such as the spin of a rod about its own axis.
     pub local: usize,
     /// Largest estimated error of a derivative, relative to the largest entry of its matrix.
     pub error: f64,

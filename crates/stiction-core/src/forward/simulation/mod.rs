@@ -75,7 +75,7 @@ pub struct Simulation<'a> {
     /// change was found in the last step.
     switch_at: f64,
     switching: Vec<bool>,
-    /// Number of changes of sides at the same time, and that time, s.
+    /// Number of sign changes of switching functions at one time, and this time, s.
     switches_at_once: (usize, f64),
     /// Start, s, of the time step that was last shortened because of a switching function.
     shortened_at: f64,

@@ -17,7 +17,7 @@ const LEAST: f64 = 0.01;
 
 /// Data for the regression columns of the friction coefficients.
 pub(super) struct MuColumns {
-    /// Index of each of these columns in the matrix, and the friction interface to which it belongs.
+    /// Index of each friction coefficient's column in the matrix of the regression, and its friction interface.
     columns: Vec<(usize, usize)>,
     /// Contribution to each effort of the friction under unit normal load, at each instant; the index is `column *
     /// actuators + channel`.
