@@ -13,9 +13,9 @@ pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 /// Description of a load that the mechanism cannot carry at singular poses of its motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
-    /// Error at the first sample with such a pose.
+    /// Error at the first sample in a singular pose.
     pub first: InverseError,
-    /// Time of that sample, s.
+    /// Time of this first sample, s.
     pub time: f64,
     /// Least and greatest magnitude, along the motion, of the force or moment that cannot be balanced.
     pub range: (f64, f64),

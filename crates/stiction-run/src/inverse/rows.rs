@@ -37,7 +37,7 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// True for each table that a run of this job has.
+    /// Returns for each table whether a run of this job writes it.
     pub(crate) fn of_job(job: &Job<'_>) -> [bool; 7] {
         let motors = !job.model.mechanism.drive_trains().is_empty();
         let mut has = [true; 7];

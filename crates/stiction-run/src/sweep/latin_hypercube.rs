@@ -64,7 +64,7 @@ fn below(random: &mut ChaCha8Rng, bound: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// The defining property, in all dimensions.
+    /// Defining property of a Latin hypercube: in each dimension, every interval contains one point.
     #[test]
     fn every_interval_has_one_point() {
         for points in [1, 2, 7, 1000] {

@@ -53,7 +53,7 @@ pub enum EventKind {
     /// The constraints of loops and prescribed joints lose rank at this position, where two branches of motion meet.
     /// The simulation continues smoothly on the present branch. Each passage is reported once.
     Singular {
-        /// Number of constraints that are dependent at this position but not beside it.
+        /// Number of constraints that are dependent at this position, but independent at neighbouring positions.
         lost: usize,
     },
     /// A switching function of the inputs that ends the simulation is or becomes negative.
