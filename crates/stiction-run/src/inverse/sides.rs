@@ -20,8 +20,8 @@ impl Sides {
         self.see(solver.side(), time)
     }
 
-    /// Adds a sample at `time`, s; `side` is the sign of its determinant, `None` if undetermined. Returns the times of the
-    /// last sample and of this one if the sign changes between them.
+    /// Adds a sample at `time`, s; `side` is the sign of its determinant, `None` if undetermined. Returns the times
+    /// of the last sample and of this one if the sign changes between them.
     pub(super) fn see(&mut self, side: Option<f64>, time: f64) -> Option<(f64, f64)> {
         let now = side.map(|side| (time, side));
         let before = core::mem::replace(&mut self.last, now)?;
