@@ -1,4 +1,4 @@
-//! Several motions and loads in one run: all combinations, and their envelope.
+//! Runs for several motions and loads: all combinations, and their envelope.
 
 use crate::arguments::Report;
 use crate::failure::Failure;
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use stiction::Robot;
 use stiction_run::comparison::{Comparison, EffortCurves, Headline, Reel, overlay};
 
-/// A motion and a load of the run, as given, and the name of their folder.
+/// A motion and a load, as the user gave them, and the name of the folder for their results.
 pub(crate) struct Case<'a> {
     pub(crate) motion: Option<&'a str>,
     pub(crate) load: Option<&'a str>,
@@ -23,14 +23,14 @@ pub(crate) struct Done {
     pub(crate) json: Value,
     pub(crate) headlines: Vec<Headline>,
     pub(crate) efforts: EffortCurves,
-    /// The moving robot for the report of all cases, if there is one.
+    /// The moving robot for the common report, if one is written.
     pub(crate) reel: Option<Reel>,
-    /// The files written.
+    /// Paths of the files that were written.
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// The motions or loads of an option: each of a list of names or files, `a,b`, is one. A comma within
-/// assignments or within the name of an existing file separates nothing.
+/// Splits the values of an option into single motions or loads: `a,b` is a list of two names or files. Commas in
+/// assignments and in names of existing files do not separate.
 pub(crate) fn separate(given: &[String]) -> Vec<&str> {
     given.iter().flat_map(|text| separate_one(text)).collect()
 }
@@ -42,7 +42,7 @@ fn separate_one(text: &str) -> Vec<&str> {
     text.split(',').map(str::trim).filter(|name| !name.is_empty()).collect()
 }
 
-/// All combinations of the motions and loads, with distinct names.
+/// Combines all motions with all loads; the cases get distinct names.
 pub(crate) fn cases<'a>([motions, loads]: &[Vec<&'a str>; 2]) -> Vec<Case<'a>> {
     let each = |list: &[&'a str]| -> Vec<Option<(usize, &'a str)>> {
         match list {
@@ -68,8 +68,8 @@ pub(crate) fn cases<'a>([motions, loads]: &[Vec<&'a str>; 2]) -> Vec<Case<'a>> {
     cases
 }
 
-/// A name for folders: the name of a motion or load, or that of a file without its folder and
-/// extension; `None` for assignments.
+/// Name of the folder for a motion or load: its name, or the name of its file without folder and extension. `None` for
+/// assignments.
 fn short_name(text: &str) -> Option<String> {
     if text.contains('=') {
         return None;
@@ -83,7 +83,8 @@ fn short_name(text: &str) -> Option<String> {
     (!clean.is_empty()).then_some(clean)
 }
 
-/// Runs all cases: calls `each` with the index of a case and, if there is an output folder, the subfolder of this case.
+/// Runs all cases and writes their envelope. Calls `each` with the index of a case and, if there is an output folder,
+/// with the subfolder of this case.
 pub(crate) fn run_all(
     robot: &Robot,
     (folder, as_json, report): (Option<&Path>, bool, Report),
@@ -143,7 +144,8 @@ pub(crate) fn run_all(
     Ok(())
 }
 
-/// Names the case that fails, the finished ones, and those that were not run.
+/// Adds to a failure the name of the failed case, those of the finished cases, and those of the cases that were not
+/// run.
 fn in_case(failure: Failure, cases: &[Case<'_>], failed: usize, folder: Option<&Path>) -> Failure {
     let names = |cases: &[Case<'_>]| {
         cases.iter().map(|case| case.name.as_str()).collect::<Vec<_>>().join(", ")

@@ -17,7 +17,7 @@ pub(crate) fn run(options: &Compare) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.into_json(options.json))
 }
 
-/// The two models.
+/// Reads the two models.
 fn models(options: &Compare) -> Result<[Model; 2], Failure> {
     if options.second.is_none() && options.set_a == options.set_b {
         return Err(Failure::input(
@@ -39,7 +39,7 @@ fn models(options: &Compare) -> Result<[Model; 2], Failure> {
     Ok([model(&options.first, &options.set_a), model(second, &options.set_b)])
 }
 
-/// Name and title of a robot; the title names changed values.
+/// Name and title of a robot; the title lists changed values.
 fn heading(robot: &Robot) -> String {
     match robot.title() {
         "" => robot.name().to_owned(),

@@ -51,7 +51,7 @@ fn execute(options: &Compensate) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Control law of a name.
+/// Parses the name of a control law.
 fn law(name: &str) -> Result<Compensator, Failure> {
     let all = Compensator::ALL;
     all.into_iter().find(|law| law.name() == name).ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! `stiction convert`: the mechanism from and to formats of other programs.
+//! `stiction convert`: conversion of a mechanism from and to formats of other programs.
 
 use crate::arguments::{Convert, Format};
 use crate::failure::Failure;
@@ -46,7 +46,7 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     }
 }
 
-/// The format asked for, or that of the ending of the output.
+/// Chooses the format: that of `--to`, or that of the output's file extension.
 fn format(options: &Convert, is_import: bool) -> Result<Format, Failure> {
     if let Some(format) = options.to {
         return Ok(format);
@@ -67,7 +67,7 @@ fn format(options: &Convert, is_import: bool) -> Result<Format, Failure> {
     }
 }
 
-/// The mechanism in another format.
+/// Converts the mechanism and prints notes on properties that the format cannot express.
 fn converted(options: &Convert, robot: &Robot, format: Format) -> Result<Converted, Failure> {
     let mut request = robot.check_along();
     if let Some(motion) = &options.motion {

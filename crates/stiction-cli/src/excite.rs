@@ -1,4 +1,4 @@
-//! `stiction excite`: motions that excite parameters.
+//! `stiction excite`: motions that excite parameters for identification.
 
 use crate::arguments::Excite;
 use crate::failure::Failure;
@@ -12,7 +12,7 @@ use crate::written::note_files;
 use std::sync::atomic::Ordering;
 use stiction::run::excite::ExciteSettings;
 
-/// Names of the files.
+/// Names of the files that the command writes.
 const REFERENCE: &str = "excite.csv";
 const ACTUATORS: &str = "actuators.csv";
 const LOG: &str = "log.toml";

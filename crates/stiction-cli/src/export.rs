@@ -1,4 +1,4 @@
-//! `stiction export`: source code for controllers.
+//! `stiction export`: source code and functional mock-up units for controllers.
 
 mod fmu;
 mod plant;
@@ -55,7 +55,7 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Notes what `inverse` includes by default and the code does not.
+/// Prints a note on effects that `inverse` includes by default and the code does not.
 fn note_remarks(export: &stiction::Export) {
     for remark in export.remarks() {
         note!("{}", folded(&format!("note: {remark}")));

@@ -1,4 +1,4 @@
-//! Failures of the program: their text, their JSON and their exit codes.
+//! Failures of the program, as text or JSON, and their exit codes.
 
 use crate::fold::{folded, folded_diagnostics};
 use crate::manners;
@@ -6,39 +6,39 @@ use serde_json::json;
 use std::process::ExitCode;
 use stiction::{Error, ErrorKind};
 
-/// An error and its output format, text or JSON.
+/// Error with its output format, text or JSON.
 #[derive(Debug)]
 pub(crate) struct Failure {
     error: Error,
     json: bool,
-    /// One of several runs or models, in words.
+    /// Description of the run or model that failed, if there are several.
     run: Option<String>,
-    /// Further lines.
+    /// Further lines of the message.
     notes: Vec<String>,
 }
 
 impl Failure {
-    /// Failure for invalid input.
+    /// Creates a failure for invalid input.
     pub(crate) fn input(message: impl Into<String>) -> Self {
         Error::input(message).into()
     }
 
-    /// Failure for a problem without a solution.
+    /// Creates a failure for a problem without a solution.
     pub(crate) fn no_answer(message: impl Into<String>) -> Self {
         Error::no_answer(message).into()
     }
 
-    /// Failure for an interruption by the user, without results.
+    /// Creates a failure for an interruption by the user, without results.
     pub(crate) fn interrupted() -> Self {
         Error::interrupted("interrupted; nothing was written").into()
     }
 
-    /// Sets the suggestion.
+    /// Adds a suggestion to the user.
     pub(crate) fn help(self, text: impl Into<String>) -> Self {
         Self { error: self.error.with_help(text), ..self }
     }
 
-    /// Names the one of several runs or models that fails.
+    /// Adds a description of the run or model that failed, if there are several.
     pub(crate) fn in_run(self, run: impl Into<String>) -> Self {
         Self { run: Some(run.into()), ..self }
     }

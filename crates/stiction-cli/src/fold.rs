@@ -3,8 +3,8 @@
 /// Maximum width of a line, columns.
 const WIDTH: usize = 100;
 
-/// Breaks long lines between words, but not between a number and its unit; continuation lines are
-/// indented by two more columns. Rows of tables, recognised by adjacent blanks, stay in one line.
+/// Breaks long lines between words, but not between a number and its unit. Continuation lines are indented by two more
+/// columns. Rows of tables, recognised by adjacent blanks, stay on one line.
 pub(crate) fn folded(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
@@ -23,7 +23,7 @@ pub(crate) fn folded(text: &str) -> String {
     out
 }
 
-/// Breaks long messages of diagnostics and their help; lines of the text that they show stay as they are.
+/// Breaks long messages of diagnostics and their help texts; quoted lines of the user's file stay unchanged.
 pub(crate) fn folded_diagnostics(text: &str) -> String {
     let plain = |line: &str| -> String {
         // Escape sequences of colours end with `m`.
@@ -52,10 +52,10 @@ pub(crate) fn folded_diagnostics(text: &str) -> String {
     out
 }
 
-/// A blank at which lines are not broken.
+/// No-break space, which marks blanks at which lines must not be broken.
 const TIE: &str = "\u{a0}";
 
-/// Ties numbers to the words of up to three letters behind them, such as `N m` or `%`.
+/// Ties numbers to the following words of up to three letters, such as `N m` or `%`, by no-break spaces.
 fn joined(line: &str) -> String {
     let mut out = String::with_capacity(line.len());
     let mut tied = 0;

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use stiction::run::identify::{Identified, IdentifySettings, TEMPLATE, Traces};
 use stiction_identify::FitVerdict;
 
-/// Names of the files.
+/// Names of the files that the command writes.
 const MODEL: &str = "identified.toml";
 const RESULT: &str = "identify.json";
 const EFFORTS: &str = "efforts.csv";

@@ -91,7 +91,7 @@ fn several(
     })
 }
 
-/// Options of a run besides model, motion and load.
+/// Options of a run, without model, motion and load.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Choice {
     pub(crate) friction: Option<Friction>,
@@ -101,12 +101,12 @@ pub(crate) struct Choice {
     pub(crate) filter: Filter,
     pub(crate) formats: Formats,
     pub(crate) report: Report,
-    /// Number of runs of the command, which share a report if there are several.
+    /// Number of runs of the command; several runs share a report.
     pub(crate) runs: usize,
 }
 
 impl Choice {
-    /// Maps the options to a request.
+    /// Converts the options to a request to the library.
     pub(crate) fn request(
         &self,
         robot: &Robot,
@@ -140,14 +140,14 @@ pub(crate) struct Run {
     pub(crate) text: String,
     pub(crate) headlines: Vec<Headline>,
     pub(crate) efforts: EffortCurves,
-    /// The moving robot for the report of several runs.
+    /// The moving robot for the common report of several runs.
     pub(crate) reel: Option<Reel>,
-    /// The files written.
+    /// Paths of the files that were written.
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// Computes inverse dynamics along a motion, hands the results to `show`, and then gives the files in
-/// `folder` their names.
+/// Computes inverse dynamics along a motion, passes the results to `show`, and then gives the files in `folder` their
+/// final names.
 pub(crate) fn along(
     robot: &Robot,
     request: &stiction::Inverse,
@@ -239,7 +239,7 @@ pub(crate) fn along(
     Ok(run)
 }
 
-/// Names of the files that only some runs write.
+/// Names of all files that a run may write, but not every run does.
 const POSSIBLE: [&str; 22] = [
     report::FILE,
     "friction.svg",

@@ -1,11 +1,11 @@
 //! The program `stiction`: inverse and forward dynamics of robots with closed kinematic chains and joint
 //! friction, on the command line.
 //!
-//! Contains arguments, output files, progress and exit codes; all computation is in the library
-//! `stiction`. Data go to standard output, messages to standard error. Exit codes: 0 success, 1 no
-//! solution (a singular position, a mechanism that jams), 2 invalid input, 130 interrupted.
+//! This crate handles arguments, output files, progress and exit codes; the library `stiction` performs all
+//! computations. Data go to standard output, messages to standard error. Exit codes: 0 success, 1 no solution (a
+//! singular position, a mechanism that jams), 2 invalid input, 130 interrupted.
 
-/// Prints a line to standard error and ignores a closed standard error.
+/// Prints a line to standard error; errors of printing are ignored.
 macro_rules! message {
     ($($what:tt)*) => {{
         use std::io::Write as _;
@@ -13,7 +13,7 @@ macro_rules! message {
     }};
 }
 
-/// Prints a line that `--quiet` omits.
+/// Prints a line to standard error, unless `--quiet` is given.
 macro_rules! note {
     ($($what:tt)*) => {{
         if !$crate::manners::is_quiet() {
@@ -55,7 +55,7 @@ use failure::Failure;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Stack of the thread that computes, bytes: the main thread's is what `ulimit -s` leaves.
+/// Stack of the computing thread, bytes. The stack of the main thread depends on `ulimit -s` and may be smaller.
 const STACK: usize = 16 << 20;
 
 fn main() -> ExitCode {
@@ -72,8 +72,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Lets a write beyond the limit of file sizes (`ulimit -f`) fail with an error; by default the
-/// system ends the process. Threads inherit this.
+/// Makes a write beyond the limit on file sizes (`ulimit -f`) fail with an error; by default the system ends the
+/// process. Threads inherit this setting.
 fn let_writes_fail() {
     #[cfg(unix)]
     {
@@ -118,8 +118,8 @@ fn run() -> ExitCode {
     }
 }
 
-/// Prints the error in the arguments and exits. A misspelt command is parsed as a model and the
-/// next argument as a command, so this case has a separate message.
+/// Prints the error in the arguments and exits. If a command is misspelt, it is parsed as a model and the next argument
+/// as a command; this case has its own message.
 fn refuse(error: &clap::Error) -> ! {
     use clap::error::ErrorKind::{ArgumentConflict, DisplayHelp, DisplayVersion, InvalidUtf8};
     let first = std::env::args_os().nth(1).unwrap_or_default().to_string_lossy().into_owned();
@@ -153,13 +153,13 @@ fn refuse(error: &clap::Error) -> ! {
     std::process::exit(2)
 }
 
-/// Writes data to standard output and ignores a closed reader.
+/// Writes data to standard output. It is no failure if the reader has closed the output.
 fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// The outcome of writing to standard output; a closed reader is none of our failures.
+/// Converts the result of writing to standard output; a closed reader is no failure.
 fn written(outcome: std::io::Result<()>) -> Result<(), Failure> {
     match outcome {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {

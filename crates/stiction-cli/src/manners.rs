@@ -1,4 +1,4 @@
-//! Messages: whether notes are printed, and in colour.
+//! Settings for messages: quiet or with notes, coloured or not.
 
 use crate::arguments::Messages;
 use clap::ColorChoice;
@@ -7,17 +7,17 @@ use std::sync::OnceLock;
 
 static CHOSEN: OnceLock<Messages> = OnceLock::new();
 
-/// Sets what the options ask for, once.
+/// Sets the options for messages; must be called once.
 pub(crate) fn set(messages: Messages) {
     let _ = CHOSEN.set(messages);
 }
 
-/// True if notes and progress are not wanted.
+/// Returns whether notes and progress are suppressed.
 pub(crate) fn is_quiet() -> bool {
     CHOSEN.get().is_some_and(|chosen| chosen.quiet)
 }
 
-/// True if messages on standard error are coloured.
+/// Returns whether messages on standard error are coloured.
 pub(crate) fn coloured() -> bool {
     match CHOSEN.get().map(|chosen| chosen.color) {
         Some(ColorChoice::Always) => true,

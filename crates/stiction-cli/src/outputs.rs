@@ -1,4 +1,4 @@
-//! Output files that appear complete or not at all.
+//! Output files of a run, which appear complete or not at all.
 
 use crate::arguments::Formats;
 use crate::failure::Failure;
@@ -15,11 +15,11 @@ use stiction_run::Figure;
 use stiction_run::exchange::mcap_of_csv;
 use stiction_run::exchange::npz_of_csv;
 
-/// Checkpoint from which an interrupted simulation resumes.
+/// Name of the file with the checkpoint from which an interrupted simulation resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.json";
 
-/// Files of one run in a folder, each under a temporary name until all are complete. Incomplete
-/// files are removed; files of earlier runs remain until then.
+/// Files of one run in a folder. Each has a temporary name until all are complete. If the run fails, incomplete files
+/// are removed; files of earlier runs stay until the new ones are complete.
 #[derive(Debug)]
 pub(crate) struct Outputs {
     folder: PathBuf,
@@ -29,12 +29,12 @@ pub(crate) struct Outputs {
     begun: SystemTime,
     /// Full paths of the files read for this run, which must not be replaced.
     inputs: Vec<PathBuf>,
-    /// `true` once a checkpoint refers to the incomplete files, which are then kept.
+    /// True once a checkpoint refers to the incomplete files, so that they are not removed.
     kept: Cell<bool>,
 }
 
 impl Outputs {
-    /// Creates the folder if it does not exist. `inputs` are the full paths of files that must not be replaced.
+    /// Creates the folder if it does not exist. `inputs` are the full paths of files that outputs must not replace.
     pub(crate) fn new(folder: &Path, inputs: Vec<PathBuf>) -> Result<Self, Failure> {
         // A file with the path of the folder or of one of its parents.
         let blocks = |at: &&Path| at.exists() && !at.is_dir();
@@ -64,7 +64,7 @@ impl Outputs {
         Ok(outputs)
     }
 
-    /// Refuses a folder with a resumable simulation, which other results would damage.
+    /// Returns a failure if the folder contains a simulation that can be resumed, since other results would damage it.
     pub(crate) fn refuse_interrupted(&self) -> Result<(), Failure> {
         if !self.folder.join(CHECKPOINT).exists() {
             return Ok(());
@@ -82,7 +82,7 @@ impl Outputs {
         path.canonicalize().is_ok_and(|path| self.inputs.contains(&path))
     }
 
-    /// Begins a file.
+    /// Creates a file of the folder under a temporary name.
     pub(crate) fn begin(&mut self, name: &str) -> Result<BufWriter<File>, Failure> {
         let complete = self.folder.join(name);
         let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
@@ -105,7 +105,7 @@ impl Outputs {
         Ok(BufWriter::new(file))
     }
 
-    /// Begins a file with the first `bytes` of another file of the folder.
+    /// Creates a file of the folder under a temporary name, and copies the first `bytes` of the file `other` into it.
     pub(crate) fn begin_with(
         &mut self,
         name: &str,
@@ -127,7 +127,7 @@ impl Outputs {
         Ok(file)
     }
 
-    /// The temporary name of a file being written, and its present length in bytes.
+    /// Temporary name and present length in bytes of a file that is being written.
     pub(crate) fn partial(&self, name: &str) -> Option<(String, u64)> {
         let complete = self.folder.join(name);
         let (partial, _) = self.pending.iter().find(|(_, known)| *known == complete)?;
@@ -135,7 +135,7 @@ impl Outputs {
         Some((partial.file_name()?.to_str()?.to_owned(), length))
     }
 
-    /// Writes a whole file at once, independently of the others.
+    /// Writes a whole file immediately, independently of the other files.
     pub(crate) fn write_now(&self, name: &str, content: &[u8]) -> Result<(), Failure> {
         let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
         let written = File::create(&partial).and_then(|mut file| {
@@ -150,28 +150,28 @@ impl Outputs {
         })
     }
 
-    /// Path of a file of the folder.
+    /// Path of the file `name` in the folder.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
-    /// Text of a file of the folder, if the file exists.
+    /// Text of the file `name` in the folder, if the file exists.
     pub(crate) fn read(&self, name: &str) -> Option<String> {
         fs::read_to_string(self.folder.join(name)).ok()
     }
 
-    /// Removes a file of the folder, if it exists.
+    /// Removes the file `name` from the folder, if it exists.
     pub(crate) fn remove(&self, name: &str) {
         let _ = fs::remove_file(self.folder.join(name));
     }
 
-    /// Writes a whole file.
+    /// Writes a whole file under a temporary name.
     pub(crate) fn write(&mut self, name: &str, content: &[u8]) -> Result<(), Failure> {
         let file = self.begin(name)?;
         self.end(name, file, content)
     }
 
-    /// Writes figures under their names.
+    /// Writes figures as SVG (and PNG, if enabled) to files with the given names.
     pub(crate) fn write_figures(
         &mut self,
         figures: Vec<(&'static str, Figure)>,
@@ -188,7 +188,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Writes the rest of a file and waits until it is on disk.
+    /// Appends the rest of the content to a file and waits until it is on disk.
     pub(crate) fn end(
         &self,
         name: &str,
@@ -203,7 +203,8 @@ impl Outputs {
         arrived(&mut file).map_err(|error| self.trouble(name, error))
     }
 
-    /// Writes complete tables (`NAME.csv`) in other formats, too, and removes them in CSV if that is not asked for.
+    /// Converts the complete tables (`NAME.csv`) to other formats if these are requested, and removes the CSV files if
+    /// CSV is not requested.
     pub(crate) fn convert_tables(
         &mut self,
         tables: &[&str],
@@ -262,7 +263,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Removes a file that was begun.
+    /// Removes a file that is being written.
     pub(crate) fn abandon(&mut self, name: &str) {
         let complete = self.folder.join(name);
         self.pending.retain(|(partial, known)| {
@@ -275,18 +276,18 @@ impl Outputs {
         });
     }
 
-    /// Keeps incomplete files from now on, even if the run never completes.
+    /// Keeps the incomplete files from now on, even if the run is never completed.
     pub(crate) fn keep(&self) {
         self.kept.set(true);
     }
 
-    /// `true` if incomplete files stay.
+    /// Returns whether incomplete files are kept.
     pub(crate) fn is_kept(&self) -> bool {
         self.kept.get()
     }
 
-    /// Gives all files their final names and returns these. Removes files named in `possible` that this run
-    /// did not write: they would pass for results of this run.
+    /// Gives all files their final names and returns their paths. Removes files named in `possible` that this run did
+    /// not write, since they could be mistaken for its results.
     pub(crate) fn complete(mut self, possible: &[&str]) -> Result<Vec<PathBuf>, Failure> {
         for (partial, complete) in &self.pending {
             fs::rename(partial, complete).map_err(|error| {
@@ -306,7 +307,7 @@ impl Outputs {
         Ok(std::mem::take(&mut self.pending).into_iter().map(|(_, complete)| complete).collect())
     }
 
-    /// Removes temporary files of the same names that killed runs have left.
+    /// Removes temporary files of the same names that an earlier, killed run has left.
     fn tidy(&self) {
         let is_older = |path: &Path| {
             let changed = fs::metadata(path).and_then(|about| about.modified());
@@ -325,7 +326,7 @@ impl Outputs {
         }
     }
 
-    /// The failure of a computation that writes tables into these files, if there are any.
+    /// Converts an error of a computation that writes tables into `outputs`, if there are any.
     pub(crate) fn explain(outputs: Option<&Self>, error: Error) -> Failure {
         match (error.kind(), outputs) {
             (ErrorKind::Output, Some(outputs)) => outputs.trouble_with_tables(error.message()),
@@ -333,12 +334,12 @@ impl Outputs {
         }
     }
 
-    /// A failure to write the file `name`.
+    /// Creates a failure to write the file `name`.
     pub(crate) fn trouble(&self, name: &str, error: impl Display) -> Failure {
         self.trouble_with(&self.folder.join(name).display(), error)
     }
 
-    /// A failure to write any of the tables.
+    /// Creates a failure to write one of the tables.
     pub(crate) fn trouble_with_tables(&self, error: impl Display) -> Failure {
         self.trouble_with(&format_args!("the tables in {}", self.folder.display()), error)
     }
@@ -367,7 +368,7 @@ impl Drop for Outputs {
     }
 }
 
-/// Final name of a temporary file; `None` for other files.
+/// Final name of a temporary file; `None` for any other file.
 fn of_partial(name: &str) -> Option<&str> {
     let (whole, id) = name.strip_prefix('.')?.strip_suffix(".partial")?.rsplit_once('.')?;
     id.bytes().all(|byte| byte.is_ascii_digit()).then_some(whole)

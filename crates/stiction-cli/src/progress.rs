@@ -7,16 +7,16 @@ use std::time::{Duration, Instant};
 use stiction_run::inverse::Phase;
 
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Time between two lines if standard error is not a terminal.
+/// Time between two progress lines if standard error is not a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// Progress bar on a terminal, or a line every ten seconds elsewhere, for long computations.
+/// Progress of a long computation: a bar on a terminal, otherwise a line every ten seconds.
 pub(crate) struct Progress {
     begun: Instant,
     printed: Instant,
     bar: Option<(String, ProgressBar)>,
     watched: bool,
-    /// Last printed step of a study.
+    /// Step of a study that was printed last.
     step: Option<usize>,
 }
 
@@ -42,7 +42,7 @@ impl Progress {
         self.update_amount(phase, (done as u64, of as u64), "samples");
     }
 
-    /// Updates the progress of a study after a design.
+    /// Updates the progress of a parameter study after a design.
     pub(crate) fn update_designs(&mut self, done: u64, of: u64) {
         self.update_amount("computing designs", (done, of), "designs");
     }
@@ -52,7 +52,7 @@ impl Progress {
         self.update_amount("improving the motion", (done as u64, of as u64), "steps");
     }
 
-    /// Updates the progress of reading a file, bytes.
+    /// Updates the progress of reading a file; `done` and `of` are numbers of bytes.
     pub(crate) fn update_bytes(&mut self, file: &str, done: u64, of: u64) {
         const MEGA: u64 = 1_000_000;
         self.update_amount(&format!("reading {file}"), (done / MEGA, of.div_ceil(MEGA)), "MB");
@@ -90,7 +90,7 @@ impl Progress {
         }
     }
 
-    /// Updates the progress of a study, once or more often in each step.
+    /// Updates the progress of a study with named steps; may be called more than once in a step.
     pub(crate) fn update_step(&mut self, what: &str, done: usize, of: usize) {
         if self.begun.elapsed() > PATIENCE && self.step != Some(done) {
             self.step = Some(done);
@@ -98,7 +98,7 @@ impl Progress {
         }
     }
 
-    /// Removes the bar.
+    /// Removes the progress bar.
     pub(crate) fn clear(&mut self) {
         if let Some((_, bar)) = self.bar.take() {
             bar.finish_and_clear();
@@ -106,7 +106,7 @@ impl Progress {
     }
 }
 
-/// Removes the bar at the end of the computation, in success and failure.
+/// Removes the progress bar at the end of the computation, whether it succeeds or fails.
 impl Drop for Progress {
     fn drop(&mut self) {
         self.clear();

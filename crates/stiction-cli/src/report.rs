@@ -1,4 +1,4 @@
-//! Reports: whether they are written, the command line that they repeat, and opening them in a browser.
+//! Reports: choice of their folder, the command line that they show, and opening them in a browser.
 
 use crate::arguments::{Report, Switch};
 use crate::failure::Failure;
@@ -9,12 +9,12 @@ use std::process::{Command, Stdio};
 pub(crate) const FILE: &str = "report.html";
 
 impl Report {
-    /// True if reports are written.
+    /// Returns whether reports are written.
     pub(crate) fn is_on(self) -> bool {
         self.report == Switch::On
     }
 
-    /// Folder of the results: that of `-o`, or a temporary one for `--open` alone.
+    /// Folder of the results: that of `-o`, or a temporary one if only `--open` is given.
     pub(crate) fn folder(self, output: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
         if self.open && !self.is_on() {
             return Err(Failure::input("--open needs the report, which --report off leaves out")
@@ -29,7 +29,7 @@ impl Report {
         })
     }
 
-    /// Opens a report in the browser if that is asked for.
+    /// Opens the report in `folder` in a browser if the user requested it.
     pub(crate) fn show(self, folder: Option<&Path>) {
         let Some(folder) = folder.filter(|_| self.open) else { return };
         let file = folder.join(FILE);
@@ -39,7 +39,8 @@ impl Report {
     }
 }
 
-/// Starts the browser of `BROWSER`, or that of the system.
+/// Starts the browser named by the environment variable `BROWSER`, or that of the system. Returns whether one was
+/// started.
 fn open(file: &Path) -> bool {
     let own = std::env::var_os("BROWSER").filter(|program| !program.is_empty());
     let systems: &[&str] = if cfg!(target_os = "macos") {
@@ -61,17 +62,17 @@ fn open(file: &Path) -> bool {
     programs.into_iter().any(start)
 }
 
-/// Options that do not change the results, so that a repeated command need not have them.
+/// Options that do not change the results and are left out of the command line in a report.
 const PASSING: [&str; 5] = ["--resume", "--json", "--open", "--quiet", "-q"];
 
-/// The command line of this run, for a shell.
+/// Command line of this run, quoted for a shell.
 pub(crate) fn command_line() -> String {
     let given = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
     let words = given.filter(|word| !PASSING.contains(&word.as_str())).map(|word| quoted(&word));
     std::iter::once("stiction".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// A word in quotes, if a shell would read it differently.
+/// Puts a word in quotes if a shell would otherwise change it.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+%@".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {

@@ -1,4 +1,4 @@
-//! `stiction completions` and `stiction man`: aids for a shell.
+//! `stiction completions` and `stiction man`: completion scripts and manual page.
 
 use crate::arguments::Arguments;
 use crate::failure::Failure;
@@ -11,7 +11,7 @@ pub(crate) fn completions(shell: clap_complete::Shell) -> Result<(), Failure> {
     print(&String::from_utf8_lossy(&text))
 }
 
-/// One page with all commands.
+/// Prints a single manual page with all commands.
 pub(crate) fn manual() -> Result<(), Failure> {
     let mut page = Vec::new();
     let failure = |error: std::io::Error| Failure::input(format!("cannot write the page: {error}"));

@@ -1,4 +1,4 @@
-//! Models and names given on the command line.
+//! Reading of models, and names that are given on the command line.
 
 use crate::arguments::{Arguments, Filter, Model, Reading};
 use crate::failure::Failure;
@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use stiction::{Diagnostics, Import, ModelText, ReadProgress, Robot, gallery};
 use stiction_format::Motion;
 
-/// The robot of a model file, of standard input (`-`), or of the gallery, with changed values.
+/// Reads a robot from a model file, from standard input (`-`) or from the built-in models, with changed values.
 pub(crate) fn robot(name: &OsStr, changes: &[String], reading: &Reading) -> Result<Robot, Failure> {
     Ok(changed(name, changes, reading)?.read()?)
 }
@@ -28,7 +28,7 @@ fn changed(name: &OsStr, changes: &[String], reading: &Reading) -> Result<ModelT
     Ok(changes.iter().fold(text, |text, change| text.with(change)))
 }
 
-/// The text of a model, converted from a robot file of another program where it is one.
+/// Reads the text of a model; robot files of other programs are converted to it.
 pub(crate) fn model_text(name: &OsStr, import: &Import) -> Result<ModelText, Failure> {
     let path = Path::new(name);
     let file = || ModelText::robot_file(path, Some(read_progress()), import);
@@ -49,19 +49,19 @@ pub(crate) fn model_text(name: &OsStr, import: &Import) -> Result<ModelText, Fai
     Ok(file()?)
 }
 
-/// The robot of an option, or the default one.
+/// Reads the robot that the options name, or the default robot.
 pub(crate) fn robot_or_default(model: &Model) -> Result<Robot, Failure> {
     robot(model.name.as_deref().unwrap_or(OsStr::new(DEFAULT_MODEL)), &model.set, &model.reading)
 }
 
-/// The robot of an option, or the default one, with a filter for its recorded motions.
+/// Reads the robot that the options name, or the default robot, with a filter for its recorded motions.
 pub(crate) fn filtered_robot(model: &Model, filter: &Filter) -> Result<Robot, Failure> {
     let Some(cutoff) = filter.filter else { return robot_or_default(model) };
     let name = model.name.as_deref().unwrap_or(OsStr::new(DEFAULT_MODEL));
     Ok(changed(name, &model.set, &model.reading)?.with_filter(cutoff).read()?)
 }
 
-/// Refuses a filter for a motion that is not recorded.
+/// Returns a failure if a filter is given for a motion that is not recorded.
 pub(crate) fn refuse_filter(
     filter: &Filter,
     motion: Option<(&str, &Motion)>,
@@ -84,7 +84,7 @@ pub(crate) fn refuse_filter(
 /// Name of the default built-in robot.
 pub(crate) const DEFAULT_MODEL: &str = "zhang2018-regular";
 
-/// Progress bar for reading long files.
+/// Creates a progress bar for reading long files.
 fn read_progress() -> Arc<ReadProgress> {
     let progress: Mutex<Option<Progress>> = Mutex::new(None);
     Arc::new(move |file: &str, done: u64, of: u64| {
@@ -96,7 +96,7 @@ fn read_progress() -> Arc<ReadProgress> {
     })
 }
 
-/// Prints warnings to standard error. They never change results.
+/// Prints warnings to standard error.
 pub(crate) fn warn(warnings: &Diagnostics) {
     if !warnings.is_empty() {
         message!("{}", folded_diagnostics(&warnings.render(manners::coloured())));
@@ -110,12 +110,13 @@ pub(crate) fn note_frictionless(robot: &Robot) {
     }
 }
 
-/// Letters that may differ: one more where the first one agrees, as in `goff` for `gough`.
+/// Largest number of wrong letters in a name that is still suggested; one more if the first letter agrees, as in `goff`
+/// for `gough`.
 fn tolerance(known: &str, name: &str) -> usize {
     1 + known.len() / 3 + usize::from(known.chars().next() == name.chars().next())
 }
 
-/// A failure for a name that is neither a file nor a built-in model.
+/// Creates a failure for a name that is neither a file nor a built-in model.
 pub(crate) fn unknown_model(name: &str) -> Failure {
     // A misspelt command is parsed as a model.
     let command = near_command(name);
@@ -134,7 +135,7 @@ pub(crate) fn unknown_model(name: &str) -> Failure {
     Failure::input(format!("there is no built-in model and no file named `{name}`")).help(help)
 }
 
-/// The command with the most similar name, if one is similar.
+/// Finds the command with the most similar name, if one is similar enough.
 pub(crate) fn near_command(name: &str) -> Option<String> {
     let program = Arguments::command();
     let commands = program.get_subcommands().map(clap::Command::get_name).chain(["help"]);

@@ -1,4 +1,4 @@
-//! `stiction study`: the studies that ship with the program.
+//! `stiction study`: the studies that are included in the program.
 
 use crate::arguments::Study;
 use crate::failure::Failure;
@@ -76,8 +76,8 @@ fn execute(options: &Study) -> Result<(), Failure> {
 /// File name of the report's HTML page.
 const PAGE: &str = "report.html";
 
-/// Writes all files of a report except the page and returns their number. Removes those `earlier`
-/// files that this report does not contain.
+/// Writes all files of a report except the page, and returns their number. Removes the files in `earlier` that this
+/// report does not contain.
 fn write(mut outputs: Outputs, report: &Report, earlier: &[String]) -> Result<usize, Failure> {
     outputs.write("report.md", report.markdown().as_bytes())?;
     let files: Vec<(String, String)> =
@@ -92,7 +92,7 @@ fn write(mut outputs: Outputs, report: &Report, earlier: &[String]) -> Result<us
     Ok(outputs.complete(&earlier)?.len() - 1)
 }
 
-/// Files listed by an earlier report in this folder; plain names only.
+/// Names of the files that an earlier report in this folder lists; names with a path are ignored.
 fn earlier_files(folder: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
     let report: Value = serde_json::from_str(&text).unwrap_or_default();

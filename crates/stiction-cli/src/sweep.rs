@@ -23,7 +23,7 @@ use stiction::{Robot, Study};
 use stiction_run::forward::checksum;
 use stiction_run::sweep::{Findings, Pictures, draw_report};
 
-/// Files of a study besides its table, which the next one in the folder replaces.
+/// Largest number of pictures from an earlier study in the folder that are removed.
 const PICTURES: usize = 32;
 
 pub(crate) fn run(options: &Sweep) -> Result<(), Failure> {
@@ -123,17 +123,17 @@ fn robot_heading(robot: &Robot) -> String {
     }
 }
 
-/// Number of a row, from 1, whose place in its part is counted from 0.
+/// Number of a row of the whole study, from 1; `place` is its place in the part, from 0.
 fn number_of(shard: Shard, place: u64) -> u64 {
     (shard.part - 1) + place * shard.parts + 1
 }
 
-/// Number of rows of a part.
+/// Number of rows in a part of a study with `count` rows.
 fn part_of(count: u64, shard: Shard) -> u64 {
     (count + shard.parts - shard.part) / shard.parts
 }
 
-/// Identity of a study: equal for all its parts.
+/// Description that identifies a study; it is the same for all its parts.
 fn description(options: &Sweep, robot: &Robot, designs: &Designs) -> Result<Value, Failure> {
     let mut files = Vec::new();
     for path in robot.files_read().into_iter().chain(designs.file()) {
@@ -163,7 +163,7 @@ fn description(options: &Sweep, robot: &Robot, designs: &Designs) -> Result<Valu
     Ok(value)
 }
 
-/// Results so far.
+/// Results of the rows computed so far.
 pub(crate) struct Results {
     findings: Findings,
     pictures: Pictures,
@@ -194,7 +194,7 @@ impl Results {
         self.pictures.add(settings, &row.values);
     }
 
-    /// Shows the results, gives the files their names, and fails if no design has results.
+    /// Prints the results, gives the files their final names, and returns a failure if no design has results.
     fn finish(
         &self,
         options: &Sweep,

@@ -9,7 +9,7 @@ use crate::written::note_files;
 use stiction::Error;
 use stiction_run::draw_view;
 
-/// Name of the moving picture.
+/// Name of the file with the animated picture.
 const PICTURE: &str = "moving.svg";
 
 pub(crate) fn run(options: &View) -> Result<(), Failure> {

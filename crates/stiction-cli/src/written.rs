@@ -4,7 +4,7 @@ use crate::fold::folded;
 use std::io::{IsTerminal, stderr};
 use std::path::{Path, PathBuf};
 
-/// Names the folder with many files, or how to get them.
+/// Prints a note that names the folder with the results, or the option that writes them.
 pub(crate) fn note_folder(folder: Option<&Path>, files: usize) {
     match folder {
         Some(folder) => note!("\nwrote {files} files into {}", folder.display()),
@@ -12,7 +12,7 @@ pub(crate) fn note_folder(folder: Option<&Path>, files: usize) {
     }
 }
 
-/// Names the files that were written, or how to get them.
+/// Prints a note that names the files that were written, or the option that writes them.
 pub(crate) fn note_files(files: &[PathBuf], is_asked: bool) {
     if is_asked {
         let names: Vec<String> = files.iter().map(|name| name.display().to_string()).collect();

@@ -1,4 +1,4 @@
-//! Writes identified values into a mechanism.
+//! Writing of identified values into a mechanism.
 
 use crate::parameter::{Kind, Parameter};
 use crate::physical;
@@ -6,11 +6,11 @@ use stiction_core::friction::{Curve, JointFriction, Law};
 use stiction_core::joint::Motion;
 use stiction_core::mechanism::{Changeable, Mechanism};
 
-/// Coefficient that carries friction independent of the load, in a joint whose identified coefficient is
-/// zero: the normal load of the joint then changes friction by less than one part in 10^6.
+/// Friction coefficient of a joint that has only load-independent friction, which a model file can express by a preload
+/// alone. The normal load of the joint then changes the friction by less than one part in 10^6.
 const CARRIER: f64 = 1e-9;
 
-/// Sets the coefficient of a law; coefficients at rest and in tables change in the same ratio.
+/// Sets the friction coefficient of a law. Static coefficients and those in tables change in the same ratio.
 pub(crate) fn scale_law(law: &mut Law, mu: f64) {
     let ratio = if law.mu > 0.0 { mu / law.mu } else { 1.0 };
     match &mut law.curve {
@@ -23,7 +23,8 @@ pub(crate) fn scale_law(law: &mut Law, mu: f64) {
     law.mu = mu;
 }
 
-/// Sets the coefficient of a joint's law; that of the law of the other direction changes in the same ratio.
+/// Sets the friction coefficient of a joint's law. The coefficient of the law for backward sliding changes in the same
+/// ratio.
 pub(crate) fn scale_laws(law: &mut Law, backward: Option<&mut Law>, mu: f64) {
     if let Some(other) = backward {
         let ratio = if law.mu > 0.0 { mu / law.mu } else { 1.0 };
@@ -32,7 +33,8 @@ pub(crate) fn scale_laws(law: &mut Law, backward: Option<&mut Law>, mu: f64) {
     scale_law(law, mu);
 }
 
-/// Preload that gives friction of a constant force, N. Laws whose coefficient is zero get [`CARRIER`].
+/// Returns the preload, N, with which a law yields a constant friction `force`, N. A law whose coefficient is zero gets
+/// [`CARRIER`].
 pub(crate) fn carried_preload(law: &mut Law, backward: Option<&mut Law>, force: f64) -> f64 {
     if law.mu <= 0.0 && force > 0.0 {
         scale_law(law, CARRIER);
@@ -43,7 +45,7 @@ pub(crate) fn carried_preload(law: &mut Law, backward: Option<&mut Law>, force: 
     if law.mu > 0.0 { force / law.mu } else { 0.0 }
 }
 
-/// Sets the viscous coefficient in both directions.
+/// Sets the viscous coefficient for both directions of sliding.
 pub(crate) fn set_viscous(law: &mut Law, backward: Option<&mut Law>, viscous: f64) {
     law.viscous = viscous;
     if let Some(other) = backward {
@@ -51,9 +53,9 @@ pub(crate) fn set_viscous(law: &mut Law, backward: Option<&mut Law>, viscous: f6
     }
 }
 
-/// The mechanism with identified values, one for each of `parameters`. Offsets and terms belong to the
-/// logs and are left out. Friction of actuators is that of the motor if efforts were measured `at_motors`, else
-/// of the joint.
+/// Returns the mechanism with identified `values`, one for each of `parameters`. Offsets and effort terms describe the
+/// logs and are left out. Friction of an actuator becomes motor friction if efforts were measured `at_motors`,
+/// otherwise joint friction.
 pub fn applied(
     mechanism: &Mechanism,
     parameters: &[Parameter],
@@ -126,7 +128,7 @@ pub fn applied(
     })
 }
 
-/// Declares friction of an actuated joint that has none in the model.
+/// Declares friction in an actuated joint that has none in the model.
 fn declare(joint: &mut stiction_core::mechanism::Joint, dof: usize, is_coulomb: bool, value: f64) {
     let turns = joint.joint_type.dofs()[dof].motion == Motion::Rotation;
     if joint.friction.is_empty() {

@@ -1,4 +1,4 @@
-//! Base parameters: the combinations of parameters that efforts determine.
+//! Base parameters: the combinations of parameters that the efforts determine.
 //!
 //! Source: Gautier, *Numerical calculation of the base inertial parameters of robots*, J. Robotic
 //! Systems 8 (1991). Equation (I2) of the book's theory.
@@ -6,34 +6,34 @@
 use crate::parameter::Parameter;
 use nalgebra::DMatrix;
 
-/// Combination of parameters: one of them, and multiples of others that act as it does.
+/// Combination of parameters that have the same effect: one parameter, plus multiples of others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Combination {
     /// Index of the parameter with coefficient one.
     pub leader: usize,
-    /// Indices and coefficients of the others.
+    /// Indices and coefficients of the other parameters.
     pub others: Vec<(usize, f64)>,
 }
 
-/// Combinations that a set of rows determines, by QR decomposition with column pivoting.
+/// Combinations of parameters that the rows of a regression determine, by QR decomposition with column pivoting.
 #[derive(Clone, Debug)]
 pub struct BaseParameters {
     /// The combinations; their number is the rank.
     pub combinations: Vec<Combination>,
-    /// Parameters without any effect.
+    /// Indices of the parameters without any effect on the efforts.
     pub without_effect: Vec<usize>,
-    /// Ratio of the smallest pivot that counts to the largest that does not; infinite if all count.
-    /// A rank is certain if it is large.
+    /// Ratio of the smallest pivot that counts as nonzero to the largest that counts as zero; infinite if none is zero.
+    /// The rank is certain if this ratio is large.
     pub gap: f64,
 }
 
-/// Pivot, relative to the first, below which a column depends on those before.
+/// Pivot, relative to the first one, below which a column counts as dependent on the previous columns.
 const NEGLIGIBLE: f64 = 1e-8;
-/// Coefficient of a combination, in units of the parameters' scales, that is round-off.
+/// Coefficient in a combination, in units of the parameters' scales, that counts as round-off.
 const ROUND_OFF: f64 = 1e-7;
 
 impl BaseParameters {
-    /// Combinations that the rows of `matrix` determine; a column for each parameter.
+    /// Finds the combinations that the rows of `matrix` determine; it has a column for each parameter.
     pub fn of(matrix: &DMatrix<f64>, parameters: &[Parameter]) -> Self {
         let count = matrix.ncols();
         let norms: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
@@ -80,24 +80,24 @@ impl BaseParameters {
         self.combinations.len()
     }
 
-    /// The combinations of more than one parameter.
+    /// Combinations of more than one parameter.
     pub fn shared(&self) -> impl Iterator<Item = &Combination> {
         self.combinations.iter().filter(|c| !c.others.is_empty())
     }
 
-    /// True if the parameter is determined by itself, in no combination with others.
+    /// Returns whether a parameter is determined on its own, not in a combination with others.
     pub fn is_alone(&self, parameter: usize) -> bool {
         self.combinations.iter().any(|c| c.leader == parameter && c.others.is_empty())
     }
 }
 
 impl Combination {
-    /// Value of the combination.
+    /// Value of the combination for given values of all parameters.
     pub fn value(&self, values: &[f64]) -> f64 {
         values[self.leader] + self.others.iter().map(|(k, c)| c * values[*k]).sum::<f64>()
     }
 
-    /// The combination in words, such as `crank.mx + 0.2 rod.mass`, with at most `most` terms.
+    /// Describes the combination, such as `crank.mx + 0.2 rod.mass`, with at most `most` terms.
     pub fn words(&self, parameters: &[Parameter], most: usize) -> String {
         let mut text = parameters[self.leader].name.clone();
         for (count, (k, coefficient)) in self.others.iter().enumerate() {
@@ -120,7 +120,7 @@ impl Combination {
     }
 }
 
-/// The triangular factor of a tall matrix, which has the same column dependences.
+/// Triangular factor of a tall matrix; its columns depend on each other in the same way.
 fn compressed(matrix: DMatrix<f64>) -> DMatrix<f64> {
     if matrix.nrows() > 2 * matrix.ncols() { matrix.qr().r() } else { matrix }
 }

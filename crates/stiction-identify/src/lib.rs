@@ -1,11 +1,10 @@
 //! Identification of inertia and friction of mechanisms with closed loops from measured motions and
 //! efforts. No I/O, no clock, no threads.
 //!
-//! Efforts of a mechanism are linear in its inertial parameters and in friction whose normal loads are
-//! known. A [`Regressor`] computes the columns of this linear function along a motion,
-//! [`BaseParameters`] finds the combinations that a motion can determine, and [`Problem`] estimates
-//! them: weighted, robust, physical, and pulled to the model with a strength that left-out blocks of
-//! the data choose.
+//! Efforts of a mechanism are linear in its inertial parameters and in friction whose normal loads are known. A
+//! [`Regressor`] computes the columns of this linear function along a motion, [`BaseParameters`] finds the combinations
+//! that a motion can determine, and [`Problem`] estimates them by weighted, robust least squares within the physical
+//! region. A prior pulls the estimates towards the model; left-out blocks of the data decide its strength.
 
 mod apply;
 mod base;

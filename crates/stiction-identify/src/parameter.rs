@@ -1,38 +1,39 @@
-//! Parameters that efforts are linear in, and their catalogue for a mechanism.
+//! Parameters on which the efforts depend linearly, and their list for a mechanism.
 
 use stiction_core::mechanism::{Body, Mechanism};
 use stiction_core::parameters::Parameters;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Meaning of a parameter; indices are those of the mechanism.
+/// Kind of a parameter; indices are those of the mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Mass of a body, kg.
     Mass(usize),
-    /// First moment of a body's mass about its origin along an axis of its frame, kg m.
+    /// First moment of a body's mass about its origin, along an axis of its frame (body, axis), kg m.
     Moment(usize, usize),
-    /// Entry of a body's inertia about its origin in its axes, kg m^2; see [`INERTIA_ENTRIES`].
+    /// Entry of a body's inertia tensor about its origin, in its axes, kg m^2; the second index refers to
+    /// [`INERTIA_ENTRIES`].
     Inertia(usize, usize),
     /// Moment of inertia of a drive train's rotor, kg m^2.
     Rotor(usize),
-    /// Coefficient of friction of an interface: friction per normal load.
+    /// Friction coefficient of an interface: friction per normal load.
     Mu(usize),
-    /// Friction of an interface that does not depend on its load, as an effort of its joint, N or N m.
+    /// Load-independent friction of an interface, as an effort of its joint, N or N m.
     Coulomb(usize),
     /// Viscous friction of an interface, as an effort of its joint per rate, N s/m or N m s/rad.
     Viscous(usize),
-    /// Constant friction of an actuated degree of freedom without an interface, N or N m.
+    /// Constant friction of an actuated degree of freedom that has no friction interface, N or N m.
     DriveCoulomb(usize),
-    /// Viscous friction of an actuated degree of freedom without an interface, N s/m or N m s/rad.
+    /// Viscous friction of an actuated degree of freedom that has no friction interface, N s/m or N m s/rad.
     DriveViscous(usize),
     /// Constant error of a measured effort, N or N m.
     Offset(usize),
-    /// Factor of an effort that a formula gives, dimensionless.
+    /// Dimensionless factor of an effort term, which is given by a formula.
     Term(usize),
 }
 
 impl Kind {
-    /// True for a coefficient of friction and for friction that does not depend on the load.
+    /// Returns whether the parameter is a friction coefficient or a load-independent friction.
     pub fn is_friction(self) -> bool {
         match self {
             Self::Mu(_)
@@ -53,28 +54,28 @@ impl Kind {
 /// Rows and columns of the six entries of an inertia: xx, yy, zz, xy, yz, xz.
 pub const INERTIA_ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
 
-/// Parameter that efforts are linear in; in `mu` only for given normal loads.
+/// Parameter on which the efforts depend linearly; for a friction coefficient only at given normal loads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Name, such as `leg1.rod.mass` or `leg1.P.mu`.
     pub name: String,
     /// SI unit; empty for dimensionless parameters.
     pub unit: &'static str,
-    /// Meaning.
+    /// Kind, and place in the mechanism.
     pub kind: Kind,
-    /// Value in the model.
+    /// Value in the model, SI units.
     pub prior: f64,
-    /// Magnitude that makes it comparable with parameters of other units.
+    /// Typical magnitude, which makes parameters of different units comparable.
     pub scale: f64,
 }
 
 impl Parameter {
-    /// True if a negative value is not physical.
+    /// Returns whether negative values are unphysical.
     pub fn is_nonnegative(&self) -> bool {
         !matches!(self.kind, Kind::Moment(..) | Kind::Inertia(..) | Kind::Offset(_) | Kind::Term(_))
     }
 
-    /// True for mass, first moment and inertia of a body.
+    /// Body to which the parameter belongs, if it is a mass, a first moment or an inertia.
     pub fn body(&self) -> Option<usize> {
         match self.kind {
             Kind::Mass(b) | Kind::Moment(b, _) | Kind::Inertia(b, _) => Some(b),
@@ -83,28 +84,28 @@ impl Parameter {
     }
 }
 
-/// Choice of parameters besides masses and declared friction.
+/// Choice of the parameters that are listed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Choice {
-    /// Efforts are measured at the motors, so that rotors and motor friction show in them.
+    /// True if efforts are measured at the motors, so that they contain rotors and motor friction.
     pub at_motors: bool,
-    /// Estimate a constant error of every measured effort.
+    /// True to include a constant error of every measured effort.
     pub offsets: bool,
-    /// Number of efforts given by formulas.
+    /// Number of effort terms that are given by formulas.
     pub terms: usize,
-    /// Estimate inertias of bodies and rotors.
+    /// True to include inertias of bodies and rotors.
     pub inertia: bool,
-    /// Estimate friction.
+    /// True to include friction.
     pub friction: bool,
 }
 
 impl Choice {
-    /// Inertia and friction, with efforts measured at the joints.
+    /// Choice of inertia and friction, with efforts measured at the joints.
     pub const ALL: Self =
         Self { at_motors: false, offsets: false, terms: 0, inertia: true, friction: true };
 }
 
-/// Inertia of a body about its origin, in its axes.
+/// Inertia tensor of a body about its origin, in its axes.
 pub(crate) fn inertia_about_origin(body: &Body) -> Mat3<f64> {
     let d = body.com;
     let outer = Mat3::from_columns(d * d.x, d * d.y, d * d.z);
@@ -112,7 +113,7 @@ pub(crate) fn inertia_about_origin(body: &Body) -> Mat3<f64> {
     body.inertia + (Mat3::diagonal(Vec3::new(square, square, square)) + outer * -1.0) * body.mass
 }
 
-/// All parameters of a mechanism in a fixed order: bodies, rotors, interfaces, actuators, terms.
+/// Lists all parameters of a mechanism in a fixed order: bodies, rotors, interfaces, actuators, terms.
 pub fn catalogue(mechanism: &Mechanism, choice: Choice) -> Vec<Parameter> {
     let mut all = Vec::new();
     let length = mechanism.characteristic_length();

@@ -1,4 +1,4 @@
-//! Inertial parameters of bodies, and the divergence that keeps them physical.
+//! Inertial parameters of bodies, and a divergence that keeps them physical.
 //!
 //! The pseudo-inertia of a body is the 4x4 matrix `[S h; h^T m]` with the second moments `S` of its mass
 //! about its origin, `S = tr(I)/2 - I`. A mass distribution exists if and only if it is positive definite.
@@ -15,7 +15,7 @@ use stiction_core::spatial::{Mat3, Vec3};
 /// Mass, first moments, inertia about the origin (xx, yy, zz, xy, yz, xz) of a body.
 pub type Inertial = [f64; 10];
 
-/// Inertial parameters of all bodies among `values`.
+/// Inertial parameters of all bodies among `values`, each with the index of the body.
 pub fn bodies(parameters: &[Parameter], values: &[f64]) -> Vec<(usize, Inertial)> {
     let mut all: Vec<(usize, Vec<f64>)> = Vec::new();
     for (parameter, &value) in parameters.iter().zip(values) {
@@ -28,7 +28,7 @@ pub fn bodies(parameters: &[Parameter], values: &[f64]) -> Vec<(usize, Inertial)
     all.into_iter().filter_map(|(body, own)| Some((body, own.try_into().ok()?))).collect()
 }
 
-/// Mass, centre of mass and inertia about it. The mass must not be zero.
+/// Mass, centre of mass, and inertia tensor about the centre of mass. The mass must not be zero.
 pub fn central(inertial: &Inertial) -> (f64, Vec3<f64>, Mat3<f64>) {
     let [mass, hx, hy, hz, ..] = *inertial;
     let com = Vec3::new(hx, hy, hz) * (1.0 / mass);
@@ -43,7 +43,7 @@ fn about(inertial: &Inertial) -> Mat3<f64> {
     Mat3::from_columns(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz))
 }
 
-/// Inertial parameters from mass, centre of mass and inertia about it.
+/// Inertial parameters for mass, centre of mass, and inertia tensor about the centre of mass.
 pub fn about_origin(mass: f64, com: Vec3<f64>, inertia: Mat3<f64>) -> Inertial {
     let body = Body { name: String::new(), mass, com, inertia };
     let total = crate::parameter::inertia_about_origin(&body);
@@ -55,7 +55,7 @@ pub fn about_origin(mass: f64, com: Vec3<f64>, inertia: Mat3<f64>) -> Inertial {
     all
 }
 
-/// Pseudo-inertia.
+/// Pseudo-inertia of inertial parameters.
 pub fn pseudo_inertia(inertial: &Inertial) -> Matrix4<f64> {
     let [mass, hx, hy, hz, xx, yy, zz, xy, yz, xz] = *inertial;
     let half = 0.5 * (xx + yy + zz);
@@ -79,7 +79,7 @@ pub fn pseudo_inertia(inertial: &Inertial) -> Matrix4<f64> {
     )
 }
 
-/// True if a mass distribution with these parameters exists.
+/// Returns whether a mass distribution with these inertial parameters exists.
 pub fn is_physical(inertial: &Inertial) -> bool {
     // Scaled, so that the verdict does not depend on units.
     let p = pseudo_inertia(inertial);
@@ -91,22 +91,22 @@ pub fn is_physical(inertial: &Inertial) -> bool {
     scaled.symmetric_eigenvalues().min() >= -1e-12
 }
 
-/// Prior of a body, from which its divergence is measured.
+/// Prior of a body's inertial parameters, from which the divergence is measured.
 #[derive(Clone, Debug)]
 pub struct BodyPrior {
-    /// Index of the first of its ten parameters.
+    /// Index of the first of the body's ten parameters.
     pub first: usize,
-    /// Inverse of the pseudo-inertia.
+    /// Inverse of the prior's pseudo-inertia.
     inverse: Matrix4<f64>,
     logarithm: f64,
-    /// Its inertial parameters, made strictly physical.
+    /// Inertial parameters of the prior, modified so that they are strictly physical.
     pub prior: Inertial,
 }
 
-/// Value, gradient and Hessian of a divergence.
+/// Value, gradient and Hessian of the divergence of a body.
 #[derive(Clone, Debug)]
 pub struct Divergence {
-    /// Value, dimensionless, zero at the prior.
+    /// Value, dimensionless; zero at the prior.
     pub value: f64,
     /// Gradient.
     pub gradient: SVector<f64, 10>,
@@ -115,8 +115,8 @@ pub struct Divergence {
 }
 
 impl BodyPrior {
-    /// Prior of a body. A rod or a point mass gets second moments of at least `(radius of gyration)^2 m`
-    /// in every direction, so that its pseudo-inertia is definite.
+    /// Creates the prior of a body. A rod or a point mass gets second moments of at least mass times `radius` squared
+    /// in each direction, so that its pseudo-inertia is positive definite. `None` if that is impossible.
     pub fn new(first: usize, inertial: &Inertial, radius: f64) -> Option<Self> {
         let mut prior = *inertial;
         let floor = prior[0] * radius * radius;
@@ -138,7 +138,8 @@ impl BodyPrior {
         Some(Self { first, inverse: factor.inverse(), logarithm, prior })
     }
 
-    /// `tr(P0^-1 P) - log det(P0^-1 P) - 4` and its derivatives; `None` outside the physical region.
+    /// Computes `tr(P0^-1 P) - log det(P0^-1 P) - 4` and its derivatives for the values of all parameters; `None`
+    /// outside the physical region.
     pub fn divergence(&self, values: &[f64]) -> Option<Divergence> {
         let own: Inertial = values[self.first..self.first + 10].try_into().ok()?;
         let pseudo = pseudo_inertia(&own);

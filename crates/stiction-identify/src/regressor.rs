@@ -1,4 +1,4 @@
-//! Columns of the efforts of a mechanism with loops, by the principle of virtual power.
+//! Columns of the regression for a mechanism with loops, by the principle of virtual power.
 //!
 //! Equation (I1) of the book's theory.
 
@@ -13,37 +13,37 @@ use stiction_core::parameters::Parameters;
 use stiction_core::spatial::{Mat3, Twist, Vec3};
 use thiserror::Error;
 
-/// Reason why a mechanism, or its prescribed coordinates, cannot be identified.
+/// Reason for which a mechanism with its prescribed coordinates cannot be identified.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Unsuitable {
-    /// Efforts do not follow from the motion.
+    /// The efforts do not follow from the motion: there are more or fewer actuators than coordinates.
     #[error("the mechanism has {actuators} actuators for {coordinates} independent coordinates")]
     Actuation {
         /// Number of actuators.
         actuators: usize,
-        /// Number of coordinates.
+        /// Number of prescribed coordinates.
         coordinates: usize,
     },
-    /// The mechanism cannot be computed at its first position.
+    /// The forces at the first position have no solution; contains the reason.
     #[error("{0}")]
     Singular(String),
 }
 
-/// Efforts at one instant, as a linear function of parameters.
+/// Efforts at one instant as a linear function of the parameters.
 #[derive(Clone, Debug)]
 pub struct Columns {
-    /// Effort of each actuator (rows) per unit of each parameter (columns); for a coefficient of
-    /// friction per unit of friction force, still to be multiplied by the normal load.
+    /// Effort of each actuator (rows) per unit of each parameter (columns). For a friction coefficient it is the effort
+    /// per unit of friction force and must be multiplied by the normal load.
     pub matrix: DMatrix<f64>,
     /// Efforts of the model without friction, N or N m.
     pub known: DVector<f64>,
-    /// Rest of the friction in each effort: friction at rest only has limits.
+    /// State of the friction in each effort: friction at rest is bounded but not determined.
     pub rest: Vec<Rest>,
     /// Sliding speed of each friction interface, m/s.
     pub speeds: Vec<f64>,
 }
 
-/// Computes [`Columns`] along a motion.
+/// Computation of [`Columns`] at instants of a motion.
 #[derive(Clone, Debug)]
 pub struct Regressor {
     solver: InverseDynamics,
@@ -54,18 +54,18 @@ pub struct Regressor {
     nominal: Parameters<f64>,
     virtual_twists: Vec<Vec<Twist<f64>>>,
     surface_rates: Vec<Vec<[f64; 3]>>,
-    /// Rates of the actuated degrees of freedom for unit rates of each coordinate.
+    /// Rates of the actuated degrees of freedom for a unit rate of each coordinate.
     actuator_rates: Vec<Vec<f64>>,
-    /// Standard deviation of the rate of each coordinate.
+    /// Standard deviation of the measured rate of each coordinate, rad/s or m/s.
     rate_noise: Vec<f64>,
     at_motors: bool,
 }
 
 impl Regressor {
-    /// Prepares the computation from a solver at its first position.
+    /// Prepares the computation; `solver` is at the first position of the motion.
     ///
     /// # Errors
-    /// The numbers of actuators and coordinates differ, or the position is singular.
+    /// [`Unsuitable`] if the numbers of actuators and coordinates differ, or if the position is singular.
     pub fn new(mut solver: InverseDynamics, choice: Choice) -> Result<Self, Unsuitable> {
         let coordinates = solver.constraints().coordinates().len();
         let actuators = solver.mechanism().actuators().count();
@@ -98,26 +98,26 @@ impl Regressor {
         })
     }
 
-    /// Sets the standard deviations of the rates of the coordinates: below three of them, the direction of
-    /// friction is unknown.
+    /// Sets the standard deviation of the rate of each coordinate, rad/s or m/s. The direction of friction is unknown
+    /// if a speed is less than three standard deviations.
     pub fn set_rate_noise(&mut self, noise: &[f64]) {
         self.rate_noise.clear();
         self.rate_noise.extend_from_slice(noise);
     }
 
-    /// The parameters, in the order of the columns.
+    /// Parameters in the order of the columns.
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
-    /// Names of bodies that can spin freely about an axis of their own, such as a rod between two balls:
-    /// their inertia counts as symmetric about it.
+    /// Names of the bodies that can spin freely about their own axis, such as a rod between two balls. Their inertia is
+    /// treated as symmetric about that axis.
     pub fn spinning_bodies(&self) -> Vec<&str> {
         let spins = self.model.constraints().spins().iter();
         spins.map(|spin| self.mechanism().bodies()[spin.body.0].name.as_str()).collect()
     }
 
-    /// The mechanism.
+    /// Mechanism whose efforts are computed.
     pub fn mechanism(&self) -> &Mechanism {
         self.solver.mechanism()
     }
@@ -127,15 +127,15 @@ impl Regressor {
         &self.model
     }
 
-    /// Motion of all bodies of the last [`Self::at`].
+    /// Motion of all bodies at the last call of [`Self::at`].
     pub fn bodies(&self) -> &Bodies<f64> {
         &self.data.kinematics.bodies
     }
 
-    /// Computes the columns at positions, rates and accelerations of the prescribed coordinates.
+    /// Computes the columns for positions, rates and accelerations of the prescribed coordinates.
     ///
     /// # Errors
-    /// The reason why there are no efforts; the position before remains the start of the next call.
+    /// The reason why efforts have no solution. The next call then starts from the last valid position.
     pub fn at(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Result<Columns, Status> {
         let status = self.efforts_at(q, v, a);
         if !status.is_converged() && !self.compiled_again(q, v, a) {
@@ -179,7 +179,8 @@ impl Regressor {
         self.model.inverse_dynamics_with(&self.nominal, &mut self.data, q, v, a, &[])
     }
 
-    /// Compiles the model again at a position where the present one does not suit. True if it then does.
+    /// Compiles the model again at a position for which its elimination order is unsuitable. Returns whether this
+    /// helps.
     fn compiled_again(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> bool {
         let targets: Vec<Target<f64>> = (q.iter().zip(v).zip(a))
             .map(|((&value, &rate), &acceleration)| Target { value, rate, acceleration })
@@ -266,8 +267,8 @@ impl Regressor {
         Columns { matrix, known, rest, speeds }
     }
 
-    /// Adds the model's friction of motors whose joints have friction of their own: efforts of motors contain
-    /// both, and cannot distinguish them.
+    /// Adds the model's motor friction at joints that have friction of their own. Efforts measured at motors contain
+    /// both frictions, and the regression cannot distinguish them.
     fn add_motor_friction(&self, known: &mut DVector<f64>, rest: &mut [Rest]) {
         if !self.at_motors {
             return;
@@ -289,7 +290,7 @@ impl Regressor {
         }
     }
 
-    /// Rate of an actuated degree of freedom, and whether it rests.
+    /// Rate of an actuated degree of freedom, and whether it rests; `None` for a row without an actuator.
     pub fn actuator_rate(&self, row: usize) -> Option<(f64, Rest)> {
         let (joint, dof) = self.mechanism().actuators().nth(row)?;
         let topology = self.model.topology();
@@ -326,7 +327,7 @@ impl Regressor {
         Slip { direction, speed, shape, arm, rest }
     }
 
-    /// Marks the efforts that friction of an interface can change.
+    /// Records the state `own` of an interface for each effort that its friction changes.
     fn mark_rest(&self, index: usize, own: Rest, actuation: &LU<f64, Dyn, Dyn>, rest: &mut [Rest]) {
         for dof in 0..3 {
             let power = self.surface_rates.iter().map(|rates| rates[index][dof]);
@@ -340,7 +341,8 @@ impl Regressor {
         }
     }
 
-    /// Force and moment about the body's origin, world axes, that a unit of an inertial parameter needs.
+    /// Force and moment about the body's origin, in world axes, that a unit of an inertial parameter requires for the
+    /// present motion.
     fn unit_wrench(&self, kind: Kind, body: usize) -> (Vec3<f64>, Vec3<f64>) {
         let bodies = &self.data.kinematics.bodies;
         let pose = &bodies.pose[body];
@@ -378,7 +380,7 @@ impl Regressor {
     /// the parameters of [`Self::engine_parameters`], `data` those of [`Self::engine_data`].
     ///
     /// # Errors
-    /// The reason why there are no forces.
+    /// The reason why the forces have no solution.
     pub fn loads(
         &self,
         engine: &Parameters<f64>,
@@ -392,14 +394,14 @@ impl Regressor {
         }
     }
 
-    /// Data for [`Self::loads`], at the position of the last [`Self::at`].
+    /// Creates the data for [`Self::loads`], at the position of the last call of [`Self::at`].
     pub fn engine_data(&self) -> Data<f64> {
         let mut data = self.data.clone();
         data.settings = Settings::default();
         data
     }
 
-    /// Parameters of the engine for these values.
+    /// Parameters of the inverse-dynamics kernel for these values.
     pub fn engine_parameters(&self, values: &[f64]) -> Parameters<f64> {
         let mut engine = self.nominal.clone();
         for (body, inertial) in crate::physical::bodies(&self.parameters, values) {
@@ -444,7 +446,7 @@ impl Regressor {
             .to_vec()
     }
 
-    /// Replaces the mechanism's inertias in the known efforts, for a log with a payload.
+    /// Replaces the inertias in the known efforts by those of `mechanism`, for a log with a payload.
     pub fn carry(&mut self, mechanism: &Mechanism) {
         let other: Parameters<f64> = Parameters::new(mechanism);
         let zero = Mat3::zero();

@@ -1,26 +1,26 @@
-//! Sliding of friction interfaces, and rest within the noise of the rates.
+//! Sliding and rest of friction interfaces, in view of the noise of the measured rates.
 
-/// Standard deviations of a speed below which its sign is unknown.
+/// Number of standard deviations of a speed below which its sign is unknown.
 const SIGMAS: f64 = 3.0;
 /// Speed, m/s, below which a friction interface is at rest.
 const REST_SPEED: f64 = 1e-9;
 
-/// Rest of the friction interfaces that an effort contains.
+/// State of the friction interfaces whose friction an effort contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rest {
-    /// All of them slide.
+    /// All of these interfaces slide.
     Sliding,
-    /// The noise of the rates exceeds the speed of one of them, so that the sign of its friction is unknown.
+    /// The speed of one of them is within the noise of the rates, so the sign of its friction is unknown.
     Uncertain,
-    /// One of them is at rest.
+    /// One of them is certainly at rest.
     Resting,
 }
 
-/// Slip of an interface.
+/// Slip of a friction interface.
 pub(crate) struct Slip {
     pub(crate) direction: [f64; 3],
     pub(crate) speed: f64,
-    /// Coefficient of friction at this speed over the one at high speed.
+    /// Friction coefficient at this speed, relative to the coefficient at high speed.
     pub(crate) shape: f64,
     /// Sliding distance per unit of the joint's rate.
     pub(crate) arm: f64,
@@ -28,7 +28,7 @@ pub(crate) struct Slip {
 }
 
 impl Rest {
-    /// Rest of a surface with this speed, m/s or rad/s, and the variance of its noise.
+    /// Decides the state of a surface from its speed, m/s or rad/s, and the variance of its noise.
     pub(crate) fn of(speed: f64, variance: f64) -> Self {
         match speed {
             s if s <= REST_SPEED => Self::Resting,

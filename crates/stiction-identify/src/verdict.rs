@@ -1,17 +1,17 @@
-//! Verdicts on parameters and on the fit.
+//! Verdicts on parameters, and on a fit as a whole.
 
 use std::fmt;
 
 /// Verdict on a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The data determine the value, to the standard deviation.
+    /// The data determine the value, with the given standard deviation.
     Identified,
     /// The value fits, but only a combination with other parameters is determined.
     FitsOnly,
-    /// These data say little or nothing about it; the value is that of the model.
+    /// The data contain little or no information on the parameter; the value is that of the model.
     NotExcited,
-    /// It was not estimated.
+    /// The parameter was held at the value of the model.
     Held,
 }
 
@@ -29,10 +29,10 @@ impl fmt::Display for Verdict {
 /// Verdict on a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FitVerdict {
-    /// The model predicts data that were left out as well as data that it was fitted to.
+    /// The model predicts left-out data as well as the data to which it was fitted.
     Identified,
-    /// The model reproduces the data, with errors that noise does not explain or that grow where data
-    /// were left out.
+    /// The model reproduces the data, but with errors that noise does not explain, or that are larger for left-out
+    /// data.
     FitsOnly,
     /// The data determine hardly any parameter.
     NotExcited,
@@ -51,38 +51,38 @@ impl fmt::Display for FitVerdict {
     }
 }
 
-/// Knowledge about one value that a verdict is based on.
+/// Facts about one value on which its verdict is based.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence {
-    /// Part of the value that the data determine, from 0 to 1.
+    /// Fraction of the value, from 0 to 1, that the data determine.
     pub resolution: f64,
-    /// The value.
+    /// Estimated value, SI units.
     pub value: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the value, SI units.
     pub sigma: f64,
-    /// Magnitude of the parameter.
+    /// Typical magnitude of the parameter, SI units.
     pub scale: f64,
-    /// True if the structure of the mechanism lets it be determined alone.
+    /// True if the structure of the mechanism allows the parameter to be determined on its own.
     pub is_alone: bool,
-    /// Largest correlation of its error with that of another parameter, from 0 to 1.
+    /// Largest correlation of the value's error with that of another parameter, from 0 to 1.
     pub correlation: f64,
 }
 
-/// Part of a value that the data determine, above which it is identified.
+/// Smallest fraction determined by the data with which a value counts as identified.
 const RESOLVED: f64 = 0.9;
-/// Standard deviation over the value, below which it is identified.
+/// Largest standard deviation, relative to the value, with which the value counts as identified.
 const PRECISE: f64 = 0.5;
-/// Standard deviation over the value, below which a value is identified whatever the strength of the prior: it
-/// contains the error of the prior, so that only data make it so small.
+/// Largest standard deviation, relative to the value, with which a value counts as identified whatever the strength of
+/// the prior. The standard deviation contains the error of the prior, so only data can make it this small.
 const PRECISE_BY_ITSELF: f64 = 0.05;
-/// The same as [`PRECISE`] for a value whose error is that of another parameter ([`CONFOUNDED`]): only a small difference
-/// between their effects determines it, and any error of the model enters there.
+/// Replacement of [`PRECISE`] for a value whose error is correlated with that of another parameter ([`CONFOUNDED`]).
+/// Only a small difference between their effects determines it, and any error of the model affects that difference.
 const PRECISE_CONFOUNDED: f64 = 0.1;
-/// Correlation of errors above which two parameters are confounded.
+/// Correlation of errors above which two parameters count as confounded.
 pub(crate) const CONFOUNDED: f64 = 0.95;
 
 impl Verdict {
-    /// Verdict on a value.
+    /// Decides the verdict on a value.
     pub fn of(evidence: &Evidence) -> Self {
         let Evidence { resolution, value, sigma, scale, is_alone, correlation } = *evidence;
         let size = value.abs().max(0.05 * scale);

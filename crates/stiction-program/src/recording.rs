@@ -18,7 +18,7 @@ pub(crate) struct Counts {
     pub(crate) joints: usize,
 }
 
-/// What a program is recorded from: the model, its solver and the loads.
+/// Sources of a recorded program: the model, its solver and the loads.
 #[derive(Clone, Copy)]
 pub(crate) struct RecordingSource<'a> {
     pub(crate) model: &'a Model,

@@ -1,12 +1,13 @@
-//! Rows of `bodies.csv`: poses and motions of all bodies but the ground, and the external loads on them,
-//! in world axes about the origins of the bodies' frames.
+//! Rows of `bodies.csv`: pose, velocity, acceleration and external load of each moving body, in world axes. Velocities,
+//! accelerations and moments refer to the origin of the body's frame.
 
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::Bodies;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Quaternion, Vec3, Wrench};
 
-/// Poses of all bodies in the world, the ground first; `origin` is the reference point of the poses, m.
+/// Poses of all bodies in the world, the ground first; `origin` is the position in the world, m, of the reference point
+/// of `bodies`.
 pub(crate) fn poses_in_world(
     bodies: &Bodies<f64>,
     origin: Vec3<f64>,
@@ -14,7 +15,7 @@ pub(crate) fn poses_in_world(
     bodies.pose.iter().map(move |pose| Pose { position: pose.position + origin, ..*pose })
 }
 
-/// Columns of a body.
+/// Names of the columns of one body.
 const COLUMNS: [&str; 25] = [
     "x [m]",
     "y [m]",
@@ -43,20 +44,20 @@ const COLUMNS: [&str; 25] = [
     "mz [N m]",
 ];
 
-/// Writer of the rows, without the time.
+/// Writer of the rows of the table, without the time.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyRow {
-    /// Orientation of each body in the last row; of the two quaternions of the next orientation the
-    /// nearer one is written.
+    /// Orientation of each body in the previous row. Of the two quaternions of an orientation, `q` and `-q`, the one
+    /// closer to the previous row is written, so that columns do not jump.
     last: Vec<Quaternion<f64>>,
     row: Vec<f64>,
 }
 
 impl BodyRow {
-    /// Number of columns of a body.
+    /// Number of columns of one body.
     pub(crate) const WIDTH: usize = COLUMNS.len();
 
-    /// Pose of a body in the world from its columns.
+    /// Reads the pose of a body in the world from its columns.
     pub(crate) fn pose(columns: &[f64]) -> Pose<f64> {
         Pose {
             position: Vec3::new(columns[0], columns[1], columns[2]),
@@ -64,7 +65,7 @@ impl BodyRow {
         }
     }
 
-    /// External loads on the bodies: force, then moment about the body's origin.
+    /// External load on each moving body: force, N, then moment about the origin of the body's frame, N m.
     pub(crate) fn loads(
         bodies: &Bodies<f64>,
         loads: &[AppliedLoad<f64>],
@@ -79,20 +80,20 @@ impl BodyRow {
         Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
 
-    /// Continues after this row of an interrupted run.
+    /// Resumes after this row of an interrupted run.
     pub(crate) fn follow(&mut self, row: &[f64]) {
         for (last, numbers) in self.last.iter_mut().zip(row.chunks_exact(COLUMNS.len())) {
             *last = Quaternion::from_coordinates(&numbers[3..7]);
         }
     }
 
-    /// Names of the columns.
+    /// Names of all columns.
     pub(crate) fn header(mechanism: &Mechanism) -> impl Iterator<Item = String> + '_ {
         let bodies = &mechanism.bodies()[1..];
         bodies.iter().flat_map(|body| COLUMNS.map(|column| format!("{}.{column}", body.name)))
     }
 
-    /// Row for these motions and loads; `origin` is the reference point in the world, m.
+    /// Computes the row for given motions and loads; `origin` is the position of the reference point in the world, m.
     pub(crate) fn of(
         &mut self,
         bodies: &Bodies<f64>,
@@ -122,7 +123,7 @@ impl BodyRow {
     }
 }
 
-/// Force and moment about the origin of a body's frame of the external loads on the body.
+/// Force and moment of all external loads on a body; the moment is about the origin of the body's frame.
 fn load_on(bodies: &Bodies<f64>, body: usize, loads: &[AppliedLoad<f64>]) -> [Vec3<f64>; 2] {
     let mut load = Wrench::zero();
     for applied in loads.iter().filter(|load| load.body.0 == body) {
@@ -131,7 +132,7 @@ fn load_on(bodies: &Bodies<f64>, body: usize, loads: &[AppliedLoad<f64>]) -> [Ve
     [load.force, load.moment_about(bodies.pose[body].position)]
 }
 
-/// Of `q` and `-q`, which are the same rotation, the one nearer to `last`.
+/// Returns `q` or `-q`, which are the same rotation: the one closer to `last`.
 fn nearer(q: Quaternion<f64>, last: Quaternion<f64>) -> Quaternion<f64> {
     let product = q.w * last.w + q.v.dot(last.v);
     if product < 0.0 { Quaternion { w: -q.w, v: -q.v } } else { q }

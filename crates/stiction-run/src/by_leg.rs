@@ -1,4 +1,4 @@
-//! Curves of friction interfaces: one panel for each leg, and one for all joints outside the legs.
+//! Curves of friction interfaces: one panel for each leg, and one panel for all joints outside the legs.
 
 use crate::names::Names;
 use stiction_core::mechanism::JointId;
@@ -11,12 +11,12 @@ pub(crate) struct ByLeg {
     panel_names: Vec<String>,
     panel_of_interface: Vec<usize>,
     traces: Vec<JumpTrace>,
-    /// Last sliding velocity of each interface with its time.
+    /// Time and sliding velocity of each interface at the last sample.
     last: Vec<Option<(f64, f64)>>,
 }
 
 impl ByLeg {
-    /// Empty curves for `count` points.
+    /// Creates empty curves with room for `count` points.
     pub(crate) fn new(model: &ModelFile, names: &Names, count: usize) -> Self {
         let mut panel_names: Vec<String> = Vec::new();
         let panel_of_interface = names
@@ -39,7 +39,8 @@ impl ByLeg {
         }
     }
 
-    /// Adds a point to each curve: sliding velocity, value, and true where the value at rest is unknown.
+    /// Adds a point to the curve of each interface. `values` contains sliding velocity, plotted value, and true if the
+    /// value is unknown because the interface is at rest.
     pub(crate) fn add(&mut self, time: f64, values: impl Iterator<Item = (f64, f64, bool)>) {
         let each = self.traces.iter_mut().zip(&mut self.last).zip(values);
         for ((trace, last), (velocity, value, rests)) in each {
@@ -50,12 +51,12 @@ impl ByLeg {
         }
     }
 
-    /// True if there is no friction interface.
+    /// Returns whether there is no friction interface.
     pub(crate) fn is_empty(&self) -> bool {
         self.traces.is_empty()
     }
 
-    /// Panels of the curves, whose unit is `unit`.
+    /// Returns the panels of the curves; `unit` is the unit of the values.
     pub(crate) fn panels(self, names: &Names, unit: &str) -> Vec<Panel> {
         let panel =
             |name: &String| Panel { y_label: format!("{name} [{unit}]"), ..Panel::default() };

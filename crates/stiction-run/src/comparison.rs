@@ -1,4 +1,4 @@
-//! Comparison of runs: headline figures side by side, and efforts in one plot.
+//! Comparison of runs: their headline figures side by side, and their efforts in one plot.
 
 use crate::motor_load::MotorLoad;
 use crate::names::Names;
@@ -10,25 +10,26 @@ use stiction_core::mechanism::{DriveTrain, Mechanism};
 use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::{exact, number, percent};
 
-/// A headline figure of a run.
+/// Headline figure of a run, such as the peak of an effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Headline {
-    /// Name, equal for the same figure of other runs.
+    /// Name of the figure, which is the same in all runs.
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
-    /// Value.
+    /// Value of the figure in SI units.
     pub value: f64,
-    /// Time at which it occurs, s; `None` for a figure of the whole run.
+    /// Time at which the value occurs, s; `None` for a figure of the whole run.
     pub time: Option<f64>,
-    /// Size of the terms whose sum is the value: values far below it are rounding errors.
+    /// Magnitude of the terms whose sum is the value. A value far below it is a rounding error.
     pub scale: f64,
-    /// True if the least value is the worst, as for singularity indices.
+    /// True if the least value is the worst, as for singularity indices; false if the greatest value is.
     pub least_is_worst: bool,
 }
 
 impl Headline {
-    /// A figure whose greatest value is the worst; `scale` is the size of the terms whose sum it is.
+    /// Creates a figure whose greatest value is the worst; `scale` is the magnitude of the terms whose sum is the
+    /// value.
     pub(crate) fn new(
         name: String,
         unit: &'static str,
@@ -39,7 +40,7 @@ impl Headline {
     }
 }
 
-/// Figures of a motor: torque, speed, power, and what is reached of its limits.
+/// Headline figures of each motor: torque, speed, power, and the used percentage of its limits.
 pub(crate) fn motor_headlines<'a>(
     motors: impl Iterator<Item = (&'a DriveTrain, &'a MotorLoad)>,
 ) -> impl Iterator<Item = Headline> {
@@ -77,7 +78,7 @@ pub struct Comparison {
     rows: Vec<Row>,
 }
 
-/// A figure of several runs; `None` for runs that do not have it.
+/// Headline figure of several runs; `None` for runs that do not have this figure.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Row {
     headline: Headline,
@@ -85,24 +86,25 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// The figure of the first run that has it.
+    /// The figure of the first run that has one.
     pub(super) fn headline(&self) -> &Headline {
         &self.headline
     }
 
-    /// The values of all runs.
+    /// The value of each run.
     pub(super) fn values(&self) -> impl Iterator<Item = Option<f64>> {
         self.values.iter().map(|value| Some(value.as_ref()?.value))
     }
 
-    /// The worst of the runs, by index, and its value.
+    /// Worst value, with the index of its run.
     pub(super) fn worst(&self) -> Option<(usize, &Headline)> {
         let known = self.values.iter().enumerate().filter_map(|(k, v)| Some((k, v.as_ref()?)));
         let sign = if self.headline.least_is_worst { -1.0 } else { 1.0 };
         known.reduce(|a, b| if sign * b.1.value > sign * a.1.value { b } else { a })
     }
 
-    /// Difference of the second run from the first, and the same relative to the first; `None` where that is rounding.
+    /// Difference of the second run from the first, and the same relative to the first run; the relative difference is
+    /// `None` if the value of the first run is a rounding error.
     pub(crate) fn difference(&self) -> Option<(f64, Option<f64>)> {
         // Part of the largest terms below which a value is a rounding error.
         const ROUNDING: f64 = 1e-9;
@@ -120,12 +122,12 @@ impl Comparison {
         &self.labels
     }
 
-    /// Figures of all runs.
+    /// Headline figures with their values in all runs.
     pub(super) fn rows(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter()
     }
 
-    /// Puts the figures of runs side by side, in the order of the first run that has them.
+    /// Arranges the figures of several runs side by side; the order is that of the first run that has the figure.
     pub fn new(runs: Vec<(String, Vec<Headline>)>) -> Self {
         let mut rows: Vec<Row> = Vec::new();
         let count = runs.len();
@@ -150,16 +152,16 @@ impl Comparison {
         Self { labels, rows }
     }
 
-    /// Tests if the runs have a figure of an effort in common.
+    /// Returns whether all runs have a figure of the same effort.
     pub fn has_common_effort(&self) -> bool {
         let mut efforts = self.rows.iter().filter(|row| row.headline.name.contains(" effort, "));
         efforts.any(|row| row.values.iter().all(Option::is_some))
     }
 
-    /// Writes the figures of two runs with their differences.
+    /// Writes the figures of two runs with their differences as text.
     ///
     /// # Errors
-    /// The receiver fails.
+    /// Fails if the receiver of the text fails.
     pub fn write_differences(&self, out: &mut impl Write) -> fmt::Result {
         let wide = self.width();
         write!(out, "{:wide$}", "")?;
@@ -180,10 +182,10 @@ impl Comparison {
         Ok(())
     }
 
-    /// Writes the worst value of each figure and its run.
+    /// Writes the worst value of each figure, and the run in which it occurs, as text.
     ///
     /// # Errors
-    /// The receiver fails.
+    /// Fails if the receiver of the text fails.
     pub fn write_envelope(&self, out: &mut impl Write) -> fmt::Result {
         let wide = self.width();
         writeln!(out, "{:wide$}  {:>13}       in the run", "envelope", "worst")?;
@@ -202,8 +204,8 @@ impl Comparison {
         widths.max().unwrap_or(0)
     }
 
-    /// All figures as an object: `runs` with the labels, and `figures`, each with its values in the
-    /// order of the runs, the worst of them, and of two runs the difference.
+    /// Returns all figures as a JSON object: `runs` lists the labels, and `figures` has for each figure its values in
+    /// the order of the runs, the worst value, and for two runs the difference.
     pub fn json(&self) -> Value {
         let figures = self.rows.iter().map(|row| {
             let values: Vec<Option<f64>> =
@@ -226,7 +228,7 @@ impl Comparison {
         json!({ "runs": self.labels, "figures": figures.collect::<Vec<_>>() })
     }
 
-    /// All figures as CSV: a row for each figure, a column for each run.
+    /// Returns all figures as CSV: a row for each figure, a column for each run.
     pub fn csv(&self) -> Vec<u8> {
         let mut table = csv::Writer::from_writer(Vec::new());
         let header = ["figure", "unit"].into_iter().chain(self.labels.iter().map(String::as_str));
@@ -247,7 +249,7 @@ impl Comparison {
     }
 }
 
-/// Efforts of a run, to be drawn with those of other runs.
+/// Curves of the efforts of a run, drawn together with those of other runs.
 #[derive(Clone, Debug)]
 pub struct EffortCurves {
     names: Vec<(String, &'static str)>,
@@ -255,7 +257,7 @@ pub struct EffortCurves {
 }
 
 impl EffortCurves {
-    /// Empty curves for `count` samples of a mechanism.
+    /// Creates empty curves with room for `count` samples of a mechanism.
     pub fn new(mechanism: &Mechanism, count: usize) -> Self {
         let names = Names::new(mechanism).drives;
         Self { traces: vec![Trace::new(count); names.len()], names }
@@ -269,7 +271,7 @@ impl EffortCurves {
     }
 }
 
-/// The efforts of several runs in one figure, a panel for each actuator.
+/// Draws the efforts of several runs in one figure, with a panel for each actuator.
 pub fn overlay(title: String, runs: Vec<(String, EffortCurves)>) -> Figure {
     let mut panels: Vec<Panel> = Vec::new();
     for (run, (label, curves)) in runs.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Report of several runs side by side.
+//! Report that compares several runs, as an HTML page.
 
 use crate::comparison::{Comparison, Reel};
 use crate::report::animation::{MOST_RUNS, together};
@@ -9,9 +9,9 @@ use stiction_draw::numbers::{number, percent};
 use stiction_draw::xml::escape;
 
 impl Comparison {
-    /// Writes the report of a comparison or an envelope: the figures of all runs, the moving robots of `reels`
-    /// laid over each other, their efforts in one plot, and links to the reports of the runs, which are in
-    /// folders of their names.
+    /// Writes the report of a comparison or an envelope: the figures of all runs, the moving robots of `reels` drawn
+    /// over each other, their efforts in one plot, and links to the reports of the runs. The report of a run is in a
+    /// folder with the label of the run.
     pub fn report(
         &self,
         (title, about): (&str, &str),

@@ -1,23 +1,23 @@
-//! Scalar degrees of freedom of joints, as tables name them.
+//! Scalar degrees of freedom of joints, with the names that tables use.
 
 use stiction_core::mechanism::{JointId, Mechanism};
 
 /// A scalar degree of freedom of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Dof {
-    /// The joint's name, followed by that of the degree of freedom if the joint has several.
+    /// Name of the joint; if the joint has several degrees of freedom, followed by that of the degree of freedom.
     pub(crate) name: String,
     pub(crate) joint: JointId,
-    /// Index in the joint.
+    /// Index of the degree of freedom in its joint.
     pub(crate) index: usize,
     /// True for a displacement, m; false for an angle, rad.
     pub(crate) translates: bool,
-    /// Index of the actuator that drives it.
+    /// Index of the actuator that drives this degree of freedom, if any.
     pub(crate) actuator: Option<usize>,
 }
 
-/// All scalar degrees of freedom of a mechanism's joints; ball joints and others without scalar
-/// coordinates have none.
+/// Lists all scalar degrees of freedom of a mechanism's joints. Ball joints and others without scalar coordinates have
+/// none.
 pub(crate) fn dofs_of(mechanism: &Mechanism) -> Vec<Dof> {
     let actuators: Vec<_> = mechanism.actuators().collect();
     let joints = mechanism.joints().iter().enumerate();
@@ -36,7 +36,7 @@ pub(crate) fn dofs_of(mechanism: &Mechanism) -> Vec<Dof> {
     dofs.map(dof).collect()
 }
 
-/// For each actuator the index of its degree of freedom among all of a mechanism.
+/// Returns for each actuator the position of its degree of freedom in `dofs`.
 pub(crate) fn actuated(dofs: &[Dof]) -> Vec<usize> {
     let places = dofs.iter().enumerate().filter_map(|(k, dof)| Some((dof.actuator?, k)));
     let mut places: Vec<(usize, usize)> = places.collect();
@@ -45,12 +45,12 @@ pub(crate) fn actuated(dofs: &[Dof]) -> Vec<usize> {
 }
 
 impl Dof {
-    /// Units of the coordinate, its rate and its acceleration.
+    /// SI units of coordinate, rate and acceleration.
     pub(crate) fn units(&self) -> [&'static str; 3] {
         if self.translates { ["m", "m/s", "m/s^2"] } else { ["rad", "rad/s", "rad/s^2"] }
     }
 
-    /// Columns of the coordinate, its rate and its acceleration.
+    /// Names of the columns of coordinate, rate and acceleration.
     pub(crate) fn columns(&self) -> [String; 3] {
         let [position, rate, acceleration] = self.units();
         [("position", position), ("rate", rate), ("acceleration", acceleration)]

@@ -1,4 +1,4 @@
-//! Error of a run: along a motion, through time, or at rest.
+//! Errors of runs: along a motion, through time, or at rest.
 
 use crate::InstantsError;
 use stiction_core::dynamics::InverseError;
@@ -7,23 +7,23 @@ use stiction_core::kinematics::AssemblyError;
 use stiction_format::{Diagnostic, Signal};
 use thiserror::Error;
 
-/// Error of a receiver of records; for a table that cannot be written, an [`std::io::Error`].
+/// Error of a receiver of records, such as an [`std::io::Error`] for a table that cannot be written.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Load that the mechanism cannot carry at singular poses.
+/// Description of a load that the mechanism cannot carry at singular poses of its motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
-    /// Error at the first such sample.
+    /// Error at the first sample in a singular pose.
     pub first: InverseError,
-    /// Time of the first such sample, s.
+    /// Time of this first sample, s.
     pub time: f64,
-    /// Least and greatest missing force or moment along the motion.
+    /// Least and greatest magnitude, along the motion, of the force or moment that cannot be balanced.
     pub range: (f64, f64),
-    /// Its unit, N or N m.
+    /// Unit of `range`, N or N m.
     pub unit: &'static str,
-    /// Number of such samples.
+    /// Number of samples at which the load cannot be carried.
     pub samples: usize,
-    /// Number of all samples.
+    /// Number of all samples of the run.
     pub of: usize,
 }
 
@@ -34,19 +34,20 @@ pub enum Error {
     /// The sample times are not valid.
     #[error(transparent)]
     Instants(#[from] InstantsError),
-    /// A formula has no finite value.
+    /// A signal, such as the formula of a motion or load, has no finite value at some time.
     #[error("{}", .0.message)]
     NotFinite(
         /// Signal, time and cause.
         Box<Diagnostic>,
     ),
-    /// A stop condition has no value in a state, such as the root of a negative number.
+    /// A stop condition cannot be evaluated in some state, for example because it contains the root of a negative
+    /// number.
     #[error(
         "the stop condition `{condition}` has no value at t = {time} s; write it so that it has one \
          wherever the motion leads"
     )]
     NoCondition {
-        /// The condition.
+        /// Text of the condition.
         condition: String,
         /// Time, s.
         time: f64,
@@ -59,27 +60,26 @@ pub enum Error {
         /// Cause.
         error: AssemblyError,
     },
-    /// A body with a local degree of freedom, such as a rod between two spherical joints, carries a
-    /// part.
+    /// A payload is attached to a body with a local degree of freedom, such as a rod between two spherical joints.
     #[error("`{body}` carries a payload, but can spin freely about its own axis")]
     SpinningPayload {
-        /// The body.
+        /// Name of the body.
         body: String,
     },
-    /// A part is picked up or placed where an operating point is asked for.
+    /// A payload is picked up or placed during the job, while an operating point needs a constant payload.
     #[error(
         "the payload of `{body}` is picked up or placed between t = {from} s and t = {until} s; an \
          operating point needs payloads that are carried all the time"
     )]
     Payload {
-        /// The body that carries the part.
+        /// Name of the body that carries the payload.
         body: String,
-        /// First instant, s.
+        /// First instant of the payload, s.
         from: f64,
-        /// Last instant, s.
+        /// Last instant of the payload, s.
         until: f64,
     },
-    /// The forces have no solution.
+    /// Inverse dynamics has no solution.
     #[error("at t = {time} s: {error}")]
     Forces {
         /// Time, s.
@@ -87,10 +87,10 @@ pub enum Error {
         /// Cause.
         error: InverseError,
     },
-    /// The load cannot be carried.
+    /// The mechanism cannot carry the load at singular poses.
     #[error("at t = {} s: {}", .0.time, .0.first)]
     CannotCarry(Box<Missing>),
-    /// The instant at rest is outside the motion.
+    /// The requested instant is outside the motion.
     #[error("the motion lasts from {start} s to {end} s: there is no position at t = {time:?} s")]
     NoSuchTime {
         /// Requested instant, s.
@@ -100,7 +100,8 @@ pub enum Error {
         /// Last instant of the motion, s.
         end: f64,
     },
-    /// The static friction at an instant is not computed.
+    /// Static friction is not computed at this instant: the mechanism is singular, or constraints and actuators are
+    /// both redundant.
     #[error(
         "at t = {time} s the mechanism is singular, or both its constraints and its actuators are \
          redundant: static friction is not computed there"
@@ -109,20 +110,20 @@ pub enum Error {
         /// The instant, s.
         time: f64,
     },
-    /// A load depends on the measured state, which only simulations have.
+    /// A load is a formula of the measured state, which only simulations have.
     #[error(
         "the load on `{body}` is a formula over measured coordinates, which act in simulations only (`stiction forward`)"
     )]
     StateLoad {
-        /// The body.
+        /// Name of the body on which the load acts.
         body: String,
     },
-    /// A formula of a load has no value in a state.
+    /// The formula of a load cannot be evaluated in some state.
     #[error(
         "the formula of {load} has no value at t = {time} s; write it so that it has one wherever the motion leads"
     )]
     NoLoad {
-        /// The load.
+        /// Description of the load.
         load: String,
         /// Time, s.
         time: f64,
@@ -130,7 +131,7 @@ pub enum Error {
     /// The controller's model cannot be assembled at the measured position.
     #[error("{0}")]
     Controller(AssemblyError),
-    /// The controller's model has no finite efforts.
+    /// The inverse dynamics of the controller's model has no solution.
     #[error("{0}")]
     ControllerForces(InverseError),
     /// The controller failed during the simulation.
@@ -144,22 +145,22 @@ pub enum Error {
     /// Forward dynamics has no solution.
     #[error(transparent)]
     Forward(ForwardError),
-    /// There is no linear model at an operating point.
+    /// An operating point has no linear model.
     #[error("there is no linear model: {0}")]
     NoLinearModel(
         /// Reason.
         String,
     ),
-    /// No position of rest is found.
+    /// No static equilibrium is found.
     #[error("no static equilibrium is found: {0}")]
     NoEquilibrium(
         /// Reason.
         String,
     ),
-    /// The checkpoint belongs to another simulation.
+    /// The checkpoint belongs to a simulation of another mechanism or job.
     #[error("it does not belong to a simulation of this mechanism")]
     Checkpoint,
-    /// A receiver of the records failed.
+    /// A receiver of records failed, for example a table that cannot be written.
     #[error("{0}")]
     Receiver(SinkError),
     /// The user stopped the run.
@@ -168,7 +169,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// True for unusable input, false for a valid problem without a solution.
+    /// Returns whether the input is unusable; false for a valid problem without a solution.
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Instants(_)

@@ -5,7 +5,7 @@ use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{ModelFile, Motion};
 
-/// Mechanism at an instant of its motion, from which it moves on to other instants.
+/// Mechanism at an instant of a prescribed motion, which can move on to other instants of the motion.
 #[derive(Clone, Debug)]
 pub struct Follower<'a> {
     motion: &'a Motion,
@@ -18,7 +18,7 @@ impl<'a> Follower<'a> {
     /// Assembles the mechanism at the position that the motion prescribes at an instant, s.
     ///
     /// # Errors
-    /// [`Error::Assembly`] if the loops do not close there, [`Error::NotFinite`] if the motion has no value.
+    /// [`Error::Assembly`] if the loops cannot be closed there, [`Error::NotFinite`] if the motion has no value.
     pub fn new(model: &ModelFile, motion: &'a Motion, time: f64) -> Result<Self, Error> {
         check_finite(motion.signals(), time)?;
         let coordinates: Vec<Coordinate> =
@@ -37,7 +37,7 @@ impl<'a> Follower<'a> {
         self.time
     }
 
-    /// Follows the motion to another instant, s.
+    /// Moves the mechanism along the motion to another instant, s.
     ///
     /// # Errors
     /// As [`Follower::new`].
@@ -56,8 +56,8 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Moves to another instant, s, at which coordinates, rates and accelerations of the tree are known
-    /// from an earlier visit; false, without a move, if they do not fit.
+    /// Moves to another instant, s, at which the coordinates, rates and accelerations of the tree are known from an
+    /// earlier visit. Returns false, without a move, if they do not satisfy the constraints.
     pub(crate) fn return_to(&mut self, time: f64, known: [&[f64]; 3]) -> bool {
         let targets: Vec<Target<f64>> = self.motion.at(time).collect();
         let finite = check_finite(self.motion.signals(), time).is_ok();
@@ -68,7 +68,7 @@ impl<'a> Follower<'a> {
         arrived
     }
 
-    /// Moves to another instant, s, in a single step; false if the step is too long.
+    /// Moves to another instant, s, in a single step. Returns false if the step is too long.
     pub(crate) fn step_to(&mut self, time: f64) -> bool {
         let targets: Vec<Target<f64>> = self.motion.at(time).collect();
         let arrived = self.solver.follow_in_one_step(time - self.time, &targets);
@@ -78,7 +78,7 @@ impl<'a> Follower<'a> {
         arrived
     }
 
-    /// Appends the time and the position of the mechanism.
+    /// Appends the time and the position of the mechanism to `numbers`.
     pub(crate) fn save(&self, numbers: &mut Vec<f64>) {
         let position = self.solver.save();
         numbers.extend([self.time, position.len() as f64]);

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::number;
 
-/// Entry of `summary.json`, by the names of the gearings.
+/// Returns the entry of `summary.json` with the largest effort of each gearing, by name.
 pub(crate) fn gearings_json(names: &[(String, &'static str)], loads: &[(Size, bool)]) -> Value {
     let entry = |((name, unit), (size, determined)): (&(String, &str), &(Size, bool))| {
         let mut entry = size.json();
@@ -17,7 +17,7 @@ pub(crate) fn gearings_json(names: &[(String, &'static str)], loads: &[(Size, bo
     Value::Object(names.iter().zip(loads).map(entry).collect())
 }
 
-/// Writes the greatest effort of each gearing for the terminal.
+/// Writes the largest effort of each gearing as text.
 pub(crate) fn write_gearings(
     out: &mut impl Write,
     names: &[(String, &'static str)],

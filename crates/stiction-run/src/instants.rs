@@ -3,9 +3,9 @@
 use stiction_format::{Motion, SampleTimes};
 use thiserror::Error;
 
-/// Default time between samples, s.
+/// Time between samples of motions that define no other, s.
 const USUAL_STEP: f64 = 0.01;
-/// Largest number of samples; a larger one indicates an error in the step.
+/// Largest number of samples; a larger number indicates a mistake in the step.
 const MOST: f64 = 1e9;
 
 /// Sample times of a motion, in order.
@@ -16,14 +16,14 @@ pub struct Instants {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Kind {
-    /// `count` instants from `start`, the last at `start + span`, followed by the instant `rest` if
-    /// there is one.
+    /// `count` evenly spaced instants from `start` to `start + span`, s, followed by the instant `rest` if there is
+    /// one.
     Even { start: f64, span: f64, count: usize, rest: Option<f64> },
     /// Sample times of a recording.
     Recorded(SampleTimes),
 }
 
-/// Error of a choice of sample times.
+/// Error in the choice of sample times.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum InstantsError {
@@ -33,7 +33,7 @@ pub enum InstantsError {
         /// The step, s.
         f64,
     ),
-    /// The step gives too many samples.
+    /// The step yields too many samples.
     #[error(
         "a step of {step:?} s makes {count} samples of this motion; the maximum is {MOST:.0e}",
         count = if count.is_finite() { format!("{count:.1e}") } else { "countless".to_owned() }
@@ -47,9 +47,9 @@ pub enum InstantsError {
 }
 
 impl Instants {
-    /// Samples a motion every `step` seconds. Without `step`, the step is that of the motion; if it
-    /// has none, a recording is sampled at its own samples and any other motion every 0.01 s. If the step does not divide the duration, the last
-    /// part of the motion is not sampled.
+    /// Samples a motion every `step` seconds. Without `step`, the motion defines the step; if it defines none, a
+    /// recording is sampled at its own samples and any other motion every 0.01 s. If the step does not divide the
+    /// duration, the last part of the motion is not sampled.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -74,8 +74,7 @@ impl Instants {
         Ok(Self { kind: Kind::Even { start: motion.start, span, count, rest: None } })
     }
 
-    /// Samples every `step` seconds from `start` to `end`, both included; the last step may be
-    /// shorter.
+    /// Samples every `step` seconds from `start` to `end`, s. Both ends are samples; the last step may be shorter.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -90,7 +89,7 @@ impl Instants {
         Ok(instants)
     }
 
-    /// Number of instants.
+    /// Number of sample times.
     pub fn count(&self) -> usize {
         match &self.kind {
             Kind::Even { count, rest, .. } => *count + usize::from(rest.is_some()),
@@ -98,8 +97,8 @@ impl Instants {
         }
     }
 
-    /// Instant `k`, s; the last one for any greater `k`. NaN if the recording can no longer be
-    /// read; evaluating the motion then returns the error.
+    /// Sample time `k`, s; the last one for any larger `k`. NaN if the recording can no longer be read; evaluating the
+    /// motion then returns the error.
     pub fn at(&self, k: usize) -> f64 {
         match &self.kind {
             Kind::Even { rest: Some(end), count, .. } if k >= *count => *end,
@@ -112,7 +111,7 @@ impl Instants {
         }
     }
 
-    /// All instants.
+    /// Iterates over all sample times, s.
     pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.count()).map(|k| self.at(k))
     }

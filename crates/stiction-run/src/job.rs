@@ -8,7 +8,7 @@ use stiction_core::kinematics::{AssemblyError, Coordinate, Target, locks};
 use stiction_core::mechanism::BodyId;
 use stiction_format::{LoadCase, ModelFile, Motion, Side, Signal};
 
-/// Description of a run along a motion: inverse dynamics, static friction, a check, a conversion.
+/// Description of a run along a motion: inverse dynamics, static friction, a check or a conversion.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
     /// Model of the mechanism.
@@ -21,29 +21,29 @@ pub struct Job<'a> {
     pub load: &'a LoadCase,
     /// Name of the load case.
     pub load_name: String,
-    /// Coupling of friction and reactions.
+    /// Friction mode: coupled with the reactions, decoupled, or off.
     pub friction: FrictionMode,
-    /// Time between samples, s; by default that of the motion.
+    /// Time between samples, s; `None` for the step of the motion.
     pub step: Option<f64>,
     /// True to compute the friction margin to jamming.
     pub friction_margin: bool,
-    /// Samples at which the singularity indices are computed.
+    /// Choice of the samples at which the singularity indices are computed.
     pub indices: Indices,
 }
 
-/// Samples at which a run along a motion computes the singularity indices.
+/// Choice of the samples at which a run computes the singularity indices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Indices {
     /// All samples.
     #[default]
     All,
-    /// Samples that may have the least index of the motion. Elsewhere the indices are NaN. Enough for
+    /// Samples that may have the least index of the motion; the indices of all other samples are NaN. This suffices for
     /// summaries.
     Least,
 }
 
 impl<'a> Job<'a> {
-    /// Describes a run along a motion of the model under a load, with converged friction.
+    /// Describes a run along a motion of the model under a load, with coupled friction.
     pub fn new(
         model: &'a ModelFile,
         (motion_name, motion): (&str, &'a Motion),
@@ -62,7 +62,7 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Sample times.
+    /// Sample times of the run.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -78,9 +78,9 @@ impl<'a> Job<'a> {
         Follower::new(self.model, self.motion, time)
     }
 
-    /// Names of the coordinates that must be locked to determine the configuration at the first
-    /// instant, and a motion that consists of this instant with these coordinates locked; `None` if
-    /// the motion alone determines the configuration.
+    /// Completes a motion that does not determine the configuration at its first instant. Returns a motion that
+    /// consists of this instant with further coordinates locked, and their names; `None` if the motion alone determines
+    /// the configuration.
     ///
     /// # Errors
     /// The mechanism cannot be assembled for another reason.
@@ -117,8 +117,9 @@ impl<'a> Job<'a> {
         Ok(Some((motion, names)))
     }
 
-    /// Replaces `loads` by the external wrenches at the solver's instant, s, and by the weights and
-    /// inertia forces of the payloads carried on one side of it.
+    /// Replaces `loads` by the external loads at the solver's instant, s, and by the weights and inertia forces of
+    /// payloads. At an instant at which a payload changes, the given side, before or after it, decides which payloads
+    /// are carried.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value; [`Error::SpinningPayload`] for a payload on a body that
@@ -143,8 +144,8 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    /// Replaces `loads` by the external wrenches at an instant, s, and by the weights of the
-    /// payloads carried after it, for a mechanism at rest.
+    /// Replaces `loads` by the external loads at an instant, s, and by the weights of the payloads carried after it,
+    /// for a mechanism at rest.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value.
@@ -156,7 +157,7 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    /// Replaces `loads` by the external wrenches at an instant, s, without payloads.
+    /// Replaces `loads` by the external loads at an instant, s, without payloads.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value.

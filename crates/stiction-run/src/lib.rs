@@ -1,7 +1,7 @@
-//! Runs of a mechanism along a motion or through time, and studies of many: records of their samples, and tables,
-//! summaries and plots made from them.
+//! Runs of a mechanism: along a motion, in a simulation, or for many designs. Each run yields records of its samples,
+//! from which this crate makes tables, summaries and plots.
 //!
-//! The crate opens no files and prints nothing; results go to the caller's receivers.
+//! The crate opens no files and prints nothing; it passes all results to receivers of the caller.
 //!
 //! ```
 //! use stiction_format::{LoadCase, Source, read};

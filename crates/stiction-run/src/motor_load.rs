@@ -1,4 +1,4 @@
-//! Torque, speed and power of a motor over time, and its limits.
+//! Torque, speed and power of a motor over time, and the use of its limits.
 
 use crate::statistics::{Integral, Size};
 use serde_json::{Map, Value, json};
@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use stiction_core::mechanism::DriveTrain;
 use stiction_draw::numbers::number;
 
-/// Factor by which rounding may exceed a limit.
+/// Factor on a limit up to which an excess counts as rounding.
 const WITHIN: f64 = 1.0 + 1e-9;
 
-/// A motor along a motion.
+/// Statistics of one motor along a motion.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotorLoad {
     pub(crate) torque: Size,
@@ -18,16 +18,18 @@ pub(crate) struct MotorLoad {
     squares: Integral,
     pub(crate) work: Integral,
     pub(crate) supplied: Integral,
-    /// Time at speeds of each order of magnitude, s.
+    /// Time, s, spent at speeds of each order of magnitude.
     speeds: Speeds,
     /// First and last time, s.
     span: Option<(f64, f64)>,
 }
 
-/// Part of the peak speed below which a motor stands still: a simulated axis that sticks keeps a rate of rounding.
+/// Fraction of the peak speed below which a motor counts as resting: a sticking axis in a simulation keeps a rate due
+/// to rounding.
 const STILL: f64 = 1e-9;
 
-/// Time at speeds by order of magnitude: the speed at which a motor counts as turning is known at the end only.
+/// Time at speeds of each order of magnitude. The speed from which on a motor counts as turning depends on the peak
+/// speed, which is known only at the end.
 #[derive(Clone, Debug, Default)]
 struct Speeds {
     last: Option<(f64, i32)>,
@@ -47,7 +49,7 @@ impl Speeds {
         self.last = Some((time, order));
     }
 
-    /// Part of the time at speeds of the order of a limit or above.
+    /// Fraction of the time at speeds of the same order as a limit or above.
     fn part_above(&self, limit: f64) -> f64 {
         let least = limit.log10().floor() as i32;
         let turns = |order: i32| order > i32::MIN && order >= least;
@@ -62,7 +64,7 @@ impl Speeds {
     }
 }
 
-/// Limit of a motor with what is reached of it.
+/// Limit of a motor, and the value that the motion reaches.
 struct Reached {
     key: &'static str,
     words: &'static str,
@@ -91,17 +93,17 @@ impl MotorLoad {
         if duration > 0.0 { integral.value / duration } else { integral.last() }
     }
 
-    /// Root mean square over time of the torque, N m.
+    /// Root mean square of the torque over time, N m.
     pub(crate) fn rms(&self) -> f64 {
         self.mean(&self.squares).sqrt()
     }
 
-    /// Fraction of the time in which the motor turns: faster than rounding of its peak speed.
+    /// Fraction of the time in which the motor turns, that is, is faster than rounding of its peak speed.
     pub(crate) fn duty(&self) -> f64 {
         self.speeds.part_above(STILL * self.speed.peak.abs())
     }
 
-    /// Limits of the motor.
+    /// Declared limits of the motor, with the values reached.
     fn reached(&self, train: &DriveTrain) -> Vec<Reached> {
         let limits = train.limits;
         let all = [
@@ -115,7 +117,7 @@ impl MotorLoad {
         all.into_iter().filter_map(given).collect()
     }
 
-    /// A line for each limit that is exceeded.
+    /// Composes a line for each limit that is exceeded.
     pub(crate) fn cautions(&self, train: &DriveTrain) -> Vec<String> {
         let over = self.reached(train).into_iter().filter(Reached::is_exceeded);
         let line = |Reached { words, unit, limit, value, .. }: Reached| {
@@ -125,7 +127,7 @@ impl MotorLoad {
         over.map(line).collect()
     }
 
-    /// Use of each limit, percent, with the limit's name in words.
+    /// Name and use, percent, of each limit.
     pub(crate) fn percents(
         &self,
         train: &DriveTrain,
@@ -134,7 +136,7 @@ impl MotorLoad {
         reached.map(|reached| (reached.words, 100.0 * reached.value / reached.limit))
     }
 
-    /// Limits with what is reached of them.
+    /// Returns the limits and the values reached as JSON.
     pub(crate) fn limits_json(&self, train: &DriveTrain) -> Value {
         let entry = |reached: Reached| {
             let exceeded = reached.is_exceeded();
@@ -146,7 +148,7 @@ impl MotorLoad {
         Value::Object(self.reached(train).into_iter().map(entry).collect::<Map<_, _>>())
     }
 
-    /// Torque, speed, current, power and work.
+    /// Returns torque, speed, current, power and work as JSON.
     pub(crate) fn json(&self, train: &DriveTrain) -> Map<String, Value> {
         let size = |size: &Size, unit: &str, rms: f64| json!({ "unit": unit, "peak": size.peak, "peak_time": size.peak_time, "rms": rms });
         let rms = self.rms();
@@ -179,7 +181,7 @@ impl Reached {
     }
 }
 
-/// A ratio above one in percent, with as many decimals as show it above 100.
+/// Formats a ratio above one in percent, with enough decimals to show more than 100.
 fn excess(ratio: f64) -> String {
     let shown = |digits: usize| format!("{:.digits$}", ratio * 100.0);
     let clear = |text: &String| text.parse::<f64>().is_ok_and(|shown| shown > 100.0);

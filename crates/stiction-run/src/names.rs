@@ -6,18 +6,18 @@ use stiction_format::ModelFile;
 /// Names of actuators, joints and friction interfaces in columns and messages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
-    /// For each actuator its name and the unit of its effort.
+    /// Name and unit of the effort of each actuator.
     pub(crate) drives: Vec<(String, &'static str)>,
-    /// For each body its name.
+    /// Name of each body.
     pub(crate) bodies: Vec<String>,
-    /// For each joint its name.
+    /// Name of each joint.
     pub(crate) joints: Vec<String>,
-    /// For each friction interface its name and the index of its joint.
+    /// Name of each friction interface, and index of its joint.
     pub(crate) interfaces: Vec<(String, usize)>,
-    /// For each gearing its name and the unit of its effort.
+    /// Name of each gearing, and unit of its effort.
     pub(crate) gearings: Vec<(String, &'static str)>,
-    /// Friction interfaces whose law has an internal state; inverse dynamics computes their steady
-    /// sliding only.
+    /// Names of the friction interfaces whose law has an internal state; inverse dynamics computes only their steady
+    /// sliding.
     pub(crate) steady: Vec<String>,
 }
 
@@ -56,8 +56,8 @@ impl Names {
 }
 
 impl Names {
-    /// Like [`Self::new`], but with the friction interfaces of motors and gears after those of the joints, in the order
-    /// of simulations.
+    /// Creates the names as [`Self::new`], with the friction interfaces of motors and gears after those of the joints.
+    /// This is the order in simulations.
     pub(crate) fn with_shafts(mechanism: &Mechanism) -> Self {
         let mut names = Self::new(mechanism);
         let shafts = mechanism.shafts_with_friction().into_iter();
@@ -66,12 +66,12 @@ impl Names {
     }
 }
 
-/// Width of a column of names, not less than `least`.
+/// Width of a column that holds these names, characters; at least `least`.
 pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
     names.map(str::len).fold(least, usize::max)
 }
 
-/// Name and title of a model in one line.
+/// Name and title of a model on one line.
 pub(crate) fn heading(model: &ModelFile) -> String {
     match model.title.as_str() {
         "" => model.name.clone(),
@@ -79,7 +79,7 @@ pub(crate) fn heading(model: &ModelFile) -> String {
     }
 }
 
-/// Words separated by commas, with an ellipsis in place of those after `most`.
+/// Joins words by commas; an ellipsis replaces those after the first `most`.
 pub(crate) fn listed(words: impl IntoIterator<Item = impl AsRef<str>>, most: usize) -> String {
     let mut text = String::new();
     for (k, word) in words.into_iter().enumerate() {

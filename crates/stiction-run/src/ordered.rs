@@ -1,14 +1,14 @@
-//! Independent pieces of work on several threads, whose results arrive in their order.
+//! Parallel execution of independent pieces of work, with results in the order of the pieces.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Takes pieces from `next` until there are none, carries each out by `work` on one of this number of threads,
-/// and passes the results to `receive` in the order of the pieces, on the caller's thread. Stops early where
-/// `receive` returns false or an error.
+/// Takes pieces of work from `next` until it returns `None`, computes each by `work` on one of `threads` threads, and
+/// passes the results to `receive` on the caller's thread, in the order of the pieces. Stops early if `receive` returns
+/// false or an error.
 ///
-/// Each thread has at most one result that waits, which bounds the memory.
+/// For each thread at most one finished result waits for earlier ones, which bounds the memory.
 ///
 /// # Errors
 /// The error of `receive`.
@@ -58,7 +58,7 @@ pub fn in_order<I: Send, T: Send, E>(
     })
 }
 
-/// Exchange of results between the worker threads and the combining thread.
+/// Exchange of results between the worker threads and the receiving thread.
 struct Board<T> {
     state: Mutex<State<T>>,
     changed: Condvar,
@@ -68,12 +68,12 @@ struct Board<T> {
 
 struct State<T> {
     done: BTreeMap<usize, T>,
-    /// Number of pieces in progress or waiting.
+    /// Number of pieces that are in progress or wait for their turn.
     under_way: usize,
     workers: usize,
 }
 
-/// Locks a mutex, even after a panic: a thread that panicked leaves no partial state behind.
+/// Locks a mutex, even if another thread panicked while it held the lock; no thread leaves partial changes behind.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -89,7 +89,7 @@ impl<T> Board<T> {
         }
     }
 
-    /// Waits until another piece may start; false if no further piece is needed.
+    /// Waits until another piece may start. Returns false if no further piece is needed.
     fn has_room(&self) -> bool {
         let mut state = lock(&self.state);
         while state.under_way >= self.most && !self.is_closed.load(Ordering::Relaxed) {
@@ -104,7 +104,7 @@ impl<T> Board<T> {
         self.changed.notify_all();
     }
 
-    /// Waits for a result; `None` if it cannot arrive any more.
+    /// Waits for the result of the piece `place`; `None` if it cannot arrive any more.
     fn take(&self, place: usize) -> Option<T> {
         let mut state = lock(&self.state);
         loop {
@@ -121,7 +121,7 @@ impl<T> Board<T> {
     }
 }
 
-/// Guard that reports the end of a thread.
+/// Guard that records the end of a worker thread when it is dropped.
 struct Leaving<'b, T>(&'b Board<T>);
 
 impl<T> Drop for Leaving<'_, T> {
@@ -131,7 +131,7 @@ impl<T> Drop for Leaving<'_, T> {
     }
 }
 
-/// Guard that stops all threads.
+/// Guard that stops all worker threads when it is dropped.
 struct Closing<'b, T>(&'b Board<T>);
 
 impl<T> Drop for Closing<'_, T> {

@@ -1,31 +1,31 @@
-//! Pictures of a mechanism for pages: the most legible instant of its motion, in the best view.
+//! Pictures of a mechanism for pages: the instant of its motion that is easiest to see, in the best view.
 
 use crate::report::animation::Animation;
 use crate::{Error, Job};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
 
-/// Relative thickness below which a mechanism looks like a line, so that another instant may be
-/// shown.
+/// Thickness of the picture, relative to its length, below which a mechanism looks like a line, so that another instant
+/// is tried.
 const THIN: f64 = 0.1;
-/// Number of instants compared.
-const LOOKS: usize = 12;
+/// Number of instants that are compared.
+const COMPARED: usize = 12;
 
-/// Pictures of a mechanism at the most legible instant of its motion, with the paths of its bodies.
+/// Pictures of a mechanism at the instant of its motion that is easiest to see, with the paths of its bodies.
 pub struct Portrait {
     /// The mechanism at the start of the motion.
     pub start: InverseDynamics,
     /// The mechanism at the pictured instant.
     shown: InverseDynamics,
-    /// Pictured instant, s.
+    /// Time of the pictured instant, s.
     pub time: f64,
     trail: Trail,
-    /// The whole motion; `None` for a single position.
+    /// Animation of the whole motion; `None` for a single position.
     motion: Option<Animation>,
 }
 
 impl Portrait {
-    /// Follows the job's motion and chooses the most legible instant.
+    /// Follows the motion of a job and chooses the instant that is easiest to see.
     ///
     /// # Errors
     /// See [`enum@Error`].
@@ -43,7 +43,7 @@ impl Portrait {
         let mut trail = Trail::new(mechanism, &start.bodies().pose);
         let mut best = Drawing::new(mechanism, &start.bodies().pose).thickness();
         let (mut shown, mut time) = (start.clone(), first);
-        let every = (instants.count() / LOOKS).max(1);
+        let every = (instants.count() / COMPARED).max(1);
         for (k, now) in instants.iter().enumerate().skip(1) {
             follower.go_to(now)?;
             let solver = &follower.solver;
@@ -66,23 +66,23 @@ impl Portrait {
         Drawing::new(self.shown.mechanism(), &self.shown.bodies().pose).with_trail(&self.trail)
     }
 
-    /// Picture in the best view.
+    /// Draws the mechanism in the best view.
     pub fn svg(&self, surface: Surface) -> String {
         let drawing = self.drawing();
         drawing.svg(&drawing.best_view(), Detail::Full, surface)
     }
 
-    /// Picture in the best view, for a page.
+    /// Draws the mechanism in the best view, to be included in a page.
     pub fn inline_svg(&self) -> String {
         self.svg(Surface::Inline)
     }
 
-    /// Moving robot for a page with the script of the viewer; `None` for a single position.
+    /// Markup of the moving robot, for a page with the script of the viewer; `None` for a single position.
     pub(crate) fn moving(&self, caption: &str) -> Option<String> {
         Some(self.motion.as_ref()?.figure(caption, None))
     }
 
-    /// Further views with their names; none for a planar mechanism, which is drawn face-on.
+    /// Draws further views, each with its name; none for a planar mechanism, whose best view is face-on.
     pub fn more_views(&self) -> Vec<(&'static str, String)> {
         let drawing = self.drawing();
         if drawing.is_planar() {

@@ -1,4 +1,4 @@
-//! Holding of a pose while the motors have no power, by friction of joints, motors and gears or by brakes.
+//! Holding of a pose while the motors have no power: by friction of joints, motors and gears, or by brakes.
 
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
@@ -9,15 +9,16 @@ use stiction_draw::numbers::number;
 /// Means that hold the shaft of one motor at rest with power off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PowerOff {
-    /// Friction holds it.
+    /// Friction holds the shaft.
     Held,
-    /// A brake with at least this torque on the shaft of the motor, N m.
+    /// A brake on the shaft of the motor is needed, with at least this torque, N m.
     Brake(f64),
-    /// Static friction could hold it, but perhaps not together with the other motors.
+    /// Static friction can hold the shaft, but perhaps not together with those of all other motors.
     Undecided,
 }
 
-/// For each drive train: what keeps it at rest under these forces at rest.
+/// Determines for each drive train the means that hold its motor with power off, given the forces of the mechanism at
+/// rest.
 pub(crate) fn of(trains: &[DriveTrain], maps: &[MotorMap], forces: &Forces) -> Vec<PowerOff> {
     let each = trains.iter().zip(maps).map(|(train, map)| {
         let effort = map.effort(&forces.efforts);
@@ -62,7 +63,7 @@ pub(crate) fn write(
             )?,
             PowerOff::Undecided => writeln!(
                 out,
-                "  {} is held if static friction of the joints helps it and no other motor",
+                "  {} is held if static friction of the joints holds this motor and not the others",
                 train.name
             )?,
         }

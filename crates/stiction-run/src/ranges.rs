@@ -1,4 +1,4 @@
-//! Ranges of joints and strokes of gas springs along a run: where a motion leaves them, and by how much.
+//! Ranges of joints and strokes of gas springs: the excursions of a motion beyond them.
 
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -8,15 +8,15 @@ use stiction_core::mechanism::{JointId, Mechanism, RangeOf};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
 
-/// Largest number of excursions kept for each range; further ones are counted.
+/// Largest number of excursions that are stored for each range; further ones are counted only.
 const KEPT: usize = 1000;
-/// Violations up to this part of the width of a range are rounding.
+/// Excess over a range, as a fraction of its width, that counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Value of a quantity, and its rate if it is known.
 pub(crate) type ValueAndRate = (f64, Option<f64>);
 
-/// Quantity with a range.
+/// Quantity for which the model declares a range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Ranged {
     /// Coordinate of a degree of freedom of a joint.
@@ -25,7 +25,7 @@ pub(crate) enum Ranged {
     Measured(Measured),
 }
 
-/// Quantity with a range that is no coordinate of a joint.
+/// Quantity with a declared range that is not a joint coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Measured {
     /// Tilt of a joint.
@@ -35,7 +35,7 @@ pub(crate) enum Measured {
 }
 
 impl Measured {
-    /// All quantities of this kind, with their names, SI units and ranges.
+    /// Lists all quantities of a mechanism that have a range, with their names, SI units and ranges.
     pub(crate) fn all(mechanism: &Mechanism) -> Vec<(Self, String, &'static str, (f64, f64))> {
         let tilts = mechanism.joints().iter().enumerate().flat_map(|(index, joint)| {
             let tilts = joint.ranges.iter().filter(|range| range.of == RangeOf::Tilt);
@@ -51,7 +51,7 @@ impl Measured {
         tilts.chain(lengths).collect()
     }
 
-    /// Value at a position, rad or m.
+    /// Value for given poses of the bodies, rad or m.
     pub(crate) fn value(self, bodies: &Bodies<f64>) -> f64 {
         match self {
             Self::Tilt(joint, joint_type) => {
@@ -68,21 +68,22 @@ impl Measured {
     }
 }
 
-/// A time during which a quantity is outside of its range.
+/// Interval of time during which a quantity is outside of its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Excursion {
-    /// Times at which it leaves and returns, s; that of return is the last sample if it does not.
+    /// Times at which the quantity leaves the range and returns, s. If it does not return, the second time is that of
+    /// the last sample.
     pub(crate) from: f64,
     pub(crate) until: f64,
     pub(crate) returns: bool,
-    /// Largest distance from the range at a sample, and its time, s.
+    /// Largest excess over the range at any sample, in SI units, and its time, s.
     pub(crate) beyond: f64,
     pub(crate) time: f64,
-    /// True if it is above the range.
+    /// True if the quantity is above its range, false if it is below.
     pub(crate) above: bool,
 }
 
-/// A range and what a run says about it.
+/// Range of a quantity and its excursions along a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Watched {
     pub(crate) name: String,
@@ -91,11 +92,11 @@ pub(crate) struct Watched {
     pub(crate) limits: (f64, f64),
     least: f64,
     greatest: f64,
-    /// Full turns that are added to an angle, so that the first is nearest to the range.
+    /// Full turns added to an angle; they are chosen so that the first value is closest to the range.
     turns: Option<f64>,
     last: Option<(f64, ValueAndRate)>,
     pub(crate) excursions: Vec<Excursion>,
-    /// Number of excursions, also of those not kept.
+    /// Number of all excursions, including those that are not stored.
     count: usize,
     outside: bool,
 }
@@ -117,7 +118,7 @@ impl Watched {
         }
     }
 
-    /// SI unit.
+    /// SI unit of the quantity.
     pub(crate) fn unit(&self) -> &'static str {
         if self.translates { "m" } else { "rad" }
     }
@@ -168,8 +169,8 @@ impl Watched {
         self.last = Some((time, (value, rate)));
     }
 
-    /// Adds an excursion between the last sample and this one, both inside, if the cubic through values and rates leaves the
-    /// range.
+    /// Adds an excursion between two samples that both lie inside the range, if the cubic through values and rates
+    /// leaves the range between them.
     fn add_between(&mut self, time: f64, now: ValueAndRate) {
         let (least, greatest) = self.limits;
         let Some((before, (old, Some(old_rate)))) = self.last else { return };
@@ -211,8 +212,8 @@ impl Watched {
         }
     }
 
-    /// Time at which the quantity passes a limit after the last sample: on the cubic through values
-    /// and rates, or on the straight line if the rates are unknown.
+    /// Time at which the quantity crosses a limit after the last sample: on the cubic through values and rates, or on a
+    /// straight line if the rates are unknown.
     fn crossing(&self, time: f64, (value, rate): ValueAndRate, limit: f64) -> Option<f64> {
         let (before, (old, old_rate)) = self.last?;
         let (h, rise) = (time - before, value - old);
@@ -233,12 +234,12 @@ impl Watched {
         Some(before + 0.5 * (low + high) * h)
     }
 
-    /// The excursion that goes farthest.
+    /// Excursion with the largest excess.
     fn worst(&self) -> Option<&Excursion> {
         self.excursions.iter().reduce(|a, b| if b.beyond > a.beyond { b } else { a })
     }
 
-    /// A value in the unit of messages: mm or deg.
+    /// Formats a value in the unit of messages, mm or deg.
     fn in_words(&self, value: f64) -> String {
         match self.translates {
             true => format!("{} mm", number(1e3 * value)),
@@ -246,7 +247,7 @@ impl Watched {
         }
     }
 
-    /// The range as text, for example `-20 deg to 35 deg`.
+    /// Formats the range, for example `-20 deg to 35 deg`.
     pub(crate) fn limits_in_words(&self) -> String {
         format!("{} to {}", self.in_words(self.limits.0), self.in_words(self.limits.1))
     }
@@ -300,7 +301,7 @@ impl Watched {
     }
 }
 
-/// All ranges of a mechanism along a run.
+/// All ranges of a mechanism, with the excursions along a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ranges {
     pub(crate) all: Vec<Watched>,
@@ -322,8 +323,8 @@ impl Ranges {
         Self { all: dofs.chain(measured).collect() }
     }
 
-    /// Adds a sample: `measured` gives quantities measured from poses, `dof` the coordinate and the rate of a degree
-    /// of freedom.
+    /// Adds a sample. `measured` returns the value of a quantity that is measured from poses; `dof` returns coordinate
+    /// and rate of a degree of freedom.
     pub(crate) fn add(
         &mut self,
         time: f64,
@@ -341,12 +342,12 @@ impl Ranges {
         }
     }
 
-    /// Violations, one sentence for each range.
+    /// Describes the excursions beyond the ranges, one sentence for each range.
     pub(crate) fn cautions(&self) -> impl Iterator<Item = String> + '_ {
         self.all.iter().filter_map(Watched::caution)
     }
 
-    /// All ranges, with their violations.
+    /// Returns all ranges with their excursions as JSON.
     pub(crate) fn json(&self) -> Value {
         Value::Array(self.all.iter().map(Watched::json).collect())
     }

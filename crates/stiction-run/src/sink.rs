@@ -2,14 +2,14 @@
 
 use crate::SinkError;
 
-/// Receiver of the records of a run in the order of time, such as tables, a summary or curves.
+/// Receiver of the records of a run in the order of time, for example tables, a summary or curves.
 ///
-/// A run itself takes a closure; to feed several sinks, the closure passes the record to each.
+/// A run takes a closure. To feed several sinks, the closure passes each record to all of them.
 pub trait Sink<Record> {
     /// Receives one record.
     ///
     /// # Errors
-    /// The reason why the record could not be taken.
+    /// The reason for which the sink could not process the record.
     fn add(&mut self, record: &Record) -> Result<(), SinkError>;
 }
 

@@ -1,4 +1,4 @@
-//! Peaks, means and differences of series.
+//! Statistics of sampled series: peaks, means, differences, integrals.
 
 use serde_json::{Value, json};
 
@@ -70,13 +70,13 @@ impl Reactions {
     }
 }
 
-/// Series with friction beside the same series without.
+/// Series with friction compared with the same series without friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Comparison {
     pub(crate) with: Size,
     pub(crate) without: Size,
     pub(crate) difference: Size,
-    /// Largest ratio of difference to value at one instant, and that instant.
+    /// Largest ratio of the difference to the frictionless value at one instant, and that instant, s.
     greatest: Option<(f64, f64)>,
 }
 
@@ -92,8 +92,8 @@ impl Comparison {
         }
     }
 
-    /// Ratios of the difference to the frictionless value by four metrics; `None` if the latter is
-    /// zero up to rounding.
+    /// Ratios of the difference to the frictionless series by four metrics; `None` if the frictionless series is zero
+    /// up to rounding.
     pub(crate) fn metrics(&self) -> Metrics {
         let nothing = self.without.peak.abs() <= 1e-9 * self.with.peak.abs();
         let ratio = |a: f64, b: f64| Some(a / b).filter(|r| r.is_finite() && !nothing);
@@ -106,7 +106,7 @@ impl Comparison {
     }
 }
 
-/// Relative effect of friction on a series by four metrics.
+/// Effect of friction on a series, relative to the frictionless series, by four metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Metrics {
     pub(crate) max_over_max: Option<f64>,
@@ -163,7 +163,7 @@ impl Integral {
     }
 }
 
-/// Least value of a series and its instant.
+/// Least value of a series, and the time at which it occurs, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Least {
     pub(crate) value: f64,

@@ -1,18 +1,18 @@
-//! Tables of numbers as CSV, one row for each record of a run.
+//! Tables of numbers, as CSV or in memory, with one row for each record of a run.
 
 use std::io;
 use stiction_draw::numbers::exact;
 
-/// Columns of a joint reaction.
+/// Names of the columns of a joint reaction.
 pub(crate) const REACTION: [&str; 7] =
     ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]", "determined"];
 
-/// A table's header: the time, then a column for each name.
+/// Header of a table: the time, then the given columns.
 pub(crate) fn header(columns: impl IntoIterator<Item = String>) -> Vec<String> {
     std::iter::once("time [s]".to_owned()).chain(columns).collect()
 }
 
-/// Columns of all `objects`, each with the same quantities: `object.quantity`.
+/// Names of the columns of several objects that have the same quantities: `object.quantity`.
 pub(crate) fn columns<'a>(
     objects: impl IntoIterator<Item = &'a str>,
     quantities: &[&str],
@@ -25,16 +25,16 @@ pub(crate) fn columns<'a>(
 /// Table of a run in memory, with the columns of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Name of the file that contains the same table.
+    /// Name of the CSV file that contains the same table.
     pub file: &'static str,
-    /// Header of each column, with its unit in square brackets; the time, s, comes first.
+    /// Header of each column, with its unit in square brackets. The first column is the time, s.
     pub header: Vec<String>,
-    /// Numbers row by row.
+    /// Numbers of the table, row by row.
     values: Vec<f64>,
 }
 
 impl Table {
-    /// Makes tables without rows.
+    /// Creates tables without rows.
     pub(crate) fn all(
         files: impl IntoIterator<Item = &'static str>,
         headers: impl IntoIterator<Item = Vec<String>>,
@@ -43,7 +43,7 @@ impl Table {
         each.map(|(file, header)| Self { file, header, values: Vec::new() }).collect()
     }
 
-    /// Adds a row: the time, s, then the other numbers.
+    /// Adds a row: the time, s, then all other numbers.
     pub(crate) fn add(&mut self, time: f64, row: &[f64]) {
         self.values.push(time);
         self.values.extend_from_slice(row);
@@ -54,7 +54,7 @@ impl Table {
         self.values.len() / self.header.len().max(1)
     }
 
-    /// Numbers column by column: all rows of the first column, then those of the next.
+    /// Returns the numbers column by column: all rows of the first column, then those of the second, and so on.
     pub fn into_columns(self) -> Vec<f64> {
         let (rows, columns) = (self.rows(), self.header.len());
         let mut turned = Vec::with_capacity(self.values.len());
@@ -65,14 +65,14 @@ impl Table {
     }
 }
 
-/// Tables of a run: to each record belongs one row in every table.
+/// Tables of a run as CSV; each record adds a row to every table.
 pub(crate) struct Tables<W: io::Write> {
     tables: Vec<W>,
     line: String,
 }
 
 impl<W: io::Write> Tables<W> {
-    /// Begins tables with these headers. Rows are written one by one: files need buffers of their own.
+    /// Starts tables with these headers. Each row is written separately, so files should be buffered.
     pub(crate) fn new(
         headers: impl IntoIterator<Item = Vec<String>>,
         files: impl IntoIterator<Item = W>,
@@ -86,12 +86,12 @@ impl<W: io::Write> Tables<W> {
         Ok(tables)
     }
 
-    /// Continues tables that have their headers and rows.
+    /// Continues tables that already contain their headers and rows.
     pub(crate) fn continued(files: impl IntoIterator<Item = W>) -> Self {
         Self { tables: files.into_iter().collect(), line: String::new() }
     }
 
-    /// Writes a row into each table: the time, s, then the table's numbers with all their digits.
+    /// Adds a row to each table: the time, s, then the numbers of the table with all digits.
     pub(crate) fn add<'r>(
         &mut self,
         time: f64,

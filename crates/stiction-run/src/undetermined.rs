@@ -1,18 +1,18 @@
-//! Components of reactions that statics does not determine, in words.
+//! Descriptions of reaction components that statics does not determine.
 
 use crate::names::listed;
 
-/// Largest number of groups and of joints listed.
+/// Largest number of groups, and of joints in a group, that are listed.
 const LISTED: usize = 6;
 const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
-/// Names of the undetermined components of a reaction.
+/// Names the undetermined components of a reaction; `flags` are true for determined components.
 pub(crate) fn open_components(flags: &[bool; 6]) -> Vec<&'static str> {
     let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
     open.map(|(component, _)| *component).collect()
 }
 
-/// Lists components with their joints, the largest group first: `fz mx my of A, B, C`.
+/// Lists the joints for each set of undetermined components, the largest group first: `fz mx my of A, B, C`.
 pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
     let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
     for (name, components) in undetermined {

@@ -1,4 +1,4 @@
-//! View of a mechanism along a motion, without forces: a page with the moving robot, and a moving picture.
+//! View of a mechanism along a motion, without forces: a page with the moving robot, and an animated picture.
 
 use crate::bodies::poses_in_world;
 use crate::report::animation::Animation;
@@ -9,23 +9,23 @@ use stiction_core::spatial::Pose;
 use stiction_draw::drawing::moving_picture;
 use stiction_draw::numbers::number;
 
-/// Number of frames of the moving picture, and its least and greatest duration, s.
+/// Number of frames of the animated picture, and its shortest and longest duration, s.
 const FRAMES: usize = 32;
 const SECONDS: (f64, f64) = (2.0, 8.0);
 
-/// Page and picture of a motion.
+/// Page and animated picture of a motion.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct View {
     /// Complete HTML page.
     pub html: String,
-    /// Moving picture as SVG, on white.
+    /// Animated picture as SVG, on a white background.
     pub picture: String,
 }
 
 /// Follows the motion of a job and draws it.
 ///
 /// # Errors
-/// The mechanism cannot follow the motion.
+/// An error of the job if the mechanism cannot follow the motion.
 pub fn draw_view(job: &Job<'_>) -> Result<View, Error> {
     let instants = job.instants()?;
     let count = instants.count();

@@ -14,18 +14,18 @@ use stiction_format::{Amount, hertz, seconds};
 pub(crate) struct Excite {
     #[command(flatten)]
     pub(crate) model: Model,
-    /// Parameters that the logs shall determine, by the names that `identify` uses; * stands for any text. The
-    /// others keep the values of the model [default: all]
+    /// Parameters that the logs must determine, by the names that `identify` uses; * stands for any text. All other
+    /// parameters keep the values of the model [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) parameters: Vec<String>,
-    /// A motion of the model: its coordinates are those of the design, and its first position is the one where
-    /// the robot begins and ends at rest [default: the model's default motion, else the actuators at `start`]
+    /// A motion of the model. The design uses its coordinates; the robot begins and ends at rest in its first position
+    /// [default: the default motion of the model, else the actuators at `start`]
     #[arg(long, value_name = "NAME")]
     pub(crate) motion: Option<String>,
-    /// Design the motion in the coordinates of the actuators
+    /// Use the coordinates of the actuators instead of those of the motion
     #[arg(long)]
     pub(crate) actuators: bool,
-    /// Duration, in seconds or with a unit: a whole number of periods
+    /// Duration of the motion, in seconds or with a unit; it contains a whole number of periods
     #[arg(long, value_name = "TIME", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) duration: f64,
     /// Frequency of the first harmonic, in Hz or with a unit [default: one period in the duration]
@@ -34,26 +34,26 @@ pub(crate) struct Excite {
     /// Number of harmonics
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..=200))]
     pub(crate) harmonics: u16,
-    /// A limit besides those of the model (ranges of joints, limits of motors): NAME=60 mm (displacement from
+    /// A limit in addition to those of the model (ranges of joints, limits of motors): NAME=60 mm (displacement from
     /// the first position), NAME=0 mm..120 mm, NAME.speed=…, NAME.acceleration=… of a coordinate or joint,
     /// NAME.effort=… of an actuator; * stands for any text; repeatable
     #[arg(long, value_name = "NAME=VALUE", value_parser = LimitSetting::parse)]
     pub(crate) limit: Vec<LimitSetting>,
-    /// Least singularity index, as a part of that at the first position
+    /// Least singularity index, as a fraction of the index at the first position
     #[arg(long, value_name = "PART", default_value_t = 0.3, allow_negative_numbers = true)]
     pub(crate) singularity_margin: f64,
-    /// Loads of the model with which the motion is repeated, one log for each; a load without payload is the
-    /// robot alone [default: the robot alone]
+    /// Loads of the model with which the motion is repeated, one log for each; `none` or a load without payload means
+    /// the robot alone [default: the robot alone]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) payload: Vec<String>,
     /// Standard deviation of the measured efforts at the joints, for the expected precision; repeatable for N and
     /// N m [default: 2 % of the root mean square of each effort]
     #[arg(long, value_name = "EFFORT", value_parser = Amount::parse)]
     pub(crate) noise: Vec<Amount>,
-    /// Efforts are measured at the motors, as torque or current, so that rotors show in them
+    /// Efforts are measured at the motors, as torque or current, so that they contain the effort of the rotors
     #[arg(long)]
     pub(crate) at_motors: bool,
-    /// Seed of the random motion that the search improves
+    /// Seed of the random motion from which the search starts
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     /// Largest number of steps of the search

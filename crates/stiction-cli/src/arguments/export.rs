@@ -1,4 +1,4 @@
-//! Commands that write for other programs.
+//! Commands that write files for other programs.
 
 use super::shared::{Model, Reading, Switch};
 use clap::{Args, ValueEnum};
@@ -17,14 +17,14 @@ pub(crate) struct Convert {
     /// Change a value of the model, as in `stiction inverse --help`; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// The format [default: by the ending of the file of -o; a model file for a URDF, MJCF or SDF]
+    /// The format of the output [default: by the file extension of -o; for a URDF, MJCF or SDF a model file]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: Option<Format>,
     /// The motion at whose first instant the mechanism is assembled: its name in the model, a CSV
     /// file, or assignments; see `stiction inverse --help` [default: as the model says]
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
-    /// Write into this file [default: standard output]
+    /// Write the result to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -38,11 +38,11 @@ pub(crate) enum Format {
     Json,
     /// MuJoCo's XML
     Mjcf,
-    /// URDF, with a YAML file beside it that closes loops and names motors
+    /// URDF, with an accompanying YAML file for loop closures and motors
     Urdf,
     /// SDF, the format of Gazebo
     Sdf,
-    /// A model file of this program: legs written out, formulas evaluated
+    /// A model file of this program; legs are written out and formulas evaluated
     Model,
 }
 
@@ -60,8 +60,8 @@ pub(crate) struct Export {
     /// The programming language, or a functional mock-up unit
     #[arg(long, value_name = "LANGUAGE")]
     pub(crate) to: Language,
-    /// Write the code, its self-test with test vectors, build files and README.md into this folder; an
-    /// FMU into this file
+    /// Write the code, its self-test with test vectors, build files and README.md into this folder; for `--to fmu`
+    /// write this file
     #[arg(short, long, value_name = "PATH")]
     pub(crate) output: PathBuf,
     /// Version of the FMI standard, 2 or 3, for `--to fmu`
@@ -69,22 +69,22 @@ pub(crate) struct Export {
     pub(crate) fmi: u8,
     #[command(flatten)]
     pub(crate) plant: PlantOptions,
-    /// Name of the files and beginning of all names in the code [default: made of the model's name]
+    /// Name of the files and prefix of all names in the code [default: derived from the model's name]
     #[arg(long = "name", value_name = "NAME")]
     pub(crate) prefix: Option<String>,
     /// Floating-point type
     #[arg(long, value_name = "TYPE", default_value = "double")]
     pub(crate) precision: Precision,
-    /// Include sine and cosine in the code, instead of those of the mathematical library
+    /// Include sine and cosine in the code instead of calling the mathematical library
     #[arg(long)]
     pub(crate) own_math: bool,
-    /// Numbers of the model that can be changed at run time
+    /// Numbers of the model that the code can change at run time
     #[arg(long, value_name = "KIND", value_delimiter = ',', default_value = "friction")]
     pub(crate) tunable: Vec<Tunable>,
-    /// Functions beside inverse dynamics
+    /// Functions in addition to inverse dynamics
     #[arg(long, value_name = "FUNCTIONS", value_delimiter = ',')]
     pub(crate) functions: Vec<Function>,
-    /// A body that carries a point mass, whose size and place can be changed at run time
+    /// A body that carries a point mass, whose mass and position can be changed at run time
     #[arg(long, value_name = "BODY")]
     pub(crate) payload: Option<String>,
     /// Number of test vectors
@@ -92,12 +92,12 @@ pub(crate) struct Export {
     pub(crate) vectors: u32,
 }
 
-/// Options of plants.
+/// Options for plant FMUs.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Plants, with --plant")]
 pub(crate) struct PlantOptions {
-    /// The robot as a plant instead of its feed-forward, for `--to fmu`: forward dynamics with stick and
-    /// slip, whose inputs are the efforts of the actuators
+    /// Export the robot as a plant instead of its feed-forward, for `--to fmu`: forward dynamics with stick and slip,
+    /// whose inputs are the efforts of the actuators
     #[arg(
         long,
         conflicts_with_all = ["precision", "own_math", "tunable", "functions", "payload", "vectors"]
@@ -107,15 +107,15 @@ pub(crate) struct PlantOptions {
     /// see `stiction inverse --help` [default: as the model says]
     #[arg(long, value_name = "MOTION", requires = "plant")]
     pub(crate) motion: Option<String>,
-    /// The start: `motion` (position and rates of the motion), `rest` (its position, at rest), or assignments;
-    /// see `stiction forward --help` [default: motion]
+    /// The start: `motion` (position and rates of the motion), `rest` (its position, at rest), or assignments; see
+    /// `stiction forward --help` [default: motion]
     #[arg(long, value_name = "STATE", requires = "plant")]
     pub(crate) from: Option<String>,
     /// The load that acts inside the plant: its name in the model, or assignments [default: as the model
     /// says]
     #[arg(long, value_name = "LOAD", requires = "plant")]
     pub(crate) load: Option<String>,
-    /// A body with a force and a moment as inputs; repeatable
+    /// A body on which a force and a moment act as inputs; repeatable
     #[arg(long, value_name = "BODY", requires = "plant")]
     pub(crate) force_on: Vec<String>,
     /// Joint friction [default: as the model says, else on]
@@ -124,7 +124,7 @@ pub(crate) struct PlantOptions {
     /// Relative error of an integration step [default: 1e-10]
     #[arg(long, value_name = "NUMBER", requires = "plant", allow_negative_numbers = true)]
     pub(crate) tolerance: Option<f64>,
-    /// The library with the engine [default: the one beside this program]
+    /// The shared library that contains the engine [default: the one in the folder of this program]
     #[arg(long, value_name = "FILE", requires = "plant")]
     pub(crate) library: Option<PathBuf>,
 }
@@ -147,7 +147,7 @@ pub(crate) enum Precision {
     Float,
 }
 
-/// Functions beside inverse dynamics.
+/// Functions that the code contains in addition to inverse dynamics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Function {
     /// Forward kinematics: poses, velocities and Jacobians of all bodies
@@ -156,7 +156,7 @@ pub(crate) enum Function {
     Reactions,
 }
 
-/// Numbers that can be changed at run time.
+/// Numbers of the model that the code can change at run time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Tunable {
     /// None

@@ -1,4 +1,4 @@
-//! Commands that simulate.
+//! Commands that simulate robots.
 
 use super::shared::{Filter, Model, Report, Sampling, Switch, Tables};
 use clap::{Args, ValueEnum};
@@ -15,16 +15,15 @@ use stiction_format::{hertz, length_or_angle, seconds};
 pub(crate) struct Forward {
     #[command(flatten)]
     pub(crate) model: Model,
-    /// The motion on which the mechanism starts and which it follows: its name in the model, a CSV file,
-    /// or assignments; see `stiction inverse --help`
+    /// The motion that the mechanism starts on and follows: its name in the model, a CSV file, or assignments; see
+    /// `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
     #[command(flatten)]
     pub(crate) filter: Filter,
-    /// Efforts of actuators: assignments like "leg1.P = 50 N*sin(2*pi*t); leg2.P = 20 N", also over
-    /// measured coordinates and rates, "A = -200 N m/rad*A - 5 N m s/rad*d(A)", a CSV file
-    /// such as the inverse.csv of a run, `inverse` (the efforts of inverse dynamics for the motion), or
-    /// `none` [default: none]
+    /// Efforts of actuators: assignments like "leg1.P = 50 N*sin(2*pi*t); leg2.P = 20 N", which may contain measured
+    /// coordinates and rates, "A = -200 N m/rad*A - 5 N m s/rad*d(A)"; a CSV file such as the inverse.csv of a run;
+    /// `inverse` (the efforts of inverse dynamics for the motion); or `none` [default: none]
     #[arg(long, value_name = "DRIVES")]
     pub(crate) drives: Option<String>,
     /// A controller that follows the motion: `pd`, `computed-torque`, `computed-torque+friction`, a
@@ -33,26 +32,26 @@ pub(crate) struct Forward {
     /// [default: computed-torque, if neither --drives nor --prescribe is given]
     #[arg(long, value_name = "CONTROLLER")]
     pub(crate) controller: Option<String>,
-    /// Actuators that follow the motion exactly; their efforts are results
+    /// Actuators that follow the motion exactly; the simulation computes their efforts
     #[arg(long, value_name = "ACTUATOR", value_delimiter = ',')]
     pub(crate) prescribe: Vec<String>,
-    /// Joints that are locked at their start positions, with or without actuators
+    /// Joints that are locked at their start positions; they need no actuator
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     pub(crate) hold: Vec<String>,
-    /// A load: its name in the model, or assignments like "platform.fz = -100 N"; repeatable: each load has
-    /// a run, and their envelope follows
+    /// A load: its name in the model, or assignments like "platform.fz = -100 N"; repeatable: each load is simulated,
+    /// followed by the envelope of all runs
     #[arg(long, value_name = "LOAD")]
     pub(crate) load: Vec<String>,
-    /// The start: `motion` (position and rates of the motion), `rest` (its position, at rest), or
-    /// assignments like "A = 60 deg + 2 rad/s*t", whose values and rates at t = 0 count, or with rates
-    /// apart, "A = 60 deg; d(B) = 2 rad/s"; all other coordinates follow from the loops and the
-    /// model's home position [default: motion]
+    /// The start: `motion` (position and rates of the motion), `rest` (its position, at rest), or assignments like "A =
+    /// 60 deg + 2 rad/s*t", whose values and rates at t = 0 are used. Rates can also be given separately, "A = 60 deg;
+    /// d(B) = 2 rad/s". All other coordinates follow from the loops and the model's home position [default: motion]
     #[arg(long, value_name = "STATE")]
     pub(crate) from: Option<String>,
-    /// The end, in seconds or with a unit [default: the end of the followed motion, else 10 s after the start]
+    /// The end time, in seconds or with a unit [default: the end of the followed motion, else 10 s after the start]
     #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) until: Option<f64>,
-    /// Ends the run as soon as this holds, like "platform.z < 100 mm" or "d(A) > 2 rad/s"; repeatable
+    /// Condition that ends the simulation as soon as it is true, like "platform.z < 100 mm" or "d(A) > 2 rad/s";
+    /// repeatable
     #[arg(long, value_name = "CONDITION")]
     pub(crate) stop: Vec<String>,
     #[command(flatten)]
@@ -64,24 +63,24 @@ pub(crate) struct Forward {
     /// fallback)
     #[arg(long, value_name = "METHOD", default_value = "automatic")]
     pub(crate) method: Method,
-    /// Relative error of an integration step; that of a time step is a thousand times as large
+    /// Relative error of an integration step; the tolerance of time stepping is a thousand times as large
     #[arg(long, value_name = "NUMBER", default_value = "1e-10", allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
     /// Wall-clock time between two checkpoints of a run with -o, in seconds or with a unit
     #[arg(long, value_name = "TIME", value_parser = seconds, default_value = "60", allow_negative_numbers = true)]
     pub(crate) checkpoint: f64,
-    /// Wall-clock time after which the run ends, in seconds or with a unit; the results up to then
-    /// are complete, and --resume continues
+    /// Wall-clock time after which the run ends, in seconds or with a unit. The results until then are complete, and
+    /// --resume continues the run
     #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) time_limit: Option<f64>,
-    /// Resume an interrupted run with the same options and the same -o; --until may differ
+    /// Resume an interrupted run; give the same options and the same -o, only --until may differ
     #[arg(long, requires = "output")]
     pub(crate) resume: bool,
     #[command(flatten)]
     pub(crate) report: Report,
-    /// Write forward.csv, reactions.csv, friction.csv, bodies.csv, energy.csv, events.csv, motion.csv,
-    /// summary.json, plots and a report into this folder; of several loads into folders below it, with
-    /// envelope.csv and a common plot
+    /// Write forward.csv, reactions.csv, friction.csv, bodies.csv, energy.csv, events.csv, motion.csv, summary.json,
+    /// plots and a report into this folder. For several loads write them into subfolders, with envelope.csv and a
+    /// common plot
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -111,11 +110,11 @@ pub(crate) struct Compensate {
     /// `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
-    /// A load on the robot, which no controller knows
+    /// A load on the robot that the controllers do not know
     #[arg(long, value_name = "LOAD", default_value = "none")]
     pub(crate) load: String,
-    /// Controllers to compare: `pd`, `computed-torque`, each also with `+coulomb` (the best constant friction
-    /// of each actuator), `computed-torque+friction` (the friction of the model) [default: all]
+    /// Controllers to compare: `pd`, `computed-torque`, each also with `+coulomb` (the best constant friction of each
+    /// actuator), `computed-torque+friction` (the friction of the model) [default: all]
     #[arg(long, value_name = "CONTROLLER", value_delimiter = ',')]
     pub(crate) controller: Vec<String>,
     /// Bandwidth of the position control, in Hz or with a unit
@@ -124,10 +123,10 @@ pub(crate) struct Compensate {
     /// Time between samples of the controller, in seconds or with a unit
     #[arg(long, value_name = "TIME", default_value = "1 ms", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) period: f64,
-    /// Largest relative error of each friction coefficient of the controller; errors are drawn at random
+    /// Largest relative error of each friction coefficient in the controller's model; the errors are random
     #[arg(long, value_name = "PART", default_value = "10%", value_parser = part, allow_negative_numbers = true)]
     pub(crate) known_to: f64,
-    /// Seed of the random differences and of the noise
+    /// Seed of the random errors and of the measurement noise
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) seed: u64,
     /// Increment of the encoders, in m or rad or with a unit
@@ -136,18 +135,18 @@ pub(crate) struct Compensate {
     /// Standard deviation of the noise of each measured position, in m or rad or with a unit
     #[arg(long, value_name = "SIZE", default_value = "0", value_parser = length_or_angle, allow_negative_numbers = true)]
     pub(crate) noise: f64,
-    /// Time between measurement and effort, in seconds or with a unit
+    /// Delay between measurement and effort, in seconds or with a unit
     #[arg(long, value_name = "TIME", default_value = "0", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) delay: f64,
-    /// Write compensate.json and compensate.csv, the tracking errors over time, into this folder
+    /// Write compensate.json and compensate.csv (tracking errors over time) into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Print the figures or the error as JSON
+    /// Print the results or the error as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }
 
-/// A part of one: a number, or percent.
+/// Parses a fraction: a number, or a percentage.
 fn part(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let (number, factor) = match text.strip_suffix('%') {

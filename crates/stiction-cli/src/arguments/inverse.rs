@@ -16,9 +16,8 @@ use std::path::PathBuf;
 pub(crate) struct Inverse {
     #[command(flatten)]
     pub(crate) model: Model,
-    /// A motion: its name in the model, a CSV file, or assignments like
-    /// "platform.x = 5 mm*sin(2*pi*t); duration = 2 s"; repeatable: all motions run with all loads, and
-    /// their envelope follows
+    /// A motion: its name in the model, a CSV file, or assignments like "platform.x = 5 mm*sin(2*pi*t); duration = 2
+    /// s"; repeatable: all motions are combined with all loads, followed by the envelope of all runs
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Vec<String>,
     #[command(flatten)]
@@ -40,8 +39,8 @@ pub(crate) struct Inverse {
     pub(crate) threads: Threads,
     #[command(flatten)]
     pub(crate) report: Report,
-    /// Write inverse.csv, reactions.csv, friction.csv, bodies.csv, summary.json, plots and a report into
-    /// this folder; of several motions or loads into folders below it, with envelope.csv and a common plot
+    /// Write inverse.csv, reactions.csv, friction.csv, bodies.csv, summary.json, plots and a report into this folder.
+    /// For several motions or loads write them into subfolders, with envelope.csv and a common plot
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -74,14 +73,14 @@ pub(crate) struct Compare {
     /// Change a value of the second model; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set_b: Vec<String>,
-    /// The motion of both: its name in the models, a CSV file, or assignments; see `stiction inverse
-    /// --help` [default: that of each model]
+    /// The motion of both models: its name in the models, a CSV file, or assignments; see `stiction inverse --help`
+    /// [default: that of each model]
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
     #[command(flatten)]
     pub(crate) filter: Filter,
-    /// The load of both: its name in the models, or assignments like "platform.fz = -100 N" [default:
-    /// that of each model]
+    /// The load on both models: its name in the models, or assignments like "platform.fz = -100 N" [default: that of
+    /// each model]
     #[arg(long, value_name = "LOAD")]
     pub(crate) load: Option<String>,
     /// Joint friction: coupled with the reactions (on), computed once from frictionless reactions
@@ -94,8 +93,8 @@ pub(crate) struct Compare {
     pub(crate) threads: Threads,
     #[command(flatten)]
     pub(crate) report: Report,
-    /// Write compare.csv, compare.json, drives.svg, and the results of each model in the folders A and B
-    /// below this folder
+    /// Write compare.csv, compare.json and drives.svg into this folder, and the results of each model into its
+    /// subfolders A and B
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Print the figures and both summaries, or the error, as JSON
@@ -119,20 +118,20 @@ pub(crate) struct Sweep {
     /// motion or load begin with `motion.` or `load.`; repeatable
     #[arg(long, value_name = "KEY=VALUES")]
     pub(crate) vary: Vec<String>,
-    /// A statistic of a column, like "peak(leg1.P.effort)": peak, rms, mean, min, max, range, final or work of
-    /// any column of the tables that `inverse` writes; repeatable
+    /// A statistic of a column, like "peak(leg1.P.effort)": peak, rms, mean, min, max, range, final or work of any
+    /// column in the tables that `inverse` writes; repeatable
     #[arg(long, value_name = "FUNCTION(COLUMN)")]
     pub(crate) objective: Vec<String>,
-    /// All combinations, a Latin hypercube, or Sobol's sequence [default: grid]
+    /// The design of the study: all combinations, a Latin hypercube, or Sobol's sequence [default: grid]
     #[arg(long, value_name = "DESIGN", conflicts_with = "table")]
     pub(crate) design: Option<Plan>,
-    /// Number of designs of a sampled plan
+    /// Number of designs for a Latin hypercube or Sobol's sequence
     #[arg(long, value_name = "N", conflicts_with = "table")]
     pub(crate) samples: Option<u64>,
-    /// Seed of a sampled plan; Sobol's sequence is shifted by it [default: 0 for a Latin hypercube, no shift]
+    /// Seed of a sampled design; it shifts Sobol's sequence [default: 0 for a Latin hypercube, no shift]
     #[arg(long, value_name = "S", conflicts_with = "table")]
     pub(crate) seed: Option<u64>,
-    /// Take the designs from a CSV file whose columns are keys, like `mu` or `tool.mass [kg]`
+    /// Read the designs from a CSV file whose columns are keys, like `mu` or `tool.mass [kg]`
     #[arg(long, value_name = "FILE", conflicts_with = "vary")]
     pub(crate) table: Option<PathBuf>,
     /// The motion of all designs; see `stiction inverse --help` [default: that of the model]
@@ -149,7 +148,7 @@ pub(crate) struct Sweep {
     pub(crate) friction: Option<Friction>,
     #[command(flatten)]
     pub(crate) sampling: Sampling,
-    /// Compute one part of the designs only: part K of N, every N-th row from row K
+    /// Compute only part K of N of the designs: every N-th row, starting at row K
     #[arg(long, value_name = "K/N", value_parser = shard, default_value = "1/1", hide_default_value = true)]
     pub(crate) shard: Shard,
     #[command(flatten)]
@@ -162,7 +161,7 @@ pub(crate) struct Sweep {
     /// Continue an interrupted study in the folder of -o
     #[arg(long, requires = "output")]
     pub(crate) resume: bool,
-    /// Merge the folders of all parts of a study into that of -o
+    /// Merge the results in these folders, the parts of one study, into the folder of -o
     #[arg(long, value_name = "DIR", num_args = 1.., requires = "output",
         conflicts_with_all = ["name", "set", "vary", "objective", "table", "motion", "load", "shard", "resume"])]
     pub(crate) merge: Vec<PathBuf>,
@@ -171,7 +170,7 @@ pub(crate) struct Sweep {
     pub(crate) json: bool,
 }
 
-/// Choice of designs.
+/// Kind of design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Plan {
     Grid,
@@ -179,10 +178,10 @@ pub(crate) enum Plan {
     Sobol,
 }
 
-/// Part of a study.
+/// Part of a study that is computed on its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shard {
-    /// Number of the part, from 1.
+    /// Number of the part, counted from 1.
     pub(crate) part: u64,
     pub(crate) parts: u64,
 }

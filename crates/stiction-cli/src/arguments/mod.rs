@@ -1,4 +1,4 @@
-//! The command line: one file for each group of commands, and the options that several share.
+//! Command line: one file for each group of commands, and one for the options that several commands share.
 
 mod excite;
 mod export;
@@ -37,42 +37,41 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Actuator forces with and without friction, and every joint reaction, along a motion
     Inverse(Inverse),
-    /// Two models, or a model and its variant, along the same motion: figures side by side
+    /// Two models, or a model and its variant, along the same motion: their results side by side
     Compare(Compare),
-    /// The motion under forces, controllers and locks, with joints that stick and slip
+    /// Motion under forces, controllers and locks, with joints that stick and slip
     Forward(Forward),
     /// Mobility, redundant constraints, statically indeterminate reactions and singular positions
     Check(Check),
     /// Statistics of inverse dynamics for many designs: grids, samples or a table of values of the model
     Sweep(Box<Sweep>),
-    /// The robot and its motion without forces: a page with the moving robot, and a moving picture
+    /// Page with the moving robot, and an animated picture of it, without forces
     View(View),
-    /// Static friction at rest: the range of each actuator force, the forces at which motion begins, and
-    /// whether the mechanism holds without drives
+    /// Static friction at rest: the range of each actuator force, the forces at which motion begins, and whether the
+    /// mechanism holds without actuators
     Breakaway(Breakaway),
-    /// Positions of rest without friction, under gravity, springs, loads and efforts, and their stability
+    /// Static equilibria without friction, under gravity, springs, loads and efforts, and their stability
     Equilibrium(Equilibrium),
     /// Linear model about an operating point: A, B, C, D in independent coordinates, and its eigenvalues
     Linearize(Linearize),
-    /// Inertia and friction from logged positions and efforts, with what the logs cannot tell
+    /// Inertia and friction from logged positions and efforts, with verdicts on what the logs determine
     Identify(Identify),
-    /// Motions that excite chosen parameters for identification, within the limits of the robot, with the precision
-    /// to expect
+    /// Motions that excite chosen parameters for identification, within the limits of the robot, and the expected
+    /// precision
     Excite(Box<Excite>),
     /// A study that ships with the program: `zhang2018`, a paper equation by equation
     Study(Study),
-    /// Write an assembled mechanism in a format of other programs
+    /// Convert an assembled mechanism to a format of another program
     Convert(Convert),
-    /// Controllers with and without friction compensation on the simulated robot: tracking errors, work,
-    /// limit cycles
+    /// Simulated controllers with and without friction compensation: tracking errors, work, limit cycles
     Compensate(Compensate),
-    /// Write inverse dynamics with friction for a controller: source code in C or Rust, or an FMU
+    /// Export inverse dynamics with friction for a controller: source code in C or Rust, or an FMU
     Export(Export),
     /// List the built-in models, or print one
     Models(Models),
-    /// Print the JSON Schema of the model file, for editors that complete and check it
+    /// Print the JSON Schema of the model file, for completion and checks in editors
     Schema,
-    /// Print completions for a shell
+    /// Print a completion script for a shell
     Completions {
         /// The shell
         shell: clap_complete::Shell,
@@ -85,8 +84,8 @@ pub(crate) enum Command {
 pub(crate) struct Study {
     /// The study; without a name, all studies are listed
     pub(crate) name: Option<String>,
-    /// Write the report into this folder: report.html, report.md, report.json, pictures and tables
-    /// [default: study-NAME; with --json none]
+    /// Write the report into this folder: report.html, report.md, report.json, pictures and tables [default:
+    /// study-NAME; with --json no folder]
     #[arg(short, long, value_name = "DIR", requires = "name")]
     pub(crate) output: Option<PathBuf>,
     /// Print findings and tables or the error as JSON

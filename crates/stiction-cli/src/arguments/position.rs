@@ -1,4 +1,4 @@
-//! Commands about mobility, positions and their neighbourhood.
+//! Commands for the check of a mechanism, static friction, equilibria and linear models.
 
 use super::shared::{Filter, Model, Report, Sampling, Switch};
 use clap::Args;
@@ -44,11 +44,11 @@ pub(crate) struct View {
     pub(crate) filter: Filter,
     #[command(flatten)]
     pub(crate) sampling: Sampling,
-    /// Write report.html, the page, and moving.svg, a picture for a README, into this folder [default: a
-    /// temporary folder, and the page opens]
+    /// Write report.html, the page, and moving.svg, a picture for a README, into this folder [default: a temporary
+    /// folder, and the page opens in a browser]
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Open the page in a browser, with -o too
+    /// Open the page in a browser even if -o is given
     #[arg(long)]
     pub(crate) open: bool,
 }
@@ -60,12 +60,12 @@ pub(crate) struct View {
 pub(crate) struct Breakaway {
     #[command(flatten)]
     pub(crate) model: Model,
-    /// The motion that leads to the position: its name in the model, a CSV file, or assignments
-    /// like "A = 60 deg; duration = 0 s"; see `stiction inverse --help`
+    /// The motion that contains the position: its name in the model, a CSV file, or assignments like "A = 60 deg;
+    /// duration = 0 s"; see `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
-    /// The time of the motion at which the mechanism rests, in seconds or with a unit [default: the
-    /// start of the motion]
+    /// The time in the motion at which the mechanism rests, in seconds or with a unit [default: the start of the
+    /// motion]
     #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) at: Option<f64>,
     /// A load: its name in the model, or assignments like "platform.fz = -100 N"
@@ -89,7 +89,7 @@ pub(crate) struct Breakaway {
 pub(crate) struct Equilibrium {
     #[command(flatten)]
     pub(crate) model: Model,
-    /// The motion whose first position starts the search; see `stiction inverse --help`
+    /// The motion whose first position is the start of the search; see `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
     /// The start of the search, as in `stiction forward --help` [default: motion]
@@ -101,10 +101,11 @@ pub(crate) struct Equilibrium {
     /// Efforts of actuators, as in `stiction forward --help` [default: none]
     #[arg(long, value_name = "DRIVES")]
     pub(crate) drives: Option<String>,
-    /// Joints that are locked at their start positions, with or without actuators
+    /// Joints that are locked at their start positions; they need no actuator
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     pub(crate) hold: Vec<String>,
-    /// Take the nearest equilibrium, stable or not, instead of the stable one down the potential
+    /// Find the nearest equilibrium, stable or not, instead of the next stable one along the descent of the potential
+    /// energy
     #[arg(long)]
     pub(crate) nearest: bool,
     /// Print the findings or the error as JSON
@@ -120,14 +121,14 @@ pub(crate) struct Equilibrium {
 pub(crate) struct Linearize {
     #[command(flatten)]
     pub(crate) model: Model,
-    /// The motion that leads to the operating point; see `stiction inverse --help`
+    /// The motion that contains the operating point; see `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
-    /// The time of the motion, in seconds or with a unit [default: the start of the motion]
+    /// The time in the motion, in seconds or with a unit [default: the start of the motion]
     #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true, conflicts_with = "from")]
     pub(crate) at: Option<f64>,
-    /// The operating point, as in `stiction forward --help`: like "A = 60 deg; d(B) = 2 rad/s"
-    /// [default: motion]
+    /// The operating point as the start of a simulation, see `stiction forward --help`; for example "A = 60 deg; d(B) =
+    /// 2 rad/s" [default: motion]
     #[arg(long, value_name = "STATE")]
     pub(crate) from: Option<String>,
     /// A load: its name in the model, or assignments like "platform.fz = -100 N"
@@ -137,7 +138,7 @@ pub(crate) struct Linearize {
     /// determine the motion, else none]
     #[arg(long, value_name = "DRIVES")]
     pub(crate) drives: Option<String>,
-    /// Joints that are locked, with or without actuators
+    /// Joints that are locked; they need no actuator
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     pub(crate) hold: Vec<String>,
     /// Joint friction [default: as the model says, else on]

@@ -7,13 +7,13 @@ use std::path::PathBuf;
 use stiction::FrictionMode;
 use stiction_format::{hertz, seconds};
 
-/// Options on the messages of the program.
+/// Options for the messages of the program.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Messages {
-    /// Print results, warnings and errors only: no notes and no progress
+    /// Print results, warnings and errors, but neither notes nor progress
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
-    /// When to print messages in colour
+    /// Print messages in colour: always, never, or automatically if the output is a terminal
     #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
     pub(crate) color: ColorChoice,
 }
@@ -33,13 +33,14 @@ pub(crate) struct Model {
     pub(crate) reading: Reading,
 }
 
-/// Options on reading robot files of other programs.
+/// Options for reading robot files of other programs.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct Reading {
-    /// Keep every joint of a URDF, MJCF or SDF as it is, instead of recognising hinges and balls
+    /// Keep every joint of a URDF, MJCF or SDF unchanged; by default, combinations that act as hinges or balls are
+    /// recognised
     #[arg(long)]
     pub(crate) literal: bool,
-    /// A folder in which packages and models are looked for (package://, model://); repeatable
+    /// A folder to search for packages and models (package://, model://); repeatable
     #[arg(long, value_name = "DIR")]
     pub(crate) package_path: Vec<PathBuf>,
 }
@@ -50,16 +51,16 @@ impl Reading {
     }
 }
 
-/// The filter of recorded motions.
+/// Filter for recorded motions.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Filter {
-    /// Low-pass filter a recorded motion, without phase shift: the cut-off frequency (-3 dB), in Hz or with a
-    /// unit ("20 Hz"); the caution on a noisy recording suggests one [default: as the motion says, else none]
+    /// Filter recorded motions by a low-pass without phase shift; the value is the cut-off frequency (-3 dB), in Hz or
+    /// with a unit ("20 Hz"). The caution on a noisy recording suggests one [default: that of the motion, else none]
     #[arg(long, value_name = "FREQUENCY", value_parser = hertz, allow_negative_numbers = true)]
     pub(crate) filter: Option<f64>,
 }
 
-/// The format of tables.
+/// Format of tables.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct Tables {
     /// Format of the tables: csv, npz (NumPy archives with an array for each column), mcap (one log with joint states
@@ -107,8 +108,8 @@ impl Tables {
 /// The report of a run.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Report {
-    /// Write report.html with the other results: a page with headline figures, the moving robot, plots,
-    /// peaks and verdicts, that needs no other file
+    /// Write report.html with the other results: a self-contained page with headline figures, the moving robot, plots,
+    /// peaks and verdicts
     #[arg(long, value_name = "MODE", default_value = "on")]
     pub(crate) report: Switch,
     /// Open the report in a browser; without -o, the results go into a temporary folder
@@ -116,14 +117,14 @@ pub(crate) struct Report {
     pub(crate) open: bool,
 }
 
-/// A switch.
+/// Switch: on or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Switch {
     On,
     Off,
 }
 
-/// Coupling of friction and reactions.
+/// Friction mode.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum Friction {
     On,
@@ -141,10 +142,10 @@ impl From<Friction> for FrictionMode {
     }
 }
 
-/// Samples of a motion.
+/// Sampling of a motion.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Sampling {
-    /// Time between samples, in seconds or with a unit ("10 ms") [default: as the motion says, else 0.01]
+    /// Time between samples, in seconds or with a unit ("10 ms") [default: that of the motion, else 0.01]
     #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) step: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! Functional mock-up units: archives with a binary for this platform.
+//! Functional mock-up units: archives that contain source code and a binary for this platform.
 
 use crate::arguments::Export as Options;
 use crate::convert;
@@ -12,7 +12,7 @@ use stiction::{Export, Fmi, Fmu};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// Compilers to try, without `CC` in the environment.
+/// Compilers that are tried if the environment variable `CC` is not set.
 const COMPILERS: [&str; 3] = ["cc", "gcc", "clang"];
 
 /// Writes the feed-forward FMU.
@@ -38,7 +38,7 @@ pub(super) fn write(
     convert::write(&options.output, &archive(&files)?, files_read)
 }
 
-/// Archive of files, equal for equal files.
+/// Packs files into an archive; equal files yield equal archives.
 pub(super) fn archive(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Failure> {
     let trouble = |error: &dyn std::fmt::Display| {
         Failure::input(format!("the FMU cannot be archived: {error}"))
@@ -56,7 +56,7 @@ pub(super) fn archive(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Failure> {
     Ok(zip.finish().map_err(|error| trouble(&error))?.into_inner())
 }
 
-/// Folder that is removed in the end.
+/// Temporary folder, which is removed when the value is dropped.
 struct Temporary(PathBuf);
 
 impl Drop for Temporary {
@@ -65,7 +65,8 @@ impl Drop for Temporary {
     }
 }
 
-/// Compiles the source code for this platform; or returns the reason why that is not possible.
+/// Compiles the source code for this platform and returns the path and content of the binary in the archive, or the
+/// reason why that is impossible.
 fn binary(fmu: &Fmu, fmi: Fmi) -> Result<(String, Vec<u8>), String> {
     let platform = fmi
         .platform(env::consts::OS, env::consts::ARCH)
@@ -97,7 +98,7 @@ fn binary(fmu: &Fmu, fmi: Fmi) -> Result<(String, Vec<u8>), String> {
     Ok((format!("binaries/{platform}/{library}"), content))
 }
 
-/// Command of the C compiler: that of `CC`, or the first that is installed.
+/// Command of the C compiler: that of the environment variable `CC`, or the first one that is installed.
 fn compiler() -> Option<Vec<String>> {
     if let Some(own) = env::var_os("CC") {
         let own = own.to_string_lossy().into_owned();

@@ -1,4 +1,4 @@
-//! Plants as functional mock-up units: archives with the model and the library that contains the engine.
+//! Plant FMUs: archives that contain the model, and the shared library with the engine.
 
 use super::fmu::archive;
 use crate::arguments::{Export as Options, Language, Switch};
@@ -55,7 +55,7 @@ pub(super) fn write(
     convert::write(&options.output, &archive(&files)?, files_read)
 }
 
-/// The library that contains the engine, of the same version as this program.
+/// Reads the shared library with the engine, and checks that its version is that of this program.
 fn library(given: Option<&Path>) -> Result<Vec<u8>, Failure> {
     let version = env!("CARGO_PKG_VERSION");
     let name = format!("{}stiction_fmu{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);

@@ -1,4 +1,4 @@
-//! Checkpoints of a simulation, from which it resumes after an interruption.
+//! Checkpoints of a simulation on disk, from which it resumes after an interruption.
 
 use super::FILES;
 use crate::failure::Failure;
@@ -16,10 +16,10 @@ pub(super) struct Journal {
     fingerprint: u64,
 }
 
-/// A checkpoint of an interrupted run.
+/// Checkpoint of an interrupted run, and the rows that this run has written.
 pub(super) struct Kept {
     pub(super) checkpoint: RunCheckpoint,
-    /// File with the rows of each table, and its valid length in bytes.
+    /// For each table, the file that contains its rows, and the valid length of this file in bytes.
     pub(super) files: Vec<(String, u64)>,
 }
 
@@ -38,7 +38,7 @@ impl Journal {
         self.last.elapsed() >= self.every
     }
 
-    /// Writes a checkpoint; tables must have been flushed.
+    /// Writes a checkpoint. The tables must have been flushed before.
     pub(super) fn write(
         &mut self,
         outputs: &Outputs,
@@ -64,7 +64,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Reads the checkpoint of an interrupted run of the same simulation in the folder.
+    /// Reads the checkpoint in the folder, which must belong to an interrupted run of the same simulation.
     pub(super) fn read(&self, outputs: &Outputs) -> Result<Kept, Failure> {
         let text = outputs.read(CHECKPOINT).ok_or_else(|| {
             Failure::input(format!("there is no {CHECKPOINT} to resume from"))
@@ -110,10 +110,10 @@ fn checksum_of(tables: &Value, checkpoint: &Value) -> String {
     format!("{:016x}", checksum(&format!("{tables}{checkpoint}")))
 }
 
-/// Temporary names and lengths of the tables being written.
+/// Temporary names and present lengths in bytes of the tables that are being written.
 ///
 /// # Errors
-/// A file is missing, so that a checkpoint could not be resumed.
+/// A failure if a file is missing, since a checkpoint without it could not be resumed.
 pub(super) fn partials(outputs: &Outputs) -> Result<[(String, u64); FILES.len()], Failure> {
     for_each_file(|_, name| {
         outputs.partial(name).ok_or_else(|| {
@@ -134,7 +134,7 @@ pub(super) fn begin(
     })
 }
 
-/// Calls `make` with the index and name of each table, and stops at the first failure.
+/// Calls `make` with index and name of each table, and stops at the first failure.
 fn for_each_file<T>(
     mut make: impl FnMut(usize, &'static str) -> Result<T, Failure>,
 ) -> Result<[T; FILES.len()], Failure> {

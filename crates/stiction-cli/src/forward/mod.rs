@@ -29,7 +29,7 @@ pub(crate) fn run(options: &Forward) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.into_json(options.json))
 }
 
-/// Maps the options to a request.
+/// Converts the options to a request to the library.
 fn request(
     robot: &Robot,
     options: &Forward,
@@ -103,7 +103,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     }
 }
 
-/// Runs several loads.
+/// Runs the simulation with several loads.
 fn several(
     robot: &Robot,
     (options, folder): (&Forward, Option<&Path>),
@@ -139,7 +139,7 @@ fn several(
     Ok(())
 }
 
-/// Conditions that end a run early: an interrupt and a time limit.
+/// Conditions that end a run early: an interruption by the user, and a time limit.
 #[derive(Clone, Copy)]
 struct Watch<'a> {
     interrupted: &'a AtomicBool,
@@ -323,14 +323,14 @@ fn single(
     }
 }
 
-/// Limit of the wall-clock time of a run.
+/// Limit on the wall-clock time of a run.
 struct Limit {
     start: Instant,
     seconds: Option<f64>,
 }
 
 impl Limit {
-    /// Starts the clock.
+    /// Starts to measure the time.
     fn new(seconds: Option<f64>) -> Result<Self, Failure> {
         match seconds {
             Some(given) if given.is_nan() || given <= 0.0 => Err(Failure::input(format!(
@@ -344,7 +344,8 @@ impl Limit {
         self.seconds.is_some_and(|limit| self.start.elapsed().as_secs_f64() > limit)
     }
 
-    /// Failure of a run that ended at the limit after a row at some time, s, with its folder.
+    /// Failure of a run that has reached the limit. `last` is the time, s, of the last row, and the folder of the
+    /// results, if any.
     fn failure(&self, last: Option<(f64, Option<&Path>)>) -> Failure {
         let limit = self.seconds.unwrap_or_default();
         let (reached, resume) = match last {
@@ -363,7 +364,7 @@ impl Limit {
     }
 }
 
-/// Passes the rows that an interrupted run has written to `receive`.
+/// Passes the rows that an interrupted run has written to `recorder`.
 fn read_again(
     outputs: &Outputs,
     kept: &Kept,
@@ -384,9 +385,9 @@ fn read_again(
     })
 }
 
-/// Names of the tables.
+/// Names of the tables that every run writes.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
-/// Names of the files that only some runs write.
+/// Names of all files that a run may write, but not every run does.
 const POSSIBLE: [&str; 20] = [
     report::FILE,
     "forward.csv",
@@ -410,7 +411,7 @@ const POSSIBLE: [&str; 20] = [
     "friction.png",
 ];
 
-/// Converts the end of a simulation to a failure, unless it reached its end time.
+/// Converts the end of a simulation to a failure, unless it reached its end time or a stop condition.
 fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
     let results = kept.map(|folder| {
         format!("the results up to t = {} s are in {}", outcome.last, folder.display())

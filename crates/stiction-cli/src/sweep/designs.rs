@@ -1,4 +1,4 @@
-//! The designs of a study: a plan of variations, or a table.
+//! Designs of a study: from variations of keys, or from a table.
 
 use crate::arguments::{Plan, Shard, Sweep};
 use crate::failure::Failure;
@@ -74,7 +74,7 @@ impl Designs {
         }
     }
 
-    /// Name of the plan.
+    /// Name of the kind of design.
     pub(super) fn plan(&self) -> &'static str {
         match self {
             Self::Plan(_, Plan::Grid) => "grid",
@@ -84,7 +84,7 @@ impl Designs {
         }
     }
 
-    /// Full path of the table.
+    /// Full path of the table, if the designs come from one.
     pub(super) fn file(&self) -> Option<PathBuf> {
         match self {
             Self::Plan(..) => None,
@@ -92,7 +92,7 @@ impl Designs {
         }
     }
 
-    /// Designs of a part, without the first `done`.
+    /// Iterates over the designs of a part, without the first `done` of them.
     pub(super) fn iter(&self, shard: Shard, done: u64) -> Result<Iter<'_>, Failure> {
         let (first, step) = (shard.part - 1 + done * shard.parts, shard.parts);
         Ok(match self {

@@ -1,4 +1,4 @@
-//! Rows of a study on disk while it is computed, so that an interrupted study continues.
+//! Rows of a study on disk while it runs, so that an interrupted study can be continued.
 
 use super::Results;
 use crate::arguments::Sweep;
@@ -13,12 +13,12 @@ use stiction::{Error, ErrorKind, Study};
 use stiction_format::Setting;
 use stiction_run::sweep::{Record, Row, Table};
 
-/// Table of a complete study.
+/// Name of the table of a complete study.
 pub(super) const TABLE: &str = "sweep.csv";
-/// Table of a study that is being computed, and what it belongs to.
+/// Names of the table of a running study, and of the file that describes this study.
 const PARTIAL_TABLE: &str = "sweep.partial.csv";
 const PARTIAL_STUDY: &str = "sweep.partial.json";
-/// Time between two writes, and between two that wait for the disk.
+/// Interval between two writes to the files, and interval between two writes that wait for the disk.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
 const SYNC_EVERY: Duration = Duration::from_secs(30);
 
@@ -33,7 +33,7 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Begins the table, or continues that of an interrupted study, whose rows are added to `results`.
+    /// Begins the table, or continues the table of an interrupted study and adds its rows to `results`.
     pub(super) fn open(
         outputs: &Outputs,
         about: &Value,
@@ -116,7 +116,7 @@ impl Journal {
         })
     }
 
-    /// Writes all rows so far.
+    /// Writes all rows so far to the files.
     pub(super) fn flush(&mut self) -> Result<(), Error> {
         self.write(|journal| {
             journal.table.flush()?;
@@ -131,7 +131,7 @@ impl Journal {
         })
     }
 
-    /// Gives the table its name.
+    /// Gives the table its final name.
     pub(super) fn complete(mut self, name: &Path) -> Result<(), Failure> {
         self.flush()?;
         let renamed = std::fs::rename(&self.partial, name);
@@ -145,7 +145,7 @@ impl Journal {
     }
 }
 
-/// Adds the complete rows of an interrupted study to the results; returns their length in bytes.
+/// Adds the complete rows in the table of an interrupted study to the results, and returns their length in bytes.
 fn replay(
     partial: &Path,
     study: &Study,
@@ -177,7 +177,7 @@ fn replay(
     }
 }
 
-/// The header as it is written.
+/// Header of the table as text.
 fn header_line(study: &Study) -> std::io::Result<String> {
     let mut bytes = Vec::new();
     drop(Table::new(study.keys(), study.headers(), &mut bytes)?);

@@ -1,4 +1,4 @@
-//! Merging the parts of a study.
+//! Merging of the parts of a study.
 
 use super::journal::TABLE;
 use super::{Results, part_of};
@@ -125,12 +125,12 @@ fn damaged(folder: &Path, why: &str) -> Failure {
         .help("compute this part again")
 }
 
-/// Names of the columns.
+/// Names of the columns in a header.
 fn columns(header: &str) -> Vec<String> {
     stiction_run::sweep::fields(header).unwrap_or_default()
 }
 
-/// Numbers of values of a grid.
+/// Number of values of each key, if the design is a grid.
 fn shape(about: &Value) -> Option<Vec<u64>> {
     if about["design"] != "grid" {
         return None;

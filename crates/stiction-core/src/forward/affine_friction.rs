@@ -1,4 +1,4 @@
-//! Friction of an interface for given velocity and mode, affine in its normal load.
+//! Friction of an interface at a given velocity and mode, as an affine function of its normal load.
 
 use crate::friction::{Law, OwnFriction, Resistance};
 pub(super) use crate::friction_problem::surface_vector::{dot, norm};
@@ -7,44 +7,46 @@ use crate::parameters::InterfaceParameters;
 /// Mode of a friction interface at an instant: slip or stick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InterfaceMode {
-    /// Friction is a smooth function of velocity and inner state: regularised, viscous alone, or with
+    /// Friction is a smooth function of velocity and internal state: a regularised law, viscous friction alone, or
     /// bristles.
     Smooth,
-    /// Slip. For one DOF the first number is the direction, 1 or -1, constant within a step. For
-    /// several DOFs it is the direction at the surface, used if the velocity is too small to define
-    /// one.
+    /// Slip. For an interface with one DOF the first number is the direction of slip, 1 or -1, constant within a step.
+    /// For several DOFs the numbers are the unit vector of slip at the surface, used where the velocity is too small to
+    /// define one.
     Slides([f64; 3]),
     /// Stick: static friction prevents slip.
     Sticks,
-    /// Static friction at its limit, opposing slip onset in this direction, while other constraints
-    /// prevent slip.
+    /// Static friction at its limit while other constraints prevent slip; the unit vector is the direction of slip
+    /// onset, which the friction opposes.
     AtLimit([f64; 3]),
 }
 
-/// Friction efforts on the interface's DOFs, `-(constant + per_load * normal load)`, arms included.
+/// Friction of an interface as an affine function of its normal load: the effort on each DOF of the interface is
+/// `-(constant + per_load * normal load)`, N or N m, with the lever arms of the surface included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AffineFriction {
     pub(super) constant: [f64; 3],
     pub(super) per_load: [f64; 3],
-    /// Friction on which the normal load of a thread depends.
+    /// Friction of the interface itself as far as it changes the normal load, as on the flanks of a thread.
     pub(super) own: OwnFriction<f64>,
 }
 
 impl AffineFriction {
-    /// Zero friction.
+    /// Returns zero friction.
     pub(super) fn none() -> Self {
         Self { constant: [0.0; 3], per_load: [0.0; 3], own: OwnFriction::none() }
     }
 
-    /// Friction at the surface, N, of an interface with these lever arms under a normal load.
+    /// Returns the friction at the surface, N, under a normal load, N; `arms` are the lever arms of the DOFs, m, or 1
+    /// for translations.
     pub(super) fn at_surface(&self, arms: [f64; 3], load: f64) -> [f64; 3] {
         let effort = |i: usize| self.constant[i] + self.per_load[i] * load;
         [0, 1, 2].map(|i| if effort(i) == 0.0 { 0.0 } else { effort(i) / arms[i] })
     }
 }
 
-/// Mode of an interface without regularisation for given surface rates: it slides if they exceed
-/// `rounding`.
+/// Returns the mode of an interface at rest with an unregularised law, for given surface rates or accelerations: static
+/// friction at its limit along them if their magnitude exceeds `rounding`, stick otherwise.
 pub(super) fn mode_of(rates: &[f64], rounding: f64) -> InterfaceMode {
     let mut direction = [0.0; 3];
     direction[..rates.len()].copy_from_slice(rates);
@@ -66,8 +68,8 @@ pub(super) fn is_smooth(interface: &InterfaceParameters<f64>) -> bool {
     interface.laws().into_iter().all(smooth)
 }
 
-/// Friction of an interface at a surface velocity, m/s; `bristles` are the bristle deflections, m,
-/// if the law has any.
+/// Returns the friction of an interface at a surface velocity, m/s; `bristles` are the bristle deflections, m, if the
+/// law has any.
 pub(super) fn affine_friction(
     interface: &InterfaceParameters<f64>,
     pitch: f64,
@@ -122,7 +124,7 @@ pub(super) fn affine_friction(
     AffineFriction { constant, per_load, own }
 }
 
-/// Rate of the bristle deflections, m/s.
+/// Returns the rates of the bristle deflections, m/s.
 pub(super) fn bristle_rate(
     interface: &InterfaceParameters<f64>,
     velocity: [f64; 3],

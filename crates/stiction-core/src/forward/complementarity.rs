@@ -1,4 +1,4 @@
-//! Complementarity problem of forward dynamics, with accelerations or velocities as rates.
+//! Complementarity problem between frictions and the accelerations, or velocities, of the interfaces.
 
 use super::Forward;
 use super::balance::{Balance, Response};
@@ -9,7 +9,8 @@ use crate::friction_problem::influence::Influence;
 use crate::kinematics::Bodies;
 use crate::spatial::Wrench;
 
-/// Members of a complementarity problem, each with the responses of the balance to its unknowns.
+/// Interfaces that take part in a complementarity problem, each with the responses of the balance to its unknown
+/// frictions.
 pub(super) struct Members<'a> {
     model: &'a Forward,
     data: &'a Data,
@@ -17,13 +18,13 @@ pub(super) struct Members<'a> {
     members: Vec<Member>,
     /// Response to each unknown.
     pub(super) units: Vec<Response>,
-    /// Interface and wrench of each unknown.
+    /// Interface and joint wrench of each unknown, per unit of the unknown.
     wrenches: Vec<(usize, Wrench<f64>)>,
-    /// Friction of interfaces in the base response.
+    /// Interfaces whose friction the base response includes, and the wrenches of these frictions.
     known: Vec<(usize, Wrench<f64>)>,
 }
 
-/// Wrenches at the members' joints in response to each unknown.
+/// Influence of each unknown on the wrenches at the joints of the members.
 struct MemberWrenches<'a> {
     model: &'a Forward,
     bodies: &'a Bodies<f64>,
@@ -47,7 +48,7 @@ impl Influence for MemberWrenches<'_> {
     }
 }
 
-/// Sum of those frictions that act between the gear of an interface and its load.
+/// Sums the frictions among `all` that act between the gear of the interface `gear` and its load.
 fn friction_behind(model: &Forward, gear: usize, all: &[(usize, Wrench<f64>)]) -> Wrench<f64> {
     let own = all.iter().filter(|(interface, _)| is_behind(&model.parameters, gear, *interface));
     own.fold(Wrench::zero(), |sum, (_, wrench)| sum + *wrench)
@@ -59,13 +60,12 @@ impl<'a> Members<'a> {
         Self { model, data, balance, members, units, wrenches: Vec::new(), known: Vec::new() }
     }
 
-    /// Notes the wrench of an interface's friction that the base response includes.
+    /// Records the friction wrench of an interface that the base response includes.
     pub(super) fn include(&mut self, interface: usize, wrench: Wrench<f64>) {
         self.known.push((interface, wrench));
     }
 
-    /// Adds an interface; `wrenches` are the wrenches at its joint per unit of each of its
-    /// unknowns.
+    /// Adds an interface to the problem; `wrenches` are the wrenches at its joint per unit of each of its unknowns.
     pub(super) fn add(
         &mut self,
         interface: usize,
@@ -82,10 +82,10 @@ impl<'a> Members<'a> {
         self.members.push(Member { interface, places: first..self.units.len(), law });
     }
 
-    /// Complementarity problem of the members. `base` is the response without friction of the
-    /// members; `free` returns the surface rates of a member in it, and `prescribed` contains those
-    /// of the prescribed actuators, which no friction changes. A friction force changes all others
-    /// by `step` times the accelerations that it causes.
+    /// Builds the complementarity problem of the members. `base` is the response without friction of the members, and
+    /// `free` returns the surface rates of a member in that response. `prescribed` contains the rates of the prescribed
+    /// actuators, which friction does not change. A friction force changes every other rate by `step` times the
+    /// acceleration that it causes.
     pub(super) fn problem(
         &self,
         base: &Response,

@@ -13,12 +13,12 @@ pub(super) struct ConstrainedDof {
     pub(super) dof: usize,
     /// Acceleration, rad/s^2 or m/s^2; zero under static friction.
     pub(super) acceleration: f64,
-    /// True if an actuator constrains the DOF, false if friction does.
+    /// True if an actuator constrains the DOF, false if static friction does.
     pub(super) actuated: bool,
     /// Friction limit as an effort: the scale of static frictions that are statically
     /// indeterminate.
     pub(super) scale: f64,
-    /// Reference effort: statically indeterminate frictions deviate from it as little as possible.
+    /// Reference effort, N or N m: statically indeterminate frictions deviate from it as little as possible.
     pub(super) reference: f64,
 }
 
@@ -29,7 +29,7 @@ impl ConstrainedDof {
     }
 }
 
-/// A DOF of a sticking interface among the constrained ones.
+/// DOF of a sticking interface, as one of the constrained DOFs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StickingDof {
     pub(super) interface: usize,
@@ -39,27 +39,27 @@ pub(super) struct StickingDof {
     pub(super) row: usize,
 }
 
-/// Constraint row: a covector on the relative motion of a joint's two bodies, or a gearing.
+/// Row of the constraints: a unit wrench of a joint (a covector on the relative motion of its bodies), or a gearing.
 #[derive(Clone, Debug)]
 pub(super) struct ConstraintRow {
-    /// Joint; of a gearing its first one.
+    /// Index of the joint; for a gearing, of the first of its joints.
     pub(super) joint: usize,
-    /// DOF of the joint, if the row constrains a single one.
+    /// Index of the DOF in the joint, if the row constrains a single DOF.
     pub(super) dof: Option<usize>,
-    /// Index in [`Topology::gearings`], for the row of a gearing. Its covector is zero: it acts on joints of the tree,
-    /// whose wrenches follow from the bodies.
+    /// Index in [`Topology::gearings`] if the row is a gearing. Its covector is then zero: the row acts on joints of
+    /// the tree, whose wrenches follow from the equilibrium of the bodies.
     pub(super) gearing: Option<usize>,
-    /// Unit wrench of its multiplier, predecessor on successor, about the reference point.
+    /// Wrench of a unit multiplier of this row, predecessor on successor, world axes about the reference point.
     pub(super) covector: Wrench<f64>,
-    /// Required value for the accelerations of the tree.
+    /// Required value of the row for the accelerations of the tree.
     pub(super) right: f64,
-    /// True if an actuator exerts the multiplier.
+    /// True if the multiplier is the effort of a prescribed actuator.
     pub(super) actuated: bool,
-    /// Friction limit as an effort, if friction exerts the multiplier.
+    /// Friction limit as an effort, if the multiplier is a static friction.
     pub(super) friction_scale: Option<f64>,
-    /// Reference effort from which friction deviates as little as possible.
+    /// Reference effort of a static friction: statically indeterminate frictions deviate from it as little as possible.
     pub(super) reference: f64,
-    /// Factor that makes errors of angles and lengths comparable.
+    /// Factor that makes residuals of angles and lengths comparable.
     pub(super) scale: f64,
 }
 
@@ -72,8 +72,8 @@ pub(super) struct ConstraintRows {
 }
 
 impl ConstraintRows {
-    /// Computes all rows and their matrix, reusing the buffers. Bodies must be placed and, for the
-    /// right-hand sides, moved.
+    /// Computes all rows and their matrix, reusing the buffers. Needs [`Bodies::place`] and, for the right-hand sides,
+    /// [`Bodies::move_with`].
     pub(super) fn update(
         &mut self,
         topology: &Topology,
@@ -85,7 +85,7 @@ impl ConstraintRows {
         self.fill_matrix(topology, parameters, bodies);
     }
 
-    /// Computes all rows, but not their matrix, whose size is quadratic in the number of bodies.
+    /// Computes all rows without their matrix, whose size is quadratic in the number of bodies.
     pub(super) fn update_rows(
         &mut self,
         topology: &Topology,
@@ -180,7 +180,7 @@ impl ConstraintRows {
         }
     }
 
-    /// Product of a row with rates or accelerations of the tree, without the matrix.
+    /// Returns the product of a row with rates or accelerations of the tree, without using the matrix.
     pub(super) fn product(
         &self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -200,7 +200,8 @@ impl ConstraintRows {
         sum
     }
 
-    /// Writes the matrix with its rows scaled, and its columns by `columns`, reusing the buffer.
+    /// Writes the matrix to `scaled`, with its rows multiplied by their scales and its columns by `columns`, reusing
+    /// the buffer.
     pub(super) fn scale_into(&self, columns: &[f64], scaled: &mut Vec<f64>) {
         scaled.clone_from(&self.matrix);
         let each = self.rows.iter().zip(scaled.chunks_exact_mut(columns.len().max(1)));
@@ -210,8 +211,8 @@ impl ConstraintRows {
     }
 }
 
-/// Calls `of` with each DOF of the tree that changes the relative pose of a joint's bodies, and
-/// with its sign.
+/// Calls `of` with each DOF of the tree that changes the relative pose of a joint's two bodies, and with the sign of
+/// that change.
 pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usize, f64)) {
     match topology.role[joint] {
         Role::Cut { cut } => {
@@ -228,8 +229,8 @@ pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usi
     }
 }
 
-/// Relative acceleration of the bodies of a joint for zero accelerations of the tree, less that
-/// which the joint's own rates cause.
+/// Returns the relative acceleration of a joint's two bodies at zero accelerations of the tree, minus the
+/// velocity-dependent acceleration that the joint allows. The constraint rows must cancel it.
 pub(super) fn opening(
     topology: &Topology,
     parameters: &Parameters<f64>,

@@ -19,17 +19,17 @@ use crate::friction_problem::newton::{UNBOUNDED, largest};
 use crate::random::Random;
 use crate::spatial::{Vec3, Wrench};
 
-/// Step sizes of the continuation, which every search for modes repeats. Locating a lock to the
-/// shortest step takes some 60 steps; near singular positions millions would fit between zero and full
-/// friction.
+/// Step sizes of the continuation from zero to full friction. The shortest step bounds the work, since every search for
+/// modes repeats the continuation: it needs some 60 steps to locate a lock. Near singular positions an unbounded
+/// continuation would need millions of steps.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6, most: 300 };
 /// Number of starts of the search for other solutions.
 const STARTS: u32 = 24;
-/// Relative difference of the normal loads below which two solutions are equal.
+/// Relative difference of the normal loads below which two solutions count as the same.
 const SAME: f64 = 1e-7;
 
-/// Normal loads, accelerations and reactions with friction.
+/// Solution with friction: normal loads, accelerations and reactions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Coupled {
     pub(super) response: Response,
@@ -37,27 +37,28 @@ pub(super) struct Coupled {
     pub(super) loads: Vec<f64>,
 }
 
-/// Problem for the normal loads, and the responses that define it.
+/// Problem for the unknown normal loads, and the responses of the balance that define it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Coupling {
-    /// Joint wrenches of actuators and friction that do not depend on normal loads.
+    /// Wrenches that do not depend on normal loads, each with its joint: those of actuators, and the constant parts of
+    /// friction.
     constant: Vec<(usize, Wrench<f64>)>,
-    /// Response to these wrenches.
+    /// Response of the balance to the constant wrenches.
     base: Response,
     problem: LoadProblem,
-    /// Friction wrench per newton of each unknown normal load.
+    /// Joint and friction wrench per newton of each unknown normal load.
     units: Vec<(usize, Wrench<f64>)>,
-    /// Interface of each unknown.
+    /// Interface of each unknown normal load.
     interfaces: Vec<usize>,
     one: Response,
     all: Vec<(usize, Wrench<f64>)>,
     workspace: LoadWorkspace,
-    /// True if the problem has its influence, whose size is quadratic in the number of interfaces.
+    /// True if the influence matrix of the problem is computed. Its size is quadratic in the number of interfaces.
     has_influence: bool,
     fixed_point: FixedPoint,
 }
 
-/// Responses of the decomposed balance to the friction of one newton of each normal load.
+/// Responses of the decomposed balance to the friction due to one newton of each normal load.
 struct Responses<'a> {
     model: &'a Forward,
     data: &'a Data,
@@ -106,7 +107,7 @@ impl Influence for Responses<'_> {
 }
 
 impl Coupling {
-    /// Sets up the problem; `efforts` are the wrenches of actuators.
+    /// Sets up the problem for given frictions; `efforts` are the wrenches of the actuators, each with its joint.
     pub(super) fn update(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -149,7 +150,7 @@ impl Coupling {
         }
     }
 
-    /// Computes the influence of the normal loads on each other, unless it is known.
+    /// Computes the influence of the normal loads on each other, unless it has been computed since the last update.
     pub(super) fn need_influence(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -168,9 +169,9 @@ impl Coupling {
         problem.set_influence(&mut responses);
     }
 
-    /// Solves near the `known` normal loads with one response for each iteration instead of one for
-    /// each interface. Returns false if the iteration does not contract, or if gears transmit
-    /// normal loads.
+    /// Solves by fixed-point iteration from the `known` normal loads. An iteration costs one response of the balance,
+    /// whereas Newton's method needs one for each interface. Returns false if the iteration does not contract, or if
+    /// gears transmit normal loads.
     pub(super) fn iterate(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -212,7 +213,7 @@ impl Coupling {
         true
     }
 
-    /// Solves near the `known` normal loads, one for each interface, if a solution exists there;
+    /// Solves by Newton's method from the `known` normal loads, N, one for each interface, if it converges there;
     /// otherwise by continuation from the frictionless solution.
     pub(super) fn solve(
         &mut self,
@@ -233,12 +234,13 @@ impl Coupling {
         self.workspace.continuation_steps
     }
 
-    /// Bound on the coupling of friction and normal loads: below one the solution is unique.
+    /// Returns the uniqueness bound: if it is below one, no other normal loads satisfy the friction laws in these
+    /// modes.
     pub(super) fn bound(&mut self, model: &Forward, data: &Data) -> f64 {
         self.problem.coupling_bound(model.configuration(data), &mut self.workspace)
     }
 
-    /// Finds solutions that differ from `known`, from many starts.
+    /// Searches for solutions that differ from `known`, from many random starts.
     pub(super) fn others(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -274,7 +276,7 @@ impl Coupling {
         found
     }
 
-    /// Computes accelerations and reactions from the solved normal loads.
+    /// Computes accelerations and reactions from the normal loads found last.
     fn complete(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -296,7 +298,8 @@ impl Coupling {
         self.note_loads((model, data), frictions, response, found);
     }
 
-    /// Writes the normal loads of all interfaces under a response.
+    /// Writes the normal loads of all interfaces to `found`; `response` gives the normal loads that are not unknowns of
+    /// the problem.
     fn note_loads(
         &self,
         (model, data): (&Forward, &Data),

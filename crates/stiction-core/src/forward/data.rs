@@ -1,4 +1,4 @@
-//! Data of an instant that are independent of the modes of the interfaces.
+//! Quantities at an instant that do not depend on the modes of the interfaces.
 
 use super::Forward;
 use super::inputs::{InputState, Inputs, View};
@@ -25,22 +25,23 @@ pub(super) struct Data {
     pub(super) velocities: Vec<[f64; 3]>,
     /// Bristle deflections of each interface, m.
     pub(super) bristles: Vec<[f64; 3]>,
-    /// States, sides and counted angles of the inputs.
+    /// State of the inputs: own states, sides of the switching functions, counted angles.
     pub(super) input: InputState,
     /// Rates of the own states of the inputs, per second.
     pub(super) input_rates: Vec<f64>,
-    /// Approximate friction limit of each interface relative to the largest: the scale of
-    /// statically indeterminate static frictions. Constant as long as the modes are.
+    /// Estimated friction limit of each interface relative to the largest: the scale of statically indeterminate static
+    /// frictions. Stays constant while the modes stay the same.
     pub(super) friction_scales: Vec<f64>,
     /// Reference static friction of each interface, N: statically indeterminate frictions deviate
     /// from it as little as possible.
     pub(super) reference_frictions: Vec<[f64; 3]>,
-    /// Factor by which static friction may exceed its limit; usually one.
+    /// Factor by which static friction may exceed its limit; one except in a search that allows for statically
+    /// indeterminate frictions.
     pub(super) limit_factor: f64,
 }
 
 impl Data {
-    /// Allocates the data of a model, without values.
+    /// Allocates the data of a model; all quantities are empty or zero.
     pub(super) fn new(model: &Forward) -> Self {
         Self {
             time: 0.0,
@@ -62,7 +63,7 @@ impl Data {
 }
 
 impl Forward {
-    /// Computes the data of an instant.
+    /// Computes the data at a time, s, from the state and the inputs.
     pub(super) fn data(
         &self,
         time: f64,
@@ -79,8 +80,8 @@ impl Forward {
         data
     }
 
-    /// Recomputes the data in place from their time, state, bristles, states of the inputs, friction scales and
-    /// reference frictions.
+    /// Recomputes the data in place. Uses the values that `data` holds for time, state, bristles, states of the inputs,
+    /// friction scales and reference frictions.
     pub(super) fn update_data(&self, data: &mut Data, inputs: &mut dyn Inputs) {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let Data {
@@ -139,13 +140,13 @@ impl Forward {
         inputs.targets(time, targets);
     }
 
-    /// Parameters and poses at which normal loads are evaluated.
+    /// Returns the parameters and poses from which normal loads follow.
     pub(super) fn configuration<'a>(&'a self, data: &'a Data) -> Configuration<'a> {
         Configuration { parameters: &self.parameters, bodies: &data.bodies }
     }
 
-    /// Angular speed of a body, rad/s; a velocity counts as an angular velocity at the
-    /// characteristic length.
+    /// Speed of a body, rad/s: the larger of its angular velocity and its linear velocity over the characteristic
+    /// length.
     pub(super) fn twist_rate(&self, twist: &Twist<f64>) -> f64 {
         twist.angular.norm().max(twist.linear.norm() / self.parameters.length)
     }

@@ -1,12 +1,12 @@
-//! Coefficients of the method of Dormand and Prince of order 8 with errors of order 5 and 3 and an
+//! Coefficients of the method of Dormand and Prince of order 8, with error estimates of orders 5 and 3 and an
 //! interpolation of order 7.
 //!
 //! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, second
 //! edition, section II.5 and II.6 and the program DOP853. Rounded to double precision.
 
-/// Stages of a step; the derivative at its end is the first stage of the next.
+/// Number of stages of a step; the derivative at its end is the first stage of the next step.
 pub(super) const STAGES: usize = 12;
-/// Stages including the derivative at the end and those for the interpolation only.
+/// Number of stages including the derivative at the end of the step and those that only the interpolation needs.
 pub(super) const ALL_STAGES: usize = 16;
 
 /// Times of the stages as fractions of the step.
@@ -142,7 +142,7 @@ pub(super) const ERROR_5: &[(usize, f64)] = &[
 pub(super) const LOWER_3: &[(usize, f64)] =
     &[(0, 0.2440944881889764), (8, 0.7338466882816118), (11, 0.022058823529411766)];
 
-/// The last four coefficients of the interpolation.
+/// Weights of the derivatives in the last four coefficients of the interpolation.
 pub(super) const INTERPOLATION: [&[(usize, f64)]; 4] = [
     &[
         (0, -8.428938276109013),

@@ -6,12 +6,12 @@ use crate::kinematics::AssemblyError;
 use crate::words::brief;
 use thiserror::Error;
 
-/// One of several solutions that satisfy all friction laws.
+/// Another solution that satisfies all friction laws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Competitor {
     /// Normal loads of all interfaces, N.
     pub loads: Vec<f64>,
-    /// Accelerations of the tree.
+    /// Accelerations of the tree, rad/s^2 or m/s^2.
     pub accelerations: Vec<f64>,
     /// Mode of each interface.
     pub interfaces: Vec<InterfaceMode>,
@@ -24,8 +24,8 @@ pub enum ForwardError {
     /// The mechanism cannot be assembled at its start.
     #[error("{0}")]
     Assembly(#[from] AssemblyError),
-    /// No acceleration was found that is connected with the frictionless one; usually none exists
-    /// (Painleve's paradox).
+    /// No acceleration was found by continuation from the frictionless solution; usually none exists (Painleve's
+    /// paradox).
     #[error(
         "at t = {t} s no acceleration was found for the rigid model with this friction; searched: the \
          solution continued from zero friction. It ends {at}, where the normal loads grow without bound, \
@@ -44,7 +44,7 @@ pub enum ForwardError {
         /// Scale of the friction coefficients at which the solution branch ends, percent.
         percent: f64,
     },
-    /// The search finds no modes of the interfaces that satisfy all friction laws.
+    /// The search found no combination of sticking and sliding interfaces that satisfies all friction laws.
     #[error(
         "at t = {t} s no combination of sticking and sliding joints was found that satisfies all friction laws; joint \
          `{joint}` can neither stick nor slide (Painleve's paradox at rest); reduce its friction or \
@@ -52,18 +52,19 @@ pub enum ForwardError {
     NoChoice {
         /// Time, s.
         time: f64,
-        /// The joint.
+        /// Name of a joint that can neither stick nor slide.
         joint: String,
     },
-    /// A gear has a loss that depends on its load.
+    /// Two drive trains of one degree of freedom have gears with different losses, so their parts of the effort are
+    /// unknown.
     #[error(
         "the motors `{first}` and `{second}` drive one degree of freedom by gears with different losses, so \
          that their parts of the effort are not known; give both gears the same efficiencies"
     )]
     UnequalGears {
-        /// Name of a drive train.
+        /// Name of a drive train of this degree of freedom.
         first: String,
-        /// Name of another of the same degree of freedom.
+        /// Name of another drive train of the same degree of freedom.
         second: String,
     },
     /// The friction of a motor that moves several joints together cannot be simulated.
@@ -73,20 +74,20 @@ pub enum ForwardError {
     FrictionOfSeveral {
         /// Name of the drive train.
         actuator: String,
-        /// When or why not, and the remedy.
+        /// Condition under which, or reason for which, the friction is not simulated, and the remedy.
         problem: String,
     },
-    /// A body can move without inertia.
+    /// A body has no inertia in a motion that the constraints allow.
     #[error(
         "at t = {t} s body `{body}` can move without any inertia, so its acceleration is not \
          defined; give it mass and moments of inertia, or lock that motion", t = brief(*time, 9))]
     Massless {
         /// Time, s.
         time: f64,
-        /// The body.
+        /// Name of the body.
         body: String,
     },
-    /// A spring or bushing is turned too far for its moment to be defined.
+    /// The relative rotation at a spring or bushing is too large for its moment to be defined.
     #[error("at t = {t} s spring `{spring}`: {problem}", t = brief(*time, 9))]
     Spring {
         /// Time, s.
@@ -103,12 +104,12 @@ pub enum ForwardError {
     Open {
         /// Time, s.
         time: f64,
-        /// The joint.
+        /// Name of the joint with the largest closure error.
         joint: String,
         /// Closure error, m or rad.
         gap: f64,
     },
-    /// The required step is too short.
+    /// The tolerance requires a step below the shortest one.
     #[error(
         "at t = {t} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
          the motion changes too fast there{around}; allow a larger tolerance, or check the forces \
@@ -116,14 +117,14 @@ pub enum ForwardError {
     Stiff {
         /// Time, s.
         time: f64,
-        /// Step, s.
+        /// Length of the rejected step, s.
         step: f64,
         /// Relative tolerance.
         tolerance: f64,
-        /// Location, in words.
+        /// Text about the joint or position where the motion changes too fast; may be empty.
         around: String,
     },
-    /// A formula of the inputs changes its branch back and forth without end.
+    /// A formula of the inputs changes between its branches without end (chatter).
     #[error(
         "at t = {t} s {what} changes back and forth {count} times within {span:.1e} s (chatter): a jump holds the mechanism at \
          its zero, which is no motion of this formula; write a continuous formula there, such as `tanh(x/x0)` for \
@@ -131,16 +132,16 @@ pub enum ForwardError {
         t = brief(*time, 9)
     )]
     Chatter {
-        /// Time, s.
+        /// Time of the last change, s.
         time: f64,
         /// The formula or limit, in words.
         what: String,
         /// Number of changes.
         count: usize,
-        /// Time in which they happen, s.
+        /// Time span of the changes, s.
         span: f64,
     },
-    /// The simulation makes hardly any progress in time.
+    /// The simulated time hardly advances over many evaluations.
     #[error(
         "at t = {t} s the simulation stalls: time has hardly advanced over the last {evaluations} \
          evaluations of accelerations or velocities{}; allow a larger tolerance, reduce the friction \
@@ -163,11 +164,11 @@ pub enum ForwardError {
         units = if *rates { "m/s or rad/s" } else { "m or rad" }
     )]
     Contradiction {
-        /// Description of the violated value or rate.
+        /// The violated value or rate, in words.
         what: String,
         /// Residual: m or rad; for rates m/s or rad/s.
         by: f64,
-        /// True if a rate is violated.
+        /// True if `by` is the residual of a rate, false if it is that of a value.
         rates: bool,
     },
     /// The motion at the start violates a lock, a prescribed motion or a loop immediately: at a
@@ -181,11 +182,11 @@ pub enum ForwardError {
     Blocked {
         /// Time, s.
         time: f64,
-        /// Description of the violated constraint.
+        /// The violated constraint, in words.
         what: String,
         /// Residual acceleration, m/s^2 or rad/s^2.
         by: f64,
-        /// True if it is an acceleration in m/s^2.
+        /// True if `by` is in m/s^2, false if it is in rad/s^2.
         translates: bool,
         /// True if the mechanism is at rest and the forces push it; `by` is then the residual after
         /// one second.
@@ -199,35 +200,35 @@ pub enum ForwardError {
     Impact {
         /// Time, s.
         time: f64,
-        /// Description of the violated constraint.
+        /// The violated constraint, in words.
         what: String,
-        /// Jump of the velocities, percent of the fastest.
+        /// Required jump of the velocities, percent of the largest velocity.
         percent: f64,
         /// True if the constraint is a loop, not a lock or a prescribed motion.
         by_loop: bool,
     },
-    /// A checkpoint does not belong to this mechanism.
+    /// The checkpoint belongs to another mechanism or version.
     #[error(
         "the checkpoint does not belong to a simulation of this mechanism by this version; start a new one"
     )]
     Checkpoint,
-    /// A body exceeds the speed of light: the forces grow without bound.
+    /// A body exceeds the speed of light: the forces on it grow without bound.
     #[error(
         "at t = {t} s body `{body}` is faster than light ({speed:.1e} m/s): the forces on it grow without bound", t = brief(*time, 9))]
     Runaway {
         /// Time, s.
         time: f64,
-        /// The fastest body.
+        /// Name of the fastest body.
         body: String,
         /// Speed of its centre of mass, or of a point at the characteristic length from it, m/s.
         speed: f64,
     },
-    /// A number is not finite.
+    /// A quantity is infinite or not a number.
     #[error("at t = {t} s {what} is not a finite number; check the inputs at that time", t = brief(*time, 9))]
     NotFinite {
         /// Time, s.
         time: f64,
-        /// The quantity.
+        /// The quantity, in words.
         what: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! Initial state of a simulation from partial information.
+//! Initial state of a simulation from partial data.
 //!
 //! Equation (D8) of the book's theory.
 
@@ -11,20 +11,22 @@ use crate::linalg::RowSpace;
 use crate::mechanism::BodyId;
 use crate::spatial::Pose;
 
-/// Known value or rate of one coordinate at the start.
+/// Given value or rate of one coordinate at the start of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
     /// The coordinate.
     pub coordinate: Coordinate,
-    /// Value, rad or m.
+    /// Value, rad or m, if given.
     pub value: Option<f64>,
-    /// Rate, rad/s or m/s; for a component of a rotation vector that of the angular velocity in the ground's axes.
+    /// Rate, rad/s or m/s, if given. For a component of a rotation vector it is that component of the angular velocity,
+    /// in axes of the ground's frame.
     pub rate: Option<f64>,
 }
 
-/// Relative residual below which a rate counts as met.
+/// Relative residual below which a rate counts as satisfied.
 const MET: f64 = 1e-9;
-/// Relative size of the independent component of a row below which the row depends on others.
+/// Smallest component of a row that is independent of the other rows, relative to the row; a row below this bound
+/// counts as dependent.
 const DEPENDENT: f64 = 1e-10;
 
 impl Forward {
@@ -132,7 +134,7 @@ impl Forward {
         Ok(state)
     }
 
-    /// Describes a coordinate by its names.
+    /// Describes a coordinate in words, with the names of its joint or bodies.
     fn in_words(&self, coordinate: &Coordinate) -> String {
         let body = |body: &BodyId| &self.simulated().bodies()[body.0].name;
         let axis = |axis: &usize| ["x", "y", "z"].get(*axis).copied().unwrap_or("?");

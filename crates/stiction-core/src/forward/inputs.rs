@@ -6,7 +6,7 @@ use crate::statics::AppliedLoad;
 use crate::topology::Topology;
 use std::f64::consts::TAU;
 
-/// State that inputs may depend on.
+/// Present state of a simulation, as an argument of the inputs.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
     /// Time, s.
@@ -20,12 +20,13 @@ pub struct View<'a> {
     pub(super) input: &'a InputState,
 }
 
-/// State that a simulation keeps for its inputs.
+/// State of the inputs that a simulation stores.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct InputState {
     /// Own states of the inputs, see [`Inputs::initial_states`].
     pub(super) values: Vec<f64>,
-    /// Sizes of these states at which the absolute tolerance counts.
+    /// Magnitude of each own state from which on the relative tolerance applies: the absolute tolerance is a fraction
+    /// of it.
     pub(super) scales: Vec<f64>,
     /// Side of each switching function, see [`Inputs::switches`].
     pub(super) sides: Vec<bool>,
@@ -33,7 +34,7 @@ pub(super) struct InputState {
     pub(super) angles: Vec<Angle>,
 }
 
-/// Angle counted over full turns up to the start of the present step.
+/// Angle of a joint, counted over full turns up to the start of the present step.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Angle {
     pub(super) joint: usize,
@@ -47,8 +48,9 @@ pub(super) struct Angle {
 }
 
 impl Angle {
-    /// Among the angles that differ from `nearest` by full turns, the one nearest to that predicted by
-    /// the mean rate. Rates change little within a step compared with half a turn.
+    /// Returns the angle that equals `nearest`, rad, up to full turns and is closest to the angle predicted with the
+    /// mean of the rates before and now. Rates change little within a step, so that the prediction errs by much less
+    /// than half a turn.
     pub(super) fn count_on(&self, time: f64, nearest: f64, rate: f64) -> f64 {
         if time == self.time {
             return self.value;
@@ -64,8 +66,7 @@ impl<'a> View<'a> {
         &self.input.values
     }
 
-    /// Side of each switching function: true where its value counts as positive, see
-    /// [`Inputs::switches`].
+    /// Side of each switching function: true if its value counts as positive, see [`Inputs::switches`].
     pub fn sides(&self) -> &'a [bool] {
         &self.input.sides
     }
@@ -91,8 +92,8 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Value and rate of a coordinate; the acceleration is zero. Angles of joints are counted over full
-    /// turns since the start.
+    /// Value and rate of a coordinate; the acceleration is set to zero. Angles of joints are counted over full turns
+    /// since the start.
     pub fn measure(&self, coordinate: Coordinate) -> Target<f64> {
         let (topology, parameters) = (self.topology, self.parameters);
         let tree = &self.state.coordinates;
@@ -107,7 +108,8 @@ impl<'a> View<'a> {
     }
 }
 
-/// Coordinate of a joint's DOF; zero for joints without scalar coordinates, and for indices without a DOF.
+/// Coordinate of a joint's DOF, rad or m; zero for joints without scalar coordinates, and for indices that are not DOFs
+/// of the joint.
 pub(super) fn joint_coordinate(
     (topology, pitch): (&Topology, &[f64]),
     state: &State<f64>,
@@ -127,95 +129,96 @@ pub(super) fn joint_coordinate(
     nearest.get(dof).copied().unwrap_or(0.0)
 }
 
-/// Inputs of a simulation. The results of all methods may depend on their arguments only, since
-/// steps are repeated. Jumps are allowed only at [`Self::next_change`].
+/// Inputs of a simulation. The results of all methods must depend on their arguments only, since a simulation repeats
+/// steps. Inputs may jump only at [`Self::next_change`].
 pub trait Inputs {
-    /// Writes the efforts of all actuators, N or N m, in their order; those of prescribed actuators are ignored.
-    /// `efforts` contains zeros.
+    /// Writes the efforts of all actuators, N or N m, in the order of
+    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators). The simulation ignores those of prescribed
+    /// actuators. `efforts` contains zeros at first.
     fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]);
 
-    /// Writes the targets of the prescribed actuators at a time, s, in the order given to the model. `targets` contains
-    /// zeros.
+    /// Writes the targets of the prescribed actuators at a time, s, in the order given to
+    /// [`Forward::new`](super::Forward::new). `targets` contains zeros at first.
     fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
         let _ = (time, targets);
     }
 
-    /// Appends the loads on bodies to the empty list.
+    /// Appends the loads on bodies to `loads`, which is empty at first.
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
         let _ = (view, loads);
     }
 
-    /// Own states of the inputs, such as the integral of a controller: for each its value at the start and
-    /// the size at which the absolute tolerance counts. They are integrated with the mechanism, under
+    /// Returns the own states of the inputs, such as the integral of a controller: for each one its initial value, and
+    /// the magnitude to which the absolute tolerance refers. The simulation integrates them with the mechanism, under
     /// the same error control.
     fn initial_states(&self) -> Vec<(f64, f64)> {
         Vec::new()
     }
 
-    /// Writes the rates of the own states, per second. `rates` contains zeros.
+    /// Writes the rates of the own states, per second. `rates` contains zeros at first.
     fn state_rates(&mut self, view: &View<'_>, rates: &mut [f64]) {
         let _ = (view, rates);
     }
 
-    /// Appends the values of the switching functions to the empty list, always the same number.
+    /// Appends the values of the switching functions to `values`, which is empty at first; their number must be
+    /// constant.
     ///
-    /// Efforts, loads and rates of own states must be smooth functions on the side
-    /// [`View::sides`] of each, also beyond its zero. A step ends where one changes its sign, and the side
-    /// changes there; an effort limit is an example.
+    /// Efforts, loads and rates of own states must be smooth functions of time and state while [`View::sides`] stays
+    /// the same, even beyond the zero of a switching function. A step ends where a switching function changes its sign,
+    /// and its side changes there. An example is the effort minus its limit.
     fn switches(&mut self, view: &View<'_>, values: &mut Vec<f64>) {
         let _ = (view, values);
     }
 
-    /// Returns true if the simulation ends where this switching function is or becomes negative.
+    /// Returns whether the simulation ends where this switching function is or becomes negative.
     fn ends_at(&self, switch: usize) -> bool {
         let _ = switch;
         false
     }
 
-    /// Description of a switching function in messages, such as "the effort of `A`".
+    /// Describes a switching function for messages, such as "the effort of `A`".
     fn switch_name(&self, switch: usize) -> String {
         format!("switching function {switch} of the inputs")
     }
 
-    /// Next time after `time`, s, at which an input jumps or a controller samples; steps end there.
+    /// Returns the next time after `time`, s, at which an input jumps or a controller samples. Steps end there.
     fn next_change(&self, time: f64) -> Option<f64> {
         let _ = time;
         None
     }
 
-    /// Time, s, up to which efforts and loads stay constant from `time` on while the mechanism is
-    /// at rest. A simulation at rest does not evaluate them before that time. By default they may
-    /// change at any time.
+    /// Returns the time, s, until which efforts and loads stay constant from `time` on as long as the mechanism is at
+    /// rest. A simulation at rest does not evaluate them before that time. By default they may change at any time.
     fn steady_until(&self, time: f64) -> f64 {
         time
     }
 
-    /// Time, s, up to which a few samples from `time` on resolve the inputs; no step exceeds it. A
-    /// pulse shorter than a step could otherwise be missed.
+    /// Returns the time, s, until which a few samples from `time` on resolve the inputs. No step exceeds it; a longer
+    /// step could miss a short pulse.
     fn seen_until(&self, time: f64) -> f64 {
         let _ = time;
         f64::INFINITY
     }
 
-    /// Time, s, up to which the inputs are known; steps end there. By default they are known
-    /// beyond the end of every simulation.
+    /// Returns the time, s, until which the inputs are known. Steps end there. By default it is infinite.
     fn known_until(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// A step begins at this time, s. Inputs whose evaluation depends on earlier ones start from
-    /// their state of this moment until the next step begins.
+    /// Receives the time, s, at which a step begins. Inputs whose value depends on earlier evaluations must start from
+    /// their state at this time in every evaluation until the next step begins.
     fn begin_step(&mut self, time: f64) {
         let _ = time;
     }
 
-    /// Updates sampled inputs; called once at the start and at each [`Self::next_change`].
+    /// Updates sampled inputs. The simulation calls it once at the start and at each [`Self::next_change`].
     fn change(&mut self, view: &View<'_>) {
         let _ = view;
     }
 }
 
-/// Constant efforts without loads, N or N m, in the order of [`Mechanism::actuators`]; zero for actuators beyond the list.
+/// Constant efforts, N or N m, in the order of [`Mechanism::actuators`], without loads. Actuators beyond the end of the
+/// list exert no effort.
 ///
 /// [`Mechanism::actuators`]: crate::mechanism::Mechanism::actuators
 #[derive(Clone, Debug, PartialEq)]

@@ -17,27 +17,27 @@ use crate::topology::Role;
 /// State of a friction interface at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceSample {
-    /// Mode of the interface.
+    /// Mode of the interface: stick, slip, or a smooth law.
     pub interface: InterfaceMode,
-    /// Sliding velocity at the surface along its DOFs, m/s.
+    /// Sliding velocity at the surface along each DOF of the interface, m/s.
     pub velocity: [f64; 3],
     /// Normal load, N.
     pub load: f64,
-    /// Friction at the surface, N, signed along the sliding that it opposes.
+    /// Friction at the surface along each DOF of the interface, N, with the sign of the sliding that it opposes.
     pub friction: [f64; 3],
     /// Static friction limit under this normal load, N.
     pub limit: f64,
 }
 
 impl InterfaceSample {
-    /// Static friction limit less friction, N.
+    /// Margin to slip: static friction limit minus magnitude of the friction, N.
     pub fn margin(&self) -> f64 {
         self.limit - norm(self.friction)
     }
 
-    /// Dissipated power, W. During slip it is the speed times the friction of the law, not the
-    /// scalar product of the vectors; friction that does not oppose the slip therefore shows in the
-    /// energy balance.
+    /// Dissipated power, W. During slip it is the sliding speed times the friction that the law requires, not the
+    /// scalar product of velocity and friction. The energy balance therefore reveals friction that does not oppose the
+    /// slip.
     pub(super) fn dissipated(&self) -> f64 {
         let along = dot(self.velocity, self.friction);
         match self.interface {
@@ -62,13 +62,13 @@ pub struct Account {
     pub loads: f64,
     /// Power dissipated by the dampers of springs, W.
     pub dampers: f64,
-    /// Power dissipated by each interface, W; for bristle laws including the power stored in the
-    /// bristles.
+    /// Power dissipated by each interface, W. For laws with bristles it includes the rate of the energy that the
+    /// bristles store.
     pub interfaces: Vec<f64>,
 }
 
 impl Account {
-    /// Computes all powers and energies for moving bodies, actuator efforts, loads and interfaces.
+    /// Computes all powers and energies. The bodies must have poses and velocities.
     pub(super) fn update(
         &mut self,
         model: &Forward,
@@ -114,10 +114,10 @@ pub struct Instant {
     /// Effort of each gearing, N m, or N if its sum is a length, see
     /// [`Gearing`](crate::mechanism::Gearing).
     pub gearings: Vec<f64>,
-    /// For each joint the complete wrench that the predecessor exerts on the successor, world axes
-    /// about the reference point; then those of shafts that the model has in addition.
+    /// Complete wrench of each joint, exerted by its predecessor on its successor, world axes about the reference
+    /// point. The wrenches of motor shafts that the model adds come last.
     pub wrenches: Vec<Wrench<f64>>,
-    /// All friction interfaces.
+    /// State of each friction interface.
     pub interfaces: Vec<InterfaceSample>,
     /// Rates of the bristle deflections, m/s.
     pub(super) bristle_rates: Vec<[f64; 3]>,
@@ -125,28 +125,27 @@ pub struct Instant {
     pub(super) input_rates: Vec<f64>,
     /// Energies and powers.
     pub account: Account,
-    /// Bound on the coupling of friction and normal loads, if computed: below one the solution is
-    /// unique.
+    /// Uniqueness bound, if computed: below one no other normal loads satisfy the friction laws in the present modes.
     pub coupling: Option<f64>,
-    /// Number of redundant constraints, sticking DOFs included.
+    /// Number of redundant constraints, including the constraints of sticking DOFs.
     pub redundant: usize,
-    /// Number of actuator efforts that are statically indeterminate because more DOFs are
-    /// prescribed or locked than can move. These efforts have the least sum of squares, torques
-    /// divided by the characteristic length.
+    /// Number of actuator efforts that are statically indeterminate because more DOFs are prescribed or locked than can
+    /// move. The simulation takes the efforts with the least sum of squares, with torques divided by the characteristic
+    /// length.
     pub open_drives: usize,
     /// Mobility: number of DOFs left by the constraints.
     pub mobility: usize,
     /// Singularity distance of the constraints; zero at a singular position of the loops.
     pub(super) distance: f64,
-    /// Sticking interface that locks its joint only at this instant.
+    /// Sticking interface whose joint is at rest at this instant only, so that it must start to move.
     pub(super) gives_way: Option<usize>,
-    /// Number of joints of the mechanism, without shafts that the model has in addition.
+    /// Number of joints of the mechanism, not counting motor shafts that the model adds.
     pub(super) joints: usize,
 }
 
 impl Instant {
-    /// Name of a quantity that is not finite, if there is one.
-    pub(super) fn unfinite(&self) -> Option<&'static str> {
+    /// Names a quantity that is not finite, in words; `None` if all are finite.
+    pub(super) fn nonfinite(&self) -> Option<&'static str> {
         if !self.drives.iter().all(|effort| effort.is_finite()) {
             return Some("the effort of an actuator");
         }
@@ -158,7 +157,7 @@ impl Instant {
         (!self.wrenches.iter().all(is_finite)).then_some("a reaction")
     }
 
-    /// Allocates an instant of a model, without values.
+    /// Allocates the results of a model, with all values zero.
     pub(super) fn new(model: &Forward) -> Self {
         let topology = &model.topology;
         Self {
@@ -182,7 +181,7 @@ impl Instant {
         }
     }
 
-    /// Force (N) and moment (N m, about the origin of frame J) of each joint's complete wrench, world axes.
+    /// Returns force (N) and moment (N m, about the origin of frame J) of each joint's complete wrench, world axes.
     pub fn reactions(&self) -> Vec<(Vec3<f64>, Vec3<f64>)> {
         let each = self.wrenches.iter().zip(&self.bodies.frame_j).take(self.joints);
         each.map(|(w, j)| (w.force, w.moment_about(j.position))).collect()
@@ -190,7 +189,7 @@ impl Instant {
 }
 
 impl Forward {
-    /// Writes friction and normal load of each interface of a solution, reusing the buffer.
+    /// Writes friction and normal load of each interface for a solution, reusing the buffer.
     pub(super) fn interfaces_into(
         &self,
         data: &Data,
@@ -230,7 +229,7 @@ impl Forward {
         }
     }
 
-    /// Effort of each gearing of the mechanism in a response.
+    /// Returns the effort of each gearing of the mechanism in a response.
     pub(super) fn gearing_efforts<'a>(
         &'a self,
         response: &'a Response,
@@ -240,7 +239,8 @@ impl Forward {
         each.take(self.mechanism.gearings().len())
     }
 
-    /// Wrench of all friction and gearings between the gear of an interface and its load, in a solution.
+    /// Sums the wrenches of frictions and gearings that act between the gear of an interface and its load, for a
+    /// solution.
     pub(super) fn friction_behind(&self, gear: usize, data: &Data, solved: &Solved) -> Wrench<f64> {
         let (rows, bodies) = (&solved.balance.rows.rows[..], &data.bodies);
         let side = LoadSide { model: self, bodies, sticking: &solved.sticking, rows };
@@ -257,14 +257,14 @@ impl Forward {
         sum
     }
 
-    /// Results at the instant of a solution.
+    /// Returns the results at an instant for a solution of the accelerations.
     pub(super) fn instant(&self, data: &Data, modes: &[InterfaceMode], solved: &Solved) -> Instant {
         let mut instant = Instant::new(self);
         self.instant_into(data, modes, solved, &mut instant);
         instant
     }
 
-    /// Writes the results at the instant of a solution, reusing the buffers.
+    /// Writes the results at an instant for a solution of the accelerations, reusing the buffers.
     pub(super) fn instant_into(
         &self,
         data: &Data,

@@ -4,17 +4,17 @@
 
 use super::dop853::{ALL_STAGES, ERROR_5, INTERPOLATION, LOWER_3, NODES, STAGES, WEIGHTS};
 
-/// Nodes of all stages after the first, those of the dense output included, as parts of the step.
+/// Times of all stages after the first, including those of the interpolation, as fractions of the step.
 pub(super) const NODES_OF_OUTPUT: &[f64] = NODES.split_at(1).1;
 
-/// Stages of the last attempted step.
+/// Stages of the last attempted step, and its interpolation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Steps {
     stages: Vec<Vec<f64>>,
     start: Vec<f64>,
-    /// State of the last stage.
+    /// State at the stage evaluated last.
     last: Vec<f64>,
-    /// Memory for it while the interpolation is prepared.
+    /// Copy of that state while the interpolation is prepared.
     kept: Vec<f64>,
     pub(super) end: Vec<f64>,
     pub(super) step: f64,
@@ -23,7 +23,7 @@ pub(super) struct Steps {
     has_curve: bool,
 }
 
-/// Tolerances; the unit of an error is `absolute * scale + relative * |y|`.
+/// Tolerances of a step; an error of one unit is `absolute * scale + relative * |y|`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance<'a> {
     pub(super) relative: f64,
@@ -32,7 +32,7 @@ pub(super) struct Tolerance<'a> {
 }
 
 impl Steps {
-    /// Takes over another step, without its interpolation, in the memory of this one.
+    /// Copies the stages of another step, without its interpolation, reusing the memory of this one.
     pub(super) fn copy_from(&mut self, other: &Self) {
         let Self { stages, start, last, kept: _, end, step, curve: _, has_curve } = self;
         stages.clone_from(&other.stages);
@@ -42,8 +42,8 @@ impl Steps {
         (*step, *has_curve) = (other.step, false);
     }
 
-    /// Attempts a step from `start`, where the derivative is `first`. Returns the error in units of
-    /// the tolerance. `derivative` writes the derivative at a time and a state.
+    /// Attempts a step from the state `start`, whose derivative is `first`. `derivative` writes the derivative at a
+    /// time and a state. Returns the estimated error in units of the tolerance.
     pub(super) fn attempt<E>(
         &mut self,
         start: &[f64],
@@ -88,7 +88,7 @@ impl Steps {
         Ok(step.abs() * fifth / (below * f64::from(count.max(1))).sqrt())
     }
 
-    /// Evaluates a stage; its state remains in `last`.
+    /// Evaluates the derivative at a stage; the state at the stage remains in `last`.
     fn evaluate<E>(
         &mut self,
         stage: usize,
@@ -104,9 +104,9 @@ impl Steps {
         done
     }
 
-    /// Estimates the step times the contraction rate of neighbouring solutions (Hairer, Norsett and
-    /// Wanner 1993, section IV.2). Above about six, stability instead of accuracy bounds the step.
-    /// `after` is the derivative at the end.
+    /// Estimates the product of the step and the contraction rate of neighbouring solutions (Hairer, Norsett and Wanner
+    /// 1993, section IV.2). If it exceeds about six, stability instead of accuracy limits the step. `after` is the
+    /// derivative at the end of the step.
     pub(super) fn stiffness(&self, after: &[f64], scales: &[f64]) -> f64 {
         let Some(before) = self.stages.get(STAGES - 1) else { return 0.0 };
         let (mut change, mut apart) = (0.0, 0.0);
@@ -117,7 +117,7 @@ impl Steps {
         if apart > 0.0 { self.step * (change / apart).sqrt() } else { 0.0 }
     }
 
-    /// Writes the state for the weights of a stage.
+    /// Writes the state of a stage, given its weights, to `y`.
     fn point(&self, weights: &[(usize, f64)], y: &mut Vec<f64>) {
         y.clear();
         y.extend_from_slice(&self.start);
@@ -127,7 +127,7 @@ impl Steps {
         }
     }
 
-    /// Prepares [`Self::at`]; `last` is the derivative at the end.
+    /// Prepares the interpolation for [`Self::at`]; `last` is the derivative at the end of the step.
     pub(super) fn interpolate<E>(
         &mut self,
         time: f64,
@@ -166,7 +166,7 @@ impl Steps {
         Ok(())
     }
 
-    /// Writes the state at a fraction of the step, by interpolation.
+    /// Writes the interpolated state at a fraction `part` of the step, between 0 and 1, to `y`.
     pub(super) fn at(&self, part: f64, y: &mut Vec<f64>) {
         debug_assert!(self.has_curve, "the curve is that of this step");
         y.clear();

@@ -9,13 +9,13 @@ use crate::spatial::{Mat3, Twist, Vec3, Wrench};
 use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
-/// Inertia of a body or a composite body about the reference point, world axes.
+/// Inertia of a body, or of a composite of bodies, about the reference point in world axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inertia {
     mass: f64,
     /// Mass times position of the centre of mass, kg m.
     moment: Vec3<f64>,
-    /// Inertia tensor about the origin, kg m^2.
+    /// Inertia tensor about the reference point, kg m^2.
     second: Mat3<f64>,
 }
 
@@ -39,7 +39,7 @@ impl Inertia {
         self.second = self.second + other.second;
     }
 
-    /// Product with a twist: the momentum, or the wrench for an acceleration.
+    /// Product of the inertia with a twist: the momentum of a velocity, or the inertia wrench of an acceleration.
     #[inline(always)]
     pub(super) fn times<T: Scalar>(&self, twist: Twist<T>) -> Wrench<T> {
         let (mass, moment) = (T::from_f64(self.mass), self.moment.lift());
@@ -60,16 +60,16 @@ pub(super) struct MassMatrix {
     pub(super) bias_wrenches: Vec<Wrench<f64>>,
     /// Generalised forces of the bias wrenches on the DOFs of the tree.
     pub(super) bias: Vec<f64>,
-    /// Rotors of drive trains, and the rate of each per rate of each tree DOF.
+    /// Rotors of drive trains at the present position and velocity.
     pub(super) rotors: Vec<RotorTerm>,
-    /// Joints of all rotors.
+    /// Joints that move the rotors, for all rotors in one list.
     pub(super) rotor_parts: Vec<RotorPart>,
     pub(super) rotor_rows: Vec<f64>,
-    /// Effort that each rotor takes per acceleration of each tree DOF.
+    /// Effort that each rotor takes from its joints, per acceleration of each tree DOF.
     pub(super) taken_rows: Vec<f64>,
     /// Composite inertia of each subtree.
     pub(super) composite: Vec<Inertia>,
-    /// Buffer: bias wrench of each subtree.
+    /// Buffer: bias wrench of each subtree, about the reference point.
     subtree_wrenches: Vec<Wrench<f64>>,
 }
 
@@ -185,7 +185,7 @@ impl MassMatrix {
         }
     }
 
-    /// Computes the rows of rotors and adds their bias.
+    /// Computes the rows of the rotors, and adds the efforts that they take to the bias.
     fn update_rotors(
         &mut self,
         (topology, parameters): (&Topology, &Parameters<f64>),

@@ -1,9 +1,8 @@
 //! Forward dynamics: motion of a mechanism under given forces, with joints that stick and slip.
 //!
-//! One linear system (index 1) yields accelerations and all reactions. Friction is bounded by the
-//! reaction of its own joint and coupled to it implicitly. The accelerations decide whether an
-//! interface at rest sticks; a sticking interface does not move at all. See [`Forward`] and
-//! [`Simulation`].
+//! One linear system yields accelerations and all reactions (the constraints are differentiated twice: index 1). The
+//! friction of a joint is bounded by the reaction of the same joint and solved together with it. The accelerations
+//! decide whether an interface at rest sticks; a sticking interface does not creep. See [`Forward`] and [`Simulation`].
 //!
 //! [`Forward`] is the model. `Data` contain the quantities at an instant that do not depend on the
 //! modes of the interfaces. A [`Simulation`] advances the state and stores the results as an
@@ -63,7 +62,7 @@ use rotors::{Rotor, shaft_friction};
 use sparse::closures::{Closures, Reach};
 use std::sync::Arc;
 
-/// Number of DOFs of the tree from which the sparse solution of the balance is the faster one.
+/// Number of DOFs of the tree from which on the sparse solution of the balance is faster than the dense one.
 const SPARSE: usize = 24;
 
 /// Model of a mechanism for forward dynamics. Immutable.
@@ -114,7 +113,8 @@ const SPARSE: usize = 24;
 #[derive(Clone, Debug)]
 pub struct Forward {
     mechanism: Mechanism,
-    /// The mechanism with shafts for motors of several joints that have friction, and these shafts; `None` without any.
+    /// Copy of the mechanism with shafts for those motors of several joints that have friction, and these shafts.
+    /// `None` if no such motor exists.
     with_shafts: Option<(Mechanism, Vec<MotorShaft>)>,
     topology: Arc<Topology>,
     parameters: Parameters<f64>,
@@ -122,11 +122,12 @@ pub struct Forward {
     prescribed: Vec<usize>,
     /// Rotors of drive trains.
     rotors: Vec<Rotor>,
-    /// Scale of each DOF of the tree: the characteristic length for translations, else one.
+    /// Scale of each DOF of the tree: the characteristic length for translations, one for rotations.
     columns: Vec<f64>,
-    /// Sparse system of the loop closures for accelerations; `None` where the balance is solved densely.
+    /// Sparse system of the loop closures for the computation of accelerations; `None` if the balance is solved
+    /// densely.
     closures: Option<Arc<Closures>>,
-    /// The same for projections of positions and rates.
+    /// Sparse system of the loop closures for projections of positions and rates; `None` if they are solved densely.
     projections: Option<Arc<Closures>>,
 }
 
@@ -137,7 +138,7 @@ impl Forward {
         Self::with_tree(mechanism, TreeRule::Structure, prescribed)
     }
 
-    /// Builds the model with a spanning tree chosen by `rule`.
+    /// Builds the model as [`Self::new`], with a spanning tree chosen by `rule`.
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let with_shafts = mechanism.with_shafts();
         let simulated = with_shafts.as_ref().map_or(&mechanism, |(simulated, _)| simulated);
@@ -165,12 +166,12 @@ impl Forward {
         model
     }
 
-    /// Returns whether the sparse solution of the balance is the faster one.
+    /// Returns whether the sparse solution of the balance is faster than the dense one.
     fn is_sparse(&self) -> bool {
         self.topology.dofs() >= SPARSE
     }
 
-    /// Solves the balance sparsely, whatever its size, if its structure allows.
+    /// Forces the sparse solution of the balance, whatever its size, if the structure of the mechanism allows it.
     #[doc(hidden)]
     pub fn solve_sparsely(&mut self) {
         let topology = &self.topology;
@@ -180,29 +181,29 @@ impl Forward {
         }
     }
 
-    /// Solves the balance densely, whatever its size: the oracle of the sparse solution.
+    /// Forces the dense solution of the balance, whatever its size. Tests compare the sparse solution with it.
     #[doc(hidden)]
     pub fn solve_densely(&mut self) {
         (self.closures, self.projections) = (None, None);
     }
 
-    /// The mechanism.
+    /// The mechanism that this model describes.
     pub fn mechanism(&self) -> &Mechanism {
         &self.mechanism
     }
 
-    /// The topology.
+    /// Topology of the mechanism: spanning tree and cut joints.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
 
-    /// The parameters.
+    /// Parameters of the mechanism: geometry, inertia and friction.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }
 
-    /// Assembles the mechanism so that `coordinates` have the values and rates of `targets`. `initial_poses` are guesses of
-    /// body poses in the ground's frame. Returns coordinates and rates of the tree.
+    /// Assembles the mechanism so that `coordinates` have the values and rates of `targets`. `initial_poses` are
+    /// guesses of body poses in the ground's frame. Returns coordinates and rates of the tree.
     ///
     /// # Errors
     /// See [`crate::kinematics::AssemblyError`].
@@ -215,7 +216,8 @@ impl Forward {
         self.assemble_with_report(initial_poses, coordinates, targets).map(|(state, _)| state)
     }
 
-    /// As [`Self::assemble`], with the comparison of the configuration with the given one.
+    /// Assembles the mechanism as [`Self::assemble`], and also compares the assembled configuration with the given
+    /// start coordinates and poses.
     ///
     /// # Errors
     /// See [`crate::kinematics::AssemblyError`].

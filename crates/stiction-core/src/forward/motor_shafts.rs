@@ -1,4 +1,4 @@
-//! Motors of several joints whose friction is simulated: they act on shafts that the model adds to the mechanism.
+//! Shafts that the model adds to the mechanism for motors of several joints, so that their friction is simulated.
 //!
 //! Equation (G13) of the book's theory.
 
@@ -9,19 +9,20 @@ use crate::mechanism::{JointId, Mechanism};
 use crate::spatial::Wrench;
 
 impl Forward {
-    /// The mechanism with the shafts of motors of several joints that have friction.
+    /// The mechanism that is simulated: with added shafts for motors of several joints that have friction.
     pub(super) fn simulated(&self) -> &Mechanism {
         self.with_shafts.as_ref().map_or(&self.mechanism, |(mechanism, _)| mechanism)
     }
 
-    /// Joint of an interface in results: for the shaft of a motor of several joints the first of these.
+    /// Joint by which results name an interface. If the interface is on an added motor shaft, it is the first joint
+    /// that the motor moves.
     pub(super) fn reported_joint(&self, interface: usize) -> JointId {
         let own = JointId(self.parameters.interfaces[interface].joint);
         let shafts = self.with_shafts.iter().flat_map(|(_, shafts)| shafts);
         shafts.filter(|shaft| shaft.joint == own).map(|shaft| shaft.moved).next().unwrap_or(own)
     }
 
-    /// Checks that the friction of all motors of several joints can be simulated.
+    /// Checks that the friction of every motor of several joints can be simulated.
     ///
     /// # Errors
     /// [`ForwardError::FrictionOfSeveral`].
@@ -54,7 +55,7 @@ impl Forward {
         Ok(())
     }
 
-    /// Wrench of each motor or actuator that exerts an effort, with its joint.
+    /// Returns the wrench of each motor or actuator that exerts an effort, with the index of its joint.
     pub(super) fn actuator_wrenches<'a>(
         &'a self,
         data: &'a Data,

@@ -12,23 +12,23 @@ use crate::mechanism::JointId;
 use crate::spatial::{Pose, Quaternion, Twist};
 use crate::topology::{Link, Role};
 
-/// Closure error (rad, or m over the characteristic length) below which loops count as closed.
+/// Closure error, rad, or m over the characteristic length, below which loops count as closed.
 const CLOSED: f64 = 1e-14;
-/// Closure error above which loops count as open.
+/// Closure error, rad, or m over the characteristic length, above which loops count as open.
 const OPEN: f64 = 1e-9;
 const STEPS: usize = 10;
 
-/// Position of a DOF locked by static friction.
+/// Fixed position of a DOF that static friction locks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
     pub(super) joint: usize,
     pub(super) dof: usize,
-    /// `X_JK` at stick onset.
+    /// Pose of frame K in frame J at stick onset, `X_JK`.
     pub(super) pose: Pose<f64>,
 }
 
-/// Corrections below `SMALL` reuse the decomposition of the previous step if the singularity
-/// distance exceeds `REGULAR`; the error is of second order.
+/// Size of a correction, rad or characteristic lengths, below which the next correction reuses the present
+/// decomposition, provided the singularity distance exceeds `REGULAR`. The error of the reuse is of second order.
 const SMALL: f64 = 1e-9;
 const REGULAR: f64 = 0.2;
 
@@ -41,7 +41,7 @@ pub(super) struct Projection {
     errors: Vec<f64>,
     scaled: Vec<f64>,
     space: RowSpace,
-    /// Sparse decomposition, if the structure of the model suits it, and whether it holds.
+    /// Sparse decomposition, if the structure of the model suits it; then true if it is valid at the present position.
     sparse: Option<SparseRows>,
     is_sparse: bool,
     values: Vec<f64>,
@@ -65,7 +65,7 @@ impl Projection {
         }
     }
 
-    /// Decomposes the rows, without `frozen` DOFs.
+    /// Decomposes the constraint rows with respect to the DOFs that are not `frozen`.
     fn decompose(&mut self, model: &Forward, frozen: &[bool]) {
         let Self { bodies, rows, scaled, space, sparse, is_sparse, .. } = self;
         *is_sparse = sparse.as_mut().is_some_and(|s| s.decompose(model, bodies, rows, frozen));
@@ -78,13 +78,13 @@ impl Projection {
         space.decompose(scaled, rows.rows.len(), model.columns.len(), DEPENDENT);
     }
 
-    /// Singularity distance of the rows, between zero and one.
+    /// Singularity distance of the constraint rows, between zero and one.
     fn distance(&self) -> f64 {
         let sparse = self.sparse.as_ref().filter(|_| self.is_sparse);
         sparse.map_or_else(|| self.space.least_part(), SparseRows::distance)
     }
 
-    /// Computes the minimum-norm change of the tree for which the rows take the values in `values`.
+    /// Computes the minimum-norm change of the tree (`step`) for which the constraint rows take the values in `values`.
     fn shortest(&mut self, columns: &[f64]) {
         let Self { rows, space, sparse, is_sparse, values, step, .. } = self;
         if let Some(sparse) = sparse.as_mut().filter(|_| *is_sparse) {
@@ -98,9 +98,9 @@ impl Projection {
 }
 
 impl Forward {
-    /// Projects a state onto the constraints: closes loops, moves constrained DOFs to their
-    /// positions, and removes from the rates the component that violates the constraints. `frozen`
-    /// DOFs of the tree keep their coordinates and have zero rate.
+    /// Projects a state onto the constraints: closes the loops, moves constrained DOFs to their prescribed or locked
+    /// positions, and removes from the rates the component that violates the constraints. `frozen` DOFs of the tree
+    /// keep their coordinates, and their rates become zero.
     ///
     /// # Errors
     /// [`ForwardError::Open`] if the loops cannot be closed.
@@ -176,8 +176,8 @@ impl Forward {
         Ok(())
     }
 
-    /// Lists the DOFs that the projection constrains: those of prescribed actuators, then anchors
-    /// in joints that close loops.
+    /// Lists the DOFs that the projection constrains: first those of prescribed actuators, then the anchored DOFs of
+    /// joints that close loops.
     fn constrain_anchors(
         &self,
         targets: &[Target<f64>],
@@ -193,12 +193,12 @@ impl Forward {
         constrained.extend(prescribed.chain(anchored).map(|at| ConstrainedDof::actuated(at, 0.0)));
     }
 
-    /// Anchors in joints that close loops.
+    /// Returns the anchors of joints that close loops.
     fn cut_anchors<'a>(&self, anchors: &'a [Anchor]) -> impl Iterator<Item = &'a Anchor> {
         anchors.iter().filter(|a| matches!(self.topology.role[a.joint], Role::Cut { .. }))
     }
 
-    /// Computes the rows of loops and constrained DOFs at a state, and their position errors.
+    /// Computes the constraint rows of loops and constrained DOFs at a state, and the position error of each row.
     fn close(
         &self,
         state: &State<f64>,
@@ -259,7 +259,7 @@ impl Forward {
         }
     }
 
-    /// Displacement of an anchored DOF of a joint that closes a loop.
+    /// Displacement of an anchored DOF from its position at stick onset, rad or m, in a joint that closes a loop.
     fn displacement(&self, bodies: &Bodies<f64>, anchor: &Anchor) -> f64 {
         let (j, k) = (bodies.frame_j[anchor.joint], bodies.frame_k[anchor.joint]);
         let relative = j.inverse() * k;
@@ -271,7 +271,7 @@ impl Forward {
         twist.power(bodies.effort(dof, anchor.joint))
     }
 
-    /// Normalises the quaternions.
+    /// Normalises the quaternions in a state.
     fn normalise(&self, state: &mut State<f64>) {
         for node in &self.topology.nodes {
             let q = &mut state.coordinates[node.coordinates.clone()];
@@ -282,7 +282,8 @@ impl Forward {
         }
     }
 
-    /// Time derivative of the coordinates of the tree.
+    /// Writes the time derivatives of the coordinates of the tree to `out`; rotations in S and free joints have
+    /// quaternions as coordinates.
     pub(super) fn coordinate_rates(&self, coordinates: &[f64], rates: &[f64], out: &mut [f64]) {
         use crate::spatial::Vec3;
         for node in &self.topology.nodes {
@@ -315,7 +316,7 @@ impl Forward {
     }
 }
 
-/// Removes frozen DOFs from the rows.
+/// Sets the entries of frozen DOFs in the constraint matrix to zero.
 fn freeze(rows: &mut ConstraintRows, frozen: &[bool]) {
     for entries in rows.matrix.chunks_exact_mut(frozen.len().max(1)) {
         for (entry, frozen) in entries.iter_mut().zip(frozen) {
@@ -326,7 +327,7 @@ fn freeze(rows: &mut ConstraintRows, frozen: &[bool]) {
     }
 }
 
-/// Index of the first number of a quaternion among a node's coordinates.
+/// Index of the first component of a quaternion among the coordinates of a node; `None` if the node has no quaternion.
 fn quaternion_at(topology: &crate::topology::Topology, link: &Link) -> Option<usize> {
     use crate::joint::JointType;
     match *link {

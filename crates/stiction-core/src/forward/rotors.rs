@@ -1,4 +1,4 @@
-//! Rotors, and friction of motors and gears of drive trains, reflected to the joints.
+//! Rotors, motor friction and gear friction of drive trains, reflected to the joints.
 //!
 //! Equations (G7) to (G10) of the book's theory.
 
@@ -11,42 +11,43 @@ use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Role, Topology};
 use core::ops::Range;
 
-/// Rotors of all motors with one output coordinate: that of one degree of freedom, or of a motor of several.
+/// All rotors that one output coordinate drives. The output coordinate is that of one degree of freedom, or that of a
+/// motor that moves several joints.
 #[derive(Clone, Debug)]
 pub(super) struct Rotor {
-    /// Degrees of freedom (joint and index in it) and their parts of the output coordinate.
+    /// Degrees of freedom (joint and index in it), each with its coefficient in the output coordinate.
     dofs: Vec<(usize, usize, f64)>,
-    /// Reflected inertia, kg m^2 or kg.
+    /// Inertia reflected to the output coordinate, kg m^2 or kg.
     inertia: f64,
-    /// Body on which it spins, its axis there, and its angular momentum per rate of the output; others are reflected
-    /// alone.
+    /// Body on which the rotor spins, the spin axis in the frame of that body, and the angular momentum per rate of the
+    /// output. `None` for a rotor without a declared axis, whose inertia acts on the output coordinate alone.
     spinning: Option<(usize, Vec3<f64>, f64)>,
 }
 
-/// Rotor at one position and velocity.
+/// Terms of a rotor in the equations of motion at one position and velocity.
 #[derive(Clone, Debug)]
 pub(super) struct RotorTerm {
-    /// Its joints, in [`MassMatrix::rotor_parts`](super::mass_matrix::MassMatrix).
+    /// Joints that move the rotor, as a range of [`MassMatrix::rotor_parts`](super::mass_matrix::MassMatrix).
     pub(super) parts: Range<usize>,
     inertia: f64,
-    /// Effort that it takes at zero accelerations of the tree.
+    /// Effort that the rotor takes from its joints at zero accelerations of the tree.
     pub(super) bias: f64,
-    /// Body on which it spins, and its angular momentum per rate of the output, world axes.
+    /// Body on which the rotor spins, and the angular momentum per rate of the output, world axes.
     pub(super) carrier: Option<(usize, Vec3<f64>)>,
 }
 
-/// Joint that moves a rotor.
+/// A joint that moves a rotor.
 #[derive(Clone, Debug)]
 pub(super) struct RotorPart {
     pub(super) joint: usize,
-    /// Bodies of the joint.
+    /// Predecessor and successor of the joint.
     ends: (usize, usize),
-    /// Wrench of a unit effort of the output on the joint.
+    /// Joint wrench of a unit effort on the output coordinate.
     pub(super) covector: Wrench<f64>,
 }
 
 impl Rotor {
-    /// The rotors of a mechanism.
+    /// Lists the rotors of a mechanism; rotors without an axis that share an output coordinate are combined.
     pub(super) fn all(mechanism: &Mechanism) -> Vec<Self> {
         let mut rotors: Vec<Self> = Vec::new();
         for train in mechanism.drive_trains() {
@@ -68,8 +69,9 @@ impl Rotor {
         rotors
     }
 
-    /// The rotor at a position and velocity; writes its rate per rate of each tree DOF to `row`, and the effort
-    /// that it takes per acceleration of each tree DOF to `taken`. Adds its joints to `parts`.
+    /// Computes the terms of the rotor at a position and velocity. Writes the rotor's output rate per rate of each tree
+    /// DOF to `row`, and the effort that it takes per acceleration of each tree DOF to `taken`; appends the rotor's
+    /// joints to `parts`.
     pub(super) fn at(
         &self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -110,8 +112,8 @@ impl Rotor {
 }
 
 impl RotorTerm {
-    /// Kinetic energy, J, for the twists of all bodies, in addition to that of a rotor at rest on its body; `parts` are
-    /// the joints of all rotors.
+    /// Kinetic energy, J, that the rotor has in addition to a rotor at rest on its body; `parts` are the joints of all
+    /// rotors, and `twists` those of all bodies.
     pub(super) fn kinetic(&self, parts: &[RotorPart], twists: &[Twist<f64>]) -> f64 {
         let of_joint = |part: &RotorPart| {
             let (predecessor, successor) = part.ends;
@@ -123,8 +125,9 @@ impl RotorTerm {
     }
 }
 
-/// Friction of all motors and gears on one degree of freedom: a normal load, which is affine in the magnitude of the
-/// effort that the gears transmit, with the coefficient one.
+/// Friction of all motors and gears on each degree of freedom, as an interface with friction coefficient one. Its
+/// normal load is the constant motor friction, plus the gear loss, which is affine in the magnitude of the transmitted
+/// effort.
 pub(super) fn shaft_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f64>> {
     let mut frictions: Vec<InterfaceParameters<f64>> = Vec::new();
     for train in mechanism.drive_trains().iter().filter(|train| train.has_friction()) {
@@ -162,7 +165,7 @@ pub(super) fn shaft_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f
     frictions
 }
 
-/// Two drive trains of one degree of freedom whose gears have different losses.
+/// Finds two drive trains of one degree of freedom whose gears have different losses.
 pub(super) fn unequal_gears(mechanism: &Mechanism) -> Option<[&DriveTrain; 2]> {
     let trains = mechanism.drive_trains();
     trains.iter().enumerate().find_map(|(k, train)| {

@@ -11,10 +11,10 @@ use crate::friction_problem::continuation::Lock;
 use crate::kinematics::{Bodies, Target};
 use crate::spatial::Wrench;
 
-/// Number of DOFs of the tree from which decisions, too, are made with the sparse balance.
+/// Number of DOFs of the tree from which on decisions between stick and slip also use the sparse balance.
 const LARGE: usize = 150;
 
-/// Solution of accelerations and reactions for given modes.
+/// Solution of accelerations and reactions for given modes of the interfaces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solved {
     pub(super) coupled: Coupled,
@@ -22,7 +22,7 @@ pub(super) struct Solved {
     pub(super) constrained: Vec<ConstrainedDof>,
     pub(super) sticking: Vec<StickingDof>,
     pub(super) frictions: Vec<AffineFriction>,
-    /// Bound on the coupling of friction and normal loads, if computed.
+    /// Uniqueness bound of the normal loads, if computed.
     pub(super) coupling_bound: Option<f64>,
     coupling: Coupling,
     efforts: Vec<(usize, Wrench<f64>)>,
@@ -40,13 +40,13 @@ impl Solved {
 pub(super) enum Unsolved {
     /// Friction locks the mechanism.
     Locked(Lock),
-    /// A body moves without inertia.
+    /// A body can move without inertia.
     Massless(Massless),
 }
 
 impl Forward {
-    /// Lists the DOFs that are constrained for these modes: prescribed actuators and sticking
-    /// interfaces. A DOF prescribed by an actuator needs no friction.
+    /// Lists the DOFs that are constrained in these modes: those of prescribed actuators and of sticking interfaces.
+    /// Friction does not constrain a DOF that an actuator prescribes.
     pub(super) fn constrain(
         &self,
         targets: &[Target<f64>],
@@ -89,7 +89,7 @@ impl Forward {
         }
     }
 
-    /// Rows of the constraints for these modes.
+    /// Computes the constraint rows and their matrix for these modes.
     pub(super) fn constraint_rows(
         &self,
         bodies: &Bodies<f64>,
@@ -102,7 +102,7 @@ impl Forward {
         rows
     }
 
-    /// Decomposes the balance for these modes, with equal scales of all static frictions.
+    /// Decomposes the balance for these modes, with equal scales for all static frictions.
     pub(super) fn balance(
         &self,
         data: &Data,
@@ -111,7 +111,7 @@ impl Forward {
         Balance::new(self, data, self.constraint_rows(&data.bodies, &data.targets, modes))
     }
 
-    /// Friction of an interface, affine in its normal load.
+    /// Friction of an interface in its present mode, as an affine function of its normal load.
     pub(super) fn friction(
         &self,
         data: &Data,
@@ -124,9 +124,9 @@ impl Forward {
         affine_friction(content, pitch, mode, velocity, bristles)
     }
 
-    /// Solves for given modes, starting from `known` normal loads; with `bound` also computes the
-    /// coupling bound. Decisions between stick and slip compare accelerations with round-off, which
-    /// the dense balance has less of: it serves here except for large mechanisms.
+    /// Solves for given modes, starting from the normal loads `known`; with `bound` also computes the uniqueness bound.
+    /// The balance is dense except for large mechanisms: decisions between stick and slip compare accelerations with
+    /// round-off, which is smaller in the dense balance.
     pub(super) fn solve(
         &self,
         data: &Data,
@@ -157,7 +157,7 @@ impl Forward {
         self.couple(data, modes, known, bound, solved)
     }
 
-    /// Solves for the normal loads with the decomposed constraints and masses.
+    /// Solves for the normal loads, after the constraints and the mass matrix have been decomposed.
     pub(super) fn couple(
         &self,
         data: &Data,
@@ -221,7 +221,7 @@ impl Forward {
         Ok(())
     }
 
-    /// Searches for other solutions with the same modes, from many starts.
+    /// Searches for other solutions in the same modes, from many starts.
     pub(super) fn others(
         &self,
         data: &Data,
@@ -239,7 +239,7 @@ impl Forward {
         others.into_iter().map(competitor).collect()
     }
 
-    /// Error with names for an instant without a solution.
+    /// Converts a missing solution into an error with names.
     pub(super) fn unsolved(&self, time: f64, unsolved: Unsolved) -> ForwardError {
         match unsolved {
             Unsolved::Locked(Lock { part, interface }) => ForwardError::NoAcceleration {

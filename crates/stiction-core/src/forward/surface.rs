@@ -6,14 +6,14 @@ use crate::kinematics::Bodies;
 use crate::spatial::Wrench;
 
 impl Forward {
-    /// Copy of the bodies with these accelerations of the tree.
+    /// Returns a copy of the bodies with the accelerations that follow from those of the tree.
     pub(super) fn accelerated(&self, bodies: &Bodies<f64>, accelerations: &[f64]) -> Bodies<f64> {
         let mut bodies = bodies.clone();
         bodies.accelerate(&self.topology, accelerations);
         bodies
     }
 
-    /// Surface acceleration of an interface, m/s^2, for accelerating bodies.
+    /// Surface acceleration of an interface, m/s^2; the bodies must have accelerations.
     pub(super) fn surface_acceleration(&self, bodies: &Bodies<f64>, interface: usize) -> [f64; 3] {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let content = &parameters.interfaces[interface];
@@ -29,8 +29,8 @@ impl Forward {
         surface
     }
 
-    /// Wrenches at the joint of an interface due to one newton of friction at the surface along
-    /// each of its DOFs.
+    /// Wrenches at the joint of an interface that one newton of friction at the surface exerts, for each DOF of the
+    /// interface.
     pub(super) fn unit_frictions(
         &self,
         bodies: &Bodies<f64>,
@@ -46,7 +46,7 @@ impl Forward {
         each.collect()
     }
 
-    /// Surface rate of an interface along one of its DOFs, m/s, for rates of the tree.
+    /// Surface rate of an interface along one of its DOFs, m/s, for given rates of the tree.
     pub(super) fn surface_rate(
         &self,
         bodies: &Bodies<f64>,
@@ -66,8 +66,9 @@ impl Forward {
         arm * rate
     }
 
-    /// Prescribed actuator that determines the surface rate of an interface along one of its DOFs, as an index of the
-    /// prescribed ones, and the surface rate per rate of the actuator, m or 1. `None` if no actuator there is prescribed.
+    /// Finds the prescribed actuator that determines the surface rate of an interface along one of its DOFs. Returns
+    /// its index among the prescribed actuators, and the surface rate per rate of the actuator, m or 1. `None` if no
+    /// actuator prescribes that DOF.
     pub(super) fn prescribed_place(&self, interface: usize, place: usize) -> Option<(usize, f64)> {
         let content = &self.parameters.interfaces[interface];
         let at = (content.joint, content.shape.dofs().start + place);

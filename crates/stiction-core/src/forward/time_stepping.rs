@@ -1,15 +1,17 @@
-//! One step of Moreau's time stepping (Moreau 1988, Jean 1999): velocity level, friction laws at the end of the step.
+//! One step of Moreau's time stepping (Moreau 1988, Jean 1999): unknown velocities, with friction laws at the end of
+//! the step.
 //!
-//! With the tree's mass matrix `M` in the middle of the step, velocities `v` before and `w` after it:
+//! With the mass matrix `M` of the tree in the middle of the step, and the velocities `v` before and `w` after the
+//! step:
 //!
 //! ```text
 //! M (w - v) = h (efforts and loads) + J^T (impulses of loops and prescribed actuators) + (impulses of friction)
 //! ```
 //!
-//! `J w` has its prescribed value at the end of the step. The friction laws relate impulses and
-//! `w`; the friction of each interface is bounded by its own reaction of the same step. Stops and
-//! reversals within the step need no event, and a sticking interface has `w = 0`. Velocities jump
-//! if friction requires it.
+//! `J w` has its prescribed value at the end of the step. The friction laws relate impulses and `w`; the friction of
+//! each interface is bounded by the reaction of the same joint in the same step. Stops and reversals within the step
+//! need no event. A sticking interface has zero velocity at the end of the step. Velocities may jump if friction
+//! requires it.
 //!
 //! Equation (D7) of the book's theory.
 
@@ -30,23 +32,23 @@ use crate::friction_problem::complementarity::{
 use crate::kinematics::{State, Target};
 use crate::parameters::InterfaceParameters;
 
-/// Largest accepted residual of the friction laws relative to the largest force.
+/// Largest accepted residual of the friction laws, relative to the largest force.
 const RESIDUAL: f64 = 1e-9;
-/// Weight of residual rates of sticking interfaces relative to residual forces: accepted rates are
-/// at most 1e-6 of the largest.
+/// Weight of the residual rates of sticking interfaces relative to residual forces. Accepted residual rates are then at
+/// most 1e-6 of the largest rate.
 const SLACK: f64 = 1e-3;
 
-/// Friction relative to the largest force without friction above which it belongs to a jump of velocities.
+/// Ratio of friction to the largest force without friction above which friction belongs to a jump of velocities.
 const IMPULSIVE: f64 = 1e3;
 
-/// Results of a step.
+/// Results of a time step.
 pub(super) struct TimeStep {
-    /// State at the end, before projection onto the constraints.
+    /// State at the end of the step, before projection onto the constraints.
     pub(super) state: State<f64>,
     pub(super) modes: Vec<InterfaceMode>,
-    /// Bristle deflections, m.
+    /// Bristle deflections at the end of the step, m.
     pub(super) bristles: Vec<[f64; 3]>,
-    /// Own states of the inputs.
+    /// Own states of the inputs at the end of the step.
     pub(super) input_states: Vec<f64>,
     /// Surface velocities at the end, m/s.
     pub(super) velocities: Vec<[f64; 3]>,
@@ -57,8 +59,8 @@ pub(super) struct TimeStep {
     /// Actuator efforts, averaged over the step, N or N m.
     pub(super) drives: Vec<f64>,
     pub(super) response: Response,
-    /// Largest rate in the tree that the step would end with in the absence of friction, 1/s; lengths are in
-    /// units of the characteristic length.
+    /// Largest rate of the tree that the step would end with if friction were absent, rad/s or characteristic lengths
+    /// per second.
     pub(super) free_rate: f64,
     /// Work in the step, J.
     pub(super) work: Energies,
@@ -68,7 +70,7 @@ pub(super) struct TimeStep {
     pub(super) distance: f64,
 }
 
-/// State at the start of a step.
+/// State at the start of a time step.
 #[derive(Clone, Copy)]
 pub(super) struct StepStart<'a> {
     pub(super) state: &'a State<f64>,
@@ -81,7 +83,7 @@ pub(super) struct StepStart<'a> {
     pub(super) input: &'a InputState,
 }
 
-/// Friction regularised as a smooth function of velocity.
+/// Law that regularises friction as a smooth function of velocity.
 #[derive(Clone, Debug)]
 struct Regularised {
     interface: InterfaceParameters<f64>,
@@ -134,7 +136,7 @@ impl SmoothFriction for BristleStep {
 }
 
 impl Forward {
-    /// Computes a step of length `step`, s.
+    /// Computes a time step of length `step`, s, from `time`, s.
     ///
     /// # Errors
     /// [`ForwardError::NoChoice`] if no frictions satisfying all laws are found,
@@ -234,7 +236,7 @@ impl Forward {
         Ok(self.end_of_step(&data, from, step, solution, (&balance, response)))
     }
 
-    /// Friction law of an interface at the end of a step.
+    /// Friction law of an interface at the end of a time step.
     fn law(&self, data: &Data, interface: usize, mode: InterfaceMode, step: f64) -> MemberLaw {
         let content = &self.parameters.interfaces[interface];
         let velocity = data.velocities[interface];
@@ -261,7 +263,7 @@ impl Forward {
         MemberLaw::Dry(DryFriction { forward, backward, viscous: law.viscous })
     }
 
-    /// Results of a step from its solution.
+    /// Builds the results of a time step from its solution.
     fn end_of_step(
         &self,
         data: &Data,

@@ -1,7 +1,7 @@
 //! Wrenches that gears transmit.
 //!
-//! A gear lies between its motor and its joint. Its loss depends on the effort that it transmits: that of the joint's
-//! complete wrench, without the friction of the joint itself and without the effort of gearings there.
+//! A gear lies between its motor and its joint. Its loss depends on the effort that it transmits: the effort of the
+//! joint's complete wrench without the friction of the joint itself, and without the effort of gearings at that joint.
 //!
 //! Equation (G8) of the book's theory.
 
@@ -13,14 +13,16 @@ use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 
-/// Returns whether an interface has its friction between the gear of the interface `gear` and its load.
+/// Returns whether the friction of the interface `other` acts between the gear of the interface `gear` and the load of
+/// that gear.
 pub(super) fn is_behind(parameters: &Parameters<f64>, gear: usize, other: usize) -> bool {
     let [gear, other] = [gear, other].map(|interface| &parameters.interfaces[interface]);
     let is_shaft = |shape: InterfaceShape| matches!(shape, InterfaceShape::Shaft { .. });
     gear.load.gear.is_some() && gear.joint == other.joint && !is_shaft(other.shape)
 }
 
-/// Wrench of gearings at the joint of an interface with a gear: they act beside the gear.
+/// Wrench of the gearings at the joint of an interface with a gear. They act in parallel to the gear, so the gear does
+/// not transmit it.
 pub(super) fn gearings_behind<T: Scalar>(
     model: &Forward,
     bodies: &Bodies<f64>,
@@ -45,23 +47,23 @@ pub(super) fn gearings_behind<T: Scalar>(
     sum
 }
 
-/// Friction and gearings between gears and their loads.
+/// Frictions and gearings that act between gears and their loads.
 #[derive(Clone, Copy)]
 pub(super) struct LoadSide<'a> {
     pub(super) model: &'a Forward,
     pub(super) bodies: &'a Bodies<f64>,
     pub(super) sticking: &'a [StickingDof],
-    /// Rows of the constraints, those of the sticking DOFs among them.
+    /// Rows of all constraints, including those of the sticking DOFs.
     pub(super) rows: &'a [ConstraintRow],
 }
 
 impl LoadSide<'_> {
-    /// See [`is_behind`].
+    /// Returns whether a friction acts between a gear and its load, see [`is_behind`].
     pub(super) fn is_behind(&self, gear: usize, other: usize) -> bool {
         is_behind(&self.model.parameters, gear, other)
     }
 
-    /// Interfaces between the gear of an interface and its load.
+    /// Lists the interfaces whose friction acts between the gear of an interface and its load.
     pub(super) fn behind(self, gear: usize) -> impl Iterator<Item = usize> {
         // Most interfaces have no gear; a search for each would take quadratic time.
         let interfaces = &self.model.parameters.interfaces;
@@ -69,7 +71,7 @@ impl LoadSide<'_> {
         all.into_iter().flatten().filter(move |&o| self.is_behind(gear, o))
     }
 
-    /// Wrench of the static frictions and gearings between the gear of an interface and its load.
+    /// Sums the wrenches of static frictions and gearings between the gear of an interface and its load.
     pub(super) fn held<T: Scalar>(&self, gear: usize, multipliers: &[T]) -> Wrench<T> {
         if self.model.parameters.interfaces[gear].load.gear.is_none() {
             return Wrench::zero();

@@ -1,4 +1,5 @@
-//! Covariance of the right-hand side of the normal equations, from the colour of the residuals.
+//! Covariance of the right-hand side of the normal equations, which accounts for the autocorrelation (colour) of the
+//! residuals.
 //!
 //! Equation (I5) of the book's theory.
 
@@ -6,15 +7,15 @@ use super::map::{Map, transposed_product};
 use crate::block::Block;
 use nalgebra::{DMatrix, DVector};
 
-/// Least number of lags, in rows: several correlation times of the filter.
+/// Smallest number of lags, in rows: several correlation times of the filter.
 const LAGS: usize = 24;
-/// Greatest number of lags; slower errors of the model count as constant.
+/// Largest number of lags. Errors of the model that change more slowly count as constant.
 const MOST_LAGS: usize = 1000;
-/// Autocorrelation below which residuals count as independent.
+/// Autocorrelation below which residuals count as uncorrelated.
 const INDEPENDENT: f64 = 0.05;
 
-/// `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, with the autocovariance `r` of their
-/// residuals, tapered to zero at twice the lag at which they become independent; in free coordinates, for weights `1/noise^2` and the
+/// Computes `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates. `r` is the autocovariance of
+/// the residuals, tapered to zero at twice the lag at which they become uncorrelated. Weights are `1/noise^2` and the
 /// independence of each block.
 pub(crate) fn covariance(
     blocks: &[Block],
@@ -59,7 +60,8 @@ pub(crate) fn covariance(
     (&sum + sum.transpose()) * 0.5
 }
 
-/// Autocovariance of the residuals of one effort in all blocks, by lag: as many lags as their colour needs.
+/// Autocovariance of the residuals of one effort in all blocks, by lag; the number of lags depends on the
+/// autocorrelation.
 pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> Vec<f64> {
     let longest = residuals.iter().map(|r| r.len()).max().unwrap_or(0);
     let most = (longest / 4).clamp(LAGS, MOST_LAGS);
@@ -81,7 +83,7 @@ pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> 
     all
 }
 
-/// Pairs of rows with their lag in steps, below `lags`.
+/// Calls `take` with each pair of rows whose lag in steps is below `lags`, and with that lag.
 pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, usize)) {
     for i in 0..steps.len() {
         for k in i..steps.len() {

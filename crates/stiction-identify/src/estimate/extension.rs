@@ -1,4 +1,4 @@
-//! Columns that a regression lacks: their values, and how much better they predict data that were left out.
+//! Columns that a regression may lack: their coefficients, and the improvement in the prediction of left-out data.
 //!
 //! Equation (I7) of the book's theory.
 
@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 pub struct Candidate {
     /// Index of the actuator.
     pub channel: usize,
-    /// Its values in the rows of that actuator, for each block.
+    /// Values of the signal in the rows of that actuator, for each block.
     pub signal: Vec<DVector<f64>>,
 }
 
@@ -20,32 +20,32 @@ pub struct Candidate {
 pub struct Extension {
     /// Coefficient of the column.
     pub value: f64,
-    /// Its standard deviation, from the colour of the residuals with the column.
+    /// Standard deviation of the coefficient, which accounts for the autocorrelation of the residuals.
     pub sigma: f64,
-    /// Part of the actuator's squares of residuals by which squares in fifths of the logs that were left out
-    /// decrease with the column; negative if they grow.
+    /// Fraction by which the column reduces the actuator's squared residuals, when each fifth of the logs is predicted
+    /// from the others; negative if they increase.
     pub gain: f64,
-    /// Standard error of the gain, from its scatter over the fifths.
+    /// Standard error of the gain, from its scatter between the fifths.
     pub gain_sigma: f64,
-    /// Change of each parameter, SI units.
+    /// Change of each parameter due to the column, SI units.
     pub changes: DVector<f64>,
 }
 
-/// Part of a column that parameters must leave unexplained.
+/// Smallest part of a column that the parameters must leave unexplained.
 const DISTINCT: f64 = 1e-6;
 
-/// Weighted residuals of a fit.
+/// Weighted residuals of a fit, for the test of columns that it may lack.
 #[derive(Debug)]
 pub struct Residuals<'a> {
     problem: &'a Problem<'a>,
     inverse: &'a DMatrix<f64>,
-    /// Residuals and weights of each block and actuator.
+    /// Residuals and weights for each block and actuator.
     rows: Vec<Vec<[DVector<f64>; 2]>>,
     inflation: f64,
 }
 
 impl Problem<'_> {
-    /// Residuals of an estimate, to test columns that the regression may lack.
+    /// Computes the residuals of an estimate.
     pub fn residuals<'a>(&'a self, estimate: &'a Estimate) -> Residuals<'a> {
         let at = DVector::from_column_slice(&estimate.values) - self.shift();
         let rows = self.blocks.iter().map(|block| {
@@ -69,8 +69,7 @@ impl Problem<'_> {
 }
 
 impl Residuals<'_> {
-    /// Change of each parameter, SI units, if these efforts are added to the measured ones, for each block and
-    /// actuator.
+    /// Change of each parameter, SI units, if `efforts` are added to the measured efforts of each block and actuator.
     pub fn response(&self, efforts: &[Vec<DVector<f64>>]) -> DVector<f64> {
         let mut product = DVector::zeros(self.problem.parameters.len());
         for ((block, rows), efforts) in self.problem.blocks.iter().zip(&self.rows).zip(efforts) {
@@ -81,7 +80,7 @@ impl Residuals<'_> {
         self.inverse * product
     }
 
-    /// Adds a column to the fit; `None` if the parameters explain it, or no row contains it.
+    /// Tests a column that is added to the fit; `None` if the parameters explain the column, or if no row contains it.
     pub fn extension(&self, candidate: &Candidate) -> Option<Extension> {
         let (blocks, own) = (self.problem.blocks, candidate.channel);
         // What the parameters explain of the column.
@@ -117,7 +116,7 @@ impl Residuals<'_> {
         Some(Extension { value, sigma, gain, gain_sigma, changes })
     }
 
-    /// Gain of left-out fifths, with its standard error.
+    /// Gain in the prediction of left-out fifths, with its standard error.
     fn gain(&self, own: usize, left: &[Vec<DVector<f64>>]) -> (f64, f64) {
         let mut sums = [[0.0; 2]; FOLDS];
         let mut size = 0.0;
@@ -146,8 +145,9 @@ impl Residuals<'_> {
         (sum, (scatter * count / (count - 1.0)).sqrt())
     }
 
-    /// Variance of the weighted sum of residuals along the column: with the mean colour of the residuals, or with
-    /// their own products where they are large in the same rows as the column, whichever is greater.
+    /// Variance of the weighted sum of residuals along the column. It is the larger of two estimates: from the mean
+    /// autocorrelation of the residuals, and from the residuals' own products, which are larger if residuals are large
+    /// in the same rows as the column.
     fn variance(&self, value: f64, left: &[Vec<DVector<f64>>]) -> f64 {
         let blocks = self.problem.blocks;
         let channels = blocks.first().map_or(0, |block| block.channels.len());

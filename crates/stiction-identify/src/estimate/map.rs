@@ -1,40 +1,41 @@
-//! Free coordinates of the estimation: parameters that are neither held nor members of another group.
+//! Free coordinates of the estimation: one for each group of tied parameters and for each single parameter that is not
+//! held.
 
 use super::Problem;
 use nalgebra::{DMatrix, DVector};
 
-/// Free coordinates `z` of the values: `theta = base + T z`. Each parameter follows one coordinate at most, so `T`
-/// is kept as one entry for each.
+/// Map from free coordinates `z` to the values of all parameters: `theta = base + T z`. Each parameter depends on at
+/// most one coordinate, so one entry of `T` is stored for each.
 #[derive(Clone, Debug)]
 pub(crate) struct Map {
-    /// Values of held parameters; zero for others.
+    /// Values of held parameters; zero for all others.
     pub(crate) base: DVector<f64>,
-    /// Coordinate of each parameter and its factor; `None` for held ones.
+    /// Index of the coordinate on which each parameter depends, and its factor; `None` for held parameters.
     entries: Vec<Option<(usize, f64)>>,
-    /// First parameter of each coordinate.
+    /// First parameter that depends on each coordinate.
     pub(crate) firsts: Vec<usize>,
 }
 
-/// Rows of tall matrices that are multiplied at once.
+/// Number of rows of tall matrices that are multiplied at a time.
 const ROWS: usize = 1024;
 
 impl Map {
-    /// Number of coordinates.
+    /// Number of free coordinates.
     pub(crate) fn size(&self) -> usize {
         self.firsts.len()
     }
 
-    /// Coordinate of a parameter and its factor.
+    /// Coordinate on which a parameter depends, and its factor.
     pub(crate) fn entry(&self, parameter: usize) -> Option<(usize, f64)> {
         self.entries[parameter]
     }
 
-    /// Factor of the first parameter of a coordinate.
+    /// Factor of the first parameter that depends on a coordinate.
     pub(crate) fn factor(&self, column: usize) -> f64 {
         self.entries[self.firsts[column]].map_or(1.0, |(_, factor)| factor)
     }
 
-    /// Values of all parameters.
+    /// Values of all parameters for given coordinates.
     pub(crate) fn values(&self, z: &DVector<f64>) -> DVector<f64> {
         let mut values = self.base.clone();
         for (value, entry) in values.iter_mut().zip(&self.entries) {
@@ -45,7 +46,7 @@ impl Map {
         values
     }
 
-    /// Columns of a matrix with a column for each parameter, for the coordinates.
+    /// Converts a matrix with a column for each parameter to one with a column for each coordinate.
     pub(crate) fn columns(
         &self,
         matrix: &DMatrix<f64>,
@@ -62,21 +63,21 @@ impl Map {
         out
     }
 
-    /// Adds the derivative with respect to a parameter to that with respect to the coordinates.
+    /// Adds a derivative with respect to a parameter to the gradient with respect to the coordinates.
     pub(crate) fn add_slope(&self, target: &mut DVector<f64>, parameter: usize, slope: f64) {
         if let Some((column, factor)) = self.entries[parameter] {
             target[column] += factor * slope;
         }
     }
 
-    /// Adds a second derivative with respect to two parameters.
+    /// Adds a second derivative with respect to two parameters to the Hessian with respect to the coordinates.
     pub(crate) fn add_bend(&self, target: &mut DMatrix<f64>, (i, k): (usize, usize), bend: f64) {
         if let (Some((row, a)), Some((column, b))) = (self.entries[i], self.entries[k]) {
             target[(row, column)] += a * b * bend;
         }
     }
 
-    /// Covariance of all parameters from that of the coordinates.
+    /// Covariance of all parameters from the covariance of the coordinates.
     pub(crate) fn spread(&self, free: &DMatrix<f64>) -> DMatrix<f64> {
         let count = self.entries.len();
         DMatrix::from_fn(count, count, |i, k| match (self.entries[i], self.entries[k]) {
@@ -114,7 +115,7 @@ impl Problem<'_> {
     }
 }
 
-/// Product of the transpose of a tall matrix with another one.
+/// Product of the transpose of a tall matrix with another matrix.
 pub(crate) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut sum = DMatrix::zeros(a.ncols(), b.ncols());
     for from in (0..a.nrows()).step_by(ROWS) {

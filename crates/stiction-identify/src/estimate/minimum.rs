@@ -1,4 +1,4 @@
-//! Minimum of weighted squares and prior: Newton's method within the physical region.
+//! Minimum of weighted squared residuals and prior, by Newton's method within the physical region.
 //!
 //! Equation (I3) of the book's theory.
 
@@ -8,15 +8,15 @@ use crate::parameter::Kind;
 use crate::physical::{self, BodyPrior};
 use nalgebra::{DMatrix, DVector};
 
-/// Relative error of the inertias of a model that intervals allow for.
+/// Relative error of the model's inertias that the standard deviations assume.
 const PRIOR_ERROR: f64 = 0.3;
-/// Error of the factor of a formula that intervals allow for.
+/// Error of the factor of an effort term that the standard deviations assume.
 const TERM_ERROR: f64 = 0.5;
-/// Steps of Newton's method.
+/// Largest number of steps of Newton's method.
 const NEWTON_STEPS: usize = 60;
 
 impl Problem<'_> {
-    /// Priors of all bodies.
+    /// Priors of the inertial parameters of all bodies.
     pub(crate) fn priors(&self) -> Vec<BodyPrior> {
         let prior: Vec<f64> = self.parameters.iter().map(|p| p.prior).collect();
         let bodies = physical::bodies(self.parameters, &prior);
@@ -27,7 +27,8 @@ impl Problem<'_> {
         each.collect()
     }
 
-    /// Precision of the quadratic prior of each parameter outside bodies, for a strength.
+    /// Precision (inverse variance) of the quadratic prior on each parameter that belongs to no body, for a strength of
+    /// the prior.
     pub(crate) fn precision(&self, strength: f64) -> Vec<f64> {
         let each = self.parameters.iter().map(|p| match p.kind {
             Kind::Mass(_) | Kind::Moment(..) | Kind::Inertia(..) => 0.0,
@@ -39,8 +40,8 @@ impl Problem<'_> {
         each.collect()
     }
 
-    /// Minimum of data and prior, in free coordinates, with negative values of non-negative parameters
-    /// held at zero.
+    /// Minimises data term and prior, in free coordinates. Negative values of parameters that must not be negative are
+    /// set to zero and held there.
     pub(crate) fn minimum(&self, map: &Map, data: &Normal, strength: f64) -> DVector<f64> {
         let size = map.size();
         let mut at_zero = vec![false; size];
@@ -58,7 +59,7 @@ impl Problem<'_> {
         z
     }
 
-    /// Magnitude of a free coordinate over the scale of its parameter.
+    /// Ratio of a free coordinate to the scale of its parameter.
     fn parts(&self, map: &Map, column: usize, z: f64) -> f64 {
         let scale = self.parameters[map.firsts[column]].scale / map.factor(column).abs();
         z.abs() / scale
@@ -78,8 +79,8 @@ impl Problem<'_> {
         DVector::from_fn(map.size(), |column, _| prior[map.firsts[column]] / map.factor(column))
     }
 
-    /// Values for divergences: a held parameter of a thin body is that of its prior, whose pseudo-inertia is
-    /// definite.
+    /// Values for the computation of divergences: for a thin body, held parameters are those of its prior, whose
+    /// pseudo-inertia is positive definite.
     fn thickened(&self, values: &DVector<f64>, priors: &[BodyPrior]) -> DVector<f64> {
         let mut thick = values.clone();
         for body in priors {
@@ -92,8 +93,8 @@ impl Problem<'_> {
         thick
     }
 
-    /// True if distributions of mass exist for the values with which the estimation begins. Ties between
-    /// parameters of different bodies may contradict them.
+    /// Returns whether mass distributions exist for the initial values of the estimation. Ties between parameters of
+    /// different bodies may contradict them.
     pub fn begins_physical(&self) -> bool {
         let (map, priors) = (self.map(), self.priors());
         let thick = self.thickened(&map.values(&self.start(&map)), &priors);
@@ -149,7 +150,7 @@ impl Problem<'_> {
         z
     }
 
-    /// Value, gradient and Hessian of half the weighted squares and the prior.
+    /// Value, gradient and Hessian of the objective: half the weighted squares plus the prior.
     pub(crate) fn objective(
         &self,
         map: &Map,
@@ -188,8 +189,8 @@ impl Problem<'_> {
         value.is_finite().then_some((value, gradient, hessian))
     }
 
-    /// Covariance of the pull of the prior in free coordinates, for a model whose own errors are [`PRIOR_ERROR`]. However
-    /// strong the pull, it says no more about a value than the model does.
+    /// Covariance of the gradient of the prior in free coordinates, for a model whose own errors are [`PRIOR_ERROR`].
+    /// However strong the prior is, it contains no more information than the model.
     pub(crate) fn prior_errors(
         &self,
         map: &Map,
@@ -225,7 +226,7 @@ impl Problem<'_> {
     }
 }
 
-/// Solves with a matrix that is positive definite up to rounding.
+/// Solves a system whose matrix is positive definite up to rounding; `None` if the solution fails.
 fn solve_positive(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let (scales, scaled) = equilibrated(matrix);
     let mut shift = 0.0;
@@ -257,7 +258,7 @@ pub(crate) fn inverse_positive(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     None
 }
 
-/// Scales that make the diagonal one, and the scaled matrix.
+/// Scale factors that make the diagonal one, and the scaled matrix.
 fn equilibrated(matrix: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
     let scales = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 1.0 });
     let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, k| {

@@ -1,4 +1,4 @@
-//! Estimation: weighted, robust least squares pulled to the model, kept physical.
+//! Estimation by weighted, robust least squares, with a prior at the values of the model and physical constraints.
 //!
 //! Equations (I3) and (I4) of the book's theory.
 
@@ -18,18 +18,19 @@ use nalgebra::{DMatrix, DVector};
 /// Settings of the estimation.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Strength of the prior of inertias, in equivalent independent samples; `None` lets left-out
-    /// blocks choose it.
+    /// Strength of the prior on inertias, in equivalent independent samples; `None` to choose it by left-out blocks of
+    /// the data.
     pub strength: Option<f64>,
-    /// Length that makes inertias of thin bodies definite, m.
+    /// Radius of gyration that is added to the priors of thin bodies, so that their pseudo-inertias are positive
+    /// definite, m.
     pub radius: f64,
-    /// Parameters that keep their prior value.
+    /// True for each parameter that keeps its prior value.
     pub held: Vec<bool>,
-    /// Groups of parameters with one common value.
+    /// Groups of indices of parameters that have one common value.
     pub tied: Vec<Vec<usize>>,
 }
 
-/// Regression problem: rows of all logs for a fit, and the priors.
+/// Regression problem: rows of all fitted logs, and the priors.
 #[derive(Clone, Debug)]
 pub struct Problem<'a> {
     /// The parameters.
@@ -40,45 +41,45 @@ pub struct Problem<'a> {
     pub options: &'a Options,
 }
 
-/// Estimated values and what is known about them.
+/// Estimated values and their uncertainties.
 #[derive(Clone, Debug)]
 pub struct Estimate {
     /// Values, in the order of the parameters, SI units.
     pub values: Vec<f64>,
-    /// Standard deviations: noise of the data by its colour, and what the prior leaves open.
+    /// Standard deviations, which include the autocorrelated noise of the data and the uncertainty that the prior
+    /// leaves.
     pub sigmas: Vec<f64>,
-    /// Part of each value that the data, not the prior, determine: from 0 to 1.
+    /// Fraction of each value, from 0 to 1, that the data determine; the prior determines the rest.
     pub resolution: Vec<f64>,
-    /// Correlations of the errors.
+    /// Correlation matrix of the errors of the values.
     pub correlation: DMatrix<f64>,
-    /// Covariance of the errors, SI units.
+    /// Covariance matrix of the errors of the values, SI units.
     pub covariance: DMatrix<f64>,
-    /// Inverse of the Hessian of data and prior, and the part of it that the data determine.
+    /// Inverse Hessian of data and prior, and the part of it that the data determine.
     inverse: [DMatrix<f64>; 2],
     /// Strength of the prior, in equivalent independent samples.
     pub strength: f64,
     /// Standard deviation of the residuals of each actuator, N or N m.
     pub noise: Vec<f64>,
-    /// Mean square of weighted residuals of blocks left out, over that of the fit.
+    /// Mean squared weighted residual of left-out blocks, relative to that of the fit.
     pub left_out_ratio: f64,
-    /// Mean square of weighted residuals of blocks left out without any prior, over that of the fit;
-    /// infinite if the data alone determine nothing.
+    /// The same ratio for estimates without prior; infinite if the data alone do not determine the values.
     pub left_out_ratio_plain: f64,
-    /// Independent samples of all rows.
+    /// Number of independent samples in all rows.
     pub samples: f64,
 }
 
-/// Pieces of a log, each left out once.
+/// Number of pieces of each log, each of which is left out once.
 const FOLDS: usize = 5;
-/// Strengths of the prior that are compared.
+/// Strengths of the prior that are compared by left-out data.
 const STRENGTHS: [f64; 13] =
     [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4];
-/// Strength, at most, with which the noise is estimated at first.
+/// Largest strength of the prior with which the noise is estimated initially.
 const WEAK: f64 = 1.0;
-/// Residual, in standard deviations, beyond which a row loses weight (Huber).
+/// Residual, in standard deviations, beyond which a row gets less weight (Huber).
 const HUBER: f64 = 2.5;
 
-/// Sums of one piece of the data: `sum w M^T M`, `sum w M^T y`, `sum w y^2`, rows.
+/// Sums over one piece of the data: `sum w M^T M`, `sum w M^T y`, `sum w y^2`, and number of rows.
 #[derive(Clone, Debug)]
 pub(crate) struct Normal {
     pub(crate) matrix: DMatrix<f64>,
@@ -111,8 +112,7 @@ impl Normal {
 }
 
 impl Estimate {
-    /// Variance of a combination of parameters, and the part of it that the data, not the prior, determine:
-    /// from 0 to 1.
+    /// Variance of a combination of parameters, and the fraction of its value, from 0 to 1, that the data determine.
     pub fn combined(&self, members: &[(usize, f64)]) -> (f64, f64) {
         let product = |matrix: &DMatrix<f64>| -> f64 {
             let each = members
@@ -204,26 +204,28 @@ impl Problem<'_> {
         self.described(&map, &shift, values, strength, noise, &weights, ratios)
     }
 
-    /// Estimates with the strength of the prior of another estimate, without comparing others.
+    /// Estimates with the same strength of the prior as another estimate, without a new choice.
     pub fn solve_fixed(&self, before: &Estimate) -> Estimate {
         let options = Options { strength: Some(before.strength), ..self.options.clone() };
         Problem { options: &options, ..self.clone() }.solve_with(false)
     }
 
-    /// Estimates with a weak prior, without comparing others: the residuals contain no error of the prior.
+    /// Estimates with a weak prior, so that the residuals contain no error of the prior.
     pub fn solve_weakly(&self) -> Estimate {
         let strength = Some(self.options.strength.map_or(WEAK, |own| own.min(WEAK)));
         let options = Options { strength, ..self.options.clone() };
         Problem { options: &options, ..self.clone() }.solve_with(false)
     }
 
-    /// Known efforts contain the model's inertias, so rows multiply differences from these.
+    /// Values that the unknowns are measured from: the known efforts contain the model's inertias, so the unknown
+    /// inertial parameters are differences from these.
     fn shift(&self) -> DVector<f64> {
         let each = self.parameters.iter().map(|p| if p.body().is_some() { p.prior } else { 0.0 });
         DVector::from_iterator(self.parameters.len(), each)
     }
 
-    /// Sums over pieces of all logs, in free coordinates; `right` is that of differences.
+    /// Computes the sums over each piece of all logs, in free coordinates; the right-hand side is that of the
+    /// differences.
     fn pieces(
         &self,
         map: &Map,
@@ -264,9 +266,9 @@ impl Problem<'_> {
         pieces
     }
 
-    /// The strength whose fits predict left-out pieces best; among those within one standard error of
-    /// the best the strongest. Also the mean square of left-out residuals over that of the fit, for it and
-    /// for the weakest prior.
+    /// Chooses the strength of the prior whose fits predict left-out pieces best; among the strengths within one
+    /// standard error of the best, the largest. Also returns the ratio of the mean squared residual of left-out pieces
+    /// to that of the fit, for this strength and for the weakest prior.
     fn chosen_strength(&self, map: &Map, pieces: &[Normal], total: &Normal) -> (f64, f64, f64) {
         let scored = |strength: f64| -> Vec<f64> {
             let folds = pieces.len().clamp(1, FOLDS);

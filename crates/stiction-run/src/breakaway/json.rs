@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use stiction_core::dynamics::{Bounds, Breakaway, Holding, Verdict};
 
 impl Findings {
-    /// All results as JSON; infinite numbers are `null`.
+    /// Returns all results as a JSON object; infinite numbers become `null`.
     pub fn json(&self, job: &Job<'_>) -> Value {
         let names = Names::new(&job.model.mechanism);
         let mut drives = Map::new();

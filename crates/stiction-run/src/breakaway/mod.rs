@@ -1,4 +1,4 @@
-//! Mechanism at rest: effort intervals under static friction, breakaway efforts and self-locking.
+//! Static friction of a mechanism at rest: effort intervals, breakaway efforts and self-locking.
 
 mod json;
 mod page;
@@ -13,27 +13,27 @@ use stiction_core::spatial::Pose;
 pub use page::draw_report;
 pub use terminal::write_report;
 
-/// Results at one pose at rest.
+/// Results for a mechanism at rest in one pose.
 #[derive(Clone, Debug)]
 pub struct Findings {
-    /// Instant of the motion, s.
+    /// Time of the pose in the motion, s.
     pub time: f64,
     /// Forces at rest.
     pub forces: Forces,
-    /// Breakaway efforts and self-locking.
+    /// Breakaway efforts and verdict on self-locking.
     pub rest: Rest,
-    /// Indices of the friction interfaces whose normal load is undetermined.
+    /// Indices of the friction interfaces whose normal load statics does not determine.
     pub undetermined_loads: Vec<usize>,
-    /// True if the mechanism has more actuators than statics determines.
+    /// True if statics does not determine all efforts, because there are more actuators than degrees of freedom.
     pub redundant_actuators: bool,
-    /// Poses of all bodies, the ground first, from the reference point of the kernel.
+    /// Poses of all bodies, the ground first, relative to the reference point of the kernel.
     poses: Vec<Pose<f64>>,
-    /// Each drive train: its motor, and what keeps it at rest with power off.
+    /// For each drive train the state of its motor, and the means that hold it at rest with power off.
     motors: Vec<(Motor, PowerOff)>,
 }
 
-/// Computes the results of a mechanism at rest at each sample of its motion and passes them to
-/// `receive`. Friction always acts, independent of the job's friction mode.
+/// Computes the results at each sample of a motion, as if the mechanism were at rest there, and passes them to
+/// `receive`. Friction always acts; the friction mode of the job is ignored.
 ///
 /// # Errors
 /// See [`enum@Error`].
@@ -50,8 +50,7 @@ pub fn run(
     Ok(())
 }
 
-/// Computes the results of a mechanism at rest at one instant of its motion, s, by default the
-/// first.
+/// Computes the results for a mechanism at rest at one instant of its motion; `time`, s, defaults to the first instant.
 ///
 /// # Errors
 /// See [`enum@Error`].
@@ -73,7 +72,7 @@ pub fn evaluate(job: &Job<'_>, time: Option<f64>) -> Result<Findings, Error> {
     rest_at(job, &mut follower)
 }
 
-/// Results of a mechanism at rest where it is.
+/// Computes the results at the present pose of `follower`.
 fn rest_at(job: &Job<'_>, follower: &mut Follower<'_>) -> Result<Findings, Error> {
     let (time, solver) = (follower.time(), &mut follower.solver);
     *solver.settings_mut() = Settings { friction: FrictionMode::Converged, ..Settings::default() };

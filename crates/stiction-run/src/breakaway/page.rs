@@ -1,4 +1,4 @@
-//! Report of a mechanism at rest as a self-contained page.
+//! Report on a mechanism at rest as a self-contained HTML page.
 
 use super::Findings;
 use super::terminal::{certainty_text, unpowered_text, verdict_word};
@@ -12,8 +12,8 @@ use stiction_draw::figure::meaning::{LIMIT, RESULT};
 use stiction_draw::figure::{Bar, Bars};
 use stiction_draw::numbers::number;
 
-/// Writes the report of a mechanism at rest: the forces that hold it, those that move it, and whether it
-/// holds without actuators. `command` is the command line, if there is one.
+/// Writes the report on a mechanism at rest: efforts that hold it, efforts that move it, and whether it holds without
+/// actuators. `command` is the command line that produced the results, if any.
 pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> String {
     let names = Names::new(&job.model.mechanism);
     let about = format!(

@@ -1,4 +1,4 @@
-//! Breakaway results for the terminal.
+//! Results for a mechanism at rest, as text for the terminal.
 
 use super::Findings;
 use crate::names::{Names, heading, listed, width};
@@ -10,15 +10,15 @@ use stiction_draw::numbers::number;
 
 /// Largest number of friction interfaces listed.
 const LISTED: usize = 6;
-/// Relative difference below which two numbers are printed as one.
+/// Relative difference below which two numbers are printed as one number.
 const SAME: f64 = 1e-6;
-/// Largest friction factor that is printed; beyond it rounding errors dominate the bounds.
+/// Largest factor on the friction coefficients that is printed; rounding errors dominate the bounds on larger ones.
 const BEYOND: f64 = 1e6;
 
 /// Writes the results as plain text.
 ///
 /// # Errors
-/// The receiver fails.
+/// Fails if the receiver of the text fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fmt::Result {
     let names = Names::new(&job.model.mechanism);
     writeln!(out, "{}", heading(job.model))?;
@@ -41,7 +41,7 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fm
     write_motors(out, trains, found)
 }
 
-/// Writes the torques of the motors that hold the pose, and what holds it with power off.
+/// Writes the motor torques that hold the pose, and the means that hold it with power off.
 fn write_motors(out: &mut impl Write, trains: &[DriveTrain], found: &Findings) -> fmt::Result {
     if trains.is_empty() {
         return Ok(());
@@ -65,7 +65,7 @@ fn write_motors(out: &mut impl Write, trains: &[DriveTrain], found: &Findings) -
     power_off::write(out, trains, &power_off)
 }
 
-/// Certainty of the intervals, a line for each statement.
+/// Describes the certainty of the intervals, one line for each statement.
 pub(super) fn certainty_text(names: &Names, found: &Findings) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -73,7 +73,7 @@ pub(super) fn certainty_text(names: &Names, found: &Findings) -> String {
     text
 }
 
-/// Sentence on holding without actuators.
+/// Describes in a sentence whether the mechanism holds its pose without actuators.
 pub(super) fn unpowered_text(holding: &Holding) -> String {
     let mut text = String::new();
     let _ = write_unpowered(&mut text, holding);

@@ -1,4 +1,4 @@
-//! Closest approaches of a motion to singular poses, located between samples.
+//! Closest approaches of a motion to singular poses; they are located between samples.
 
 use crate::Error;
 use crate::follower::Follower;
@@ -13,17 +13,17 @@ use stiction_core::statics::{Constraints, GainedTwist, Statics};
 pub enum Kind {
     /// Actuation (type 2): a body can move while all actuators are locked.
     Actuation,
-    /// Constraint: the mechanism gains a degree of freedom.
+    /// Constraint: the mechanism gains a degree of freedom that its joints normally prevent.
     Constraint,
-    /// Leg (type 1): bodies of a leg can move while the bodies at its ends are fixed.
+    /// Leg (type 1): bodies of a leg can move while the bodies at both ends of the leg are fixed.
     Leg,
 }
 
 impl Kind {
-    /// All kinds in their order of output.
+    /// All kinds, in the order of output.
     pub const ALL: [Self; 3] = [Self::Actuation, Self::Constraint, Self::Leg];
 
-    /// Name in outputs.
+    /// Name of the kind in outputs.
     pub fn word(self) -> &'static str {
         match self {
             Self::Actuation => "actuation",
@@ -33,65 +33,64 @@ impl Kind {
     }
 }
 
-/// Motion gained at a singular pose, in words, with the load that does work on it.
+/// Motion that a mechanism gains at a singular pose, in words, and the load that it cannot carry there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weakness {
     /// Name of the moving body.
     pub body: String,
     /// Motion of that body.
     pub motion: String,
-    /// Load that cannot be carried.
+    /// Load that does work on this motion, so that the mechanism cannot carry it.
     pub load: String,
-    /// For legs, the motions that the body with most joints retains.
+    /// For legs: the motions that the body with the most joints can still perform.
     pub left: Option<String>,
 }
 
 /// Closest approach of a motion to singular poses of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nearness {
-    /// Least singularity index, located between samples.
+    /// Least singularity index along the motion, located between samples.
     pub least: f64,
     /// Time of the least index, s.
     pub time: f64,
     /// Least-constrained motion at that time.
     pub weakness: Option<Weakness>,
-    /// Number of samples with a singular pose.
+    /// Number of samples in a singular pose.
     pub singular_samples: usize,
-    /// Times, s, at which the motion passes through or touches a singular pose, with the motion
-    /// gained there. Times within a run of singular samples are not included.
+    /// Times, s, at which the motion passes through or touches a singular pose, with the motion gained there. Times
+    /// within a sequence of singular samples are not included.
     pub crossings: Vec<(f64, Weakness)>,
-    /// Number of close approaches not examined because they are too many.
+    /// Number of further close approaches that were not examined because there were too many.
     pub not_searched: usize,
 }
 
-/// Largest number of close approaches of one kind that are examined. Each takes some fifty
-/// decompositions.
+/// Largest number of close approaches of one kind that are examined. Each examination takes some fifty decompositions.
 const REFINED: usize = 100;
-/// Index above which a local minimum is not examined unless it is the least so far.
+/// Index above which a local minimum is not examined, unless it is the least one so far.
 const NEAR: f64 = 0.05;
-/// Index below which the end of the search counts as a passage. At the singular pose itself the
-/// motion may be undetermined, so the search stops before it.
+/// Index that the search for a minimum must reach for a passage. The search stops before the singular pose itself,
+/// because the motion may be undetermined there.
 const CROSSED: f64 = 1e-7;
-/// Number of steps of the search; each shortens the interval by the golden section.
+/// Largest number of steps of a search; each step shortens the interval by the golden ratio.
 const STEPS: usize = 60;
 
-/// State of the motion at a sample.
+/// Mechanism and its singularity indices at a sample.
 struct Sample<'a> {
     follower: Follower<'a>,
     distances: [Option<f64>; 3],
 }
 
-/// Location of a least index.
+/// Result of a search: the instant of the least index between samples.
 struct Found<'a> {
     follower: Follower<'a>,
     distance: f64,
-    /// Time at which the index vanishes, s.
+    /// Time at which the index vanishes, s, by linear extrapolation from both sides.
     passage: f64,
 }
 
-/// Tracks the singularity indices along a motion.
+/// Monitor of the singularity indices along a motion.
 pub(super) struct Watch<'a> {
-    /// Finite mobility intended by the design, local rotations included.
+    /// Finite mobility that the design intends, local rotations included.
     mobility: usize,
     spins: usize,
     last: Option<Sample<'a>>,
@@ -115,8 +114,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Adds a sample; `passed` is true if the determinant of the actuation changed sign since the
-    /// last sample. Returns true if rounding does not explain the change.
+    /// Adds a sample. `passed` is true if the determinant of the loop constraints with locked actuators changed its
+    /// sign since the last sample. Returns true if the sign change is a passage rather than rounding.
     pub(super) fn observe(&mut self, follower: &Follower<'a>, passed: bool) -> bool {
         let statics = follower.solver.statics();
         let distances = Kind::ALL.map(|kind| self.distance(&statics, kind));
@@ -127,7 +126,7 @@ impl<'a> Watch<'a> {
             if let Some(found) = &mut self.found[k] {
                 found.singular_samples += usize::from(distance < SINGULAR);
             }
-            self.look_back(kind, &now);
+            self.examine_minimum(kind, &now);
         }
         let is_regular = |sample: &Sample<'_>| sample.distances[0].is_some_and(|d| d >= SINGULAR);
         // At singular poses only rounding determines the sign of the determinant.
@@ -152,8 +151,9 @@ impl<'a> Watch<'a> {
         self.found
     }
 
-    /// Examines a possible minimum between the last samples.
-    fn look_back(&mut self, kind: Kind, now: &Sample<'a>) {
+    /// Examines the sample before `now` if its index is a local minimum: searches the exact minimum, and records it as
+    /// a passage if it is zero.
+    fn examine_minimum(&mut self, kind: Kind, now: &Sample<'a>) {
         let k = kind as usize;
         let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
         let distances = [before, last, now].map(|sample| sample.distances[k]);
@@ -194,8 +194,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Locates a passage between the last two samples by bisection of the sign of the determinant,
-    /// which is reliable even if the index cannot be followed to zero.
+    /// Locates a passage between the last two samples by bisection on the sign of the determinant. The sign is reliable
+    /// even where the index cannot be followed to zero.
     fn pass(&mut self, now: &Sample<'a>) {
         let Some(Sample { follower: last, .. }) = &self.last else { return };
         let mut at_last = last.solver.clone();
@@ -242,8 +242,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Records a passage, unless one of the last two is less than `apart`, s, away and therefore
-    /// the same.
+    /// Records a passage, unless it lies within `apart`, s, of one of the last two recorded ones and is therefore the
+    /// same.
     fn cross(&mut self, kind: Kind, time: f64, apart: f64, weakness: Option<Weakness>) {
         if let (Some(found), Some(weakness)) = (&mut self.found[kind as usize], weakness)
             && found.crossings.iter().rev().take(2).all(|(known, _)| (time - known).abs() > apart)
@@ -252,7 +252,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Time of the least index between a sample and `to`, s, by golden section search.
+    /// Locates the least index between the time of `from` and `to`, s, by golden-section search.
     fn search(&self, kind: Kind, from: &Follower<'a>, to: f64) -> Option<Found<'a>> {
         let at = |time: f64| -> Option<(f64, Follower<'a>, f64)> {
             let mut follower = from.clone();
@@ -324,8 +324,8 @@ impl<'a> Watch<'a> {
         Some(Weakness { body, motion, load, left: None })
     }
 
-    /// Motion that a constraint singularity adds to the finite motions: a motion blocked at second
-    /// order. Where branches of motion meet, no single motion is the added one.
+    /// Describes the motion that the mechanism gains at a constraint singularity: a motion that is blocked at second
+    /// order. Where branches of motion meet, no single motion is the gained one, and all are named.
     fn constraint_weakness(&self, solver: &InverseDynamics) -> Option<Weakness> {
         let mechanism = solver.mechanism();
         let length = mechanism.characteristic_length();
@@ -353,7 +353,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Remaining motions of the body with most joints while a leg is singular.
+/// Describes the motions that the body with the most joints can still perform at a time, s, at which a leg is singular.
 pub(super) fn left_at(start: &Follower<'_>, time: f64) -> Result<Option<String>, Error> {
     let mut follower = start.clone();
     follower.go_to(time)?;

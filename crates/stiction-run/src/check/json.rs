@@ -5,11 +5,11 @@ use crate::Job;
 use serde_json::{Value, json};
 use stiction_core::mobility::GenericRank;
 
-/// Clearance for which the play is reported, m.
+/// Joint clearance for which the resulting play is reported, m.
 pub(super) const CLEARANCE: f64 = 1e-5;
 
 impl Findings {
-    /// All results as an object.
+    /// Returns all results as a JSON object.
     pub fn json(&self, job: &Job<'_>) -> Value {
         let joint_name = |joint: usize| job.model.mechanism.joints()[joint].name.as_str();
         let bodies = self.mobility.bodies.iter().map(|body| {

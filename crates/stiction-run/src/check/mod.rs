@@ -31,7 +31,7 @@ use stiction_core::statics::{Constraints, JointLoad};
 pub struct Findings {
     /// Degrees of freedom at the first pose of the motion.
     pub mobility: Mobility,
-    /// Bodies with a passive rotation about their own axis.
+    /// Names of the bodies that can rotate freely about their own axis.
     pub idle_spins: Vec<String>,
     /// Number of actuated degrees of freedom.
     pub drives: usize,
@@ -40,37 +40,36 @@ pub struct Findings {
     /// For each self-stress of the constraints at the first pose, the reactions of the
     /// participating joints in arbitrary scale.
     pub self_stresses: Vec<Vec<JointLoad>>,
-    /// Components of each joint's reaction that statics does not determine somewhere along the
-    /// motion.
+    /// For each joint, the components of its reaction that statics does not determine somewhere along the motion.
     pub undetermined: Vec<(String, Vec<&'static str>)>,
-    /// True if the frictionless efforts are determined along the whole motion.
+    /// True if statics determines the frictionless efforts along the whole motion.
     pub drives_unique: bool,
-    /// Closest approach to singularities of actuation.
+    /// Closest approach to actuation singularities.
     pub actuation: Nearness,
-    /// Closest approach to singularities of constraint.
+    /// Closest approach to constraint singularities.
     pub constraint: Nearness,
-    /// Closest approach to singularities of legs, if the mechanism has any.
+    /// Closest approach to leg singularities, if the mechanism has legs.
     pub leg: Option<Nearness>,
-    /// For mechanisms with instantaneous mobility, the least and greatest actuation index of the
-    /// finite motions, and the time of the least, s.
+    /// For mechanisms some of whose motions are instantaneous only: least and greatest actuation index of the finite
+    /// motions, and the time of the least one, s.
     pub actuation_of_motion: Option<(f64, f64, f64)>,
-    /// Pairs of neighbouring samples, s, between which an actuation singularity is passed.
+    /// Pairs of times, s, of neighbouring samples between which the motion passes an actuation singularity.
     pub passed: Vec<(f64, f64)>,
-    /// Number of samples.
+    /// Number of samples of the motion.
     pub samples: usize,
-    /// First instant, s.
+    /// Time of the first sample, s.
     pub start: f64,
     /// Masses, joint ranges and reach.
     pub sizes: Sizes,
     /// Warnings in words.
     pub warnings: Vec<String>,
-    /// Doubts about the data of a recorded motion, and ranges of joints that the motion leaves, in words.
+    /// Doubts about the data of a recorded motion, and excursions of joints beyond their ranges, in words.
     pub cautions: Vec<String>,
     pub(crate) ranges: Ranges,
 }
 
 impl Findings {
-    /// Kinds of singularities with their closest approaches; legs only if the mechanism has any.
+    /// Kinds of singularities with the closest approach to each; legs are included only if the mechanism has any.
     pub fn singularities(&self) -> impl Iterator<Item = (Kind, &Nearness)> {
         let all = [Some(&self.actuation), Some(&self.constraint), self.leg.as_ref()];
         Kind::ALL.into_iter().zip(all).filter_map(|(kind, nearness)| Some((kind, nearness?)))
@@ -94,35 +93,35 @@ impl Findings {
         }
     }
 
-    /// True if the motion reaches singular poses of this kind.
+    /// Returns whether the motion reaches singular poses of this kind.
     pub fn is_singular(&self, kind: Kind) -> bool {
         let met = |n: &Nearness| n.singular_samples > 0 || !n.crossings.is_empty();
         self.singularities().any(|(known, nearness)| known == kind && met(nearness))
     }
 
-    /// Number of motions that the actuators must control, passive spins excluded.
+    /// Number of independent motions that the actuators must control, without passive spins.
     pub fn to_be_driven(&self) -> usize {
         meant(&self.mobility, &self.architecture).saturating_sub(self.idle_spins.len())
     }
 
-    /// Play due to joint clearance in motions blocked only at second order.
+    /// Play due to joint clearance, for each motion that is blocked at second order only.
     pub fn play(&self) -> &[Play] {
         &self.mobility.play
     }
 }
 
-/// Mobility intended by the design: the finite mobility or, if that is undecided, the generic
-/// instantaneous one.
+/// Mobility that the design intends: the finite mobility, or the generic instantaneous mobility if the finite one is
+/// undecided.
 fn meant(mobility: &Mobility, architecture: &Architecture) -> usize {
     mobility.finite.decided().unwrap_or(architecture.constraints.open)
 }
 
-/// Examines the job's mechanism along its motion, independent of loads and friction. `progress`
-/// receives the phase, the number of completed samples and their total; returning false stops the
-/// check.
+/// Checks the mechanism of a job along its motion, without loads and friction. `progress` receives the phase, the
+/// number of completed samples and the total number; if it returns false, the check stops.
 ///
 /// # Errors
-/// The motion cannot be followed.
+/// [`Error::Assembly`] and others if the mechanism cannot follow the motion; [`Error::Interrupted`] if `progress` stops
+/// the check.
 pub fn examine(
     job: &Job<'_>,
     progress: impl FnMut(Phase, usize, usize) -> bool,
@@ -139,7 +138,7 @@ pub fn examine(
     Ok(findings)
 }
 
-/// Examines the mechanism along a motion that determines it.
+/// Checks the mechanism along a motion that determines all positions.
 fn examine_motion(
     job: &Job<'_>,
     mut progress: impl FnMut(Phase, usize, usize) -> bool,

@@ -1,4 +1,4 @@
-//! Results of a check for the terminal.
+//! Results of a check as text for the terminal.
 
 use super::{Findings, Kind, Nearness, Range, words};
 use crate::Job;
@@ -15,7 +15,7 @@ const LISTED: usize = 12;
 /// Writes the results as plain text.
 ///
 /// # Errors
-/// The receiver fails.
+/// Fails if the receiver of the text fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> fmt::Result {
     writeln!(out, "{}", heading(job.model))?;
     writeln!(

@@ -7,7 +7,7 @@ use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::{fixed, number};
 
-/// Accuracy of positions, mm or deg.
+/// Errors of positions up to this size are rounding, mm or deg.
 const ROUNDING: f64 = 1e-9;
 
 /// Range of a quantity along a motion.
@@ -17,9 +17,9 @@ pub struct Range {
     pub name: String,
     /// SI unit: rad or m.
     pub unit: &'static str,
-    /// Least value.
+    /// Least value along the motion, in `unit`.
     pub least: f64,
-    /// Greatest value.
+    /// Greatest value along the motion, in `unit`.
     pub greatest: f64,
 }
 
@@ -36,25 +36,26 @@ pub struct BodyMass {
     pub moments: [f64; 3],
 }
 
-/// Size of a mechanism and ranges of its motion.
+/// Masses of a mechanism, and the ranges of its joints, legs and bodies along a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sizes {
     /// All moving bodies.
     pub bodies: Vec<BodyMass>,
     /// Total mass, kg.
     pub mass: f64,
-    /// Common centre of mass at the first pose, in the world, m.
+    /// Common centre of mass of all bodies at the first pose, in the world, m.
     pub centre: Vec3<f64>,
     /// Range of each scalar degree of freedom of the joints; angles count full turns.
     pub joints: Vec<Range>,
-    /// Distance between the origins of each leg's first and last joint.
+    /// Distance between the origins of the first and the last joint of each leg.
     pub legs: Vec<Range>,
-    /// Box of each body at which legs end, or of each body in a mechanism without legs, that
-    /// contains its centre of mass along the motion, in the world, m: least and greatest corner.
+    /// For each body at which legs end, or each body of a mechanism without legs: the smallest axis-parallel box in the
+    /// world that contains its centre of mass along the motion, m; corners with the least and with the greatest
+    /// coordinates.
     pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
 }
 
-/// Collects sizes and ranges along a motion.
+/// Collector of sizes and ranges, sample by sample.
 pub(super) struct Measuring {
     sizes: Sizes,
     joints: Vec<(usize, usize, f64)>,
@@ -143,7 +144,7 @@ impl Measuring {
     }
 }
 
-/// Formats with three decimals, or with four significant digits if three decimals show too few.
+/// Formats with three decimals, or with four significant digits if three decimals would show too few.
 fn decimals(x: f64) -> String {
     if x.abs() > ROUNDING && x.abs() < 0.1 { number(x) } else { fixed(x, 3) }
 }
@@ -153,7 +154,7 @@ impl Range {
         (self.least, self.greatest) = (self.least.min(value), self.greatest.max(value));
     }
 
-    /// Least value, greatest value and their difference as text, with their unit.
+    /// Least value, greatest value and their difference as text, and the unit of the texts.
     pub(super) fn in_words(&self) -> ([String; 3], &'static str) {
         let (scale, unit) = match self.unit {
             "rad" => (1f64.to_degrees(), "deg"),
@@ -198,7 +199,7 @@ impl Sizes {
     }
 }
 
-/// All bodies, their total mass and their common centre of mass.
+/// Returns the mass properties of all moving bodies, their total mass, and their common centre of mass.
 fn masses(solver: &InverseDynamics) -> (Vec<BodyMass>, f64, Vec3<f64>) {
     let origin = solver.parameters().origin;
     let bodies = solver.mechanism().bodies().iter().zip(&solver.bodies().pose).skip(1);
@@ -219,8 +220,8 @@ fn joints_at(mechanism: &Mechanism, body: usize) -> usize {
     mechanism.joints().iter().filter(|j| at(j.predecessor) || at(j.successor)).count()
 }
 
-/// First and last joint of each leg: each chain of bodies with two joints that connects the ground
-/// to a body with three joints or more.
+/// Finds the legs and returns the first and last joint of each. A leg is a chain of bodies with two joints each that
+/// connects the ground to a body with three or more joints.
 fn legs(mechanism: &Mechanism) -> Vec<(usize, usize)> {
     let joints = mechanism.joints();
     let mut legs = Vec::new();
@@ -247,8 +248,8 @@ fn legs(mechanism: &Mechanism) -> Vec<(usize, usize)> {
     legs
 }
 
-/// Common part of the names of a leg's first and last joint, such as `leg1` for `leg1.R` and
-/// `leg1.S`; without one, both names.
+/// Name of a leg: the common part of the names of its first and last joint, such as `leg1` for `leg1.R` and `leg1.S`;
+/// both names if they have none in common.
 fn leg_name(first: &str, last: &str) -> String {
     match (first.rsplit_once('.'), last.rsplit_once('.')) {
         (Some((a, _)), Some((b, _))) if a == b => a.to_owned(),

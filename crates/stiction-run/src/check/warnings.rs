@@ -4,12 +4,12 @@ use super::{Findings, Kind};
 use crate::Job;
 use stiction_draw::numbers::number;
 
-/// Singularity index below which forces reach a hundred times the load and more.
+/// Singularity index below which forces become a hundred times the load or more.
 const NEAR: f64 = 0.01;
-/// Relative singular value of the loops below which a rank decision is doubtful.
+/// Singular value of the loop constraints, relative to the largest, below which a rank decision is doubtful.
 const DOUBTFUL: f64 = 1e-6;
 
-/// All warnings.
+/// Composes all warnings of a check.
 pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     let mut warnings = Vec::new();
     let drives = findings.drives;
@@ -110,7 +110,7 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     warnings
 }
 
-/// Count with its noun: `one actuator`, `3 actuators`.
+/// Writes a count with its noun: `one actuator`, `3 actuators`.
 fn several(count: usize, what: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     let of = if what == "degree" { " of freedom" } else { "" };

@@ -51,7 +51,7 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     kinds.into_iter().filter_map(sentence).collect()
 }
 
-/// Addition to a finite mobility that is a range; empty if the mobility is a number.
+/// Addition to the text of a finite mobility that is known as a range only; empty if it is known exactly.
 pub(super) fn undecided(findings: &Findings) -> &'static str {
     match findings.mobility.finite.decided() {
         Some(_) => "",
@@ -59,7 +59,7 @@ pub(super) fn undecided(findings: &Findings) -> &'static str {
     }
 }
 
-/// A motion over a finite distance, in words.
+/// Describes a motion over a finite distance.
 pub(super) fn finite_motion(motion: &FiniteMotion) -> String {
     let FiniteMotion { body, moved, turned, closure } = motion;
     format!(
@@ -70,12 +70,12 @@ pub(super) fn finite_motion(motion: &FiniteMotion) -> String {
     )
 }
 
-/// Axes of the passive rotations, in words.
+/// Names the axes of passive rotations: `an axis of its own`, `axes of their own`.
 pub(super) fn own_axes(count: usize) -> &'static str {
     if count == 1 { "an axis of its own" } else { "axes of their own" }
 }
 
-/// Describes the control of the finite motions by the actuators if other motions are instantaneous
+/// Describes how well the actuators control the finite motions, if other motions of the mechanism are instantaneous
 /// only.
 pub(super) fn actuation_of_motion(findings: &Findings) -> Option<String> {
     let (least, greatest, time) = findings.actuation_of_motion?;
@@ -97,7 +97,7 @@ pub(super) fn actuation_of_motion(findings: &Findings) -> Option<String> {
     })
 }
 
-/// Describes the play that clearance gives to motions blocked at second order.
+/// Describes the play that joint clearance gives to motions blocked at second order.
 pub(super) fn play(job: &Job<'_>, findings: &Findings) -> Vec<String> {
     let mechanism = &job.model.mechanism;
     let each = findings.play().iter().map(|play| {

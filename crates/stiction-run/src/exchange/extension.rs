@@ -1,10 +1,11 @@
-//! Parts of a mechanism that other formats do not have, in elements that only this program reads.
+//! Extension elements: properties of a mechanism for which another format has no element. Only this program reads them.
 
 use super::model_file::{actuator, friction, gearing_table, joint, spring};
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// One part: its kind, the name of the joint or spring, and its content.
+/// Content of an extension element: kind of property, name of the joint, spring or other element that has it, and its
+/// text.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {
     pub(super) kind: &'static str,
@@ -12,7 +13,7 @@ pub(super) struct Entry {
     pub(super) text: String,
 }
 
-/// Friction of all joints that a model file can express, as the content of their tables.
+/// Lists the friction of all joints, as far as a model file can express it; the texts are tables of a model file.
 pub(super) fn frictions(mechanism: &Mechanism) -> Vec<Entry> {
     let table = |joint: &stiction_core::mechanism::Joint| {
         let table = friction::table(joint).ok().flatten()?;
@@ -22,7 +23,7 @@ pub(super) fn frictions(mechanism: &Mechanism) -> Vec<Entry> {
     mechanism.joints().iter().filter_map(table).collect()
 }
 
-/// Springs, as the content of their tables.
+/// Lists the springs; the texts are tables of a model file.
 pub(super) fn springs(mechanism: &Mechanism) -> Vec<Entry> {
     let entry = |(name, table): (String, toml::Table)| Entry {
         kind: "spring",
@@ -32,7 +33,7 @@ pub(super) fn springs(mechanism: &Mechanism) -> Vec<Entry> {
     spring::tables(mechanism).into_iter().map(entry).collect()
 }
 
-/// Springs that MJCF does not have, or has without their preload or the range of their length.
+/// Lists the springs that MJCF cannot express, or only without their preload or the range of their length.
 pub(super) fn own_springs(mechanism: &Mechanism) -> Vec<Entry> {
     let plain = |name: &str| {
         let mut springs = mechanism.springs().iter();
@@ -42,7 +43,7 @@ pub(super) fn own_springs(mechanism: &Mechanism) -> Vec<Entry> {
     springs(mechanism).into_iter().filter(|entry| !plain(&entry.name)).collect()
 }
 
-/// Bushings, motors, gearings, and ranges of joints, as the content of their tables.
+/// Lists bushings, motors, gearings, and ranges of joints; the texts are tables of a model file.
 pub(super) fn others(mechanism: &Mechanism) -> Vec<Entry> {
     let entry = |kind: &'static str| {
         move |(name, table): (String, toml::Table)| Entry {
@@ -68,7 +69,7 @@ pub(super) fn others(mechanism: &Mechanism) -> Vec<Entry> {
         .collect()
 }
 
-/// Name of the element of an entry in URDF and SDF.
+/// Name of the XML element for a kind of property in URDF and SDF.
 pub(super) fn tag(kind: &str) -> &'static str {
     match kind {
         "friction" => "stiction:friction",
@@ -83,7 +84,7 @@ pub(super) fn tag(kind: &str) -> &'static str {
     }
 }
 
-/// Predecessors of joints that the file has the other way round.
+/// Lists the predecessors of those joints whose direction is reversed in the file.
 pub(super) fn reversed(mechanism: &Mechanism, joints: impl Iterator<Item = usize>) -> Vec<Entry> {
     let entry = |index: usize| {
         let joint = &mechanism.joints()[index];
@@ -93,7 +94,7 @@ pub(super) fn reversed(mechanism: &Mechanism, joints: impl Iterator<Item = usize
     joints.map(entry).collect()
 }
 
-/// Coordinates of all joints at the home position, as the model has them; of balls a quaternion, of
+/// Lists the coordinates of all joints at the home position, as the model defines them: for balls a quaternion, for
 /// free joints a position and a quaternion.
 pub(super) fn coordinates(home: &super::Home<'_>) -> Vec<Entry> {
     let joints = home.mechanism.joints().iter();
@@ -108,7 +109,8 @@ pub(super) fn coordinates(home: &super::Home<'_>) -> Vec<Entry> {
     joints.filter_map(entry).collect()
 }
 
-/// Notes on what no other format has and no extension keeps.
+/// Composes notes on properties that the format cannot express: those that only extension elements contain, and those
+/// that are omitted.
 pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
     let mut notes = Vec::new();
     let joints = mechanism.joints();
@@ -125,7 +127,7 @@ pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
         notes.push("bushings are in elements that only stiction reads".to_owned());
     }
     if !mechanism.drive_trains().is_empty() {
-        let kept = "but for the joints that they drive and their limits";
+        let kept = "except for the joints that they drive and their limits";
         notes.push(format!("motors and gears are in elements that only stiction reads, {kept}"));
     }
     let taken = super::mimic::all(mechanism);
@@ -139,7 +141,7 @@ pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
     notes
 }
 
-/// Roll, pitch and yaw of a pose, rad.
+/// Roll, pitch and yaw of the orientation of a pose, rad.
 pub(super) fn angles(pose: Pose<f64>) -> [f64; 3] {
     let r = pose.rotation;
     let pitch = (-r.at(2, 0)).atan2(r.at(0, 0).hypot(r.at(1, 0)));
@@ -150,13 +152,13 @@ pub(super) fn angles(pose: Pose<f64>) -> [f64; 3] {
     [roll, pitch, yaw]
 }
 
-/// Position and angles, as SDF writes a pose.
+/// Position, m, and roll, pitch and yaw, rad, as SDF writes a pose.
 pub(super) fn six(pose: Pose<f64>) -> [f64; 6] {
     let ([x, y, z], [roll, pitch, yaw]) = (pose.position.to_array(), angles(pose));
     [x, y, z, roll, pitch, yaw]
 }
 
-/// Entries of a symmetric tensor.
+/// Names and values of the six different entries of a body's inertia tensor, kg m^2.
 pub(super) fn tensor(body: &stiction_core::mechanism::Body) -> [(&'static str, f64); 6] {
     let entry = |i: usize, j: usize| body.inertia.at(i, j);
     [
@@ -169,7 +171,7 @@ pub(super) fn tensor(body: &stiction_core::mechanism::Body) -> [(&'static str, f
     ]
 }
 
-/// True if a pose is none.
+/// Returns whether a pose is the identity.
 pub(super) fn is_identity(pose: Pose<f64>) -> bool {
     pose == Pose::at(Vec3::zero())
 }

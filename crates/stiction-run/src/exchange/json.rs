@@ -1,5 +1,4 @@
-//! Neutral description of a mechanism in SI units, for programs that build the mechanism
-//! themselves.
+//! Neutral JSON description of a mechanism in SI units, for other programs that build the mechanism from it.
 
 use super::Home;
 use serde_json::{Value, json};
@@ -16,8 +15,8 @@ use stiction_core::spatial::{Mat3, Pose};
 /// Version of the format, increased when the meaning of a key changes.
 const VERSION: u32 = 1;
 
-/// Describes the assembled mechanism as an object. A pose is that of the second frame in the first;
-/// a rotation is a list of rows whose columns are the axes of the second frame.
+/// Describes the assembled mechanism as a JSON object. The pose of two frames is that of the second frame in the first.
+/// A rotation is a list of rows; its columns are the axes of the second frame.
 pub fn json(home: &Home<'_>) -> Value {
     let mechanism = &home.model.mechanism;
     let name_of = |body: BodyId| mechanism.bodies()[body.0].name.as_str();
@@ -155,7 +154,7 @@ fn drive_train_json(mechanism: &Mechanism, train: &DriveTrain) -> Value {
     value
 }
 
-/// Serialises the object with vectors and matrices on one line.
+/// Serialises the description with each vector and matrix on one line.
 pub fn json_text(home: &Home<'_>) -> String {
     let mut text = String::new();
     // Writing to a string does not fail.
@@ -188,7 +187,7 @@ fn write_value(out: &mut String, value: &Value, depth: usize) -> fmt::Result {
     write!(out, "\n{:1$}{close}", "", 2 * depth)
 }
 
-/// True for a number and for nested lists of numbers.
+/// Returns whether a value is a number or a nested list of numbers.
 fn is_numeric(value: &Value) -> bool {
     match value {
         Value::Number(_) => true,

@@ -1,21 +1,23 @@
-//! Gearings of two joints as URDF and SDF have them: one coordinate follows another one.
+//! Gearings of two joints in the form of URDF and SDF, in which the coordinate of one joint follows that of another.
 
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{GearedDof, JointRange, Mechanism, RangeOf};
 
-/// Joint that follows another one: its coordinate is `multiplier` times the other plus `offset`.
+/// Joint that follows another joint (the leader): its coordinate is `multiplier` times that of the leader plus
+/// `offset`, m or rad.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Mimic {
-    /// Index of the gearing.
+    /// Index of the gearing in the mechanism.
     pub(super) gearing: usize,
-    /// Indices of the joints.
+    /// Index of the joint that follows, and index of its leader.
     pub(super) follower: usize,
     pub(super) leader: usize,
     pub(super) multiplier: f64,
     pub(super) offset: f64,
 }
 
-/// The gearings of two hinges or slides, each joint following at most one, and none itself through others.
+/// Finds the gearings of two revolute or prismatic joints that the formats can express. A joint follows at most one
+/// leader, and never itself through a chain of leaders.
 pub(super) fn all(mechanism: &Mechanism) -> Vec<Mimic> {
     let is_simple = |dof: &GearedDof| {
         let kind = mechanism.joints()[dof.joint.0].joint_type;
@@ -51,7 +53,8 @@ pub(super) fn all(mechanism: &Mechanism) -> Vec<Mimic> {
     found
 }
 
-/// Range, greatest effort and greatest rate of a joint of one coordinate; `None` where there is no limit.
+/// Range, largest effort and largest rate of a joint with one coordinate, in SI units; `None` if the model has no such
+/// limit.
 pub(super) fn limits(
     mechanism: &Mechanism,
     joint: usize,

@@ -1,4 +1,4 @@
-//! Export of an assembled mechanism to other programs.
+//! Export of an assembled mechanism to formats of other programs.
 
 mod extension;
 mod json;
@@ -32,29 +32,29 @@ use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
 use stiction_format::ModelFile;
 
-/// Model with its assembled mechanism.
+/// Model together with an assembled configuration, the home position.
 #[derive(Clone, Debug)]
 pub struct Home<'a> {
     /// The model.
     pub model: &'a ModelFile,
-    /// Frame of each body in the world, with closed loops.
+    /// Pose of each body in the world, with closed loops.
     pub poses: Vec<Pose<f64>>,
-    /// Pose `X_JK` of each joint.
+    /// Relative pose of each joint: frame K in frame J, `X_JK`.
     pub across: Vec<Pose<f64>>,
     /// Coordinates of each joint's degrees of freedom, m or rad, angles within half a turn; `None`
     /// for joints without scalar coordinates.
     pub coordinates: Vec<Vec<Option<f64>>>,
-    /// The mechanism, with these coordinates as start positions of its joints.
+    /// The mechanism, with these coordinates as the start positions of its joints.
     pub mechanism: Mechanism,
-    /// Prescribed coordinates at the first instant of the motion.
+    /// Prescribed coordinates at the first instant of the motion, with their values, rates and accelerations.
     pub motion: Vec<(Coordinate, Target<f64>)>,
 }
 
 impl<'a> Home<'a> {
-    /// Assembles the mechanism at the first instant of a motion.
+    /// Assembles the mechanism at the first instant of the job's motion.
     ///
     /// # Errors
-    /// The loops cannot be closed there, or the motion has no value.
+    /// [`Error::Assembly`] if the loops cannot be closed there, [`Error::NotFinite`] if the motion has no value.
     pub fn of(job: &Job<'a>) -> Result<Self, Error> {
         let solver = job.assemble(job.motion.start)?.solver;
         let origin = solver.parameters().origin;

@@ -1,18 +1,19 @@
-//! Unique names.
+//! Unique names of the elements of a file.
 
 use std::collections::HashSet;
 
-/// Names of one kind of element.
+/// Set of the names in use for one kind of element.
 #[derive(Debug, Default)]
 pub(in crate::exchange) struct Names(HashSet<String>);
 
 impl Names {
-    /// Reserves a unique name.
+    /// Marks a name as used.
     pub(in crate::exchange) fn reserve(&mut self, name: &str) {
         self.0.insert(name.to_owned());
     }
 
-    /// Returns `name`, or if that is taken the first free one of `name_2`, `name_3` and so on.
+    /// Returns a unique name and marks it as used: `name` itself, or if that is in use the first unused one of
+    /// `name_2`, `name_3` and so on.
     pub(in crate::exchange) fn take(&mut self, name: &str) -> String {
         let mut own = name.to_owned();
         for number in 2.. {

@@ -1,19 +1,20 @@
-//! Tables as NumPy archives: an array of 64-bit numbers for each column, under the column's header.
+//! Tables as NumPy archives (NPZ): an array of 64-bit numbers for each column, named by the column's header.
 
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// Memory for the columns that are written in one pass over the table, bytes; a single longer column is the exception.
+/// Memory for the columns that are converted in one pass over the table, bytes. A single column that is longer is still
+/// converted as a whole.
 const MEMORY: usize = 64 << 20;
 
 /// Writes a table of numbers, given as CSV with all digits, as an NPZ archive.
 ///
-/// The columns are in the order of the table and uncompressed. Memory does not grow with their number: the table is
-/// read once for each group of columns that fits.
+/// The arrays are in the order of the columns and uncompressed. Memory does not grow with the number of columns: the
+/// table is read once for each group of columns that fits.
 ///
 /// # Errors
-/// A file cannot be read or written, or a cell is no number.
+/// Fails if a file cannot be read or written, or if a cell is not a number.
 pub fn npz_of_csv(mut table: impl Read + Seek, archive: impl Write + Seek) -> io::Result<()> {
     let mut rows = 0;
     let header = each_row(&mut table, |_| {
@@ -45,7 +46,7 @@ pub fn npz_of_csv(mut table: impl Read + Seek, archive: impl Write + Seek) -> io
     zip.finish()?.into_inner().map_err(|error| error.into_error())?.flush()
 }
 
-/// Calls `receive` with every row of a table; returns its header.
+/// Calls `receive` with each row of a table, and returns the header of the table.
 fn each_row(
     table: &mut (impl Read + Seek),
     mut receive: impl FnMut(&csv::StringRecord) -> io::Result<()>,
@@ -66,9 +67,9 @@ fn number(cell: &str) -> io::Result<f64> {
     })
 }
 
-/// Header of a file with a one-dimensional array of little-endian doubles, version 1.0 of the format.
+/// Header of an NPY file, version 1.0, for a one-dimensional array of `count` little-endian doubles.
 fn npy_header(count: usize) -> Vec<u8> {
-    /// Magic number, version and length.
+    /// Length of magic number, version and header length, bytes.
     const PREFIX: usize = 10;
     const ALIGNED: usize = 64;
     let mut text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({count},), }}");

@@ -1,4 +1,4 @@
-//! Export to SDF: links at the home position, and all joints, loops included.
+//! Export to SDF: links in the home position, and all joints including those that close loops.
 
 use super::extension::{self, Entry, six, tensor};
 use super::mimic::{self, Mimic};
@@ -10,7 +10,7 @@ use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Joint};
 use stiction_format::NAMESPACE;
 
-/// File for programs that read SDF, with notes on what it does not express.
+/// SDF model as text, with notes on properties that SDF cannot express.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sdf {
     /// Text of the file.
@@ -19,7 +19,7 @@ pub struct Sdf {
     pub notes: Vec<String>,
 }
 
-/// Type of a joint in SDF; `None` if there is none.
+/// Name of a joint type in SDF; `None` if SDF has no such joint.
 fn word(joint_type: JointType) -> Option<&'static str> {
     match joint_type {
         JointType::Revolute => Some("revolute"),
@@ -35,7 +35,7 @@ fn word(joint_type: JointType) -> Option<&'static str> {
 /// Converts an assembled mechanism to SDF.
 ///
 /// # Errors
-/// Joints of types that SDF does not have.
+/// [`Unfit`] if SDF has no joint of a required type.
 pub fn sdf(home: &Home<'_>) -> Result<Sdf, Unfit> {
     let mechanism = &home.model.mechanism;
     let lacks =

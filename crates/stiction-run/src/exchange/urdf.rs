@@ -1,8 +1,8 @@
-//! Export to URDF, a tree of links, with a YAML file that closes its loops and names its motors: the
+//! Export to URDF, which describes a tree of links, and to a YAML file that lists the loop closures and motors, by the
 //! convention of *example-parallel-robots*.
 //!
-//! Links have the frames of their bodies. Where a joint's frame is another one, a link without mass,
-//! named after the joint, lies between.
+//! The frame of a link is that of its body. If the frame of a joint on its child differs from it, the file inserts a
+//! link without mass between them, named after the joint.
 
 use super::extension::{self, Entry, angles, is_identity, tensor};
 use super::mimic::{self, Mimic};
@@ -14,18 +14,19 @@ use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use stiction_format::NAMESPACE;
 
-/// Files for programs that read URDF, with notes on what they do not express.
+/// URDF model and its YAML file as text, with notes on properties that they cannot express.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Urdf {
     /// Text of the URDF.
     pub text: String,
-    /// Text of the YAML file beside it; `None` if there are neither loops nor motors.
+    /// Text of the accompanying YAML file; `None` if the mechanism has neither loops nor motors, nor joints of special
+    /// types.
     pub yaml: Option<String>,
     /// Notes on omitted or changed properties, one per line.
     pub notes: Vec<String>,
 }
 
-/// Lists of the YAML file.
+/// Content of the YAML file.
 #[derive(Default)]
 struct Convention {
     closures: Vec<([String; 2], &'static str)>,
@@ -33,7 +34,7 @@ struct Convention {
     types: Vec<(String, &'static str)>,
 }
 
-/// Limit that the reader takes for none.
+/// Limit that readers treat as no limit.
 const WIDE: f64 = 1e9;
 
 struct Writer<'a> {
@@ -42,7 +43,7 @@ struct Writer<'a> {
     links: Names,
     bodies: Vec<String>,
     convention: Convention,
-    /// Joints that the file has the other way round.
+    /// Joints whose direction is reversed in the file.
     reversed: Vec<usize>,
     mimics: Vec<Mimic>,
 }
@@ -50,7 +51,7 @@ struct Writer<'a> {
 /// Converts an assembled mechanism to URDF and YAML.
 ///
 /// # Errors
-/// Joints of types that neither has.
+/// [`Unfit`] if neither URDF nor the YAML convention has a joint of a required type.
 pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
     let mechanism = &home.model.mechanism;
     let lacks = |joint: &&Joint| match joint.joint_type {
@@ -81,7 +82,8 @@ pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
     Ok(Urdf { yaml: writer.convention.text(), text: writer.xml.finish(), notes })
 }
 
-/// Joints of the tree, from the ground outwards, with their direction: true from `from` to `to`.
+/// Chooses the joints of the tree, from the ground outwards. The flag is true if the joint leads from its predecessor
+/// to its successor, false if it is reversed.
 fn tree(mechanism: &Mechanism) -> Vec<(usize, bool)> {
     let joints = mechanism.joints();
     // Loops are closed preferably at balls and rigid connections, and not at motors.
@@ -121,7 +123,7 @@ fn tree(mechanism: &Mechanism) -> Vec<(usize, bool)> {
     }
 }
 
-/// Frame whose axis z is -z, for joints seen from their successors.
+/// Rotation to a frame whose z axis is the old -z, for joints that are reversed.
 fn flipped() -> Pose<f64> {
     Pose {
         rotation: Mat3::from_columns(Vec3::unit(0), -Vec3::unit(1), -Vec3::unit(2)),
@@ -129,7 +131,7 @@ fn flipped() -> Pose<f64> {
     }
 }
 
-/// Frame whose axes x and y are z and x: those of a CARDAN.
+/// Rotation to a frame whose x and y axes are the old z and x: the axes of a CARDAN joint.
 fn cardan() -> Pose<f64> {
     Pose {
         rotation: Mat3::from_columns(Vec3::unit(2), Vec3::unit(0), Vec3::unit(1)),
@@ -137,7 +139,7 @@ fn cardan() -> Pose<f64> {
     }
 }
 
-/// Frame whose axes z and x are -x and -z: exchanges the axes of a universal joint.
+/// Rotation to a frame whose z and x axes are the old -x and -z, which exchanges the axes of a universal joint.
 fn exchanged() -> Pose<f64> {
     Pose {
         rotation: Mat3::from_columns(-Vec3::unit(2), -Vec3::unit(1), -Vec3::unit(0)),
@@ -235,7 +237,7 @@ impl Writer<'_> {
         self.xml.close();
     }
 
-    /// Word of a joint, and the frame whose axes the format uses relative to the model's.
+    /// Returns the URDF type of a joint, and the rotation from the axes of the model to those that URDF requires.
     fn word(&mut self, joint: &Joint, forward: bool) -> (&'static str, Pose<f64>) {
         let none = Pose::identity();
         let name = joint.name.clone();
@@ -284,7 +286,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A joint that closes a loop: frames that coincide.
+    /// Writes a joint that closes a loop, as two frames that must coincide.
     fn closure(&mut self, index: usize) {
         let joint = &self.home.model.mechanism.joints()[index];
         let name = &joint.name;
@@ -311,7 +313,8 @@ impl Writer<'_> {
         self.convention.closures.push(([first, second], kind));
     }
 
-    /// A link without mass, fixed to a link, even where it has the same frame: it names the closure.
+    /// Adds a link without mass, fixed to the link `on`, which marks a frame of a loop closure, and returns its name.
+    /// Each closure has its own link, even if the frame equals that of `on`.
     fn frame(&mut self, name: &str, on: &str, place: Pose<f64>) -> String {
         let link = self.links.take(name);
         self.link(&link);

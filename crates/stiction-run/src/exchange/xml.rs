@@ -1,4 +1,4 @@
-//! XML writer.
+//! Writer of XML text.
 
 use std::fmt::Write;
 use stiction_draw::xml::escape;
@@ -6,7 +6,7 @@ use stiction_draw::xml::escape;
 /// Attributes of an element, in their order of output.
 pub(in crate::exchange) type Attributes<'a> = &'a [(&'static str, String)];
 
-/// XML text with its open elements.
+/// XML text in progress, with its open elements.
 #[derive(Debug, Default)]
 pub(in crate::exchange) struct Xml {
     text: String,
@@ -83,7 +83,7 @@ impl Xml {
     }
 }
 
-/// Text made safe for a comment, which two hyphens would end.
+/// Makes text safe for an XML comment, which must not contain two hyphens.
 fn harmless(text: &str) -> String {
     let mut harmless = String::with_capacity(text.len());
     for c in text.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')) {
@@ -95,7 +95,7 @@ fn harmless(text: &str) -> String {
     harmless
 }
 
-/// Formats numbers with all their digits, in the shortest form that reads back as the same number.
+/// Formats numbers, separated by spaces, in the shortest form that reads back as the same number.
 pub(in crate::exchange) fn numbers(values: &[f64]) -> String {
     let mut text = String::new();
     for (k, &value) in values.iter().enumerate() {

@@ -1,8 +1,9 @@
-//! The search: quasi-Newton ascents (BFGS) that stay within the limits, and random trials between them.
+//! Search for the motion with the most information: quasi-Newton ascents (BFGS) that stay within the limits, and random
+//! trials between the ascents.
 //!
-//! A step beyond a limit has no value and is halved. Dry friction changes its sign between samples of the grid, so
-//! the objective jumps, and an ascent may stop at a jump. Random trials continue from there; their size adapts to
-//! their success.
+//! Beyond a limit the objective is undefined, so a step that leads there is halved. Dry friction changes its sign
+//! between samples of the grid, so the objective jumps, and an ascent may stop at a jump. Random trials continue from
+//! there; their size adapts to their success.
 //!
 //! Sources: Nocedal and Wright, *Numerical Optimization* (2006), algorithm 6.1 with backtracking; Rechenberg,
 //! *Evolutionsstrategie* (1973), the one-fifth rule.
@@ -11,32 +12,32 @@ use super::objective::{Objective, Sweep};
 use nalgebra::{DMatrix, DVector};
 use stiction_core::random::Random;
 
-/// Fraction of the slope that a step must gain (Armijo).
+/// Smallest accepted gain of a step, as a fraction of the gain that the slope predicts (Armijo's rule).
 const SUFFICIENT: f64 = 1e-4;
-/// Halvings of a step before the ascent ends.
+/// Number of halvings of a step after which the ascent ends.
 const HALVINGS: usize = 25;
-/// Gain of a step, per parameter of the determinant, below which the ascent ends.
+/// Gain of the objective in a step, divided by the number of base parameters, below which the ascent ends.
 const SETTLED: f64 = 1e-4;
-/// Length of the first step, as part of the greatest free number.
+/// Length of the first step, as a fraction of the largest coefficient.
 const FIRST: f64 = 0.1;
 
-/// Random trials after an ascent, and the number of steps that they count as.
+/// Number of random trials after an ascent, and the number of steps that they count as.
 const TRIALS: usize = 24;
 const TRIALS_AS_STEPS: usize = 3;
-/// Size of the first trial, as part of the free numbers, and its changes after success and failure: constant if
-/// one trial in five succeeds.
+/// Size of the first random trial, as a fraction of the coefficients, and the factors on the size after a success and
+/// after a failure. The size stays constant if one trial in five succeeds.
 const TRIED: f64 = 0.1;
 const LARGER: f64 = 1.5;
 const SMALLER: f64 = 0.9;
 
-/// Point with its sums.
+/// Coefficients of a motion, with the sums over its period.
 pub(super) struct Point {
     pub(super) x: DVector<f64>,
     pub(super) sweep: Sweep,
 }
 
-/// Searches from a point inside the limits with a weight of the barrier. `go_on` is asked before each of at most
-/// `steps` steps.
+/// Searches from a point inside the limits; `mu` is the weight of the barrier. Calls `go_on` before each of at most
+/// `steps` steps, and ends if it returns false.
 pub(super) fn search(
     objective: &mut Objective,
     from: Point,
@@ -68,7 +69,7 @@ pub(super) fn search(
     now
 }
 
-/// Random trials about a point; the best one.
+/// Tries random points near `from` and returns the best one.
 fn try_at_random(objective: &mut Objective, from: Point, mu: f64, random: &mut Random) -> Point {
     let mut now = from;
     let Some((mut value, _)) = objective.value(&now.x, mu) else { return now };
@@ -88,7 +89,7 @@ fn try_at_random(objective: &mut Objective, from: Point, mu: f64, random: &mut R
     now
 }
 
-/// Climbs from a point inside the limits.
+/// Climbs from a point inside the limits by a quasi-Newton method.
 fn ascend(
     objective: &mut Objective,
     from: Point,

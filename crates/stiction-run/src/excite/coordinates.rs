@@ -1,4 +1,4 @@
-//! Coordinates of the designed motion, their names, and the first position.
+//! Coordinates of the designed motion, their names, and the first position of the motion.
 
 use super::{ExciteError, ExciteSettings};
 use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -7,7 +7,7 @@ use stiction_core::kinematics::{AngleOrder, Bodies, Coordinate, Target};
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{ModelFile, did_you_mean};
 
-/// Coordinates with the position at which the motion begins and ends.
+/// Coordinates of the designed motion, and the position (`centre`) at which each period begins and ends.
 pub(super) struct Chosen {
     pub(super) coordinates: Vec<Coordinate>,
     pub(super) names: Vec<String>,
@@ -23,7 +23,8 @@ impl Chosen {
     }
 }
 
-/// Coordinates of the chosen motion of the model, or of its actuators, assembled at the first instant.
+/// Chooses the coordinates: those of the selected motion of the model, or those of its actuators. Assembles the
+/// mechanism at the first instant of that motion.
 pub(super) fn choose(model: &ModelFile, settings: &ExciteSettings) -> Result<Chosen, ExciteError> {
     let mechanism = &model.mechanism;
     let actuated: Vec<Coordinate> =
@@ -120,7 +121,8 @@ fn assembled(
     )
 }
 
-/// Assembles with other coordinates near the position of a solver, so in the same assembly mode.
+/// Assembles the mechanism with other prescribed coordinates near the position of a solver, and therefore in the same
+/// assembly mode.
 fn assembled_near(
     model: &ModelFile,
     coordinates: &[Coordinate],
@@ -134,7 +136,7 @@ fn assembled_near(
     assembled(&model, coordinates, values)
 }
 
-/// Name of a coordinate as in the columns of recorded motions.
+/// Name of a coordinate, as in the columns of recorded motions.
 fn name(mechanism: &Mechanism, coordinate: Coordinate) -> Result<String, ExciteError> {
     const AXES: [char; 3] = ['x', 'y', 'z'];
     let body = |body: stiction_core::mechanism::BodyId| &mechanism.bodies()[body.0].name;
@@ -147,7 +149,7 @@ fn name(mechanism: &Mechanism, coordinate: Coordinate) -> Result<String, ExciteE
         Coordinate::Angle { body: b, .. } => {
             return Err(ExciteError::input(
                 format!(
-                    "the angles of {} have another order than xyz, which no CSV file states",
+                    "the angles of {} have another order than xyz, which a CSV file cannot express",
                     body(b)
                 ),
                 "give --actuators, or a motion with angles in the order xyz",

@@ -1,4 +1,4 @@
-//! Motions within the limits: a random one to begin with, and the last check between the samples.
+//! Motions within the limits: the random start of the search, and the final check between the samples.
 
 use super::ExciteError;
 use super::ascent::Point;
@@ -8,16 +8,16 @@ use super::probe::Probe;
 use nalgebra::DVector;
 use stiction_core::random::Random;
 
-/// Part of the greatest possible size at which the random motion starts, inside all limits.
+/// Size of the random motion at the start, as a fraction of the largest size within all limits.
 const START: f64 = 0.95;
-/// Least size of a random motion, as part of the reach of the coordinates.
+/// Smallest size of a random motion, as a fraction of the reach of the coordinates.
 const LEAST: f64 = 1e-3;
-/// Shrinkage of a motion that leaves a limit between the samples of the search.
+/// Factor on a motion that exceeds a limit between the samples of the search.
 const SHRINK: f64 = 0.99;
-/// Greatest number of shrinkages.
+/// Largest number of times that this factor is applied.
 const SHRINKS: usize = 100;
 
-/// Refuses a first position that has no forces, or that leaves a limit at rest.
+/// Returns an error if the robot has no forces at the first position, or exceeds a limit there at rest.
 pub(super) fn refuse_at_rest(probe: &mut Probe, chosen: &Chosen) -> Result<(), ExciteError> {
     let rest = vec![0.0; chosen.centre.len()];
     let Some(reading) = probe.at([&chosen.centre, &rest, &rest], None) else {
@@ -44,7 +44,7 @@ pub(super) fn refuse_at_rest(probe: &mut Probe, chosen: &Chosen) -> Result<(), E
     }
 }
 
-/// Random motion, scaled until it nearly reaches a limit.
+/// Returns a random motion, scaled until it nearly reaches a limit.
 pub(super) fn random_start(
     objective: &mut Objective,
     random: &mut Random,
@@ -89,7 +89,7 @@ pub(super) fn random_start(
     resumed(objective, &(&x * (START * low)))
 }
 
-/// The sums of a motion that is known to be feasible.
+/// Computes the sums of a motion that is known to lie within the limits.
 pub(super) fn resumed(objective: &mut Objective, x: &DVector<f64>) -> Result<Point, ExciteError> {
     let sweep = objective.sweep(x).ok_or_else(|| {
         ExciteError::no_answer(
@@ -100,7 +100,7 @@ pub(super) fn resumed(objective: &mut Objective, x: &DVector<f64>) -> Result<Poi
     Ok(Point { x: x.clone(), sweep })
 }
 
-/// Shrinks a motion until all limits hold on a finer grid, too.
+/// Scales a motion down until all limits also hold on a finer time grid.
 pub(super) fn held_between(
     objective: &mut Objective,
     fine: &Grid,

@@ -1,36 +1,37 @@
-//! Files of a design: the reference as a recorded motion, and the description of its logs.
+//! Files of a design: the reference as a recorded motion, and the options for logs of this motion.
 
 use super::result::Excitation;
 use std::fmt::Write as _;
 use stiction_draw::numbers::exact;
 
-/// Cut-off frequency of the filter, in frequencies of the highest harmonic: efforts of friction and of squared
-/// rates have higher harmonics than the motion.
+/// Cut-off frequency of the filter as a multiple of the frequency of the highest harmonic. Efforts of friction and of
+/// squared rates contain higher harmonics than the motion.
 const CUTOFF: f64 = 5.0;
-/// Greatest cut-off frequency, in sampling rates.
+/// Largest cut-off frequency, as a fraction of the sampling rate.
 const SAMPLED: f64 = 0.1;
 
 impl Excitation {
-    /// The reference as CSV: time, then position, rate and acceleration of every coordinate, as
-    /// `stiction inverse --motion` reads it.
+    /// Returns the reference as CSV: time, then position, rate and acceleration of each coordinate, in the format of
+    /// `stiction inverse --motion`.
     pub fn reference_csv(&self) -> String {
         table(&self.coordinates, self.reference.iter().map(|(time, motion)| (*time, motion)))
     }
 
-    /// The same motion in the coordinates of the actuators; `None` if these are the coordinates.
+    /// Returns the reference in the coordinates of the actuators as CSV; `None` if these are the coordinates of the
+    /// design.
     pub fn actuators_csv(&self) -> Option<String> {
         let actuators = self.actuators.as_ref()?;
         let times = self.reference.iter().map(|(time, _)| *time);
         Some(table(&actuators.names, times.zip(&actuators.rows)))
     }
 
-    /// Suggested cut-off frequency of the logs' filter, Hz.
+    /// Suggested cut-off frequency for the filter of the logs, Hz.
     pub fn cutoff(&self) -> f64 {
         let highest = self.frequency * self.coefficients.first().map_or(1, |c| c[0].len()) as f64;
         (CUTOFF * highest).min(SAMPLED / self.step)
     }
 
-    /// Options of `stiction identify` for logs of this motion.
+    /// Returns the options of `stiction identify` for logs of this motion, as TOML.
     pub fn log_toml(&self) -> String {
         let mut text = String::from(
             "# Options of `stiction identify` for logs of the motion in excite.csv. Log time, positions and efforts\n\
@@ -65,7 +66,7 @@ impl Excitation {
         text
     }
 
-    /// Names of the logs to record, each with the load that the robot carries.
+    /// Names of the logs to record, each with the name of the load that the robot carries, if any.
     pub fn logs(&self) -> Vec<(String, Option<&str>)> {
         match self.payloads.as_slice() {
             [] => vec![("log.csv".to_owned(), None)],

@@ -1,4 +1,4 @@
-//! Limits from the options, by names and patterns.
+//! Limits that options set, by names and patterns.
 
 use super::ExciteError;
 use super::coordinates::{Chosen, dof_value};
@@ -9,7 +9,8 @@ use crate::names::{Names, listed};
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{Amount, did_you_mean};
 
-/// Names with their moving quantities: coordinates first, then joints that are none of them.
+/// Names of all moving quantities: first the coordinates of the motion, then the degrees of freedom of joints that are
+/// not among them.
 fn moving(mechanism: &Mechanism, chosen: &Chosen) -> Vec<(String, Moving, bool)> {
     let mut all: Vec<(String, Moving, bool)> = (0..chosen.names.len())
         .map(|k| (chosen.names[k].clone(), Moving::Coordinate(k), chosen.is_angle[k]))
@@ -28,7 +29,7 @@ fn moving(mechanism: &Mechanism, chosen: &Chosen) -> Vec<(String, Moving, bool)>
     all
 }
 
-/// Adds the limits of an option: none if it names nothing.
+/// Adds the limits that an option sets; adds none if the option matches no name.
 pub(super) fn add_setting(
     mechanism: &Mechanism,
     chosen: &Chosen,
@@ -116,7 +117,7 @@ pub(super) fn add_setting(
     Ok(())
 }
 
-/// Refusal of an option that names nothing.
+/// Error for an option that matches no name.
 pub(super) fn unknown(
     mechanism: &Mechanism,
     chosen: &Chosen,

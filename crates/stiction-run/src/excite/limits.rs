@@ -1,5 +1,5 @@
-//! Limits of a motion: travel, speed, acceleration and effort of coordinates, joints and motors, and the
-//! distance from singular positions.
+//! Limits of a motion: travel, speed, acceleration and effort of coordinates, joints and motors, and the distance to
+//! singular positions.
 
 use super::coordinates::{Chosen, dof_value};
 use super::limit_settings::{add_setting, unknown};
@@ -19,26 +19,27 @@ pub(super) enum Moving {
     Dof(JointId, usize),
 }
 
-/// Bounded quantity.
+/// Quantity that a limit bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Of {
-    /// Position from the middle of its range.
+    /// Position relative to the middle of its range, which is given in rad or m.
     Travel(Moving, f64),
     Speed(Moving),
     Acceleration(Moving),
-    /// Effort of an actuator.
+    /// Effort of the actuator with this index.
     Effort(usize),
-    /// Tilt or length from the middle of its range.
+    /// Tilt of a joint or length of a spring, relative to the middle of its range.
     Measured(Measured, f64),
-    /// Quantities of the motor of a drive train; the last is the root mean square over a period.
+    /// Speed, torque and rated torque of the motor of a drive train. The rated torque bounds the root mean square over
+    /// a period.
     MotorSpeed(usize),
     MotorTorque(usize),
     MotorRated(usize),
-    /// Singularity index, which has a least value.
+    /// Singularity index, for which the bound is the least value.
     Singularity,
 }
 
-/// Limit with its bound on the magnitude.
+/// Limit on the magnitude of a quantity, in SI units.
 #[derive(Clone, Debug)]
 pub(super) struct Limit {
     pub(super) name: String,
@@ -47,16 +48,16 @@ pub(super) struct Limit {
     pub(super) of: Of,
 }
 
-/// Part of a limit that a motion uses.
+/// Use of a limit by a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Used {
     /// Name of the limited quantity, such as `leg1.P.speed`.
     pub name: String,
-    /// Greatest magnitude allowed, or the least singularity index; of a range half its width.
+    /// Largest allowed magnitude; for a range half its width; for the singularity index the least allowed value.
     pub bound: f64,
-    /// Unit of the bound; empty for a singularity index.
+    /// Unit of `bound`; empty for a singularity index.
     pub unit: &'static str,
-    /// Part that is used: at most one if the limit holds.
+    /// Largest value of the quantity as a fraction of the limit. The limit holds if it is at most one.
     pub part: f64,
 }
 
@@ -74,9 +75,9 @@ pub(super) struct Snapshot<'a> {
     pub(super) bodies: &'a Bodies<f64>,
     pub(super) topology: &'a Topology,
     pub(super) parameters: &'a Parameters<f64>,
-    /// Efforts of all actuators with each payload.
+    /// Efforts of all actuators, for each payload.
     pub(super) efforts: &'a [Vec<f64>],
-    /// Singularity index.
+    /// Singularity index of the actuation.
     pub(super) index: f64,
 }
 
@@ -138,7 +139,7 @@ impl Limits {
         Ok(limits)
     }
 
-    /// Adds the least singularity index.
+    /// Adds the limit `least` on the singularity index, if it is positive.
     pub(super) fn keep_from_singular(&mut self, least: f64) {
         if least > 0.0 {
             let name = "singularity index".to_owned();
@@ -146,7 +147,7 @@ impl Limits {
         }
     }
 
-    /// The same limits for another number of payloads.
+    /// Returns the same limits for another number of payloads.
     pub(super) fn with_payloads(&self, cases: usize) -> Self {
         Self { cases, ..self.clone() }
     }
@@ -158,7 +159,7 @@ impl Limits {
         })
     }
 
-    /// Refuses coordinates that nothing bounds: information would grow with their amplitude forever.
+    /// Returns an error if a coordinate has no range. Its information would grow with the amplitude without limit.
     fn refuse_unbounded(&self, mechanism: &Mechanism, chosen: &Chosen) -> Result<(), ExciteError> {
         let bounded = |moving: Moving| self.travel_of(moving).next().is_some();
         let actuators = mechanism.actuators().all(|(joint, dof)| bounded(Moving::Dof(joint, dof)));
@@ -186,7 +187,7 @@ impl Limits {
         ))
     }
 
-    /// Largest displacement of a coordinate that its own limits allow, m or rad.
+    /// Largest displacement of a coordinate from its first position that its own limits allow, m or rad.
     pub(super) fn reach(&self, chosen: &Chosen, index: usize, length: f64) -> f64 {
         let own = match chosen.coordinates[index] {
             Coordinate::Joint { joint, dof } => Some(Moving::Dof(joint, dof)),
@@ -200,7 +201,8 @@ impl Limits {
         reach.fold(usual, f64::min)
     }
 
-    /// Parts of all limits that an instant uses, negative in the negative direction; limits of efforts once for each payload.
+    /// Writes the used fraction of each limit at an instant, with the sign of the quantity; for limits on efforts one
+    /// fraction for each payload.
     pub(super) fn parts(&self, mechanism: &Mechanism, at: &Snapshot<'_>, out: &mut Vec<f64>) {
         out.clear();
         let motors = self.motors_at(mechanism, at);
@@ -232,7 +234,7 @@ impl Limits {
         }
     }
 
-    /// Torques with each payload, and the speed, of every motor.
+    /// Motor torques with each payload, N m, and motor speed, rad/s, for every motor.
     fn motors_at(&self, mechanism: &Mechanism, at: &Snapshot<'_>) -> Vec<(Vec<f64>, f64)> {
         let actuators: Vec<(JointId, usize)> = mechanism.actuators().collect();
         let motion = |actuator: usize| {
@@ -253,7 +255,8 @@ impl Limits {
         each.collect()
     }
 
-    /// For each part of [`Self::parts`] its limit, and true if only its root mean square is bounded.
+    /// Describes the numbers that [`Self::parts`] writes: for each one the index of its limit, and true if the limit
+    /// bounds the root mean square only.
     fn layout(&self) -> Vec<(usize, bool)> {
         let mut out = Vec::new();
         for (index, limit) in self.all.iter().enumerate() {
@@ -266,12 +269,12 @@ impl Limits {
         out
     }
 
-    /// Flags of the parts of which only the root mean square is bounded.
+    /// True for each number of [`Self::parts`] whose root mean square alone is limited.
     pub(super) fn rated(&self) -> Vec<bool> {
         self.layout().into_iter().map(|(_, rated)| rated).collect()
     }
 
-    /// Greatest part of every limit, from the greatest of every part.
+    /// Largest used fraction of every limit, from the largest magnitudes of the numbers of [`Self::parts`].
     pub(super) fn used(&self, greatest: &[f64]) -> Vec<Used> {
         let mut all: Vec<Used> = self
             .all
@@ -289,7 +292,7 @@ impl Limits {
         all
     }
 
-    /// True if anything but the travel and the margin from singular positions is limited.
+    /// Returns whether anything other than positions and the singularity index is limited.
     pub(super) fn has_dynamic(&self) -> bool {
         let is_dynamic = |limit: &Limit| {
             !matches!(limit.of, Of::Travel(..) | Of::Measured(..) | Of::Singularity)
@@ -298,7 +301,7 @@ impl Limits {
     }
 }
 
-/// Rate and acceleration.
+/// Rate and acceleration of a quantity, SI units.
 fn rate(moving: Moving, at: &Snapshot<'_>) -> [f64; 2] {
     match moving {
         Moving::Coordinate(k) => [at.motion[1][k], at.motion[2][k]],

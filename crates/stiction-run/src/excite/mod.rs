@@ -1,8 +1,8 @@
 //! Motions that excite parameters: periodic Fourier series within the limits of the robot, with the
 //! largest information about chosen parameters (D-optimal).
 //!
-//! [`ExciteSettings`] hold what the options say, [`excite`] computes an [`Excitation`], which writes the
-//! reference, the description of its logs for [`crate::identify`], the summary and the JSON object.
+//! [`ExciteSettings`] contain the options, and [`excite`] computes an [`Excitation`]. The excitation writes the
+//! reference motion, the options for [`crate::identify`], the summary and the JSON object.
 //!
 //! Equations (X1) to (X4) of the book's theory.
 
@@ -32,15 +32,15 @@ pub use settings::{ExciteSettings, LimitSetting};
 
 use thiserror::Error;
 
-/// Reason why no motion is designed.
+/// Reason why no motion was designed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct ExciteError {
-    /// The mistake, or the limit that no motion keeps.
+    /// Mistake in the options, or limit that no motion satisfies.
     pub message: String,
-    /// The way out.
+    /// Suggested remedy.
     pub help: String,
-    /// True if the options are valid, but no motion is possible.
+    /// True if the options are valid, but no motion satisfies them.
     pub no_answer: bool,
     /// True if the caller stopped the search.
     pub interrupted: bool,

@@ -1,4 +1,4 @@
-//! Information of a motion, a barrier of its limits, and their derivatives.
+//! Objective of the search: the information of a motion and a barrier at its limits, with derivatives.
 //!
 //! Equations (X2) and (X3) of the book's theory.
 
@@ -10,40 +10,41 @@ use stiction_core::kinematics::Target;
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
 
-/// Part of a limit beyond which the margin from singular positions repels.
+/// Used fraction of the limit on the singularity index from which on the barrier acts.
 const NEAR: f64 = 0.5;
-/// Relative step of differences.
+/// Relative step of finite differences.
 const STEP: f64 = 1e-6;
-/// Distance of the bodies from their first position, per characteristic length, that rounding leaves after a period.
+/// Largest distance of the bodies from their first position after a period, in characteristic lengths, that counts as
+/// rounding.
 const RETURNED: f64 = 1e-6;
 
-/// Motion of one period on a grid, with what it tells about the parameters.
+/// Sums over the instants of one period.
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
-    /// Information matrix of one period's samples, in units of the parameters' scales.
+    /// Information matrix of the parameters from the samples of one period, in units of the parameters' scales.
     pub(super) information: DMatrix<f64>,
-    /// Greatest magnitude of the part of every limit; of rated torques the root mean square.
+    /// Largest used fraction of each limit; for rated torques the root mean square.
     pub(super) greatest: Vec<f64>,
-    /// Root mean square of the efforts of every actuator over all payloads.
+    /// Root mean square of the effort of each actuator over the period and all payloads.
     pub(super) rms: Vec<f64>,
-    /// Mean over instants of the barrier of all limits.
+    /// Mean over the instants of the barrier function of all limits.
     barrier: f64,
 }
 
-/// Time grid with the factors of the series, and positions that they displace.
+/// Time grid: the factors of the Fourier series at each instant, and the positions to which the series is added.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     factors: Vec<Factors>,
     pub(super) centre: Vec<f64>,
-    /// Size of the free numbers of each coordinate.
+    /// Displacement of each coordinate for coefficients of size one.
     pub(super) reach: Vec<f64>,
-    /// Instants from one evaluation of the singularity index to the next, which keep the one before: it takes
-    /// longer than all else where statics is indeterminate.
+    /// Number of instants between two evaluations of the singularity index; the instants between keep the earlier
+    /// value. The evaluation is the slowest part if statics is indeterminate.
     stride: usize,
 }
 
 impl Grid {
-    /// Grid of `count` instants over a period, s.
+    /// Creates a grid of `count` instants over a period, s.
     pub(super) fn new(
         series: &Series,
         period: f64,
@@ -59,8 +60,8 @@ impl Grid {
         self.factors.len()
     }
 
-    /// Positions, rates and accelerations of all coordinates at instant `k`; `x` has the free numbers of the series of
-    /// each coordinate in turn.
+    /// Positions, rates and accelerations of all coordinates at instant `k`. `x` contains the free coefficients of the
+    /// series of each coordinate in turn.
     pub(super) fn motion(&self, k: usize, x: &DVector<f64>) -> [Vec<f64>; 3] {
         let size = x.len() / self.centre.len();
         [0, 1, 2].map(|order| {
@@ -74,18 +75,18 @@ impl Grid {
     }
 }
 
-/// Objective of the search: the log-determinant of the information about base parameters, and a barrier.
+/// Objective: the log-determinant of the information on the base parameters, and a barrier at the limits.
 pub(super) struct Objective {
     probe: Probe,
-    /// The robot at the first position, for a new start after a failure.
+    /// Robot at the first position, from which evaluations restart after a failure.
     home: Probe,
     poses: Vec<Pose<f64>>,
     pub(super) grid: Grid,
-    /// Weight of the rows of each actuator: one over the standard deviation of its effort.
+    /// Weight of the rows of each actuator: the inverse of the standard deviation of its effort.
     pub(super) weights: Vec<f64>,
-    /// Columns of the chosen parameters and their scales.
+    /// Columns of the chosen parameters in the regressor, with the parameters' scales.
     pub(super) columns: Vec<(usize, f64)>,
-    /// Positions among the columns of the parameters that lead a combination.
+    /// Places in `columns` of the parameters that represent a base combination.
     pub(super) leaders: Vec<usize>,
     rated: Vec<bool>,
 }
@@ -108,7 +109,7 @@ impl Objective {
         }
     }
 
-    /// The same with other payloads; `None` if the robot has no forces with one of them.
+    /// Returns the same objective with other payloads; `None` if the robot has no finite forces with one of them.
     pub(super) fn with_payloads(&self, loaded: &[Mechanism]) -> Option<Self> {
         let mut home = self.home.with_payloads(loaded);
         let rest = vec![0.0; self.grid.centre.len()];
@@ -125,12 +126,13 @@ impl Objective {
         })
     }
 
-    /// The robot where the last sweep left it.
+    /// The robot at the last instant of the last sweep.
     pub(super) fn probe(&self) -> &Probe {
         &self.probe
     }
 
-    /// Reads all instants of a period in their order. `None` if the robot cannot follow.
+    /// Evaluates all instants of a period in order and passes each to `each`. `None` if the robot cannot follow the
+    /// motion.
     pub(super) fn read(
         &mut self,
         grid: &Grid,
@@ -161,7 +163,7 @@ impl Objective {
         outcome
     }
 
-    /// Positions, rates and accelerations of degrees of freedom at an instant near the last one.
+    /// Positions, rates and accelerations of the degrees of freedom `dofs` for a motion near that of the last instant.
     pub(super) fn actuators_at(
         &mut self,
         motion: [&[f64]; 3],
@@ -177,7 +179,8 @@ impl Objective {
         ])
     }
 
-    /// Weighted rows of the chosen columns at an instant.
+    /// Rows of the regressor at an instant, for the chosen columns: scaled, weighted, and zero for actuators whose
+    /// friction is at rest.
     fn rows(weights: &[f64], columns: &[(usize, f64)], reading: &Reading) -> DMatrix<f64> {
         let actuators = weights.len();
         DMatrix::from_fn(reading.rows.nrows(), columns.len(), |row, column| {
@@ -189,7 +192,7 @@ impl Objective {
         })
     }
 
-    /// Sums over a period on another grid. `None` if the robot cannot follow.
+    /// Computes the sums over a period on another grid. `None` if the robot cannot follow the motion.
     pub(super) fn sweep_on(&mut self, grid: &Grid, x: &DVector<f64>) -> Option<Sweep> {
         let (weights, columns) = (self.weights.clone(), self.columns.clone());
         let size = columns.len();
@@ -235,13 +238,13 @@ impl Objective {
         self.sweep_on(&grid, x)
     }
 
-    /// Log-determinant of the information about the leading parameters.
+    /// Log-determinant of the information matrix of the base parameters.
     pub(super) fn log_det(&self, sweep: &Sweep) -> Option<f64> {
         let own = leading(&sweep.information, &self.leaders);
         Some(2.0 * own.cholesky()?.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>())
     }
 
-    /// Objective for a weight of the barrier, with its sums; `None` beyond a limit.
+    /// Objective with the weight `mu` of the barrier, and the sums over the period; `None` if a limit is exceeded.
     pub(super) fn value(&mut self, x: &DVector<f64>, mu: f64) -> Option<(f64, Sweep)> {
         let sweep = self.sweep(x)?;
         if sweep.greatest.iter().any(|part| *part >= 1.0) {
@@ -251,9 +254,9 @@ impl Objective {
         value.is_finite().then_some((value, sweep))
     }
 
-    /// Gradient of [`Self::value`]: differences over positions, rates and accelerations at each instant, then
-    /// the linear map from the free numbers. The derivative of the log-determinant is that of
-    /// `sum phi^T M^-1 phi` with fixed `M`.
+    /// Gradient of [`Self::value`]: finite differences with respect to positions, rates and accelerations at each
+    /// instant, followed by the linear map from the coefficients. The derivative of the log-determinant of `M` equals
+    /// that of `sum phi^T M^-1 phi` with constant `M`.
     pub(super) fn gradient(
         &mut self,
         x: &DVector<f64>,
@@ -308,13 +311,13 @@ impl Objective {
         (!failed && gradient.iter().all(|g| g.is_finite())).then_some(gradient)
     }
 
-    /// Parts of the limits in words.
+    /// Use of each limit, by name.
     pub(super) fn used(&self, sweep: &Sweep) -> Vec<Used> {
         self.probe.limits.used(&sweep.greatest)
     }
 }
 
-/// Angular frequency that makes rates comparable with positions, rad/s.
+/// Ratio of rates to positions in the series, rad/s, which scales the steps of differences.
 fn grid_frequency(grid: &Grid) -> f64 {
     let size = |order: usize| {
         let all = grid.factors.iter().flat_map(|factors| factors[order].iter());
@@ -323,13 +326,13 @@ fn grid_frequency(grid: &Grid) -> f64 {
     size(1) / size(0)
 }
 
-/// Rows and columns of an information matrix for some parameters.
+/// Rows and columns of an information matrix for the parameters in `leaders`.
 pub(super) fn leading(information: &DMatrix<f64>, leaders: &[usize]) -> DMatrix<f64> {
     information.select_rows(leaders).select_columns(leaders)
 }
 
-/// Sum of `ln(1 - part^2)` over limits that hold at every instant; minus infinity beyond one. The last part is
-/// the margin from singular positions, which acts only near its limit.
+/// Sum of `ln(1 - part^2)` over the limits that must hold at every instant, for used fractions `part`; minus infinity
+/// if a limit is exceeded. The last fraction is that of the singularity index, which contributes only near its limit.
 fn barrier(reading: &Reading, rated: &[bool]) -> f64 {
     let last = reading.parts.len().saturating_sub(1);
     let each = reading.parts.iter().zip(rated).enumerate().filter(|(_, (_, rated))| !**rated);

@@ -1,4 +1,4 @@
-//! The plan of logs: payloads, chosen parameters, noise, and payloads that would separate friction.
+//! Plan of the logs: payloads, chosen parameters, noise, and further payloads that would separate friction parameters.
 
 use super::objective::{Objective, Sweep};
 use super::precision::{Confounded, pairs};
@@ -11,10 +11,10 @@ use stiction_core::mechanism::Mechanism;
 use stiction_format::{ModelFile, did_you_mean};
 use stiction_identify::Parameter;
 
-/// Standard deviation of efforts without `noise`, as part of their root mean square.
+/// Standard deviation of an effort if `noise` is not given, as a fraction of its root mean square.
 const NOISE: f64 = 0.02;
 
-/// The mechanism with each payload of the plan; without a plan, the mechanism alone.
+/// Returns the mechanism with each payload of the plan; a plan without payloads yields the mechanism alone.
 pub(super) fn loaded(
     model: &ModelFile,
     settings: &ExciteSettings,
@@ -61,7 +61,7 @@ pub(super) fn carrying(mechanism: &Mechanism, payloads: &[stiction_format::Paylo
     })
 }
 
-/// Columns of the chosen parameters.
+/// Finds the indices of the parameters that the options choose.
 pub(super) fn columns(
     parameters: &[Parameter],
     settings: &ExciteSettings,
@@ -82,7 +82,7 @@ pub(super) fn columns(
     Ok((0..parameters.len()).filter(|&k| is_wanted(&parameters[k])).collect())
 }
 
-/// Standard deviation of each effort.
+/// Standard deviation of the effort of each actuator, N or N m.
 pub(super) fn noise_of(
     names: &Names,
     settings: &ExciteSettings,
@@ -108,7 +108,7 @@ pub(super) fn noise_of(
     each.collect()
 }
 
-/// Scales friction without a value in the model by what explains a tenth of the efforts.
+/// Scales friction parameters that are zero in the model: the scale is the value that explains a tenth of the efforts.
 pub(super) fn scale_unknown(objective: &mut Objective, sweep: &Sweep) {
     let efforts: f64 = sweep.rms.iter().map(|rms| rms * rms).sum();
     let samples = objective.grid.len() as f64;
@@ -122,7 +122,8 @@ pub(super) fn scale_unknown(objective: &mut Objective, sweep: &Sweep) {
     }
 }
 
-/// Tries every load of the model that the plan lacks for the pairs that need a payload.
+/// Tries every payload of the model that is not in the plan, and notes for each confounded pair the one that separates
+/// it best.
 pub(super) fn suggest_payloads(
     model: &ModelFile,
     settings: &ExciteSettings,

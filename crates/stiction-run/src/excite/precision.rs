@@ -1,4 +1,4 @@
-//! Precision that logs of a motion promise, and parameters that they confound.
+//! Expected precision of parameters from logs of a motion, and parameters that these logs confound.
 //!
 //! Equation (X4) of the book's theory.
 
@@ -6,56 +6,57 @@ use super::objective::leading;
 use nalgebra::DMatrix;
 use stiction_identify::{BaseParameters, Kind, Parameter};
 
-/// Correlation of errors above which two parameters cannot be distinguished, as in identification.
+/// Correlation of errors above which two parameters count as confounded, as in identification.
 const CONFOUNDED: f64 = 0.95;
 
-/// Parameter, or combination of parameters, with the standard deviation that the logs promise.
+/// Parameter or combination of parameters, with its expected standard deviation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expected {
-    /// Name, or the combination in words.
+    /// Name of the parameter, or the combination in words.
     pub name: String,
-    /// True if it is no combination with others.
+    /// True for a single parameter, false for a combination.
     pub alone: bool,
-    /// Value in the model.
+    /// Value in the model, SI units.
     pub value: f64,
-    /// Expected standard deviation.
+    /// Expected standard deviation, SI units.
     pub sigma: f64,
     /// SI unit.
     pub unit: &'static str,
 }
 
-/// Coefficient of friction and load-independent friction of one bearing, which one payload confounds.
+/// Coefficient of friction and load-independent friction of one bearing, which logs with one payload may confound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Confounded {
     /// Name of the coefficient of friction.
     pub mu: String,
     /// Name of the load-independent friction.
     pub coulomb: String,
-    /// Correlation of their errors; minus one if only a combination of both is determined.
+    /// Correlation of the errors of both; -1 if only a combination of both is determined.
     pub correlation: f64,
-    /// A load of the model that the plan lacks, with the correlation when the motion is repeated with it.
+    /// Payload of the model that is not in the plan and separates the two best, and their correlation if the motion is
+    /// repeated with it.
     pub with: Option<(String, f64)>,
 }
 
 impl Confounded {
-    /// True if logs of the plan do not distinguish them.
+    /// Returns whether logs of the plan confound the two.
     pub fn needs_payload(&self) -> bool {
         self.correlation.abs() > CONFOUNDED
     }
 
-    /// True if the motion repeated with a load of the model distinguishes them.
+    /// Returns whether repeating the motion with the suggested payload separates the two.
     pub fn is_cured(&self) -> bool {
         self.with.as_ref().is_some_and(|(_, correlation)| correlation.abs() <= CONFOUNDED)
     }
 }
 
-/// Covariance of the leading parameters in units of their scales. `samples` is the number of samples of the
-/// logs per sample of the information.
+/// Covariance of the base parameters in units of their scales. `samples` is the number of samples in the logs per
+/// sample of the information matrix.
 fn covariance(information: &DMatrix<f64>, leaders: &[usize], samples: f64) -> Option<DMatrix<f64>> {
     Some(leading(information, leaders).cholesky()?.inverse() / samples)
 }
 
-/// Expected standard deviations of all combinations.
+/// Expected standard deviations of all base parameters.
 pub(super) fn expected(
     information: &DMatrix<f64>,
     base: &BaseParameters,
@@ -86,7 +87,7 @@ pub(super) fn expected(
     Some(all.into_iter().map(|(_, expected)| expected).collect())
 }
 
-/// Correlations of the coefficient of friction with the load-independent friction of each bearing.
+/// Correlation of the coefficient of friction with the load-independent friction, for each bearing.
 pub(super) fn pairs(
     information: &DMatrix<f64>,
     base: &BaseParameters,
@@ -117,8 +118,8 @@ pub(super) fn pairs(
     all
 }
 
-/// Condition number of the weighted columns of the leading parameters: root of the ratio of the extreme
-/// eigenvalues of their information.
+/// Condition number of the weighted regressor columns of the base parameters: square root of the ratio of the largest
+/// to the smallest eigenvalue of their information matrix.
 pub(super) fn condition(information: &DMatrix<f64>, leaders: &[usize]) -> f64 {
     let values = leading(information, leaders).symmetric_eigenvalues();
     (values.max() / values.min().max(0.0)).sqrt()

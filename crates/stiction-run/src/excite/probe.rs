@@ -1,4 +1,5 @@
-//! The robot at one instant: rows of the regression with each payload, efforts, and parts of the limits.
+//! Evaluation of the robot at one instant: rows of the regression with each payload, efforts, and used fractions of the
+//! limits.
 
 use super::coordinates::dof_value;
 use super::limits::{Limits, Snapshot};
@@ -26,7 +27,7 @@ impl Index {
         Self { fast, spins }
     }
 
-    /// True if it takes no longer than efforts.
+    /// Returns whether the evaluation of the indices takes no longer than the computation of efforts.
     pub(super) fn is_fast(&self) -> bool {
         self.fast.is_some()
     }
@@ -48,43 +49,43 @@ impl Index {
     }
 }
 
-/// Forces with one payload.
+/// Parameters and data for the forces with one payload.
 #[derive(Clone, Debug)]
 struct Case {
     engine: Parameters<f64>,
     data: Data<f64>,
 }
 
-/// Evaluation of the robot at instants, one after the other.
+/// Evaluation of the robot at successive instants of a motion.
 #[derive(Clone, Debug)]
 pub(super) struct Probe {
     regressor: Regressor,
     cases: Vec<Case>,
-    /// Column of each coefficient of friction, with its interface.
+    /// Column and interface of each coefficient of friction.
     mu: Vec<(usize, usize)>,
-    /// Parameters of the mechanism alone, for positions and joints.
+    /// Parameters of the mechanism without payload, for positions and joints.
     nominal: Parameters<f64>,
     pub(super) limits: Limits,
     index: Index,
 }
 
-/// Result at one instant.
+/// Results at one instant.
 #[derive(Clone, Debug)]
 pub(super) struct Reading {
     /// Effort per unit of each parameter: a row for each actuator, payload by payload.
     pub(super) rows: DMatrix<f64>,
-    /// Rows without meaning, because friction at rest acts on them.
+    /// True for each row on which friction at rest acts, so that the row carries no information.
     pub(super) resting: Vec<bool>,
-    /// Efforts with each payload.
+    /// Efforts of all actuators, for each payload.
     pub(super) efforts: Vec<Vec<f64>>,
-    /// Parts of all limits.
+    /// Used fractions of all limits, see [`Limits::parts`].
     pub(super) parts: Vec<f64>,
-    /// Singularity index.
+    /// Singularity index of the actuation.
     pub(super) index: f64,
 }
 
 impl Probe {
-    /// Robot with the mechanisms that carry each payload.
+    /// Creates the evaluation; `loaded` are the mechanisms with each payload.
     pub(super) fn new(
         regressor: Regressor,
         loaded: &[Mechanism],
@@ -108,7 +109,7 @@ impl Probe {
         Self { cases, mu, nominal, limits, index, regressor }
     }
 
-    /// The same robot with other payloads.
+    /// Returns the same robot with other payloads.
     pub(super) fn with_payloads(&self, loaded: &[Mechanism]) -> Self {
         let limits = self.limits.with_payloads(loaded.len());
         Self::new(self.regressor.clone(), loaded, limits, self.index.clone())
@@ -135,13 +136,13 @@ impl Probe {
         bodies.joint_motion(topology, &self.nominal, (joint.0, dof), value)
     }
 
-    /// Number of payloads, and of actuators.
+    /// Number of payloads, and number of actuators.
     pub(super) fn shape(&self) -> (usize, usize) {
         (self.cases.len(), self.mechanism().actuators().count())
     }
 
-    /// Evaluates an instant near the last one; `None` if there are no finite forces. `known_index` spares the
-    /// singularity index, which does not depend on rates.
+    /// Evaluates a motion near that of the last instant; `None` if a force is not finite. `known_index`, if given,
+    /// replaces the evaluation of the singularity index, which depends on positions only.
     pub(super) fn at(&mut self, motion: [&[f64]; 3], known_index: Option<f64>) -> Option<Reading> {
         let [q, v, a] = motion;
         let columns = self.regressor.at(q, v, a).ok()?;

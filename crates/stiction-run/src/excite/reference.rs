@@ -1,4 +1,4 @@
-//! The designed motion at any time, and in the coordinates of the actuators.
+//! Designed motion at any time, and its conversion to the coordinates of the actuators.
 
 use super::ExciteError;
 use super::coordinates::Chosen;
@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::JointId;
 
-/// Motion at any time.
+/// Evaluation of the designed motion at any time.
 pub(super) struct Sampled<'a> {
     pub(super) series: &'a Series,
     pub(super) x: &'a DVector<f64>,
@@ -40,7 +40,7 @@ impl Sampled<'_> {
     }
 }
 
-/// The reference in the coordinates of the actuators, angles without jumps.
+/// Converts the reference to the coordinates of the actuators; angles do not jump by full turns.
 pub(super) fn actuators(
     objective: &mut Objective,
     chosen: &Chosen,

@@ -1,26 +1,26 @@
-//! The result of a design.
+//! Result of the design of a motion.
 
 use super::limits::Used;
 use super::precision::{Confounded, Expected};
 
-/// Quality of a motion.
+/// Quality of a motion for identification.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
     /// Natural logarithm of the determinant of the information matrix of the base parameters, in units of their
     /// sizes in the model.
     pub log_det: f64,
-    /// Condition number of the weighted base regressor in these units.
+    /// Condition number of the weighted base regressor, for base parameters in units of their sizes in the model.
     pub condition: f64,
 }
 
-/// Designed motion with its limits and the precision that its logs promise.
+/// Designed motion, its use of the limits, and the precision that logs of it should give.
 #[derive(Clone, Debug)]
 pub struct Excitation {
-    /// Names of the coordinates, with their units.
+    /// Names and units of the coordinates.
     pub coordinates: Vec<(String, &'static str)>,
     /// Position at which every period begins and ends at rest, rad or m.
     pub centre: Vec<f64>,
-    /// Coefficients of sines and cosines of each coordinate, the first harmonic first.
+    /// Coefficients of the sines and of the cosines for each coordinate, first harmonic first.
     pub coefficients: Vec<[Vec<f64>; 2]>,
     /// Frequency of the first harmonic, Hz.
     pub frequency: f64,
@@ -38,41 +38,41 @@ pub struct Excitation {
     pub start: Quality,
     /// Quality of the result.
     pub quality: Quality,
-    /// Steps of the search.
+    /// Number of steps of the search.
     pub steps: usize,
-    /// Parts of all limits that the motion uses, on the fine grid.
+    /// Use of all limits by the motion, evaluated on the fine grid.
     pub limits: Vec<Used>,
     /// Standard deviation of the measured effort of each actuator: name, value, unit.
     pub noise: Vec<(String, f64, &'static str)>,
-    /// True if the noise is an assumption.
+    /// True if the noise is assumed, false if it is given.
     pub is_noise_assumed: bool,
-    /// Expected standard deviations.
+    /// Expected standard deviations of the base parameters.
     pub expected: Vec<Expected>,
-    /// Chosen parameters without effect on the efforts.
+    /// Names of the chosen parameters that have no effect on the efforts.
     pub without_effect: Vec<String>,
-    /// Pairs of friction parameters of one bearing.
+    /// Pairs of friction parameters of one bearing, with their correlations.
     pub pairs: Vec<Confounded>,
-    /// Things to know before the motion is used.
+    /// Cautions to read before the motion is used.
     pub cautions: Vec<String>,
-    /// Names of all other parameters, which identification shall hold.
+    /// Names of all other parameters, which identification must hold at the values of the model.
     pub held: Vec<String>,
-    /// True if all inertial parameters are among them.
+    /// True if `held` contains all inertial parameters.
     pub holds_inertia: bool,
     /// Names of all inertial parameters.
     pub(super) inertias: Vec<String>,
     /// True if efforts are measured at the motors.
     pub at_motors: bool,
-    /// Reference: times, s, then positions, rates and accelerations of all coordinates.
+    /// Reference motion: times, s, each with positions, rates and accelerations of all coordinates.
     pub reference: Vec<(f64, [Vec<f64>; 3])>,
-    /// The same of the actuators; `None` if these are the coordinates.
+    /// Reference motion of the actuators; `None` if the coordinates are those of the actuators.
     pub actuators: Option<Actuators>,
 }
 
 /// Motion of the actuators at the times of the reference.
 #[derive(Clone, Debug)]
 pub struct Actuators {
-    /// Names with their units.
+    /// Names and units of the actuators' coordinates.
     pub names: Vec<(String, &'static str)>,
-    /// Positions, rates and accelerations at each time.
+    /// Positions, rates and accelerations of the actuators at each time.
     pub rows: Vec<[Vec<f64>; 3]>,
 }

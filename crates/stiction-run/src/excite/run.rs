@@ -1,4 +1,4 @@
-//! The design: a random motion within the limits, its improvement, the check between the samples.
+//! Design of a motion: random motions within the limits, their improvement, and the check between the samples.
 
 use super::ascent::{Point, search};
 use super::coordinates::choose;
@@ -18,22 +18,24 @@ use stiction_core::random::Random;
 use stiction_format::ModelFile;
 use stiction_identify::{Choice, Kind, Parameter, Regressor};
 
-/// Instants per period of the highest harmonic during the search.
+/// Number of instants per period of the highest harmonic during the search.
 const PER_PERIOD: usize = 16;
-/// Evaluations of the singularity index among them where it takes long.
+/// Number of instants per period of the highest harmonic at which the singularity index is evaluated, if its
+/// evaluation is slow.
 const INDICES: usize = 4;
-/// Refinement of this grid for the last check.
+/// Factor by which the grid of the final check is finer than that of the search.
 const FINER: usize = 10;
-/// Random motions that the search begins with.
+/// Number of random motions from which the search chooses its start.
 const STARTS: usize = 5;
-/// Weights of the barrier, one after the other, per leading parameter.
+/// Weights of the barrier per base parameter; the search is repeated with each of them in turn.
 const BARRIER: [f64; 3] = [0.3, 0.03, 0.003];
 
-/// Designs a motion. `progress` receives the steps done and their greatest number, and stops the search by
-/// returning `false`.
+/// Designs a motion. `progress` receives the number of completed steps and the largest number; if it returns false, the
+/// search stops.
 ///
 /// # Errors
-/// Options that do not suit the model, a limit that no motion keeps, or parameters without effect.
+/// [`ExciteError`] for options that do not suit the model, a limit that no motion satisfies, or parameters without
+/// effect.
 pub fn excite(
     model: &ModelFile,
     settings: &ExciteSettings,
@@ -44,7 +46,7 @@ pub fn excite(
     if !(0.0..1.0).contains(&settings.margin) {
         return Err(ExciteError::input(
             format!("the margin from singular positions is {}", settings.margin),
-            "give --singularity-margin from 0 to less than 1, a part of the index at the first position",
+            "give --singularity-margin from 0 to less than 1, a fraction of the index at the first position",
         ));
     }
     let chosen = choose(model, settings)?;
@@ -102,7 +104,7 @@ pub fn excite(
     let first = quality(&objective, &begun.sweep);
     if !first.log_det.is_finite() {
         return Err(ExciteError::no_answer(
-            "the random motion does not excite all chosen parameters to any degree",
+            "the random motion does not excite all chosen parameters",
             "choose fewer parameters by --parameters, more harmonics, or another --seed",
         ));
     }

@@ -1,27 +1,28 @@
-//! Finite Fourier series that begin and end every period at rest.
+//! Finite Fourier series whose periods begin and end at rest.
 //!
-//! Equation (X1) of the book's theory: `q(t) = c + sum a_k sin(k w t) + b_k (cos(k w t) - 1)` with
-//! `sum k a_k = 0` and `sum k^2 b_k = 0`, so that at the ends of a period the position is `c` and rate and
-//! acceleration vanish. Nothing is added beyond the highest harmonic, and periods join smoothly.
+//! Equation (X1) of the book's theory: `q(t) = c + sum a_k sin(k w t) + b_k (cos(k w t) - 1)` with `sum k a_k = 0` and
+//! `sum k^2 b_k = 0`, so that at the ends of a period the position is `c` and rate and acceleration vanish. The motion
+//! contains no frequency above the highest harmonic, and periods join smoothly.
 
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Series of one coordinate as linear functions of its free numbers.
+/// Series of one coordinate as a linear function of its free coefficients.
 #[derive(Clone, Debug)]
 pub(super) struct Series {
     /// Angular frequency of the first harmonic, rad/s.
     omega: f64,
-    /// Coefficients `a` and `b` per free number: orthonormal columns.
+    /// Matrices from free coefficients to the coefficients `a` of sines and `b` of cosines; their columns are
+    /// orthonormal.
     sines: DMatrix<f64>,
     cosines: DMatrix<f64>,
 }
 
-/// Factors of the free numbers in value, rate and acceleration at one time.
+/// Factors of the free coefficients in value, rate and acceleration at one time.
 pub(super) type Factors = [DVector<f64>; 3];
 
 impl Series {
-    /// Series with a frequency of the first harmonic, Hz, and at least two harmonics.
+    /// Creates the series for the frequency of the first harmonic, Hz, and at least two harmonics.
     pub(super) fn new(frequency: f64, harmonics: usize) -> Self {
         let weights = |power: i32| {
             DVector::from_fn(harmonics, |k, _| ((k + 1) as f64).powi(power)).normalize()
@@ -33,12 +34,12 @@ impl Series {
         }
     }
 
-    /// Number of free numbers.
+    /// Number of free coefficients.
     pub(super) fn free(&self) -> usize {
         self.sines.ncols() + self.cosines.ncols()
     }
 
-    /// Factors at a time, s.
+    /// Returns the factors at a time, s.
     pub(super) fn factors(&self, time: f64) -> Factors {
         let count = self.sines.nrows();
         let derivative = |order: i32| {
@@ -58,7 +59,7 @@ impl Series {
         [derivative(0), derivative(1), derivative(2)]
     }
 
-    /// Coefficients of sines and cosines for free numbers.
+    /// Coefficients of sines and cosines for given free coefficients.
     pub(super) fn coefficients(&self, free: &[f64]) -> [Vec<f64>; 2] {
         let (first, second) = free.split_at(self.sines.ncols());
         let of = |basis: &DMatrix<f64>, part: &[f64]| {
@@ -68,7 +69,7 @@ impl Series {
     }
 }
 
-/// Orthonormal basis of the vectors orthogonal to a unit vector, by a Householder reflection.
+/// Orthonormal basis of all vectors orthogonal to a unit vector, by a Householder reflection.
 fn orthogonal_to(unit: &DVector<f64>) -> DMatrix<f64> {
     let count = unit.len();
     let mut normal = unit.clone();

@@ -1,16 +1,16 @@
-//! Options of the design.
+//! Options for the design of a motion.
 
 use super::ExciteError;
 use stiction_format::Amount;
 
-/// Options of the design.
+/// Options for the design of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExciteSettings {
     /// Motion of the model whose coordinates and first position are used; `None` for its default.
     pub motion: Option<String>,
-    /// Design the motion of the actuators instead of the coordinates of the motion.
+    /// True to design the motion of the actuators instead of the coordinates of the model's motion.
     pub by_actuators: bool,
-    /// Patterns of the parameters that the logs shall determine; all if empty.
+    /// Patterns of the parameters that the logs must determine; empty for all parameters.
     pub parameters: Vec<String>,
     /// Duration, s: a whole number of periods.
     pub duration: f64,
@@ -18,20 +18,20 @@ pub struct ExciteSettings {
     pub base_frequency: Option<f64>,
     /// Number of harmonics, at least two.
     pub harmonics: usize,
-    /// Limits besides those of the model.
+    /// Limits in addition to those of the model.
     pub limits: Vec<LimitSetting>,
-    /// Least singularity index, as a fraction of that at the first position.
+    /// Least singularity index, as a fraction of the index at the first position.
     pub margin: f64,
     /// Seed of the random start.
     pub seed: u64,
-    /// Loads of the model with which the motion is repeated; without any, the robot alone.
+    /// Names of the loads with which the motion is repeated; empty for the robot alone.
     pub payloads: Vec<String>,
     /// Standard deviations of the measured efforts, one for each unit; `None` for two percent of
     /// the efforts.
     pub noise: Vec<Amount>,
     /// Time between samples, s; `None` for a hundredth of the period of the highest harmonic.
     pub step: Option<f64>,
-    /// Efforts are measured at the motors, so that rotors show in them.
+    /// True if efforts are measured at the motors, so that they contain the effort of the rotors.
     pub at_motors: bool,
     /// Largest number of steps of the search.
     pub iterations: usize,
@@ -58,24 +58,24 @@ impl Default for ExciteSettings {
     }
 }
 
-/// A limit: `NAME = 60 mm`, `NAME = 0 mm..120 mm`, `NAME.speed = 0.5 m/s`, `NAME.acceleration = …` or
-/// `NAME.effort = 20 N`, where `*` in the name stands for any text.
+/// Limit in the text of an option: `NAME = 60 mm`, `NAME = 0 mm..120 mm`, `NAME.speed = 0.5 m/s`, `NAME.acceleration =
+/// …` or `NAME.effort = 20 N`. A `*` in the name stands for any text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimitSetting {
-    /// Pattern of names.
+    /// Pattern that selects the limited quantities by name.
     pub name: String,
-    /// The limited quantity.
+    /// Kind of the limited quantity.
     pub of: Quantity,
-    /// Lower end of a range.
+    /// Lower end of a range; `None` for a limit on the magnitude.
     pub from: Option<Amount>,
-    /// Greatest magnitude, or the upper end of a range.
+    /// Largest magnitude, or the upper end of a range.
     pub most: Amount,
 }
 
-/// Quantity that a limit bounds.
+/// Kind of quantity that a limit bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Displacement from the first position, or position.
+    /// Displacement from the first position, or position if a range is given.
     Travel,
     /// Magnitude of the rate.
     Speed,
@@ -86,10 +86,10 @@ pub enum Quantity {
 }
 
 impl LimitSetting {
-    /// Reads `NAME = VALUE`.
+    /// Parses `NAME = VALUE`.
     ///
     /// # Errors
-    /// The reason, one line.
+    /// A message of one line if the text is not a limit.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (key, value) =
             text.split_once('=').ok_or("expected NAME=VALUE, such as `tool.x = 60 mm`")?;
@@ -119,7 +119,7 @@ impl LimitSetting {
 }
 
 impl ExciteSettings {
-    /// Frequency of the first harmonic, Hz, and the number of periods.
+    /// Frequency of the first harmonic, Hz, and number of periods.
     pub(super) fn periods(&self) -> Result<(f64, usize), ExciteError> {
         let positive = |value: f64, what: &str| match value > 0.0 && value.is_finite() {
             true => Ok(value),
@@ -151,7 +151,7 @@ impl ExciteSettings {
         Ok((whole / duration, whole as usize))
     }
 
-    /// Time between samples, s: a divisor of the duration.
+    /// Time between samples, s, which divides the duration.
     pub(super) fn sample_step(&self, frequency: f64) -> Result<f64, ExciteError> {
         let highest = frequency * self.harmonics as f64;
         let wanted = self.step.unwrap_or_else(|| round_step(0.01 / highest));
@@ -168,7 +168,7 @@ impl ExciteSettings {
     }
 }
 
-/// The next smaller one of 1, 2, 5 times a power of ten.
+/// Rounds down to 1, 2 or 5 times a power of ten.
 fn round_step(step: f64) -> f64 {
     let power = 10f64.powi(step.log10().floor() as i32);
     let digit = step / power;

@@ -1,11 +1,11 @@
-//! Combinations of the chosen parameters that efforts determine.
+//! Combinations of the chosen parameters that the efforts determine.
 
 use super::objective::Objective;
 use nalgebra::{DMatrix, DVector, RowDVector};
 use stiction_core::random::Random;
 use stiction_identify::{BaseParameters, Parameter};
 
-/// Combinations that efforts determine near the motion, at random rates.
+/// Computes the combinations that efforts determine at positions of the motion, with random rates.
 pub(super) fn structure(
     objective: &mut Objective,
     x: &DVector<f64>,

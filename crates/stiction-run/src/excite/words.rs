@@ -1,4 +1,4 @@
-//! The result as text and JSON.
+//! Result of a design as text and JSON.
 
 use super::precision::Confounded;
 use super::result::Excitation;
@@ -8,13 +8,13 @@ use std::fmt::Write as _;
 use stiction_draw::numbers::number;
 
 impl Excitation {
-    /// Factor by which the standard deviations are smaller than those of the random start, as a geometric mean.
+    /// Geometric mean of the factors by which the standard deviations are smaller than those of the random start.
     pub fn gain(&self) -> f64 {
         let count = self.expected.len().max(1) as f64;
         (0.5 * (self.quality.log_det - self.start.log_det) / count).exp()
     }
 
-    /// Object of `excite.json`.
+    /// Returns the content of `excite.json`.
     pub fn to_json(&self) -> Value {
         let coordinates = self.coordinates.iter().enumerate().map(|(k, (name, unit))| {
             let [sines, cosines] = &self.coefficients[k];
@@ -74,7 +74,7 @@ impl Excitation {
         })
     }
 
-    /// Summary for the terminal.
+    /// Returns the summary for the terminal.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.

@@ -6,7 +6,7 @@ use super::guide::Guide;
 use super::job::{Feed, Job};
 use super::load_laws::ActingLoads;
 use super::motors::Motors;
-use super::reference::{References, own_course};
+use super::reference::{References, own_signal};
 use crate::Instants;
 use crate::error::Error;
 use crate::names::Names;
@@ -15,24 +15,24 @@ use stiction_core::forward::{Forward, Inputs, Simulation, View};
 use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_format::{Condition, Law, Signal};
 
-/// Update interval of the inverse-dynamics efforts without a controller, s.
+/// Update interval of inverse-dynamics efforts if there is no controller, s.
 const UPDATE: f64 = 1e-3;
 
-/// Fraction of a sampling period below which the distance of two instants is rounding.
+/// Fraction of a sampling period below which two instants count as the same.
 const SAME: f64 = 1e-6;
 
-/// Source of a prescribed actuator's motion.
+/// Source of the motion of a prescribed actuator.
 #[derive(Clone, Debug)]
 enum MotionSource<'a> {
-    /// A signal of its own in the motion.
+    /// A signal of the actuator itself in the motion.
     Signal(&'a Signal),
-    /// The motion of the whole mechanism, for the actuator with this index.
+    /// Inverse kinematics of the motion of the whole mechanism, for the actuator with this index.
     Guide(usize),
-    /// Locked at this position.
+    /// Constant position, rad or m: the actuator is locked.
     Stays(f64),
 }
 
-/// Largest plausible number of samples; larger numbers indicate an invalid checkpoint.
+/// Largest valid number of samples; larger numbers show that a checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
 
 /// Inputs of a simulation.
@@ -40,13 +40,13 @@ pub(super) struct Acting<'a> {
     forward: &'a Forward,
     job: &'a Job<'a>,
     sources: Vec<MotionSource<'a>>,
-    /// Motion of the whole mechanism, for prescribed actuators without a signal of their own.
+    /// Motion of the whole mechanism, for prescribed actuators that have no signal of their own.
     leader: Option<Guide<'a>>,
     /// Reference motions of the actuators that follow the motion.
     references: References<'a>,
     controller: Option<Controller<'a>>,
     motors: Motors,
-    /// Efforts held between two samples, N or N m.
+    /// Efforts that are held between two samples, N or N m.
     kept: Vec<f64>,
     /// Number of samples taken so far.
     samples: usize,
@@ -65,7 +65,7 @@ pub(super) struct Acting<'a> {
     limited: Vec<usize>,
     /// State of [`Self::references`] at the start of the present step, for a continuous controller.
     reference_from: Vec<f64>,
-    /// Returns true once the user wants to stop the simulation.
+    /// Function that returns true once the user has asked to stop the simulation.
     stopped: &'a dyn Fn() -> bool,
     /// True once the user has asked to stop.
     pub(super) is_stopped: bool,
@@ -73,14 +73,14 @@ pub(super) struct Acting<'a> {
     pub(super) failed: Option<Error>,
 }
 
-/// Actuators with a prescribed motion, in the order of [`Acting`]'s targets.
+/// Actuators with a prescribed motion or a lock, in the order of the targets of [`Acting`].
 pub(super) fn prescribed(job: &Job<'_>) -> Vec<usize> {
     let moved = job.prescribed.iter().filter(|a| !job.locked.contains(a));
     moved.chain(&job.locked).copied().collect()
 }
 
 impl<'a> Acting<'a> {
-    /// Creates the inputs before the first sample; the mechanism starts at `state`.
+    /// Creates the inputs before the first sample; `state` is the initial state of the mechanism.
     pub(super) fn new(
         job: &'a Job<'a>,
         forward: &'a Forward,
@@ -101,12 +101,12 @@ impl<'a> Acting<'a> {
                         forward.joint_coordinate(state, &bodies, joint, dof),
                     );
                 }
-                own_course(job, forward, actuator)
+                own_signal(job, forward, actuator)
                     .map_or(MotionSource::Guide(actuator), MotionSource::Signal)
             })
             .collect();
-        let is_led = sources.iter().any(|way| matches!(way, MotionSource::Guide(_)));
-        let leader = if is_led { Guide::new(job)? } else { None };
+        let is_guided = sources.iter().any(|way| matches!(way, MotionSource::Guide(_)));
+        let leader = if is_guided { Guide::new(job)? } else { None };
         let controller = match job.control {
             Some(control) => Some(Controller::new(job, control, forward, (state, &bodies))?),
             None => None,
@@ -158,7 +158,7 @@ impl<'a> Acting<'a> {
         })
     }
 
-    /// Time of the next sample; that of a row of the results if both differ by rounding only.
+    /// Time of the next sample, s; exactly the time of a result row if the two differ by rounding only.
     fn next_sample(&self) -> Option<f64> {
         let period = self.period?;
         let time = self.job.from + self.samples as f64 * period;
@@ -167,7 +167,7 @@ impl<'a> Acting<'a> {
         Some(if (time - row).abs() < SAME * period { row } else { time })
     }
 
-    /// State of the inputs between samples, as numbers.
+    /// Returns the state of the inputs between samples as numbers.
     pub(super) fn save(&self) -> Vec<f64> {
         let mut numbers = vec![self.samples as f64];
         numbers.extend_from_slice(&self.kept);
@@ -205,7 +205,7 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Reference motions of the actuators; zeros for those that follow none.
+    /// Reference motions of all actuators at a time, s; zeros for actuators that follow no motion.
     pub(super) fn references_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
         // A continuous controller asks for them in any order: each result follows from the start of
         // the step.
@@ -217,13 +217,13 @@ impl<'a> Acting<'a> {
         self.references.at(time)
     }
 
-    /// Position and rate error of an actuator.
+    /// Error of position and error of rate of an actuator.
     fn error(&self, view: &View<'_>, reference: &[Target<f64>], actuator: usize) -> (f64, f64) {
         let Target { value, rate, .. } = reference[actuator];
         (value - view.actuator_coordinate(actuator), rate - view.actuator_rate(actuator))
     }
 
-    /// Efforts of the continuous controller before their limits, added to the feed-forward efforts.
+    /// Adds the efforts of the continuous controller, before their limits, to the feed-forward efforts.
     fn demand(&mut self, view: &View<'_>, efforts: &mut [f64]) {
         let reference = match self.references_at(view.time) {
             Ok(reference) => reference.to_vec(),
@@ -241,7 +241,7 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Feed-forward efforts.
+    /// Writes the feed-forward efforts.
     fn feed(&mut self, view: &View<'_>, efforts: &mut [f64]) {
         if self.period.is_some() {
             efforts.copy_from_slice(&self.kept);
@@ -250,7 +250,7 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Formulas over the measured state that act in continuous time.
+    /// Formulas of efforts over the measured state, which are evaluated in continuous time.
     fn laws(&self) -> &'a [(usize, Law)] {
         match (self.job.drives, self.period) {
             (Feed::Given(drives), None) => &drives.laws,
@@ -262,13 +262,13 @@ impl<'a> Acting<'a> {
         ActingLoads { load: self.job.load, mechanism: &self.job.model.mechanism }
     }
 
-    /// Sides of the switching functions of these formulas, and then of those of loads.
+    /// Sides of the switching functions of these formulas, followed by those of the formulas of loads.
     fn law_sides<'v>(&self, view: &View<'v>) -> &'v [bool] {
         let before = self.job.stops.len() + 2 * self.limited.len();
         view.sides().get(before..).unwrap_or_default()
     }
 
-    /// Limits an effort of the continuous controller on the branch of the present sides.
+    /// Limits an effort of the continuous controller; the sides of the switching functions decide which limit acts.
     fn limited(&self, view: &View<'_>, actuator: usize, demand: f64) -> f64 {
         let Some(controller) = &self.controller else { return demand };
         let Some(place) = self.limited.iter().position(|own| *own == actuator) else {
@@ -285,8 +285,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Moves the motion of the whole mechanism to a time, s, from the start of the present step.
-    /// The result depends on that start and the time only, not on earlier evaluations.
+    /// Moves the motion of the whole mechanism to a time, s, starting from the start of the present step. The result
+    /// depends on that start and the time only, not on earlier evaluations.
     fn lead(&mut self, time: f64) {
         let Some(leader) = &mut self.leader else { return };
         if !self.leader_from.is_empty() && leader.restore(&self.leader_from).is_none() {
@@ -297,7 +297,7 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Writes the given efforts; `sides` are those of the formulas' switching functions.
+    /// Writes the efforts that signals and formulas give; `sides` are those of the switching functions of the formulas.
     fn given_at(&self, view: &View<'_>, mut sides: &[bool], efforts: &mut [f64]) {
         if let Feed::Given(drives) = self.job.drives {
             for (actuator, signal) in &drives.efforts {
@@ -363,7 +363,8 @@ impl<'a> Acting<'a> {
 }
 
 impl Acting<'_> {
-    /// Refuses a linear model where a formula of an effort has a kink or a jump: its derivatives differ on both sides.
+    /// Returns an error if a formula of an effort has a kink or a jump at the present state. Its derivatives then
+    /// differ on both sides, so there is no linear model.
     pub(super) fn refuse_kinks(&mut self, simulation: &Simulation<'_>) -> Result<(), Error> {
         // Differences from the kink that are rounding, in SI units.
         const AT_KINK: f64 = 1e-9;

@@ -1,4 +1,4 @@
-//! Moving robot of a simulation.
+//! Moving robot in the report of a simulation.
 
 use super::job::Job;
 use super::rows::{Layout, Rows};
@@ -7,7 +7,7 @@ use crate::report::animation::{Animation as Shared, Reel};
 use crate::{Sink, SinkError};
 use stiction_core::spatial::Pose;
 
-/// Collects the samples of a simulation for the moving robot of its report.
+/// Collector of the samples of a simulation for the moving robot of its report.
 #[derive(Clone, Debug)]
 pub struct Animation {
     layout: Layout,
@@ -15,11 +15,11 @@ pub struct Animation {
     pub(super) shared: Shared,
 }
 
-/// Number of columns of the external load of a body, its last ones.
+/// Number of columns for the external load of a body; these are its last columns.
 const LOAD: usize = 6;
 
 impl Animation {
-    /// Empty animation for `count` samples.
+    /// Creates an empty animation with room for `count` samples.
     pub fn new(job: &Job<'_>, count: usize) -> Self {
         let layout = Layout::new(job);
         let mechanism = &job.model.mechanism;
@@ -27,7 +27,7 @@ impl Animation {
         Self { layout, ground: mechanism.base(), shared }
     }
 
-    /// The run for a page of `runs` runs; `None` without a sample.
+    /// Returns the animation for a page that shows `runs` runs; `None` without samples.
     pub fn reel(&self, runs: usize) -> Option<Reel> {
         self.shared.reel(runs)
     }

@@ -5,8 +5,7 @@ use serde_json::{Value, json};
 use stiction_core::forward::{Competitor, Event, EventKind, Method, RateJump};
 use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 
-/// Checkpoint of a simulation after one of its samples, as numbers, from which the simulation can
-/// be resumed.
+/// Checkpoint after a sample of a simulation, as numbers. The simulation can be resumed from it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunCheckpoint {
     /// Number of samples completed.
@@ -15,25 +14,25 @@ pub struct RunCheckpoint {
     pub simulation: Vec<f64>,
     /// State of controllers and other inputs, including the assembly states of their models.
     pub inputs: Vec<f64>,
-    /// Results gathered from the samples so far.
+    /// Results accumulated from the samples so far.
     pub figures: Figures,
-    /// Events up to this sample.
+    /// Events until this sample.
     pub events: Vec<Event>,
 }
 
-/// Results that are gathered sample by sample; see [`super::Outcome`].
+/// Results that are accumulated over the samples; see [`super::Outcome`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Figures {
-    /// Greatest number of redundant constraints at any sample.
+    /// Largest number of redundant constraints at any sample.
     pub redundant: usize,
-    /// Greatest number of undetermined efforts of prescribed or locked actuators at any sample.
+    /// Largest number of statically indeterminate efforts of prescribed or locked actuators at any sample.
     pub open_drives: usize,
     /// `true` if the actuators determine the motion at the start.
     pub invertible: bool,
 }
 
 impl RunCheckpoint {
-    /// The checkpoint as JSON; numbers are strings with all digits.
+    /// Returns the checkpoint as JSON; numbers become strings with all digits.
     pub fn json(&self) -> Value {
         json!({
             "samples": self.samples,
@@ -63,8 +62,8 @@ impl RunCheckpoint {
         })
     }
 
-    /// Checks that all interfaces and joints of the events exist in a mechanism and that all input
-    /// numbers are finite.
+    /// Checks that all interfaces and joints in the events exist in a mechanism, and that all numbers of the inputs are
+    /// finite.
     pub(super) fn fits(&self, mechanism: &Mechanism) -> bool {
         let joints = mechanism.joints();
         let interfaces: usize = joints.iter().map(|joint| joint.friction.len()).sum();
@@ -92,8 +91,8 @@ impl RunCheckpoint {
 }
 
 impl Job<'_> {
-    /// Fingerprint of everything that determines the simulation, except its end: mechanism, motion,
-    /// load, controller, start, accuracy.
+    /// Fingerprint of everything that determines the simulation except its end time: mechanism, motion, load,
+    /// controller, start, accuracy.
     pub fn fingerprint(&self) -> u64 {
         let drives = match self.drives {
             Feed::Given(drives) => Some(drives),
@@ -118,14 +117,14 @@ impl Job<'_> {
     }
 }
 
-/// Checksum that detects accidental changes of a text: FNV-1a, 64 bits.
+/// Checksum that detects accidental changes of a text (FNV-1a, 64 bits).
 pub fn checksum(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     })
 }
 
-/// Numbers separated by spaces, in the shortest form that reads back as the same number.
+/// Writes numbers separated by spaces, in the shortest form that reads back as the same number.
 fn text(numbers: &[f64]) -> String {
     let each: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
     each.join(" ")

@@ -1,11 +1,11 @@
-//! Control laws that the caller computes.
+//! Control laws that are functions of the caller.
 
 use crate::SinkError;
 use std::fmt;
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// State that a control law receives at a sample.
+/// Measured state that a control law receives at a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured<'a> {
     /// Time, s.
@@ -20,7 +20,7 @@ pub struct Measured<'a> {
 
 type Compute = dyn Fn(&Measured<'_>) -> Result<Vec<f64>, SinkError> + Send + Sync;
 
-/// Control law that the caller computes at each sample; its efforts are held until the next one.
+/// Control law that the caller computes at each sample. Its efforts are held until the next sample.
 #[derive(Clone)]
 pub struct ControlLaw {
     /// Time between samples, s.
@@ -29,7 +29,7 @@ pub struct ControlLaw {
 }
 
 impl ControlLaw {
-    /// Makes a control law from a function that returns the efforts of all actuators, N or N m.
+    /// Creates a control law from a function that returns the efforts of all actuators, N or N m.
     pub fn new(
         period: f64,
         compute: impl Fn(&Measured<'_>) -> Result<Vec<f64>, SinkError> + Send + Sync + 'static,
@@ -37,7 +37,7 @@ impl ControlLaw {
         Self { period, compute: Arc::new(compute) }
     }
 
-    /// Efforts at a sample, N or N m.
+    /// Computes the efforts at a sample, N or N m.
     pub(super) fn efforts(&self, measured: &Measured<'_>) -> Result<Vec<f64>, SinkError> {
         let efforts = (self.compute)(measured)?;
         let (found, count, time) = (efforts.len(), measured.positions.len(), measured.time);

@@ -1,4 +1,4 @@
-//! Controllers, sampled or continuous in time.
+//! Controllers, sampled or in continuous time.
 
 use super::job::Job;
 use super::motors::Motors;
@@ -8,55 +8,55 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
 use stiction_format::{Control, ControlType, FrictionFeed, ModelFile};
 
-/// Gains of an actuator.
+/// Gains and effort limit of the controller of one actuator.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gains {
     proportional: f64,
     derivative: f64,
-    /// Integral gain; zero for none.
+    /// Integral gain; zero without integral action.
     pub(super) integral: f64,
-    /// Time constant with which the integral part follows a saturated effort, s; infinite without a
-    /// limit.
+    /// Time constant with which the integral part tracks the limited effort (anti-windup), s; infinite if the effort
+    /// has no limit.
     tracking: f64,
-    /// Largest effort, N or N m; infinite for none.
+    /// Largest magnitude of the effort, N or N m; infinite if there is no limit.
     pub(super) limit: f64,
 }
 
 impl Gains {
-    /// Effort of position error, rate error and integral part.
+    /// Effort for given errors of position and rate and for a given integral part, N or N m.
     pub(super) fn effort(&self, (error, rate_error): (f64, f64), integral: f64) -> f64 {
         self.proportional * error + integral + self.derivative * rate_error
     }
 
-    /// Rate of the integral part, per second, while the effort `demand` is limited to `effort`:
-    /// anti-windup by back-calculation.
+    /// Rate of the integral part, N/s or N m/s, while the effort `demand` is limited to `effort`: anti-windup by
+    /// back-calculation.
     pub(super) fn integral_rate(&self, error: f64, demand: f64, effort: f64) -> f64 {
         self.integral * error + (effort - demand) / self.tracking
     }
 
-    /// Size of the integral part at which absolute tolerances count, N or N m.
+    /// Scale of the integral part for the absolute tolerance of the integration, N or N m.
     pub(super) fn scale(&self) -> f64 {
         if self.limit.is_finite() { self.limit } else { self.proportional.max(self.integral) }
     }
 }
 
-/// Controller with its state.
+/// Controller and its state between samples.
 #[derive(Clone, Debug)]
 pub(super) struct Controller<'a> {
     control: &'a Control,
     /// Gains of each actuator.
     pub(super) gains: Vec<Gains>,
-    /// Integral part of each actuator at the last sample, N or N m; zeros in continuous time, where
-    /// the simulation integrates it.
+    /// Integral part of each actuator at the last sample, N or N m. Zeros for a controller in continuous time, whose
+    /// integral parts the simulation integrates.
     integrals: Vec<f64>,
-    /// Inverse dynamics with the actuators' coordinates prescribed, for computed torque.
+    /// Inverse dynamics with prescribed coordinates of the actuators, for computed torque.
     model: Option<InverseDynamics>,
     motors: Motors,
     /// Positions measured at the previous sample.
     before: Option<Vec<f64>>,
 }
 
-/// Inputs of a controller at a sample.
+/// Measurements, references and feed-forward efforts that a controller receives at a sample.
 pub(super) struct ControllerInput<'a> {
     pub(super) time: f64,
     /// Positions and rates of all actuators; angles count full turns.
@@ -72,7 +72,7 @@ pub(super) struct ControllerInput<'a> {
 }
 
 impl<'a> Controller<'a> {
-    /// Creates the controller before its first sample; the mechanism starts at `state`.
+    /// Creates the controller before its first sample; the third argument is the initial state of the mechanism.
     pub(super) fn new(
         job: &Job<'a>,
         control: &'a Control,
@@ -127,8 +127,8 @@ impl<'a> Controller<'a> {
         Ok(controller)
     }
 
-    /// Appends the integral parts, the last measured positions, preceded by their number, and the
-    /// position of the controller's own model.
+    /// Appends the state to `numbers`: integral parts, the last measured positions preceded by their number, and the
+    /// position of the controller's model.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         numbers.extend(&self.integrals);
         let before = self.before.as_deref().unwrap_or_default();
@@ -156,8 +156,8 @@ impl<'a> Controller<'a> {
         }
     }
 
-    /// Effective mass of each actuator: the effort for unit acceleration while the other actuators
-    /// do not accelerate, kg or kg m^2.
+    /// Effective mass of each actuator, kg or kg m^2: the effort per unit acceleration of this actuator while the
+    /// others do not accelerate.
     fn masses(&mut self) -> Result<Vec<f64>, Error> {
         let Some(model) = &mut self.model else {
             return Ok(vec![0.0; self.control.channels.len()]);
@@ -188,7 +188,7 @@ impl<'a> Controller<'a> {
         Ok(masses)
     }
 
-    /// Computes the efforts held from this sample on, N or N m.
+    /// Computes the efforts that are held from this sample on, N or N m.
     pub(super) fn sample(&mut self, input: &ControllerInput<'_>) -> Result<Vec<f64>, Error> {
         let control = self.control;
         let ControllerInput { time, actual, reference, feed, friction, loads } = input;
@@ -253,8 +253,8 @@ impl<'a> Controller<'a> {
     }
 }
 
-/// Inverse dynamics of the mechanism at its current pose, prescribed by its actuators; without
-/// friction unless the settings change.
+/// Creates inverse dynamics of the mechanism at its present pose, with the coordinates of the actuators prescribed;
+/// without friction unless its settings are changed.
 pub(super) fn by_actuators(
     model: &ModelFile,
     forward: &Forward,

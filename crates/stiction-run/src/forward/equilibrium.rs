@@ -1,8 +1,8 @@
 //! Static equilibrium without friction.
 //!
-//! The accelerations at rest vanish at an equilibrium, `a(q) = 0`. Its derivative is minus the stiffness over
-//! the masses. Each step solves `(lambda - da/dq) dq = a`, with `lambda` above all eigenvalues of the
-//! derivative: a damped Newton step that descends the potential where there is one.
+//! The accelerations at rest vanish at an equilibrium, `a(q) = 0`. The derivative `da/dq` is minus the product of
+//! inverse mass matrix and stiffness. Each step solves `(lambda - da/dq) dq = a`, with `lambda` above all eigenvalues
+//! of the derivative: a damped Newton step, which descends the potential energy if the forces have one.
 
 use super::acting_inputs::Acting;
 use super::holding::Holding;
@@ -19,34 +19,35 @@ use stiction_core::forward::{Forward, Inputs as _, Linearisation};
 use stiction_core::kinematics::State;
 use stiction_draw::numbers::number;
 
-/// Steps of the search, at most.
+/// Largest number of steps of the search.
 const STEPS: usize = 150;
-/// Longest step, rad or characteristic lengths.
+/// Longest step of the search, rad or characteristic lengths.
 const LONGEST: f64 = 0.2;
-/// Farthest way, rad or characteristic lengths.
+/// Largest distance that the search may cover, rad or characteristic lengths.
 const FAR: f64 = 20.0;
-/// Last step, rad or characteristic lengths.
+/// Length of a step at which the search has converged, rad or characteristic lengths.
 const LAST: f64 = 1e-12;
-/// Eigenvalues below this part of the largest, or of the characteristic one, count as zero.
+/// Eigenvalues below this fraction of the largest eigenvalue, or of the square of the characteristic frequency, count
+/// as zero.
 const NEUTRAL: f64 = 1e-7;
-/// Imaginary parts below this part of the largest eigenvalue are round-off.
+/// Imaginary parts below this fraction of the largest eigenvalue count as round-off.
 const COMPLEX: f64 = 1e-6;
 
 /// Stability of an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stability {
-    /// Every small motion oscillates.
+    /// Every small motion about the equilibrium is an oscillation.
     Stable,
-    /// A small motion grows.
+    /// Some small motion grows without oscillation.
     Unstable,
-    /// A growing oscillation: eigenvalues of the stiffness are complex.
+    /// Some small oscillation grows: the stiffness matrix has complex eigenvalues.
     Flutter,
-    /// To first order nothing returns or drives away some motion.
+    /// Some motion meets neither a restoring nor a repelling force to first order.
     Neutral,
 }
 
 impl Stability {
-    /// The word in reports.
+    /// Name of the kind of stability in reports.
     pub fn word(self) -> &'static str {
         match self {
             Self::Stable => "stable",
@@ -61,33 +62,35 @@ impl Stability {
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
     heading: String,
-    /// All joint coordinates by name, with their units, m or rad.
+    /// Name, unit (m or rad) and value of every joint coordinate.
     pub coordinates: Vec<(String, &'static str, f64)>,
-    /// Stability.
+    /// Stability of the equilibrium.
     pub stability: Stability,
-    /// Eigenvalues of the stiffness over the masses, 1/s^2, the smallest first: squares of natural angular
-    /// frequencies.
+    /// Eigenvalues of the stiffness divided by the mass matrix, 1/s^2, in ascending order: the squares of the natural
+    /// angular frequencies.
     pub stiffness: Vec<f64>,
-    /// Largest acceleration that remains, relative to the characteristic one.
+    /// Largest remaining acceleration, relative to the characteristic acceleration.
     pub residual: f64,
-    /// Efforts of all actuators that act, or hold a locked joint, N or N m, by name.
+    /// Name, unit (N or N m) and value of the effort of every actuator that acts or holds a locked joint.
     pub efforts: Vec<(String, &'static str, f64)>,
-    /// Steps of the search.
+    /// Number of steps of the search.
     pub steps: usize,
-    /// Static friction there, if it was asked for.
+    /// Effect of static friction at this position, if requested.
     pub holding: Option<Holding>,
     /// Remarks on the inputs.
     pub notes: Vec<String>,
-    /// The position.
+    /// State at the equilibrium.
     pub(super) state: State<f64>,
 }
 
 impl Job<'_> {
-    /// Finds a position of rest near the start of the simulation, without friction: the next stable one along
-    /// the descent of the potential, or with `nearest` the one to which Newton's method leads, of any kind.
+    /// Finds a static equilibrium without friction near the start of the simulation. By default it is the next stable
+    /// one along the descent of the potential energy; with `nearest` it is the one to which Newton's method converges,
+    /// stable or not.
     ///
     /// # Errors
-    /// None is found: the mechanism moves on without bound, or into a singular position.
+    /// [`Error::NoEquilibrium`] if the search finds none, because the mechanism moves on without bound or into a
+    /// singular position.
     pub fn equilibrium(&self, nearest: bool) -> Result<Equilibrium, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
@@ -192,7 +195,7 @@ impl Job<'_> {
                     Ok(state) => break state,
                     Err(error) if part < 1e-6 => {
                         return Err(Error::NoEquilibrium(format!(
-                            "the search ends where the loops cannot follow: {error}"
+                            "the search reaches a position in which the loops cannot be closed: {error}"
                         )));
                     }
                     Err(_) => part *= 0.25,
@@ -200,7 +203,7 @@ impl Job<'_> {
             };
         }
         Err(Error::NoEquilibrium(format!(
-            "the search does not settle within {STEPS} steps; begin nearer (--from), and give efforts without jumps"
+            "the search does not converge within {STEPS} steps; begin nearer (--from), and give efforts without jumps"
         )))
     }
 
@@ -276,7 +279,7 @@ fn solve(slope: &DMatrix<f64>, a: &DVector<f64>, lambda: f64) -> Option<DVector<
     matrix.lu().solve(a).filter(|x| x.iter().all(|x| x.is_finite()))
 }
 
-/// Motion that grows fastest: by inverse iteration beside the highest eigenvalue.
+/// Motion that grows fastest, by inverse iteration near the highest eigenvalue.
 fn least_stable(slope: &DMatrix<f64>, highest: f64) -> DVector<f64> {
     let m = slope.nrows();
     // Fixed and without symmetry, so that it has a part along every motion.
@@ -290,12 +293,12 @@ fn least_stable(slope: &DMatrix<f64>, highest: f64) -> DVector<f64> {
 }
 
 impl Equilibrium {
-    /// Value of a coordinate, m or rad; `None` if there is none of that name.
+    /// Value of a coordinate, m or rad; `None` if no coordinate has that name.
     pub fn coordinate(&self, name: &str) -> Option<f64> {
         self.coordinates.iter().find(|(own, ..)| own == name).map(|(.., value)| *value)
     }
 
-    /// All results as JSON.
+    /// Returns all results as JSON.
     pub fn json(&self) -> Value {
         let named = |all: &[(String, &'static str, f64)]| -> serde_json::Map<String, Value> {
             let each = all.iter();

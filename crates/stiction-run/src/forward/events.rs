@@ -1,4 +1,4 @@
-//! Events in words.
+//! Descriptions of events in words.
 
 use super::rows::Layout;
 use crate::dofs::Dof;
@@ -11,7 +11,7 @@ use stiction_draw::numbers::number;
 pub(crate) struct DescribedEvent {
     /// Time, s.
     pub(crate) time: f64,
-    /// Kind of event: a keyword.
+    /// Keyword of the kind of event.
     pub(crate) what: &'static str,
     /// Name of the friction interface or the joint; may be empty.
     pub(crate) at: String,
@@ -19,7 +19,7 @@ pub(crate) struct DescribedEvent {
     pub(crate) detail: String,
 }
 
-/// Describes all events; `at_rest` is true for each friction interface that sticks at the start.
+/// Describes all events. `at_rest` is true for each friction interface that sticks at the start of the simulation.
 pub(crate) fn describe_all(
     layout: &Layout,
     mut at_rest: Vec<bool>,
@@ -87,7 +87,7 @@ pub(crate) fn methods(events: &[Event], (first, last): (f64, f64)) -> [f64; 2] {
     passed
 }
 
-/// Rates before and after a jump with their units: "slider 1 -> 0 m/s, rod 0 -> -1.342 rad/s".
+/// Rates before and after a jump with their units, such as "slider 1 -> 0 m/s, rod 0 -> -1.342 rad/s".
 fn rate_jumps(layout: &Layout, rates: &[RateJump]) -> String {
     const MOST: usize = 4;
     let mut words: Vec<String> = Vec::new();
@@ -108,7 +108,7 @@ fn rate_jumps(layout: &Layout, rates: &[RateJump]) -> String {
     words.join(", ")
 }
 
-/// Keyword of an integration method.
+/// Keyword of an integration scheme.
 pub(crate) fn method_name(method: Method) -> &'static str {
     match method {
         Method::Automatic => "automatic",

@@ -9,12 +9,12 @@ use stiction_core::forward::{Event, EventKind};
 use stiction_draw::figure::meaning::{ENERGY, FRICTION, LIMIT, LOAD, POTENTIAL, REFERENCE, RESULT};
 use stiction_draw::figure::{Figure, Panel, Trace};
 
-/// Collects the curves of a simulation, sample by sample.
+/// Collector of the curves of a simulation, sample by sample.
 #[derive(Clone, Debug)]
 pub struct Curves {
     layout: Layout,
     title: String,
-    /// Plotted degrees of freedom.
+    /// Degrees of freedom that are plotted.
     drawn: Vec<usize>,
     positions: Vec<Trace>,
     reference: Vec<Trace>,
@@ -29,7 +29,7 @@ pub struct Curves {
 const PANELS: usize = 9;
 
 impl Curves {
-    /// Empty curves for `count` samples.
+    /// Creates empty curves with room for `count` samples.
     pub fn new(job: &Job<'_>, count: usize) -> Self {
         let layout = Layout::new(job);
         let trace = Trace::new(count);
@@ -50,7 +50,7 @@ impl Curves {
         }
     }
 
-    /// Figures with the names of their files.
+    /// Returns all figures with their file names.
     pub fn figures(self, summary: &Summary, events: &[Event]) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
         let layout = &self.layout;
@@ -158,7 +158,7 @@ impl Sink<Rows> for Curves {
     }
 }
 
-/// Number of sticking friction interfaces over time, from the events.
+/// Curve of the number of sticking friction interfaces over time, from the events.
 fn sticking(summary: &Summary, events: &[Event]) -> Trace {
     let mut at_rest = summary.at_rest_first();
     let mut trace = Trace::new(2 * events.len() + 2);
@@ -181,7 +181,7 @@ fn sticking(summary: &Summary, events: &[Event]) -> Trace {
     trace
 }
 
-/// Short description of the actuation: motion and controller, or efforts.
+/// Short description of the actuation: the motion and the controller, or the efforts.
 fn doing(job: &Job<'_>) -> String {
     match job.is_controlled() {
         true => format!("motion {}, controller {}", job.motion_name, job.control_name),

@@ -8,18 +8,19 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_format::Side;
 
-/// Inverse dynamics along the motion of a simulation.
+/// Inverse dynamics along the motion of a simulation, which gives the reference motions of the actuators.
 #[derive(Clone, Debug)]
 pub(super) struct Guide<'a> {
     job: crate::Job<'a>,
-    /// The tree of the solver's state: simulations of friction may have shafts in addition.
+    /// Model whose spanning tree is that of the solver's state. The simulated model may differ from it by added motor
+    /// shafts.
     tree: Forward,
     follower: Follower<'a>,
     loads: Vec<AppliedLoad<f64>>,
 }
 
 impl<'a> Guide<'a> {
-    /// Starts at the job's first instant; `None` if the job has no motion.
+    /// Creates the inverse dynamics at the job's first instant; `None` if the job has no motion.
     pub(super) fn new(job: &Job<'a>) -> Result<Option<Self>, Error> {
         let Some(motion) = job.motion else { return Ok(None) };
         let friction = if job.friction { FrictionMode::Converged } else { FrictionMode::Off };
@@ -37,7 +38,7 @@ impl<'a> Guide<'a> {
         if time == self.follower.time() { Ok(()) } else { self.follower.go_to(time) }
     }
 
-    /// Appends the time and the position of the mechanism, for [`Self::restore`].
+    /// Appends the time and the position of the mechanism to `numbers`, for [`Self::restore`].
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         self.follower.save(numbers);
     }
@@ -48,7 +49,7 @@ impl<'a> Guide<'a> {
         self.follower.restore(numbers)
     }
 
-    /// Writes the motions of the actuators to `out`.
+    /// Writes position, rate and acceleration of all actuators to `out`.
     pub(super) fn actuators(&self, out: &mut [Target<f64>]) {
         let (state, bodies) = (self.follower.solver.state(), self.follower.solver.bodies());
         for (target, (joint, dof)) in out.iter_mut().zip(self.tree.mechanism().actuators()) {
@@ -56,12 +57,12 @@ impl<'a> Guide<'a> {
         }
     }
 
-    /// Motion of the bodies.
+    /// Motion of the bodies at the present instant.
     pub(super) fn bodies(&self) -> &Bodies<f64> {
         self.follower.solver.bodies()
     }
 
-    /// Efforts of the motion with and without friction, N or N m.
+    /// Efforts that the motion requires, with friction and without friction, N or N m.
     pub(super) fn drives(&mut self) -> Result<(&[f64], &[f64]), Error> {
         let (time, solver) = (self.follower.time(), &mut self.follower.solver);
         self.job.loads_of(solver, (time, Side::After), &mut self.loads)?;

@@ -1,4 +1,4 @@
-//! Headline figures of a simulation, for the comparison with other runs.
+//! Headline figures of a simulation, for comparison with other runs.
 
 use super::job::Job;
 use super::rows::{Layout, Rows};
@@ -7,8 +7,8 @@ use crate::comparison::{EffortCurves, Headline, motor_headlines};
 use crate::{Sink, SinkError};
 
 impl Summary {
-    /// Headline figures: peak magnitude and root mean square of each effort, tracking errors, torque, speed, power and
-    /// limits of each motor, work, largest joint reaction.
+    /// Returns the headline figures: peak magnitude and root mean square of each effort, tracking errors, torque,
+    /// speed, power and limits of each motor, work, and the largest joint reaction.
     pub fn headlines(&self) -> Vec<Headline> {
         let mut all = Vec::new();
         let mut add = |name: String, unit, value: f64, at| {
@@ -42,16 +42,16 @@ impl Summary {
     }
 }
 
-/// Collects the efforts of a simulation from its rows.
+/// Collector of the efforts of a simulation from its rows.
 #[derive(Clone, Debug)]
 pub struct RowEfforts {
     layout: Layout,
-    /// The efforts.
+    /// Curves of the efforts collected so far.
     pub curves: EffortCurves,
 }
 
 impl RowEfforts {
-    /// Empty curves for `count` samples.
+    /// Creates empty curves with room for `count` samples.
     pub fn new(job: &Job<'_>, count: usize) -> Self {
         Self { layout: Layout::new(job), curves: EffortCurves::new(&job.model.mechanism, count) }
     }

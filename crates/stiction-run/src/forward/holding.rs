@@ -1,4 +1,5 @@
-//! Static friction at a position of rest: efforts within which it holds, and whether it already holds at the start.
+//! Static friction at an equilibrium: the efforts for which friction holds the position, and a check whether friction
+//! holds the mechanism at its start already.
 
 use super::acting_inputs::{Acting, prescribed};
 use super::controller::by_actuators;
@@ -15,37 +16,37 @@ use stiction_core::forward::{Forward, InterfaceMode};
 use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_draw::numbers::number;
 
-/// Part of the characteristic acceleration below which a mechanism rests.
+/// Fraction of the characteristic acceleration below which a mechanism counts as resting.
 const RESTS: f64 = 1e-9;
 
-/// Width of names.
+/// Width of the column of names, characters.
 const WIDE: usize = 24;
 
-/// Efforts of one actuator between which static friction holds a position, N or N m.
+/// Range of the effort of one actuator within which static friction holds a position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HoldingRange {
     /// Name of the actuator.
     pub name: String,
-    /// Unit, N or N m.
+    /// Unit of the effort, N or N m.
     pub unit: &'static str,
-    /// Least and greatest effort.
+    /// Least and largest effort.
     pub range: (f64, f64),
 }
 
 /// Effect of static friction on an equilibrium.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Holding {
-    /// Ranges of the efforts that hold the position; empty if they are not known.
+    /// Ranges of the efforts that hold the position; empty if they are unknown.
     pub ranges: Vec<HoldingRange>,
-    /// Reason why the ranges are not known.
+    /// Reason why the ranges are unknown, if they are.
     pub unknown: Option<String>,
-    /// True if friction holds the mechanism at the start of the search with the given efforts, so that it does not
-    /// move at all; `None` if that is not decided.
+    /// True if friction holds the mechanism at the start of the search with the given efforts, so that it does not move
+    /// to the equilibrium; `None` if this is undecided.
     pub rests_at_start: Option<bool>,
 }
 
 impl Holding {
-    /// As JSON.
+    /// Returns the results as JSON.
     pub(super) fn json(&self) -> Value {
         let range = |one: &HoldingRange| {
             let (low, high) = one.range;
@@ -58,7 +59,7 @@ impl Holding {
         })
     }
 
-    /// For the terminal.
+    /// Writes the results for the terminal.
     pub(super) fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.ranges.is_empty() {
             writeln!(f, "\nefforts that hold this position with static friction")?;
@@ -87,10 +88,10 @@ impl Holding {
 }
 
 impl Job<'_> {
-    /// Static friction at an equilibrium without friction of the same mechanism.
+    /// Computes the effect of static friction at an equilibrium that was found without friction.
     ///
     /// # Errors
-    /// The mechanism cannot start.
+    /// An error of the start if the mechanism cannot be assembled there.
     pub fn holding(&self, found: &Equilibrium) -> Result<Holding, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
@@ -109,7 +110,7 @@ impl Job<'_> {
         Ok(holding)
     }
 
-    /// True if nothing accelerates with the given efforts; `None` without a solution.
+    /// Returns whether nothing accelerates or slides with the given efforts; `None` without a solution.
     fn rests(&self, forward: &Forward, state: State<f64>) -> Option<bool> {
         let going = || false;
         let mut acting = Acting::new(self, forward, &state, &going).ok()?;
@@ -125,7 +126,7 @@ impl Job<'_> {
         )
     }
 
-    /// Ranges of the efforts at a position of rest.
+    /// Ranges of the efforts that hold a position of rest.
     fn ranges(&self, forward: &Forward, state: &State<f64>) -> Result<Vec<HoldingRange>, Error> {
         let mut bodies = Bodies::new(forward.topology());
         bodies.place(forward.topology(), forward.parameters(), &state.coordinates);

@@ -14,7 +14,7 @@ use stiction_format::{
 pub struct Job<'a> {
     /// Model to simulate, see [`arrange`].
     pub model: &'a ModelFile,
-    /// Motion that defines the start and the reference of controllers.
+    /// Motion that defines the start of the simulation and the reference of controllers.
     pub motion: Option<&'a Motion>,
     /// Name of the motion.
     pub motion_name: String,
@@ -22,21 +22,21 @@ pub struct Job<'a> {
     pub load: &'a LoadCase,
     /// Name of the load case.
     pub load_name: String,
-    /// Efforts independent of the state.
+    /// Feed-forward efforts, which do not depend on the state.
     pub drives: Feed<'a>,
-    /// Name of the feed-forward efforts.
+    /// Name of the feed-forward efforts, for summaries.
     pub drives_name: String,
     /// Controller, whose efforts are added to the feed-forward efforts.
     pub control: Option<&'a Control>,
     /// Name of the controller.
     pub control_name: String,
-    /// Control law of the caller, whose efforts are added to the feed-forward efforts.
+    /// Control law of the caller; its efforts are added to the feed-forward efforts.
     pub law: Option<&'a ControlLaw>,
-    /// Actuators that follow the motion exactly, with any effort that this requires.
+    /// Indices of the actuators that follow the motion exactly, with whatever effort this requires.
     pub prescribed: Vec<usize>,
-    /// Actuators locked at their start positions.
+    /// Indices of the actuators that are locked at their start positions.
     pub locked: Vec<usize>,
-    /// Conditions of which each ends the simulation.
+    /// Stop conditions; each of them ends the simulation.
     pub stops: &'a [Condition],
     /// Initial state.
     pub start: Start<'a>,
@@ -44,41 +44,41 @@ pub struct Job<'a> {
     pub from: f64,
     /// End time, s.
     pub until: f64,
-    /// Time between samples, s.
+    /// Time between samples of the results, s.
     pub step: f64,
-    /// Method and tolerances.
+    /// Integration scheme and tolerances.
     pub settings: Settings,
     /// True if friction acts.
     pub friction: bool,
 }
 
-/// Efforts independent of the state.
+/// Source of the feed-forward efforts, which do not depend on the state.
 #[derive(Clone, Copy, Debug)]
 pub enum Feed<'a> {
-    /// Given signals.
+    /// Efforts given as signals and formulas.
     Given(&'a Drives),
-    /// Inverse dynamics of the motion, with friction if it acts, updated at each sample of the
-    /// controller or every millisecond.
+    /// Inverse dynamics along the motion, with friction if friction acts. Updated at each sample of the controller, or
+    /// every millisecond without a controller.
     Inverse,
 }
 
 /// Initial state of a simulation.
 #[derive(Clone, Copy, Debug)]
 pub enum Start<'a> {
-    /// First instant of the motion, with its rates.
+    /// State at the first instant of the motion, with its rates.
     Moving,
-    /// First pose of the motion, at rest.
+    /// Position at the first instant of the motion, at rest.
     AtRest,
-    /// First instant of this motion, which may leave coordinates open: those start at the home
-    /// pose, at rest.
+    /// State at the first instant of this motion. Coordinates that it does not prescribe start at the home position, at
+    /// rest.
     Given(&'a Motion),
-    /// Known coordinates and rates; all others follow from the loops and the home position.
+    /// Known coordinates and rates. All others follow from the loops and from the home position.
     Known(&'a [Known]),
-    /// Home pose of the model, at rest.
+    /// Home position of the model, at rest.
     Home,
 }
 
-/// No efforts at all.
+/// Feed-forward efforts that are all zero.
 static NO_DRIVES: Drives = Drives {
     title: String::new(),
     efforts: Vec::new(),
@@ -88,8 +88,8 @@ static NO_DRIVES: Drives = Drives {
 };
 
 impl<'a> Job<'a> {
-    /// Describes a simulation from the home pose, at rest, in which only this load and friction act:
-    /// ten seconds, with a sample every 10 ms.
+    /// Describes a simulation that starts from the home position at rest, in which only this load and friction act. It
+    /// lasts ten seconds, with a sample every 10 ms.
     pub fn new(model: &'a ModelFile, (load_name, load): (&str, &'a LoadCase)) -> Self {
         let none = || "none".to_owned();
         Self {
@@ -117,7 +117,7 @@ impl<'a> Job<'a> {
 }
 
 impl Job<'_> {
-    /// External loads, those of formulas over the measured state included.
+    /// External loads in a state, including loads that are formulas of the measured state.
     pub(super) fn loads_at(&self, view: &View<'_>) -> Vec<AppliedLoad<f64>> {
         let laws =
             self.load.laws.iter().map(|law| {
@@ -126,10 +126,10 @@ impl Job<'_> {
         self.load.at(view.time).chain(laws).collect()
     }
 
-    /// External loads at the start, where no state is measured.
+    /// External loads at the start, where no state has been measured.
     ///
     /// # Errors
-    /// [`Error::StateLoad`] if one is a formula over the measured state.
+    /// [`Error::StateLoad`] if a load is a formula of the measured state.
     pub(super) fn loads_without_state(&self) -> Result<Vec<AppliedLoad<f64>>, Error> {
         match self.load.laws.first() {
             None => Ok(self.load.at(self.from).collect()),
@@ -140,24 +140,24 @@ impl Job<'_> {
         }
     }
 
-    /// Cautions about the data of a recorded motion, one sentence each.
+    /// Cautions about the data of a recorded motion, one sentence for each.
     pub(super) fn cautions(&self) -> Vec<String> {
         self.motion.iter().flat_map(|motion| motion.cautions()).collect()
     }
 
-    /// True if a controller or a control law acts.
+    /// Returns whether a controller or a control law acts.
     pub fn is_controlled(&self) -> bool {
         self.control.is_some() || self.law.is_some()
     }
 
-    /// True if a controller, feed-forward or prescribed actuator follows the motion.
+    /// Returns whether a controller, feed-forward efforts or a prescribed actuator follow the motion.
     pub fn follows(&self) -> bool {
         let feeds = matches!(self.drives, Feed::Inverse);
         let has_reference = self.law.is_some() && self.motion.is_some();
         self.control.is_some() || has_reference || feeds || !self.prescribed.is_empty()
     }
 
-    /// Model whose bodies carry the payloads of the load case, and the load case without them.
+    /// Returns the model whose bodies carry the payloads of the load case, and the load case without these payloads.
     pub(super) fn with_payloads(&self) -> Result<(ModelFile, LoadCase), Error> {
         let mut model = self.model.clone();
         let time = (self.from, self.until);
@@ -171,7 +171,7 @@ impl Job<'_> {
         Ok((model, load))
     }
 
-    /// Models with the payloads that are carried at the start and after each change.
+    /// Returns the models with the payloads that the bodies carry at the start and after each change.
     pub(super) fn models_between(&self, changes: &[PayloadChange<'_>]) -> Vec<ModelFile> {
         let mut carried: Vec<&Payload> = self
             .load
@@ -198,7 +198,7 @@ impl Job<'_> {
         models
     }
 
-    /// True if a body picks up or places a part during the simulation.
+    /// Returns whether a body picks up or places a part during the simulation.
     pub(crate) fn has_payload_changes(&self) -> bool {
         !self.load.payload_changes((self.from, self.until)).is_empty()
     }
@@ -212,8 +212,8 @@ impl Job<'_> {
     }
 }
 
-/// Prepares a model for simulation, with or without friction. Locks become actuators on the given
-/// degrees of freedom.
+/// Prepares a model for simulation, with or without friction. `locks` are degrees of freedom that become locked
+/// actuators.
 pub fn arrange(model: &ModelFile, friction: bool, locks: &[(JointId, usize)]) -> ModelFile {
     let mut model = model.clone();
     if !friction {

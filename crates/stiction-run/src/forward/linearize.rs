@@ -1,4 +1,4 @@
-//! Linear model of a mechanism about an operating point, by name.
+//! Linear model of a mechanism about an operating point, with names.
 
 use super::acting_inputs::{Acting, prescribed};
 use super::controller::by_actuators;
@@ -17,10 +17,10 @@ use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_draw::numbers::number;
 use stiction_format::{Drives, Signal};
 
-/// A quantity with its unit.
+/// Named quantity with its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named {
-    /// Name, such as `A` or `d(A)`.
+    /// Name, such as `A` for a coordinate or `d(A)` for its rate.
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
@@ -28,19 +28,19 @@ pub struct Named {
     pub value: f64,
 }
 
-/// State of a friction interface in a linear model.
+/// Mode of a friction interface in a linear model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinearMode {
-    /// It sticks: its joint does not move.
+    /// The interface sticks: its joint does not move.
     Sticks,
-    /// It slides on in its direction.
+    /// The interface continues to slide in its direction.
     Slides,
-    /// Its law is smooth: regularised, or viscous.
+    /// The law of the interface is smooth: regularised, or viscous friction alone.
     Smooth,
 }
 
 impl LinearMode {
-    /// The word in reports.
+    /// Name of the mode in reports.
     pub fn word(self) -> &'static str {
         match self {
             Self::Sticks => "held",
@@ -50,42 +50,42 @@ impl LinearMode {
     }
 }
 
-/// Linear model `dx/dt = f + A x + B u`, `y = C x + D u` for deviations from an operating point, with
-/// `x` the independent coordinates and their rates, `u` the efforts and `y` the positions of the actuators.
+/// Linear model `dx/dt = f + A x + B u`, `y = C x + D u` for small deviations from an operating point. `x` are the
+/// independent coordinates and their rates, `u` the efforts and `y` the positions of the actuators.
 #[derive(Clone, Debug)]
 pub struct LinearModel {
     /// Title of the model and description of the operating point.
     pub heading: String,
-    /// States: independent coordinates, then their rates.
+    /// States `x`: independent coordinates, then their rates.
     pub states: Vec<Named>,
-    /// Efforts.
+    /// Inputs `u`: efforts of the actuators.
     pub inputs: Vec<Named>,
-    /// Positions of the actuators; the independent coordinates if there are no actuators.
+    /// Outputs `y`: positions of the actuators, or the independent coordinates if there are no actuators.
     pub outputs: Vec<Named>,
-    /// Rate of each state at the operating point: zero at an equilibrium.
+    /// Drift `f`: the rate of each state at the operating point. It is zero at an equilibrium.
     pub drift: Vec<f64>,
-    /// State matrix, row by row.
+    /// State matrix `A`, row by row.
     pub a: Vec<Vec<f64>>,
-    /// Input matrix.
+    /// Input matrix `B`, row by row.
     pub b: Vec<Vec<f64>>,
-    /// Output matrix.
+    /// Output matrix `C`, row by row.
     pub c: Vec<Vec<f64>>,
-    /// Feed-through matrix: zero, because positions do not depend on efforts directly.
+    /// Feed-through matrix `D`, row by row. It is zero, because positions do not depend on efforts directly.
     pub d: Vec<Vec<f64>>,
-    /// Eigenvalues of the state matrix: real and imaginary part, 1/s.
+    /// Eigenvalues of the state matrix: real and imaginary parts, 1/s.
     pub eigenvalues: Vec<(f64, f64)>,
-    /// State of each friction interface.
+    /// Name and mode of each friction interface.
     pub interfaces: Vec<(String, LinearMode)>,
-    /// Largest estimated error of a derivative, relative to the largest of its kind.
+    /// Largest estimated error of a derivative, relative to the largest entry of its matrix.
     pub error: f64,
     /// Remarks on the operating point.
     pub notes: Vec<String>,
 }
 
-/// Real parts below this fraction of their eigenvalue are rounding.
+/// Real parts below this fraction of the magnitude of their eigenvalue are rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// An operating point: model, state and given efforts.
+/// Operating point: model, state, and efforts if they are given.
 pub(super) struct OperatingPoint {
     pub(super) forward: Forward,
     pub(super) state: State<f64>,
@@ -94,8 +94,8 @@ pub(super) struct OperatingPoint {
 }
 
 impl Job<'_> {
-    /// The state at the start, and the efforts there: those of inverse dynamics if they are asked for,
-    /// or if none are given and the actuators determine the motion.
+    /// Determines the operating point: the state at the start, and the efforts there. The efforts are those of inverse
+    /// dynamics if the job requests these, or if `usual` is true and the actuators determine the motion.
     pub(super) fn operating_point(&self, usual: bool) -> Result<OperatingPoint, Error> {
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
         let (state, mut notes) = start::state(self, &forward)?;
@@ -118,7 +118,7 @@ impl Job<'_> {
         Ok(OperatingPoint { forward, state, drives, notes })
     }
 
-    /// Efforts of inverse dynamics for the motion at a state.
+    /// Efforts that inverse dynamics yields for the motion at a state, N or N m.
     fn efforts_of(&self, forward: &Forward, state: &State<f64>) -> Result<Vec<f64>, Error> {
         let mut bodies = Bodies::new(forward.topology());
         bodies.place(forward.topology(), forward.parameters(), &state.coordinates);
@@ -141,11 +141,12 @@ impl Job<'_> {
         Ok(efforts)
     }
 
-    /// Linearises the mechanism at the start of the simulation, with the modes of its friction interfaces
-    /// there. `usual`: without given efforts, those of inverse dynamics act.
+    /// Linearises the mechanism at the start of the simulation, with constant modes of its friction interfaces. With
+    /// `usual`, the efforts of inverse dynamics act if no efforts are given.
     ///
     /// # Errors
-    /// The position is singular, nothing can move there, or friction leaves no linear model.
+    /// [`Error::NoLinearModel`] if the position is singular, if nothing can move there, or if friction permits no
+    /// linear model.
     pub fn linearize(&self, usual: bool) -> Result<LinearModel, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
@@ -168,11 +169,11 @@ impl Job<'_> {
     }
 }
 
-/// Help if friction at rest leaves no linear model.
+/// Advice if friction at rest permits no linear model.
 const BESIDE_REST: &str = "; choose an instant of the motion at which they slide (--at), give rates at the start \
                            (--from \"...; d(NAME) = ...\"), or leave friction out (--friction off)";
 
-/// Error with the name of the friction interface.
+/// Converts an error of the linearisation, with the name of the friction interface.
 pub(super) fn refusal(error: LinearisationError, names: &Names) -> Error {
     let name = |interface: usize| {
         names.interfaces.get(interface).map_or_else(String::new, |(name, _)| name.clone())
@@ -292,7 +293,7 @@ impl LinearModel {
         }
     }
 
-    /// All results as JSON.
+    /// Returns all results as JSON.
     pub fn json(&self) -> Value {
         let named = |all: &[Named]| -> Vec<Value> {
             let each = all.iter();
@@ -321,7 +322,7 @@ impl LinearModel {
         })
     }
 
-    /// The matrices as CSV, with the names of their columns, and of their rows in the first column.
+    /// Returns the four matrices as CSV. The header has the names of the columns, the first column those of the rows.
     pub fn tables(&self) -> [(&'static str, String); 4] {
         let labels = |all: &[Named], rate: bool| -> Vec<String> {
             let unit = |n: &Named| match (rate, n.unit.strip_suffix("/s")) {

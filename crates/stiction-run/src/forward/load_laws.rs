@@ -1,4 +1,4 @@
-//! Loads of a load case as inputs of a simulation: functions of time, and formulas over the measured state.
+//! Loads of a load case as inputs of a simulation: functions of time, and formulas of the measured state.
 
 use crate::error::Error;
 use stiction_core::dynamics::AppliedLoad;
@@ -14,13 +14,13 @@ pub(super) struct ActingLoads<'a> {
 }
 
 impl ActingLoads<'_> {
-    /// The load of a formula, for messages.
+    /// Describes the load of a formula, for messages.
     fn name(&self, law: &LoadLaw) -> String {
         format!("the load on `{}`", self.mechanism.bodies()[law.body.0].name)
     }
 
-    /// Appends the loads; `sides` are those of the formulas' switching functions. A formula without a value
-    /// appends a load of zero.
+    /// Appends the loads to a list; `sides` are those of the switching functions of the formulas. A formula without a
+    /// value appends a load of zero.
     ///
     /// # Errors
     /// [`Error::NoLoad`] for the first formula without a value.
@@ -44,7 +44,7 @@ impl ActingLoads<'_> {
         found
     }
 
-    /// Appends the values of the formulas' switching functions.
+    /// Appends the values of the switching functions of all formulas.
     pub(super) fn switches(&self, view: &View<'_>, mut sides: &[bool], values: &mut Vec<f64>) {
         for law in &self.load.laws {
             let (own, rest) = sides.split_at(law.law.switches().min(sides.len()));
@@ -53,7 +53,7 @@ impl ActingLoads<'_> {
         }
     }
 
-    /// Description of a switching function in messages, by its place among those of the loads.
+    /// Describes a switching function in messages; `place` is its index among those of the loads.
     pub(super) fn switch_name(&self, mut place: usize) -> Option<String> {
         for law in &self.load.laws {
             if place < law.law.switches() {
@@ -64,13 +64,13 @@ impl ActingLoads<'_> {
         None
     }
 
-    /// True if the loads do not depend on time.
+    /// Returns whether the loads do not depend on time explicitly.
     pub(super) fn are_steady(&self) -> bool {
         let has_time = self.load.laws.iter().any(|law| law.law.has_time());
         !has_time && self.load.signals().all(|signal| signal.is_constant())
     }
 
-    /// Time, s, up to which a few samples from `time` on resolve the loads.
+    /// Time, s, until which a few samples from `time` on resolve the loads.
     pub(super) fn seen_until(&self, time: f64) -> f64 {
         let laws = self.load.laws.iter().map(|law| law.law.resolved_until(time));
         let signals = self.load.signals().map(|signal| signal.resolved_until(time));

@@ -1,4 +1,4 @@
-//! Forward dynamics: motion of a mechanism from an initial state.
+//! Simulation (forward dynamics): motion of a mechanism from an initial state.
 
 mod acting_inputs;
 mod animation;

@@ -1,7 +1,7 @@
 //! Motors of the drive trains in a simulation.
 //!
-//! The effort of an actuator with a drive train is the torque of its motor times the transmission: rotor,
-//! friction of the motor and loss of the gear are part of the mechanism that it moves.
+//! The effort of an actuator with a drive train is the torque of its motor times the transmission: the rotor, the
+//! friction of the motor and the loss of the gear belong to the mechanism on which this effort acts.
 
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::mechanism::{DriveTrain, Mechanism, MotorMap};
@@ -18,7 +18,7 @@ impl Motors {
         Self { trains: trains.zip(mechanism.motor_maps()).collect() }
     }
 
-    /// Columns of the motors.
+    /// Names of the columns of all motors.
     pub(super) fn columns(&self) -> impl Iterator<Item = String> + '_ {
         self.trains.iter().flat_map(|(train, _)| {
             let name = &train.name;
@@ -29,12 +29,12 @@ impl Motors {
         })
     }
 
-    /// Drive trains.
+    /// Drive trains of the mechanism.
     pub(super) fn trains(&self) -> impl Iterator<Item = &DriveTrain> {
         self.trains.iter().map(|(train, _)| train)
     }
 
-    /// Torque, N m, and speed, rad/s, of each motor in its columns.
+    /// Reads torque, N m, and speed, rad/s, of each motor from its columns in `row`.
     pub(super) fn read<'r>(
         &self,
         row: &'r [f64],
@@ -47,7 +47,7 @@ impl Motors {
         })
     }
 
-    /// Writes the row of the motors; `rate` is that of an actuator, m/s or rad/s.
+    /// Writes the columns of all motors; `rate` returns the rate of an actuator, m/s or rad/s.
     pub(super) fn write(&self, efforts: &[f64], rate: impl Fn(usize) -> f64, row: &mut Vec<f64>) {
         for (train, map) in &self.trains {
             let n = train.transmission();
@@ -57,8 +57,8 @@ impl Motors {
         }
     }
 
-    /// Adds to the efforts that joints need for a motion what their motors need in addition: to accelerate
-    /// their rotors and, if `friction`, to overcome their friction and that of their gears.
+    /// Adds to the efforts that a motion requires at the joints those that the motors require in addition: to
+    /// accelerate their rotors and, if `friction` is true, to overcome the friction of motors and gears.
     pub(super) fn add(
         &self,
         efforts: &mut [f64],
@@ -86,7 +86,8 @@ impl Motors {
         }
     }
 
-    /// Widens efforts that hold joints at rest by the friction of their motors and the losses of their gears.
+    /// Widens the ranges of efforts that hold joints at rest, by the friction of the motors and the losses of the
+    /// gears.
     pub(super) fn widen(&self, low: &mut [f64], high: &mut [f64]) {
         let joints: Vec<(f64, f64)> = low.iter().copied().zip(high.iter().copied()).collect();
         for (train, map) in &self.trains {

@@ -4,12 +4,12 @@ use super::checkpoint::RunCheckpoint;
 use crate::error::Error;
 use stiction_core::forward::Event;
 
-/// End of a simulation.
+/// Reason why a simulation ended.
 #[derive(Debug)]
 pub enum Ending {
     /// The simulation reached its end time.
     Reached,
-    /// A stop condition holds: its text.
+    /// A stop condition became true; contains its text.
     Stopped(String),
     /// The user stopped the simulation.
     Interrupted,
@@ -20,29 +20,27 @@ pub enum Ending {
 /// Result of a whole simulation.
 #[derive(Debug)]
 pub struct Outcome {
-    /// End of the simulation.
+    /// Reason why the simulation ended.
     pub ending: Ending,
-    /// Number of samples.
+    /// Number of samples of the results.
     pub samples: usize,
     /// Events in the order of time.
     pub events: Vec<Event>,
     /// Time of the last sample, s.
     pub last: f64,
-    /// Greatest number of redundant constraints at any sample, sticking friction interfaces
-    /// included.
+    /// Largest number of redundant constraints at any sample, including constraints by sticking interfaces.
     pub redundant: usize,
-    /// Greatest number of undetermined efforts of prescribed or locked actuators at any sample.
+    /// Largest number of statically indeterminate efforts of prescribed or locked actuators at any sample.
     pub open_drives: usize,
-    /// Number of evaluations of the accelerations.
+    /// Number of evaluations of the accelerations during the simulation.
     pub evaluations: usize,
-    /// Largest relative error of a step near a singular position, if above the tolerance; else
-    /// zero.
+    /// Largest relative error of a step near a singular position, if it is above the tolerance; zero otherwise.
     pub coarsest: f64,
     /// Checkpoint at the last sample, if the user stopped the simulation.
     pub checkpoint: Option<RunCheckpoint>,
     /// True if the actuators determine the motion, so that inverse dynamics can recompute it.
     pub invertible: bool,
-    /// True if prescribed or locked actuators changed the rates at the start.
+    /// True if prescribed or locked actuators changed the requested rates at the start.
     pub rates_changed: bool,
     /// Notes on the initial configuration.
     pub assembly_notes: Vec<String>,

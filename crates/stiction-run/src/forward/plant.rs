@@ -1,4 +1,4 @@
-//! A simulation that a caller drives step by step: a plant whose inputs are held between the caller's steps.
+//! Plant: a simulation that a caller advances step by step, with constant inputs between the steps.
 
 use super::job::Job;
 use super::load_laws::ActingLoads;
@@ -16,19 +16,19 @@ use stiction_core::mechanism::{Body, BodyId};
 use stiction_core::spatial::Pose;
 use stiction_format::LoadCase;
 
-/// Model of a plant: a mechanism with its loads, without actuator efforts. Immutable.
+/// Model of a plant: a mechanism with its loads, whose actuator efforts the caller gives. Immutable.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    /// Model for each set of payloads that is carried.
+    /// Model for each set of payloads that the bodies carry, in the order of time.
     stages: Vec<Forward>,
     changes: Vec<Change>,
-    /// Loads without payloads.
+    /// Load case without its payloads.
     load: LoadCase,
     settings: Settings,
     dofs: Vec<Dof>,
 }
 
-/// A part that is picked up or placed at a time, s.
+/// Part that a body picks up or places at a time, s.
 #[derive(Clone, Debug)]
 struct Change {
     time: f64,
@@ -46,20 +46,20 @@ pub struct PlantState {
     pub changes: usize,
 }
 
-/// Inputs of a plant, held until the caller changes them.
+/// Inputs of a plant, which stay constant until the caller changes them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Held {
-    /// Efforts of the actuators, N or N m, in their order.
+    /// Efforts of all actuators, N or N m, in the order of the actuators.
     pub efforts: Vec<f64>,
-    /// Forces and moments on bodies, besides those of the load case.
+    /// Forces and moments on bodies in addition to those of the load case.
     pub loads: Vec<AppliedLoad<f64>>,
 }
 
-/// Positions and rates of the actuators, and poses of the bodies in the ground's frame.
+/// Position and rate of each actuator, and pose of each body in the ground's frame.
 pub type InitialMotion = (Vec<Target<f64>>, Vec<(BodyId, Pose<f64>)>);
 
 impl Plant {
-    /// Makes the plant of a job. Its controller, feed-forward efforts, conditions and end do not act.
+    /// Creates the plant of a job. It ignores the job's controller, feed-forward efforts, stop conditions and end time.
     pub fn new(job: &Job<'_>) -> Self {
         let all = job.load.payload_changes((job.from, f64::INFINITY));
         let models = job.models_between(&all);
@@ -78,11 +78,11 @@ impl Plant {
         }
     }
 
-    /// Positions and rates of the actuators at the initial state of the job, and the poses of all bodies in the
-    /// ground's frame.
+    /// Positions and rates of the actuators in the initial state of the job, and poses of all bodies in the ground's
+    /// frame.
     ///
     /// # Errors
-    /// The mechanism cannot be assembled there.
+    /// An error of the assembly if the mechanism cannot be assembled in that state.
     pub fn initial_motion(&self, job: &Job<'_>) -> Result<InitialMotion, Error> {
         let forward = &self.stages[0];
         let (state, _) = start::state(job, forward)?;
@@ -98,7 +98,8 @@ impl Plant {
         Ok((motion, poses.map(|(k, pose)| (BodyId(k), ground * pose)).collect()))
     }
 
-    /// Starts at the initial state of the job from which the plant was made, at its time, with these inputs.
+    /// Starts in the initial state of the job from which the plant was created, at the job's start time, with the given
+    /// inputs.
     ///
     /// # Errors
     /// The mechanism cannot be assembled, or has no accelerations there.
@@ -118,9 +119,9 @@ impl Plant {
         Ok(PlantState { simulation: simulation.suspend().numbers, changes: 0 })
     }
 
-    /// Advances to `until`, s, or, if `to_event`, to the end of the first step with an event that
-    /// [changes the motion](stiction_core::forward::EventKind::changes_motion). Returns the events. `before` are
-    /// the inputs up to now, `held` those from now on.
+    /// Advances to `until`, s. If `to_event` is true, ends earlier, at the first step with an event that [changes the
+    /// motion](stiction_core::forward::EventKind::changes_motion). `before` are the inputs until now and `held` those
+    /// from now on. Returns the events.
     ///
     /// # Errors
     /// The simulation cannot continue; the state is then unchanged.
@@ -171,8 +172,8 @@ impl Plant {
         Ok(events)
     }
 
-    /// Continues from the state of another plant of the same mechanism with other friction coefficients or
-    /// masses.
+    /// Changes friction coefficients or masses: continues with the state of another plant of the same mechanism, in the
+    /// present plant's model.
     ///
     /// # Errors
     /// The mechanism has no accelerations with these numbers; the state is then unchanged.
@@ -193,10 +194,10 @@ impl Plant {
         Ok(events)
     }
 
-    /// Shows a state, for example one that was saved.
+    /// Passes the results in a state to `receive`, for example in a saved state.
     ///
     /// # Errors
-    /// The numbers are no state of this plant.
+    /// [`Error::Checkpoint`] if the state does not belong to this plant.
     pub fn restore(
         &self,
         state: &PlantState,
@@ -250,7 +251,7 @@ impl Plant {
     }
 }
 
-/// Inputs of a simulation that are held up to a time, s, and the loads of the load case.
+/// Inputs of a simulation: efforts and loads that stay constant until a time, s, and the loads of the load case.
 struct HeldInputs<'a> {
     loads: ActingLoads<'a>,
     held: &'a Held,
@@ -260,7 +261,8 @@ struct HeldInputs<'a> {
 }
 
 impl HeldInputs<'_> {
-    /// Result of a computation with these inputs: an error of the inputs is the cause of others.
+    /// Converts the result of a computation with these inputs. If the inputs had an error, it replaces the error of the
+    /// computation, which it caused.
     fn outcome<T>(
         &mut self,
         result: Result<T, stiction_core::forward::ForwardError>,

@@ -1,28 +1,26 @@
-//! Poles of signals.
+//! Poles of signals: instants at which a signal changes its sign through infinity.
 
 use stiction_format::Signal;
 
-/// Number of instants examined: a prime, because poles often lie at simple fractions of the
-/// interval.
-const LOOKS: usize = 4099;
-/// Growth over the last bisections above which a change of sign is a pole instead of a zero or a
-/// jump; values at a pole grow by a factor of about a million.
+/// Number of intervals that are examined: a prime number, because poles often lie at simple fractions of the duration.
+const INTERVALS: usize = 4099;
+/// Growth of the values over the last bisections above which a change of sign is a pole, not a zero or a jump. Values
+/// at a pole grow by a factor of about a million.
 const GROWTH: f64 = 1e3;
-/// Width of the interval beside a pole, in units of the spacing of floating-point numbers,
-/// within which the growth of a signal is measured. A signal without a pole hardly changes over
-/// this width.
+/// Width of the interval next to a change of sign over which the growth is measured, in units of the spacing of
+/// floating-point numbers. A signal without a pole hardly changes over this width.
 const NEAR: f64 = 1048576.0;
 
-/// First instant between `from` and `until` at which a signal changes sign through infinity, s.
-/// Does not detect poles without a change of sign.
+/// Finds the first instant between `from` and `until`, s, at which a signal changes its sign through infinity. Does not
+/// detect poles without a change of sign.
 pub fn pole(signal: &Signal, from: f64, until: f64) -> Option<f64> {
     if signal.is_constant() {
         return None;
     }
     let value = |t: f64| signal.at(t).value;
-    let at = |k: usize| from + (until - from) * (k as f64 / LOOKS as f64);
+    let at = |k: usize| from + (until - from) * (k as f64 / INTERVALS as f64);
     let mut left = (from, value(from));
-    for k in 1..=LOOKS {
+    for k in 1..=INTERVALS {
         let right = (at(k), value(at(k)));
         if left.1 * right.1 < 0.0
             && let Some(found) = between(&value, left, right)
@@ -34,7 +32,8 @@ pub fn pole(signal: &Signal, from: f64, until: f64) -> Option<f64> {
     None
 }
 
-/// Bisects towards the change of sign: values vanish at a zero, stay at a jump and grow at a pole.
+/// Bisects towards a change of sign and decides its kind: values vanish at a zero, stay finite at a jump, and grow at a
+/// pole. Returns the instant of a pole, s.
 fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> Option<f64> {
     let least = |low: (f64, f64), high: (f64, f64)| low.1.abs().min(high.1.abs());
     let (mut low, mut high) = (left, right);

@@ -1,4 +1,4 @@
-//! Reference motions of actuators, given by signals of their own or by the motion of the whole
+//! Reference motions of actuators. A signal of the actuator itself gives the reference, or else the motion of the whole
 //! mechanism.
 
 use super::guide::Guide;
@@ -27,8 +27,8 @@ struct Reference<'a> {
     last: (Target<f64>, f64),
 }
 
-/// Signal of the motion for an actuator, if it has one.
-pub(super) fn own_course<'a>(
+/// Finds the signal of an actuator's coordinate in the motion, if the motion prescribes this coordinate.
+pub(super) fn own_signal<'a>(
     job: &Job<'a>,
     forward: &Forward,
     actuator: usize,
@@ -45,8 +45,9 @@ impl<'a> References<'a> {
         self.guide.is_some()
     }
 
-    /// Creates the references before the first sample; `starts` are the actuators' start positions.
-    /// The motion of the whole mechanism is followed only if an actuator has no signal of its own.
+    /// Creates the references before the first sample; `starts` are the start positions of the actuators, rad or m. The
+    /// motion of the whole mechanism is followed only if an actuator without a signal or a feed-forward effort needs
+    /// it.
     pub(super) fn new(job: &Job<'a>, forward: &Forward, starts: &[f64]) -> Result<Self, Error> {
         let mechanism = forward.mechanism();
         let mut followers = Vec::new();
@@ -57,7 +58,7 @@ impl<'a> References<'a> {
                 followers.push(Reference {
                     actuator,
                     turns: !own.translates(),
-                    signal: own_course(job, forward, actuator),
+                    signal: own_signal(job, forward, actuator),
                     last: (start, job.from),
                 });
             }
@@ -71,7 +72,7 @@ impl<'a> References<'a> {
         Ok(Self { followers, guide, now: vec![zero; starts.len()] })
     }
 
-    /// Reference motions of all actuators at an instant; zeros for those that follow none.
+    /// Reference motions of all actuators at a time, s; zeros for actuators that follow no motion.
     pub(super) fn at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
         let own: Vec<Option<Target<f64>>> =
             self.followers.iter().map(|follower| follower.own(time)).collect::<Result<_, _>>()?;
@@ -86,12 +87,13 @@ impl<'a> References<'a> {
         Ok(&self.now)
     }
 
-    /// Solver of the whole motion at the last requested instant, if one is needed.
+    /// Inverse dynamics along the motion at the last requested instant, if any actuator or effort needs it.
     pub(super) fn guide(&mut self) -> Option<&mut Guide<'a>> {
         self.guide.as_mut()
     }
 
-    /// Appends the last references of all actuators and the position of the whole motion.
+    /// Appends the last reference of each actuator, and the position of the motion of the whole mechanism, to
+    /// `numbers`.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         for follower in &self.followers {
             let (last, time) = follower.last;
@@ -124,8 +126,7 @@ impl Reference<'_> {
         Ok(Some(signal.at(time)))
     }
 
-    /// Returns, among angles that differ by full turns, the one closest to the last angle
-    /// extrapolated with the mean rate.
+    /// Adds full turns to an angle, so that it is closest to the last angle extrapolated with the mean rate.
     fn count_on(&mut self, mut now: Target<f64>, time: f64) -> Target<f64> {
         let (last, before) = self.last;
         if self.turns {

@@ -1,4 +1,4 @@
-//! Rows of the tables of a simulation.
+//! Columns and rows of the tables of a simulation.
 
 use super::job::Job;
 use super::motors::Motors;
@@ -24,17 +24,17 @@ pub(super) struct Layout {
     /// True for each friction interface that slides along one direction, so that speed and friction
     /// have a sign.
     pub(crate) signed: Vec<bool>,
-    /// Index of each actuator's degree of freedom.
+    /// Index of each actuator's degree of freedom among all scalar degrees of freedom of joints.
     pub(crate) dof_of_actuator: Vec<usize>,
     pub(super) motors: Motors,
     bodies: Vec<String>,
-    /// Quantities with a range that are no coordinates, with their names and SI units.
+    /// Quantities that have a range but are no joint coordinates, with their names and SI units.
     pub(super) measured: Vec<(Measured, String, &'static str)>,
-    /// Stop conditions as written.
+    /// Stop conditions, as the user wrote them.
     pub(crate) stops: Vec<String>,
 }
 
-/// Rows of one sample, without the time.
+/// Rows of all tables for one sample, without the time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
     /// Time, s.
@@ -51,7 +51,7 @@ pub struct Rows {
     pub energy: Vec<f64>,
 }
 
-/// Columns of each friction interface.
+/// Names of the columns of a friction interface.
 const INTERFACE: [&str; 6] =
     ["speed [m/s]", "load [N]", "friction [N]", "limit [N]", "power [W]", "sticks"];
 
@@ -92,7 +92,7 @@ impl Layout {
         }
     }
 
-    /// Headers of the tables, in the order of [`Tables::FILES`](super::Tables::FILES).
+    /// Headers of all tables, in the order of [`Tables::FILES`](super::Tables::FILES).
     pub(crate) fn headers(&self) -> [Vec<String>; 6] {
         let mut forward = Vec::new();
         for dof in &self.dofs {
@@ -143,34 +143,33 @@ impl Layout {
         self.dofs[..dof].iter().map(width).sum()
     }
 
-    /// Columns of the motors in a row of `forward.csv`.
+    /// The columns of the motors in a row of `forward.csv`.
     pub(super) fn motors_in<'r>(&self, row: &'r [f64]) -> &'r [f64] {
         let begin = self.place(self.dofs.len()).min(row.len());
         &row[begin..]
     }
 
-    /// Position, rate and acceleration of a degree of freedom in a row of `forward.csv`.
+    /// The columns of position, rate and acceleration of a degree of freedom in a row of `forward.csv`.
     pub(crate) fn motion_in<'r>(&self, row: &'r [f64], dof: usize) -> &'r [f64] {
         let at = self.place(dof);
         &row[at..at + 3]
     }
 
-    /// Quantity with a range in a row of `forward.csv`, rad or m; NaN for one that is not there.
+    /// Value of a quantity with a range in a row of `forward.csv`, rad or m; NaN if the table does not contain it.
     pub(crate) fn measured_in(&self, row: &[f64], of: Measured) -> f64 {
         let place = self.measured.iter().position(|(known, ..)| *known == of);
         let first = row.len() - 1 - self.measured.len();
         place.and_then(|place| row.get(first + place)).copied().unwrap_or(f64::NAN)
     }
 
-    /// Effort of an actuator and its reference position in a row of `forward.csv`.
+    /// Effort and reference position of an actuator in a row of `forward.csv`.
     pub(crate) fn drive_in(&self, row: &[f64], actuator: usize) -> (f64, Option<f64>) {
         let at = self.place(self.dof_of_actuator[actuator]) + 3;
         (row[at], self.reference[actuator].then(|| row[at + 1]))
     }
 }
 
-/// Speed and friction of an interface: signed if it slides along one direction, otherwise
-/// magnitudes.
+/// Speed and friction of an interface: with a sign if it slides along one direction, otherwise their magnitudes.
 fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     match signed {
@@ -179,13 +178,13 @@ fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     }
 }
 
-/// Sink of samples, in the order of time, that hands their rows to other sinks.
+/// Converter of samples to rows, which it passes on to another sink in the order of time.
 #[derive(Clone, Debug)]
 pub struct Recorder<S> {
     layout: Layout,
     bodies: BodyRow,
     rows: Rows,
-    /// Receiver of the rows: tables, a summary, curves.
+    /// Receiver of the rows: tables, a summary or curves.
     pub sink: S,
 }
 
@@ -196,16 +195,16 @@ impl<S: Sink<Rows>> Recorder<S> {
         Self { layout: Layout::new(job), bodies, rows: Rows::default(), sink }
     }
 
-    /// Rows of the last sample.
+    /// Rows of the sample received last.
     pub fn last(&self) -> &Rows {
         &self.rows
     }
 
-    /// Reads the rows of the tables of an interrupted simulation, in the order of
-    /// [`Tables::FILES`](super::Tables::FILES), and hands them on before those of further samples.
+    /// Reads `count` rows from the tables of an interrupted simulation, in the order of
+    /// [`Tables::FILES`](super::Tables::FILES), and passes them to the sink before any further samples.
     ///
     /// # Errors
-    /// The tables do not have `count` rows of this simulation; or the error of the sink.
+    /// An error if the tables do not contain `count` rows of this simulation, or the error of the sink.
     pub fn read(&mut self, files: [&mut dyn io::Read; 6], count: usize) -> Result<(), SinkError> {
         let mut readers = Vec::new();
         for (file, header) in files.into_iter().zip(self.layout.headers()) {

@@ -1,4 +1,4 @@
-//! Run of a simulation.
+//! Execution of a simulation.
 
 use super::acting_inputs::{Acting, prescribed};
 use super::checkpoint::{Figures, RunCheckpoint};
@@ -13,11 +13,11 @@ use crate::{Instants, InstantsError};
 use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
 use stiction_format::{LoadCase, Payload, Signal};
 
-/// Relative change of the rates at the start that projection and rounding explain.
+/// Relative change of the rates at the start that counts as rounding of the projection.
 const CHANGED: f64 = 1e-6;
 
 impl Job<'_> {
-    /// Sample times; the last is [`Self::until`], even if the step does not divide the duration.
+    /// Sample times of the results; the last one is [`Self::until`], even if the step does not divide the duration.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -25,12 +25,12 @@ impl Job<'_> {
         Instants::up_to(self.from, self.until, self.step)
     }
 
-    /// Runs the simulation. Passes each sample to `receive`, with a function that creates a
-    /// checkpoint after it. Polls `stopped` for the user's request to stop. With `checkpoint` the
-    /// simulation resumes after the last sample of that checkpoint.
+    /// Runs the simulation. Passes each sample to `receive`, with a function that creates a checkpoint after the
+    /// sample. Calls `stopped` regularly and ends if it returns true. With `checkpoint`, the simulation resumes after
+    /// the last sample of that checkpoint.
     ///
     /// # Errors
-    /// The simulation fails before its first sample. Later failures are in [`Outcome::ending`].
+    /// An error if the simulation fails before its first sample. [`Outcome::ending`] contains later failures.
     pub fn run(
         &self,
         mut receive: impl FnMut(&Sample<'_>, &dyn Fn() -> RunCheckpoint) -> Result<(), SinkError>,
@@ -226,8 +226,8 @@ impl Job<'_> {
         check_finite(drives.chain(self.load.signals()), time)
     }
 
-    /// Finds the cause of an error: an unreadable recording or a signal without a value; else
-    /// returns the error.
+    /// Finds the cause of an error: an unreadable recording, or a signal without a value. Returns the error itself if
+    /// neither is the cause.
     fn explain(&self, error: Error, time: f64) -> Error {
         let motion = self.motion.iter().flat_map(|motion| motion.signals());
         let fault = check_finite(motion, time).and_then(|()| self.check(time));

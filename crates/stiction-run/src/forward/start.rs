@@ -7,7 +7,7 @@ use stiction_core::kinematics::{AssemblyError, Coordinate, State, Target};
 use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
 
-/// Initial coordinates and rates of the spanning tree, and notes on the assembly.
+/// Computes the initial coordinates and rates of the spanning tree, and notes on the assembly.
 pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<(State<f64>, Vec<String>), Error> {
     let (motion, moves) = match job.start {
         Start::Moving => (job.motion, true),
@@ -51,8 +51,8 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<(State<f64>, Vec
     Ok((state, Vec::new()))
 }
 
-/// Converts rates of a rotation vector `v` to the angular velocity `omega = (1 + (1 - cos a)/a^2
-/// [v] + (a - sin a)/a^3 [v]^2) dv/dt` with `a = |v|`.
+/// Converts the rates of a rotation vector `v` to an angular velocity: `omega = (1 + (1 - cos a)/a^2 [v] + (a - sin
+/// a)/a^3 [v]^2) dv/dt` with `a = |v|`, where `[v]` is the cross-product matrix.
 fn angular(mut known: Vec<Known>) -> Vec<Known> {
     let place = |known: &[Known], of: BodyId, axis: usize| {
         let is = |k: &Known| k.coordinate == Coordinate::RotationVector { body: of, axis };

@@ -12,7 +12,7 @@ use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
 use stiction_core::forward::{Event, EventKind, Settings};
 
-/// Collects the summary of a simulation, row by row.
+/// Collector of the summary of a simulation, row by row.
 #[derive(Clone, Debug)]
 pub struct Summary {
     pub(super) layout: Layout,
@@ -20,38 +20,38 @@ pub struct Summary {
     pub(super) last: Rows,
     pub(super) samples: usize,
     pub(super) drives: Vec<Size>,
-    /// Tracking errors of the actuators.
+    /// Tracking error of each actuator.
     pub(super) errors: Vec<Size>,
-    /// Motors of the drive trains.
+    /// Motor of each drive train.
     pub(super) motors: Vec<MotorLoad>,
     pub(super) reactions: Reactions,
-    /// Effort of each gearing, and whether it is determined in all samples.
+    /// Effort of each gearing, and true if statics determines it in all samples.
     pub(super) gearings: Vec<(Size, bool)>,
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
-    /// Magnitudes of the energies whose difference is the energy error.
+    /// Magnitudes of the energies of whose difference the energy error consists; they set the scale of rounding.
     energies: Size,
     ranges: Ranges,
 }
 
-/// Limits of the relative energy error as multiples of the step tolerance. In event-driven
-/// integration the errors of thousands of events accumulate, and singular poses amplify rounding.
-/// Time stepping is of first order; its error grows with the root of its tolerance.
+/// Largest relative energy error, as a multiple of the tolerance of a step. In event-driven integration the errors of
+/// thousands of events accumulate, and singular positions amplify rounding. Time stepping is of first order, so its
+/// energy error grows with the square root of its tolerance.
 const LOST: f64 = 1e5;
 const LOST_IN_STEPS: f64 = 3e4;
 
-/// Sticking time and stick onsets of a friction interface.
+/// Sticking time and number of stick onsets of a friction interface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sticking {
-    /// Total time, s.
+    /// Total time during which the interface sticks, s.
     pub(super) time: f64,
     /// Number of stick onsets.
     pub(super) stops: usize,
 }
 
 impl Summary {
-    /// Empty summary.
+    /// Creates the summary of a job before its first sample.
     pub fn new(job: &Job<'_>) -> Self {
         let layout = Layout::new(job);
         let (drives, joints, interfaces) =
@@ -75,7 +75,7 @@ impl Summary {
         }
     }
 
-    /// Sticking of each friction interface up to the last sample.
+    /// Sticking of each friction interface until the last sample.
     pub(super) fn sticking(&self, events: &[Event]) -> Vec<Sticking> {
         let Some(first) = &self.first else { return Vec::new() };
         let mut since: Vec<Option<f64>> = first
@@ -135,7 +135,7 @@ impl Summary {
         }
     }
 
-    /// Content of `summary.json`.
+    /// Returns the content of `summary.json`.
     pub fn json(&self, job: &Job<'_>, outcome: &Outcome) -> Value {
         let names = &self.layout.names;
         let account = self.account();
@@ -261,19 +261,19 @@ impl Summary {
         value
     }
 
-    /// Energies below this are rounding errors, J.
+    /// Energy below which values are rounding errors, J.
     pub(super) fn rounding(&self) -> f64 {
         1e-13 * self.energies.peak.abs()
     }
 
-    /// Relative error of the energy balance; `None` without exchanged energy.
+    /// Relative error of the energy balance; `None` if no energy is exchanged.
     pub(super) fn energy_error_relative(&self) -> Option<f64> {
         let turnover = self.account().turnover;
         (turnover > self.rounding()).then(|| self.energy_error.peak.abs() / turnover)
     }
 
-    /// Relative error of the energy balance if it exceeds the error expected from the method's
-    /// tolerance; the results are then unreliable.
+    /// Relative error of the energy balance if it exceeds the error that the tolerance of the method explains; the
+    /// results are then unreliable. `None` otherwise.
     pub fn energy_lost(&self, settings: &Settings, events: &[Event]) -> Option<f64> {
         let [_, in_steps] = methods(events, self.span());
         let most = match in_steps > 0.0 {
@@ -285,7 +285,7 @@ impl Summary {
         self.energy_error_relative().filter(|part| *part > most && matters)
     }
 
-    /// Other possible motions of a non-unique event, as JSON.
+    /// Other possible motions at an event that reports that the solution is not unique, as JSON.
     fn others(&self, event: &Event) -> Option<Value> {
         let EventKind::NotUnique { joint, coupling, others } = &event.kind else { return None };
         let names = &self.layout.names;
@@ -303,7 +303,7 @@ impl Summary {
         }))
     }
 
-    /// All events in words, in the order of time, with those of the ranges of joints.
+    /// Describes all events in the order of time, including excursions of joints beyond their ranges.
     pub(super) fn described(&self, events: &[Event]) -> Vec<DescribedEvent> {
         let mut described = describe_all(&self.layout, self.at_rest_first(), events);
         if self.ranges.all.is_empty() {
@@ -327,14 +327,14 @@ impl Summary {
         described
     }
 
-    /// Doubts about the motion, and ranges of joints that the simulation leaves.
+    /// Lists doubts about the recorded motion, and excursions of joints beyond their ranges.
     pub(super) fn cautions(&self, job: &Job<'_>) -> Vec<String> {
         let trains = self.layout.motors.trains().zip(&self.motors);
         let motors = trains.flat_map(|(train, load)| load.cautions(train));
         job.cautions().into_iter().chain(self.ranges.cautions()).chain(motors).collect()
     }
 
-    /// Number of events of each kind.
+    /// Counts the events of each kind.
     fn count_events(&self, events: &[Event]) -> Value {
         let described = self.described(events);
         let kinds = [
@@ -410,7 +410,7 @@ pub(super) struct Account<'a> {
     pub(super) drives: &'a [f64],
     pub(super) loads: f64,
     pub(super) dampers: f64,
-    /// Energy that payloads brought, and that was lost in impacts with them, if any changed.
+    /// Energy that payloads bring, and energy that is lost in impacts with them, J; `None` if no payload changes.
     pub(super) payloads: Option<(f64, f64)>,
     pub(super) interfaces: &'a [f64],
     pub(super) turnover: f64,

@@ -9,7 +9,7 @@ use crate::{Sink, SinkError, table};
 use std::io;
 use stiction_core::forward::Event;
 
-/// Writes the tables of a simulation, one row for each sample.
+/// Writer of the tables of a simulation, one row for each sample.
 pub struct Tables<W: io::Write> {
     tables: table::Tables<W>,
     layout: Layout,
@@ -20,7 +20,7 @@ impl<W: io::Write> Tables<W> {
     pub const FILES: [&'static str; 6] =
         ["forward.csv", "reactions.csv", "friction.csv", "bodies.csv", "energy.csv", "motion.csv"];
 
-    /// Starts the tables with their headers.
+    /// Starts the tables with their headers; `files` are in the order of [`Self::FILES`].
     ///
     /// # Errors
     /// A header cannot be written.
@@ -29,7 +29,7 @@ impl<W: io::Write> Tables<W> {
         Ok(Self { tables: table::Tables::new(layout.headers(), files)?, layout })
     }
 
-    /// Continues tables that already have headers and rows.
+    /// Continues tables that already contain their headers and rows.
     pub fn onward(job: &Job<'_>, files: [W; 6]) -> Self {
         Self { tables: table::Tables::continued(files), layout: Layout::new(job) }
     }
@@ -51,14 +51,14 @@ impl<W: io::Write> Tables<W> {
     }
 }
 
-/// Keeps the tables of a simulation in memory, with the numbers of [`Tables`].
+/// Collector of the tables of a simulation in memory, with the same numbers as [`Tables`].
 pub struct Columns {
     tables: Vec<Table>,
     layout: Layout,
 }
 
 impl Columns {
-    /// Starts the tables of a job.
+    /// Creates the tables of a job without rows.
     pub fn new(job: &Job<'_>) -> Self {
         let layout = Layout::new(job);
         Self { tables: Table::all(Tables::<Vec<u8>>::FILES, layout.headers()), layout }
@@ -70,7 +70,7 @@ impl Columns {
     }
 }
 
-/// Rows of all tables for one sample.
+/// Passes the rows of all tables for one sample to `write`.
 fn each_row<R>(layout: &Layout, rows: &Rows, write: impl FnOnce([&[f64]; 6]) -> R) -> R {
     let actuated = layout.dof_of_actuator.iter();
     let motion = actuated.flat_map(|&dof| layout.motion_in(&rows.forward, dof)).copied();
@@ -101,7 +101,7 @@ impl Sink<Rows> for Columns {
 pub struct EventRow {
     /// Time, s.
     pub time: f64,
-    /// Kind of event, one word.
+    /// Kind of event, as a keyword.
     pub event: &'static str,
     /// Friction interface, joint or condition; empty if the event concerns the whole mechanism.
     pub at: String,
@@ -116,7 +116,7 @@ pub fn event_rows(summary: &Summary, events: &[Event]) -> Vec<EventRow> {
         .collect()
 }
 
-/// Writes `events.csv`, one row for each event.
+/// Writes `events.csv`, with one row for each event.
 ///
 /// # Errors
 /// The file cannot be written.

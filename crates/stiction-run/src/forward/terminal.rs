@@ -1,4 +1,4 @@
-//! Summary of a simulation for the terminal.
+//! Summary of a simulation as text for the terminal.
 
 use super::events::{DescribedEvent, methods};
 use super::job::{Job, Start};
@@ -11,13 +11,13 @@ use stiction_draw::numbers::{number, order, percent};
 
 /// Largest number of friction interfaces and events listed.
 const LISTED: usize = 6;
-/// Relative error of a step above which the summary has a caution.
+/// Relative error of a step above which the summary contains a caution.
 pub(super) const COARSE: f64 = 1e-8;
 
-/// Writes the summary as plain text.
+/// Writes the summary as text.
 ///
 /// # Errors
-/// The receiver fails.
+/// Fails if the receiver of the text fails.
 pub fn write_summary(
     out: &mut impl Write,
     job: &Job<'_>,
@@ -163,7 +163,7 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     writeln!(out)
 }
 
-/// Formats a position or rate in SI units; rounding errors relative to 1 m or 1 rad become zero.
+/// Formats a position or rate in SI units; values that are rounding errors compared with 1 m or 1 rad become zero.
 fn settled(x: f64) -> String {
     if x.abs() < 1e-14 { "0".to_owned() } else { number(x) }
 }
@@ -270,7 +270,7 @@ fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     }
 }
 
-/// Writes the integration methods used.
+/// Writes the integration schemes that were used.
 fn write_method(out: &mut impl Write, summary: &Summary, outcome: &Outcome) -> fmt::Result {
     match methods(&outcome.events, summary.span()) {
         [_, 0.0] => writeln!(out, "method: event-driven"),
@@ -334,7 +334,7 @@ fn write_verdicts(
     if let Some(event) = described.iter().find(|event| event.what == "singular") {
         writeln!(
             out,
-            "it passes singular positions {}, first at t = {} s: branches of motion meet there, and the motion \
+            "the motion passes singular positions {}, first at t = {} s: branches of motion meet there, and the motion \
              continues smoothly",
             times(singular),
             number(event.time)
@@ -343,8 +343,8 @@ fn write_verdicts(
     if outcome.coarsest > COARSE {
         writeln!(
             out,
-            "CAUTION: near a singular position rounding allows steps of a relative error of {:.0e} only; the \
-             motion after it is that uncertain, or more",
+            "CAUTION: near a singular position rounding leaves a relative error of {:.0e} in each step; the \
+             motion after it is at least as uncertain",
             outcome.coarsest
         )?;
     }

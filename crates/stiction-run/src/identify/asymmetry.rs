@@ -1,7 +1,7 @@
-//! Asymmetry: differences of efforts between the two directions of motion.
+//! Asymmetry: difference of an actuator's efforts between the two directions of motion.
 //!
-//! Weight, friction that depends on the load, and friction that depends on the direction make a drive need
-//! more effort in one direction than in the other.
+//! Weight, load-dependent friction and direction-dependent friction make an actuator need more effort in one direction
+//! than in the other.
 
 use super::prepare::Prepared;
 use nalgebra::{DMatrix, DVector};
@@ -13,21 +13,22 @@ use stiction_identify::{Block, Kind, Options, Parameter, Problem, Rows};
 pub struct Asymmetry {
     /// Name of the actuator.
     pub actuator: String,
-    /// Twice the part of the effort that does not change its sign with the direction, N or N m: effort forward
-    /// plus effort backward at the same speed.
+    /// Asymmetry, N or N m: effort of forward motion plus effort of backward motion at the same speed. It is twice the
+    /// part of the effort that keeps its sign when the direction changes.
     pub value: f64,
-    /// Standard deviation.
+    /// Standard deviation of the asymmetry, N or N m.
     pub sigma: f64,
-    /// Its part by the model without friction, N or N m.
+    /// Asymmetry of the efforts that the model without friction predicts, N or N m.
     pub frictionless: f64,
-    /// Unit.
+    /// Unit of the values, N or N m.
     pub unit: &'static str,
 }
 
-/// Least part of the rows in each direction.
+/// Smallest fraction of the rows that must move in each direction.
 const BOTH: f64 = 0.05;
 
-/// Asymmetries of the measured efforts, without the changes of weight and inertia along the motion.
+/// Asymmetries of the measured efforts; the variation of weight and inertia forces along the motion is removed by the
+/// model without friction.
 pub(super) fn of_efforts(
     all: &[Prepared],
     actuators: &[String],
@@ -53,8 +54,9 @@ pub(super) fn of_efforts(
     each.collect()
 }
 
-/// Constant part of a signal over the rows of an actuator, beside multiples of the direction and of the rate
-/// of motion, with its standard deviation; none without motion in both directions.
+/// Constant part of a signal in the rows of an actuator, with its standard deviation. It is fitted together with terms
+/// proportional to the direction and to the rate of motion. `None` if the rows do not contain motion in both
+/// directions.
 fn constant_part(
     all: &[Prepared],
     channel: usize,

@@ -11,27 +11,28 @@ pub(super) fn refuse(message: impl Into<String>, help: impl Into<String>) -> Err
     Error { message: message.into(), help: help.into() }
 }
 
-/// Coordinate that moves the mechanism, with its columns in a log: one at least.
+/// Coordinate that determines the motion of the mechanism, with its columns in a log: position, rate or both.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chosen {
     pub(super) coordinate: Coordinate,
-    /// Column of its position.
+    /// Index of the column of its position, if the log has one.
     pub(super) position: Option<usize>,
-    /// Column of its rate; used where it has no position, and in tables of steady motions.
+    /// Index of the column of its rate, if the log has one. Used if there is no position column, and in tables of
+    /// steady motions.
     pub(super) rate: Option<usize>,
-    /// Its position in the model, rad or m, where the log has none.
+    /// Position of the coordinate in the model, rad or m; used if the log has no position column.
     pub(super) home: f64,
 }
 
 impl Chosen {
-    /// Column of the position, else of the rate.
+    /// Index of the position column, or of the rate column if there is no position column.
     pub(super) fn column(&self) -> usize {
         self.position.or(self.rate).unwrap_or(0)
     }
 }
 
-/// Coordinates that move the mechanism, and their columns in the log: those of the actuators, else as many
-/// others.
+/// Chooses the coordinates that determine the motion, with their columns in the log: those of the actuators, or if the
+/// log lacks these, the same number of other coordinates.
 pub(super) fn chosen_coordinates(
     model: &ModelFile,
     log: &MeasuredLog,
@@ -89,7 +90,7 @@ pub(super) fn chosen_coordinates(
     Ok(chosen)
 }
 
-/// Coordinates of joints at the position of the model; zero for those whose position is logged.
+/// Positions of the chosen coordinates in the model, rad or m; zero for coordinates whose position is logged.
 fn homes(model: &ModelFile, log: &MeasuredLog, chosen: &[Chosen]) -> Result<Vec<f64>, Error> {
     let mechanism = &model.mechanism;
     let fail = |error: &dyn std::fmt::Display| {
@@ -122,8 +123,8 @@ fn homes(model: &ModelFile, log: &MeasuredLog, chosen: &[Chosen]) -> Result<Vec<
     each.collect()
 }
 
-/// Columns of efforts in the order of the actuators, each with its factor to the effort at the joint, and
-/// whether they are measured at motors.
+/// Chooses the columns of efforts in the order of the actuators, each with the factor that converts it to the effort at
+/// the joint. The second result is true if the efforts are measured at motors.
 pub(super) fn chosen_efforts(
     mechanism: &Mechanism,
     log: &MeasuredLog,
@@ -199,7 +200,7 @@ pub(super) fn chosen_efforts(
     Ok((found.into_iter().flatten().collect(), is_by_motors))
 }
 
-/// Assembles the mechanism at positions.
+/// Assembles the mechanism with the chosen coordinates at given positions.
 pub(super) fn assembled(
     model: &ModelFile,
     log: &MeasuredLog,

@@ -1,38 +1,39 @@
-//! Delay of efforts after positions: estimated, said, and taken back.
+//! Delay of the measured efforts relative to the positions: estimation and correction.
 
 use super::prepare::{Effect, Prepared};
 use stiction_identify::{Candidate, Estimate, Extension, Problem};
 
-/// Delay of an effort after the positions of its log.
+/// Delay of the effort of one actuator relative to the positions in the log.
 #[derive(Clone, Debug)]
 pub struct Delay {
     /// Name of the actuator.
     pub actuator: String,
-    /// Delay, s; negative if the effort comes first.
+    /// Delay, s; negative if the effort precedes the positions.
     pub value: f64,
     /// Standard deviation, s.
     pub sigma: f64,
-    /// True if the efforts have been moved back by it.
+    /// True if the efforts were shifted in time by this delay.
     pub is_corrected: bool,
 }
 
 /// Number of Gauss-Newton iterations.
 const STEPS: usize = 6;
-/// Standard deviations beyond which there is a delay.
+/// Number of standard deviations above which a delay is certain.
 pub(super) const CERTAIN: f64 = 5.0;
-/// Part of the residual squares of left-out fifths that a delay must explain.
+/// Fraction of the squared residuals that a delay must explain, when each fifth of the logs is predicted from the
+/// others.
 const EXPLAINED: f64 = 0.02;
-/// Change of a delay, in standard deviations, at which it agrees.
+/// Change of a delay, in standard deviations, below which the iteration has converged.
 const SETTLED: f64 = 0.1;
 
-/// Signal of an effect in all fitted logs; `None` if one of them cannot show it.
+/// Signal of an effect in all fitted logs; `None` if one of the logs cannot show the effect.
 pub(super) fn candidate(all: &[Prepared], channel: usize, effect: Effect) -> Option<Candidate> {
     let fits = all.iter().filter(|log| !log.predict);
     let signal: Option<Vec<_>> = fits.map(|log| log.effect(channel, effect)).collect();
     Some(Candidate { channel, signal: signal? })
 }
 
-/// Remaining delay of each effort beside those that are taken back.
+/// Estimates the remaining delay of each effort, in addition to the delays that are corrected already.
 fn remaining(
     all: &[Prepared],
     problem: &Problem<'_>,
@@ -45,9 +46,9 @@ fn remaining(
     each.collect()
 }
 
-/// Estimates the delays of all efforts beside the parameters, by the method of Gauss and Newton from those that
-/// are taken back now, and takes back those that are certain and predict left-out fifths of the logs better.
-/// `solve` fits the logs as they are. Returns the delays in the order of the actuators, with standard deviations.
+/// Estimates the delays of all efforts together with the parameters, by the Gauss-Newton method starting from the
+/// delays in `begin`. Corrects the delays that are certain and improve the prediction of left-out fifths of the logs.
+/// `solve` fits the logs with their present corrections. Returns delay and standard deviation, s, for each actuator.
 pub(super) fn take_back(
     all: &mut [Prepared],
     begin: &[[f64; 2]],
@@ -78,20 +79,20 @@ pub(super) fn take_back(
     delays
 }
 
-/// Caution on a delay that is taken back.
+/// Composes a caution on a delay that has been corrected.
 pub(super) fn words(delay: &Delay, greatest: f64) -> String {
     let Delay { actuator, value, sigma, .. } = delay;
     let (size, sigma) = (1e3 * value.abs(), 1e3 * sigma);
     if value.abs() >= 0.999 * greatest {
         return format!(
-            "the effort of {actuator} is delayed by {size:.1} ms or more against the positions, as far as the filter lets \
-             it be seen: give a lower --filter, or move the column of the log"
+            "the effort of {actuator} is delayed by at least {size:.1} ms relative to the positions, the most that this \
+             filter allows to estimate: give a lower --filter, or shift the column of the log in time"
         );
     }
     let order =
         if *value > 0.0 { "follows the positions after" } else { "precedes the positions by" };
     format!(
-        "the effort of {actuator} {order} {size:.3} +- {sigma:.3} ms: it is moved by this time; `delay = 0` in the \
-         options leaves it as it is"
+        "the effort of {actuator} {order} {size:.3} +- {sigma:.3} ms: this delay is corrected; `delay = 0` in the \
+         options prevents that"
     )
 }

@@ -1,65 +1,68 @@
-//! Effects that the residuals of a fit show: offsets, delays, curves of friction, dependence on position and load, drift.
+//! Effects that the residuals of a fit show and the model lacks: offsets, delays, other curves of friction, dependence
+//! on position and load, drift.
 //!
-//! Each effect is a column that the regression may lack. Those that are certain, that predict left-out parts of
-//! the logs better and that matter are added one after the other, each time to a new fit.
+//! Each effect is a further column of the regression. Effects that are certain, improve the prediction of left-out
+//! parts of the logs, and matter for the result are added one after the other, and the logs are fitted anew after each.
 
 use super::delay::{CERTAIN, candidate};
 use super::prepare::{EFFECTS, Effect, Prepared};
 use stiction_identify::{Block, Estimate, Extension, Kind, Options, Parameter, Problem};
 
-/// Effect that a model or its options lack.
+/// Effect that the model or the options lack.
 #[derive(Clone, Debug)]
 pub struct Missing {
     /// Name of the actuator.
     pub actuator: String,
     /// The effect in words.
     pub what: String,
-    /// Its size.
+    /// Size of the effect: the fitted coefficient, in `unit`.
     pub value: f64,
-    /// Standard deviation of its size.
+    /// Standard deviation of the size.
     pub sigma: f64,
-    /// Unit of its size.
+    /// Unit of the size.
     pub unit: &'static str,
-    /// Part of the residual squares of left-out fifths of the logs by which they decrease with it.
+    /// Fraction by which the effect reduces the squared residuals, when each fifth of the logs is predicted from the
+    /// others.
     pub gain: f64,
-    /// Parameters that it changes by more than a standard deviation, with their changes in standard deviations, the
-    /// largest first.
+    /// Parameters that the effect changes by more than a standard deviation, each with its change in standard
+    /// deviations, in decreasing order.
     pub changes: Vec<(String, f64)>,
-    /// What to write or to do.
+    /// Advice: the change of the model or options that accounts for the effect.
     pub cure: String,
 }
 
-/// Part of the residual squares of left-out fifths that an effect explains if it matters by itself.
+/// Fraction of the squared residuals of left-out fifths above which an effect matters even if it changes no parameter.
 const EXPLAINED: f64 = 0.1;
-/// Part of them that it must explain in any case.
+/// Smallest fraction of the squared residuals of left-out fifths that any effect must explain.
 const LEAST: f64 = 0.005;
-/// Change of a parameter, in standard deviations, that matters.
+/// Change of a parameter, in standard deviations, above which an effect matters.
 const CHANGED: f64 = 1.0;
-/// Standard deviations up to which an effect is doubtful in the fit with it.
+/// Size of an effect, in standard deviations of the new fit, up to which it counts as doubtful and is removed.
 const DOUBTFUL: f64 = 2.0;
-/// Parameters that a caution names.
+/// Largest number of parameters that a caution names.
 const NAMED: usize = 6;
 
-/// Fit that effects are added to.
+/// Fit to which effects are added.
 pub(super) struct Fit<'a> {
     pub(super) all: &'a [Prepared],
     pub(super) parameters: &'a [Parameter],
     pub(super) options: &'a Options,
     pub(super) estimate: &'a Estimate,
     pub(super) actuators: &'a [(String, &'static str)],
-    /// Parameters that count as identified without the effects.
+    /// True for each parameter that counts as identified in the fit without effects.
     pub(super) identified: &'a [bool],
 }
 
-/// Effects that were found, and the fit with all of them.
+/// Effects that were found, and the result of the fit with all of them.
 pub(super) struct Found {
     pub(super) missing: Vec<Missing>,
-    /// Change of each parameter by all effects together, SI units.
+    /// Change of each parameter due to all effects together, SI units.
     pub(super) changes: Vec<f64>,
 }
 
 impl Fit<'_> {
-    /// Adds the effects that the residuals show, the one that predicts left-out parts best first.
+    /// Finds the effects that the residuals show, starting with the one that improves the prediction of left-out parts
+    /// most.
     pub(super) fn missing(&self) -> Found {
         let count = self.parameters.len();
         let mut blocks: Vec<Block> =
@@ -119,7 +122,7 @@ impl Fit<'_> {
         Found { missing: each.collect(), changes }
     }
 
-    /// The effect with the greatest gain among those that are certain and matter.
+    /// Finds the effect with the largest gain among those that are certain and matter.
     fn best(
         &self,
         problem: &Problem<'_>,
@@ -156,7 +159,7 @@ impl Fit<'_> {
                 }))
     }
 
-    /// True if a parameter changes by more than a standard deviation.
+    /// Returns whether a change of parameter `k`, SI units, exceeds a standard deviation.
     pub(super) fn is_changed(&self, k: usize, change: f64) -> bool {
         change.abs() > CHANGED * self.estimate.sigmas[k] && self.estimate.sigmas[k] > 0.0
     }
@@ -179,7 +182,7 @@ impl Fit<'_> {
     }
 }
 
-/// An effect in words, and its cure.
+/// Describes an effect in words, and advises how to account for it.
 fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (String, String) {
     let term = |formula: &str| {
         format!(
@@ -198,8 +201,8 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
                 .to_owned(),
         ),
         Effect::Delay => (
-            "a delay of the effort after the positions".to_owned(),
-            "let it be estimated by `delay = \"auto\"`".to_owned(),
+            "a delay of the effort relative to the positions".to_owned(),
+            "set `delay = \"auto\"` to estimate it".to_owned(),
         ),
         Effect::SlowFriction(part) => (
             format!(
@@ -237,7 +240,7 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
 }
 
 impl Missing {
-    /// Caution on the effect.
+    /// Composes a caution on the effect.
     pub(super) fn caution(&self) -> String {
         let named = self.changes.iter().take(NAMED);
         let named: Vec<String> =
@@ -249,13 +252,13 @@ impl Missing {
         let changes = match named.is_empty() {
             true => String::new(),
             false => format!(
-                "; with all that is missing, standard deviations of change: {}{more}",
+                "; all missing effects together change, in standard deviations, {}{more}",
                 named.join(", ")
             ),
         };
         format!(
-            "{}: the residuals show {} of {:.4e} +- {:.1e} {}, with which those of left-out parts fall by {:.0} % in \
-             square: {}{changes}",
+            "{}: the residuals show {} of {:.4e} +- {:.1e} {}; it lowers the squared residuals of left-out parts by \
+             {:.0} %: {}{changes}",
             self.actuator,
             self.what,
             self.value,

@@ -1,7 +1,7 @@
-//! Identification: from measured logs to inertia and friction, with verdicts.
+//! Identification of inertia and friction from measured logs, with verdicts on the results.
 //!
-//! [`IdentifySettings`] hold what the options say, [`identify`] computes an [`Identified`], which writes the
-//! summary, the JSON object and the model file.
+//! [`IdentifySettings`] contain the options, and [`identify`] computes an [`Identified`], which writes the summary, the
+//! JSON object and the model file.
 
 mod asymmetry;
 mod chosen;
@@ -28,12 +28,12 @@ pub use traces::{EffortSample, FrictionTrace, LogTrace, Traces};
 
 use thiserror::Error;
 
-/// Reason why logs or options cannot be used.
+/// Error: logs or options that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct IdentifyError {
-    /// The mistake and its place.
+    /// Description of the mistake, with its place.
     pub message: String,
-    /// The way out, or the empty text if the message contains it.
+    /// Suggested remedy; empty if the message contains it.
     pub help: String,
 }

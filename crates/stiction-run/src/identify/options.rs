@@ -14,18 +14,18 @@ pub const TEMPLATE: &str = r#"# Options of `stiction identify`. Every key may be
 # Without it the positions suggest one.
 # filter = "10 Hz"
 
-# What is estimated: "all", "friction" or "inertia". The rest keeps its values of the model.
+# What is estimated: "all", "friction" or "inertia". All other parameters keep the values of the model.
 estimate = "all"
 
-# Strength of the pull to the model's inertias, in equivalent samples; "auto" lets left-out blocks of
-# the logs choose it.
+# Strength of the prior that pulls inertias to those of the model, in equivalent samples; "auto" chooses
+# it by left-out blocks of the logs.
 prior = "auto"
 
 # Estimate a constant error of every measured effort.
 offsets = false
 
-# Delay of the measured efforts after the positions: "auto" estimates that of each effort, says it and takes it
-# back; a time is taken back as it is.
+# Delay of the measured efforts relative to the positions: "auto" estimates, reports and corrects that of each
+# effort; a given time is corrected without estimate.
 delay = "auto"                 # or "12 ms", or 0
 
 # Parameters that keep the value of the model; * stands for any text.
@@ -34,8 +34,8 @@ hold = []                      # ["leg*.rod.i*"]
 # Groups of parameters with one common value.
 tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 
-# Columns whose header does not say what they are: the header they should have, or a table with a
-# factor and an offset in that unit; "" for a column that is not used.
+# Columns with other headers than the model needs: the header that the column should have, or a table
+# with a factor and an offset in the unit of that header; "" for a column that is not used.
 [columns]
 # q1 = "leg1.P [mm]"
 # i1 = { is = "A1.current [A]", factor = -1, offset = 0.02 }
@@ -45,7 +45,7 @@ tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 [terms]
 # gas_spring = "axis2 = 900 N m*sin(axis2 - 20 deg)"
 
-# One table for each log with more to say than its name.
+# One table for each log that needs options.
 # [[logs]]
 # file = "heavy.csv"
 # use = "predict"              # or "fit"; logs named "predict" check the fit
@@ -56,25 +56,25 @@ tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 # payload = { body = "platform", mass = "2 kg", com = [0, 0, "30 mm"], inertia = [0.01, 0.01, 0.01] }
 "#;
 
-/// Options of one log.
+/// Options that apply to one log.
 #[derive(Clone, Debug, Default)]
 pub struct LogSettings {
-    /// Name or path of the log.
+    /// Name or path of the log file.
     pub file: String,
-    /// `true` for a log that only checks the fit.
+    /// True if the log only checks the prediction of the fit; false if it is fitted.
     pub predict: bool,
-    /// First time used, s.
+    /// Start of the time interval that is used, s; minus infinity by default.
     pub from: f64,
-    /// Last time used, s; infinite without an option.
+    /// End of the time interval that is used, s; infinite by default.
     pub until: f64,
-    /// True for a table of steady motions.
+    /// True if the log is a table of steady motions.
     pub steady: bool,
-    /// Payloads carried in this log.
+    /// Payloads that the robot carries in this log.
     pub payloads: Vec<Payload>,
 }
 
 impl LogSettings {
-    /// True if these are the options of the log at a path: its last parts are the name.
+    /// Returns whether these options belong to the log at `path`: the last components of the path must equal the name.
     pub fn is_at(&self, path: &str) -> bool {
         let parts = |text: &str| -> Vec<String> {
             text.split(['/', '\\'])
@@ -90,27 +90,27 @@ impl LogSettings {
 /// Options of identification.
 #[derive(Clone, Debug, Default)]
 pub struct IdentifySettings {
-    /// Cut-off frequency, Hz.
+    /// Cut-off frequency of the filter, Hz; chosen automatically if absent.
     pub filter: Option<f64>,
-    /// Strength of the prior.
+    /// Strength of the prior on the inertias, in equivalent samples; chosen automatically if absent.
     pub strength: Option<f64>,
-    /// Estimate constant errors of efforts.
+    /// True to estimate a constant error of each effort.
     pub offsets: bool,
-    /// Delay of all efforts after the positions, s; estimated if absent.
+    /// Delay of all efforts relative to the positions, s; estimated if absent.
     pub delay: Option<f64>,
-    /// Hold all inertias.
+    /// True to hold all inertial parameters at the values of the model.
     pub hold_inertia: bool,
-    /// Hold all friction.
+    /// True to hold all friction parameters at the values of the model.
     pub hold_friction: bool,
-    /// Patterns of held parameters.
+    /// Patterns of the parameters that are held at the values of the model.
     pub hold: Vec<String>,
-    /// Patterns of tied parameters.
+    /// Groups of patterns; the parameters of each group have a common value.
     pub tie: Vec<Vec<String>>,
-    /// Columns with other names.
+    /// Columns whose names in the logs differ from those of the model.
     pub columns: Vec<Renamed>,
-    /// Names of terms with their assignments.
+    /// Name and formula of each additional effort term, whose factor is estimated.
     pub terms: Vec<(String, String)>,
-    /// Options of logs.
+    /// Options that apply to single logs.
     pub logs: Vec<LogSettings>,
 }
 
@@ -127,10 +127,10 @@ fn with_help(key: &str, what: impl std::fmt::Display, help: impl Into<String>) -
 }
 
 impl IdentifySettings {
-    /// Reads options.
+    /// Parses the text of an options file; `name` identifies it in messages.
     ///
     /// # Errors
-    /// The text is no TOML, or a key or value is not understood.
+    /// An error if the text is not TOML, or if a key or value is invalid.
     pub fn parse(name: &str, text: &str, model: &ModelFile) -> Result<Self, Error> {
         let table: Table = text.parse().map_err(|error: toml::de::Error| Error {
             message: format!("{name}: {}", error.to_string().trim_end()),
@@ -187,7 +187,7 @@ impl IdentifySettings {
         Ok(settings)
     }
 
-    /// The options of a log, by its path or file name.
+    /// Returns the options of a log, found by its path or file name.
     pub fn of_log(&self, path: &str) -> LogSettings {
         let own = self.logs.iter().find(|log| log.is_at(path));
         own.cloned().unwrap_or(LogSettings {

@@ -1,4 +1,4 @@
-//! Report of an identification as a self-contained page.
+//! Report of an identification as a self-contained HTML page.
 
 use super::run::{Identified, Named};
 use super::traces::{EffortSample, FrictionTrace, LogTrace, Traces};
@@ -11,17 +11,17 @@ use stiction_draw::numbers::number;
 use stiction_format::ModelFile;
 use stiction_identify::{FitVerdict, Verdict};
 
-/// Rows of a table before the others are folded.
+/// Number of rows of a table above which the others are folded.
 const LISTED: usize = 40;
-/// Points of a curve of friction, and intervals of speed of its law.
+/// Largest number of points of a friction curve, and number of speed intervals in the curve of the law.
 const POINTS: usize = 400;
 const INTERVALS: usize = 40;
-/// Half the width of the dash that marks a point, as part of the horizontal axis.
+/// Half the width of the dash that marks a point, as a fraction of the horizontal axis.
 const DASH: f64 = 2.5e-3;
 
 impl Identified {
-    /// Writes the report: verdict, efforts measured and predicted, residuals, friction over speed, values against
-    /// those of the model, cautions. `command` is the command line, if there is one.
+    /// Writes the report: verdict, measured and predicted efforts, residuals, friction over speed, identified values
+    /// compared with those of the model, cautions. `command` is the command line that produced the results, if any.
     pub fn report(&self, model: &ModelFile, traces: &Traces, command: Option<&str>) -> String {
         let logs: Vec<String> = self
             .predictions
@@ -84,7 +84,7 @@ impl Identified {
         html::cards(&all)
     }
 
-    /// Relative errors of all logs.
+    /// Table of the relative errors of all logs.
     fn errors(&self) -> String {
         let mut rows = Vec::new();
         for p in &self.predictions {
@@ -100,7 +100,7 @@ impl Identified {
             ("", Column::Text),
             ("effort", Column::Text),
             ("error [%]", Column::Number),
-            ("of the model as it was [%]", Column::Number),
+            ("of the unchanged model [%]", Column::Number),
         ];
         note(
             "Errors are root mean squares of the residuals over those of the measured effort. Measured and predicted \
@@ -184,10 +184,10 @@ impl Identified {
 }
 
 const FRICTION_NOTE: &str = "Friction of each joint over the magnitude of its rate, as an effort of the joint against its \
-    motion. Points are what the measured efforts leave for it after everything else that was identified; the line is the \
+    motion. Points are the measured efforts minus everything else that was identified; the line is the \
     identified law, averaged over the normal loads at each rate.";
 
-/// Curves of one log.
+/// Plots of the efforts of one log.
 fn efforts(traces: &Traces, log: &LogTrace) -> String {
     let count = log.rows.len();
     let figure = |title: String,
@@ -226,7 +226,7 @@ fn efforts(traces: &Traces, log: &LogTrace) -> String {
     both + &residuals
 }
 
-/// Plot of a friction curve with its data; `None` if there are no finite points.
+/// Plot of a friction curve with its data; `None` if no point is finite.
 fn friction(trace: &FrictionTrace) -> Option<String> {
     let mut points = trace.points.clone();
     points.retain(|point| point.iter().all(|x| x.is_finite()));

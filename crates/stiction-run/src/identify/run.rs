@@ -1,4 +1,4 @@
-//! The computation: structure, fit, verdicts, predictions.
+//! Computation of an identification: structure, fit, verdicts, predictions.
 
 use super::IdentifyError;
 use super::asymmetry::{self, Asymmetry};
@@ -17,61 +17,63 @@ use stiction_identify::{
     Block, Choice, Estimate, Evidence, FitVerdict, Kind, Options, Parameter, Problem, Verdict,
 };
 
-/// Identified parameter.
+/// Parameter with its estimate.
 #[derive(Clone, Debug)]
 pub struct Named {
-    /// Name.
+    /// Name of the parameter.
     pub name: String,
     /// Estimated value, SI units.
     pub value: f64,
-    /// Standard deviation.
+    /// Standard deviation of the estimate, SI units.
     pub sigma: f64,
-    /// Unit.
+    /// SI unit.
     pub unit: &'static str,
-    /// Verdict.
+    /// Verdict on the estimate.
     pub verdict: Verdict,
-    /// Value in the model.
+    /// Value in the model, SI units.
     pub prior: f64,
-    /// Change of the value that the filter causes by what it takes from the motion, to first order.
+    /// Error of the estimate due to the filter, to first order, SI units: the filter attenuates part of the motion.
     pub filter_bias: f64,
-    /// Structural identifiability in words: of the parameter alone, in a combination with others, or not
-    /// at all.
+    /// Structural identifiability in words: the efforts determine the parameter alone, only in a combination with
+    /// others, or not at all.
     pub structure: &'static str,
-    /// True for an offset of an effort or the factor of a formula, which the identified model does not contain.
+    /// True for the offset of an effort and for the factor of an effort term, which describe the log and are not part
+    /// of the identified model.
     pub is_of_log: bool,
-    /// True for a mass, a first moment or an inertia of a body.
+    /// True for a mass, a first moment of mass or an inertia of a body.
     pub is_inertia: bool,
 }
 
-/// Combination of parameters that the efforts depend on.
+/// Combination of parameters on which the efforts depend, with its estimate.
 #[derive(Clone, Debug)]
 pub struct Combined {
     /// The combination in words.
     pub name: String,
-    /// Estimated value.
+    /// Estimated value, SI units.
     pub value: f64,
-    /// Standard deviation.
+    /// Standard deviation of the estimate, SI units.
     pub sigma: f64,
-    /// Unit.
+    /// SI unit.
     pub unit: &'static str,
-    /// Verdict.
+    /// Verdict on the estimate.
     pub verdict: Verdict,
-    /// Change of the value that the filter causes by what it takes from the motion, to first order.
+    /// Error of the estimate due to the filter, to first order, SI units: the filter attenuates part of the motion.
     pub filter_bias: f64,
 }
 
-/// Errors on one log.
+/// Errors of the predicted efforts on one log.
 #[derive(Clone, Debug)]
 pub struct Prediction {
     /// Name of the log.
     pub log: String,
-    /// `true` if the log was fitted.
+    /// True if the log was fitted, false if it only checks the prediction.
     pub used_for_fit: bool,
-    /// For each actuator: its name, and 100 rms(measured - predicted) / rms(measured), percent; none without rows.
+    /// For each actuator its name, and 100 rms(measured - predicted) / rms(measured), percent; `None` if the log has no
+    /// rows of this actuator.
     pub error_percent: Vec<(String, Option<f64>)>,
     /// Root mean square of the residuals of each actuator, N or N m.
     pub residual: Vec<f64>,
-    /// Errors of the model as it was.
+    /// The same errors for the unchanged model, percent.
     pub prior_percent: Vec<Option<f64>>,
 }
 
@@ -84,46 +86,48 @@ pub struct Identified {
     pub cautions: Vec<String>,
     /// All parameters.
     pub parameters: Vec<Named>,
-    /// All combinations of more than one parameter.
+    /// Number of parameter combinations that the efforts can determine, and the gap between the singular values that
+    /// decides it.
     pub combinations: Vec<Combined>,
-    /// Number of combinations that the structure lets be determined, and the gap of this rank.
+    /// Pairs of parameters that the data cannot distinguish, each with advice on data that would.
     pub rank: (usize, f64),
-    /// Pairs that the data cannot tell apart, with what would.
+    /// Asymmetry of the measured efforts of each actuator: their difference between the directions of motion.
     pub confounded: Vec<(String, String, String)>,
-    /// Differences of the efforts between the directions of motion.
+    /// Delays of the efforts relative to the positions, estimated or given in the options.
     pub asymmetries: Vec<Asymmetry>,
-    /// Delays of the efforts after the positions that were estimated, or given in the options.
+    /// Effects that the residuals show and that the model or the options lack.
     pub delays: Vec<Delay>,
     /// Effects that the residuals show and the model or its options lack.
     pub missing: Vec<Missing>,
-    /// Errors on all logs.
+    /// Errors of the predicted efforts on each log.
     pub predictions: Vec<Prediction>,
     /// The mechanism with the identified values.
     pub mechanism: Mechanism,
-    /// Strength of the prior of inertias, in equivalent samples.
+    /// Strength of the prior on the inertias, in equivalent samples.
     pub strength: f64,
-    /// Residuals of left-out blocks over those of the fit, mean squares.
+    /// Mean squared residual of left-out blocks of the logs, relative to that of the fit.
     pub left_out: f64,
-    /// The same for least squares without prior.
+    /// The same ratio for least squares without prior.
     pub left_out_plain: f64,
-    /// Cut-off frequency of the filter of each log, Hz; none for tables of steady motions.
+    /// Cut-off frequency of the filter of each log, Hz; `None` for tables of steady motions.
     pub cutoffs: Vec<Option<f64>>,
     /// Standard deviation of the residuals of each actuator, N or N m.
     pub residuals: Vec<f64>,
 }
 
-/// Sweeps in which normal loads and values determine each other.
+/// Largest number of iterations between parameter values and normal loads.
 const SWEEPS: usize = 12;
-/// Change of values, in standard deviations, at which they agree.
+/// Change of the values, in standard deviations, at which this iteration has converged.
 const SETTLED: f64 = 0.01;
-/// Change that is reported, and change with which a fit is not identified.
+/// Remaining change, in standard deviations, that a caution reports, and remaining change above which no parameter
+/// counts as identified.
 const VISIBLE: f64 = 0.1;
 const UNSETTLED: f64 = 1.0;
 
 /// Identifies inertia and friction of a model from logs.
 ///
 /// # Errors
-/// Logs or options that cannot be used.
+/// [`IdentifyError`] for logs or options that cannot be used.
 pub fn identify(
     model: &ModelFile,
     logs: &[MeasuredLog],
@@ -221,7 +225,7 @@ pub fn identify(
             && let Err(why) = log.update_loads(&estimate.values, &groups)
         {
             cautions.push(format!(
-                "{}: with the identified friction there are no forces {why}",
+                "{}: with the identified friction, no forces can be computed {why}",
                 log.name
             ));
         }
@@ -364,7 +368,8 @@ pub fn identify(
     })
 }
 
-/// The fit, alternating with the normal loads that the values cause.
+/// Fits the parameters, in alternation with the normal loads that they cause. The flag is true if the iteration has
+/// converged.
 fn fitted(
     all: &mut [Prepared],
     parameters: &[Parameter],
@@ -419,18 +424,18 @@ fn fitted(
             true => format!(
                 "normal loads and coefficients of friction still change by {last:.2} standard deviations"
             ),
-            false => "the normal loads are those of another friction than the identified one".to_owned(),
+            false => "the normal loads belong to other friction coefficients than the identified ones".to_owned(),
         });
     }
     (estimate, is_settled)
 }
 
-/// Rows of the fitted logs.
+/// Rows of the logs that are fitted.
 fn fitted_blocks(all: &[Prepared]) -> Vec<Block> {
     all.iter().filter(|log| !log.predict).map(|log| log.block.clone()).collect()
 }
 
-/// Changes of all parameters that the filter causes; `None` without a filter.
+/// Errors of all parameters due to the filter, SI units; `None` without a filter.
 fn filter_biases(
     all: &[Prepared],
     parameters: &[Parameter],
@@ -445,7 +450,7 @@ fn filter_biases(
     Some(problem.residuals(estimate).response(&errors?))
 }
 
-/// Delays other than zero.
+/// Lists the delays that are not zero.
 fn delays_of(all: &[Prepared], actuators: &[String], delays: &[[f64; 2]]) -> Vec<Delay> {
     let is_recorded = all.iter().any(|log| log.cutoff.is_some());
     let each = actuators.iter().zip(delays).filter(|(_, [value, _])| is_recorded && *value != 0.0);
@@ -459,7 +464,7 @@ fn delays_of(all: &[Prepared], actuators: &[String], delays: &[[f64; 2]]) -> Vec
 }
 
 impl Identified {
-    /// Delay of each effort that is taken back, s, in the order of the actuators.
+    /// Delay of each effort that is corrected, s, in the order of the actuators.
     pub(super) fn taken_back(&self) -> Vec<f64> {
         let names = self.mechanism.actuators();
         let names = names.map(|(j, dof)| self.mechanism.joints()[j.0].actuator_name(dof));
@@ -471,7 +476,7 @@ impl Identified {
     }
 }
 
-/// Cautions on gears whose losses the columns lack.
+/// Composes cautions on gears whose losses the regression does not contain.
 fn gear_losses(mechanism: &Mechanism, at_motors: bool) -> Vec<String> {
     let lossy = mechanism.drive_trains().iter().filter(|train| train.losses().is_some());
     let names: Vec<&str> = lossy.map(|train| train.name.as_str()).collect();
@@ -485,7 +490,7 @@ fn gear_losses(mechanism: &Mechanism, at_motors: bool) -> Vec<String> {
     }
 }
 
-/// Doubts about signs and units of efforts, each with whether its log was fitted.
+/// Finds doubts about signs and units of efforts, each with a flag that is true if its log was fitted.
 fn wrong_efforts(
     all: &[Prepared],
     (parameters, values): (&[Parameter], &[f64]),
@@ -507,7 +512,7 @@ fn wrong_efforts(
     found
 }
 
-/// Cautions on efforts of logs of which no row is left.
+/// Composes cautions on efforts of which a log has no usable row.
 fn without_rows(all: &[Prepared], actuators: &[String]) -> Vec<String> {
     let each = all.iter().filter_map(|log| {
         let channels = log.block.channels.iter().zip(actuators);
@@ -524,8 +529,8 @@ fn without_rows(all: &[Prepared], actuators: &[String]) -> Vec<String> {
     each.collect()
 }
 
-/// Size of the efforts that residuals are compared with: of their variation, and of what the model without
-/// friction leaves.
+/// Scales to which the residuals of each effort are compared: standard deviation of the measured effort, and of the
+/// part that the model without friction does not explain.
 fn references(all: &[Prepared]) -> Vec<[f64; 2]> {
     let deviation = |values: Vec<f64>| {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
@@ -545,7 +550,7 @@ fn references(all: &[Prepared]) -> Vec<[f64; 2]> {
     each.collect()
 }
 
-/// Parameters of the regression, terms by their names in the options.
+/// Parameters of the regression; the factors of effort terms get the names in the options.
 pub(super) fn parameters_of(prepared: &Prepared, settings: &IdentifySettings) -> Vec<Parameter> {
     let mut parameters: Vec<Parameter> = prepared.regressor.parameters().to_vec();
     for (index, (name, _)) in settings.terms.iter().enumerate() {
@@ -573,7 +578,7 @@ pub(super) fn read_terms(
     each.collect()
 }
 
-/// Values as differences that rows multiply: inertias from the model's.
+/// Converts parameter values to the unknowns of the regression: inertial parameters are differences from the model.
 pub(super) fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f64> {
     let each = parameters
         .iter()
@@ -582,8 +587,8 @@ pub(super) fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f
     DVector::from_iterator(values.len(), each)
 }
 
-/// Root mean squares of the residuals of all efforts, and these relative to the measured ones, percent; none of
-/// those without rows.
+/// Root mean square of the residuals of each effort, and the same relative to the measured effort, percent; the
+/// percentage is `None` without rows.
 fn errors(block: &Block, at: &DVector<f64>) -> (Vec<f64>, Vec<Option<f64>>) {
     let each = block.channels.iter().map(|rows| {
         let (error, size) = (rows.residuals(at).norm(), rows.measured.norm());
@@ -593,7 +598,7 @@ fn errors(block: &Block, at: &DVector<f64>) -> (Vec<f64>, Vec<Option<f64>>) {
     each.unzip()
 }
 
-/// Mean noise of each effort after the filter; none where no log is filtered.
+/// Mean standard deviation of the noise of each filtered effort; `None` if no log is filtered.
 fn effort_noise(all: &[Prepared]) -> Option<Vec<f64>> {
     let fits: Vec<&Vec<f64>> =
         all.iter().filter(|log| !log.predict).filter_map(|log| log.effort_noise.as_ref()).collect();

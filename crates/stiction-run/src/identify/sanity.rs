@@ -1,35 +1,36 @@
-//! Plausibility of a fit: wrong signs and units of efforts, confounded pairs of parameters, the verdict.
+//! Plausibility of a fit: wrong signs and units of efforts, confounded pairs of parameters, and the verdict on the fit.
 
 use super::prepare::Prepared;
 use super::run::{Combined, Named, Prediction, differences};
 use nalgebra::DVector;
 use stiction_identify::{BaseParameters, Estimate, FitVerdict, Kind, Options, Parameter, Verdict};
 
-/// Correlation of errors above which two parameters cannot be distinguished.
+/// Correlation of errors above which two parameters count as confounded.
 const CONFOUNDED: f64 = 0.95;
-/// Pairs that are named.
+/// Largest number of confounded pairs that are named.
 const NAMED: usize = 20;
 
-/// Agreement of efforts, as a cosine, beyond which a sign or a unit is certain.
+/// Cosine between measured and expected efforts beyond which a sign or a unit counts as certain.
 const AGREES: f64 = 0.5;
 
-/// Turns of an angle, and measured efforts over those of the model, beyond which positions are not in radians.
+/// Range of an angle, in turns, above which positions are probably not in radians, provided that the ratio of measured
+/// efforts to those of the model is below [`IMPLAUSIBLE`].
 const TURNS: f64 = 2.0;
 const IMPLAUSIBLE: f64 = 0.3;
-/// Error of the identified efforts, relative to the measured ones, up to which their sign is not in doubt.
+/// Error of the identified efforts relative to the measured ones, up to which their sign is not in doubt.
 const REPRODUCED: f64 = 0.1;
-/// The same error if their friction opposes the motion.
+/// The same bound for efforts whose friction opposes the motion.
 const FOLLOWED: f64 = 0.5;
 
-/// Doubt about the sign or the unit of an effort.
+/// Doubt about the sign or the unit of an effort, in words.
 #[derive(Debug)]
 pub(super) struct Doubt {
     pub(super) text: String,
     pub(super) has_wrong_sign: bool,
 }
 
-/// Doubts about efforts that contradict the model: wrong signs and units. Efforts that agree with the identified
-/// values, but not with the model as it was, contradict the model's values only.
+/// Finds efforts that contradict the model because of a wrong sign or unit. Efforts that agree with the identified
+/// values, but not with the unchanged model, contradict only the values of the model.
 pub(super) fn wrong_efforts(
     logs: &[&Prepared],
     (parameters, values): (&[Parameter], &[f64]),
@@ -65,7 +66,7 @@ pub(super) fn wrong_efforts(
         if agreement < -AGREES && (is_reproduced || (opposes > AGREES && error < FOLLOWED)) {
             doubt(
                 format!(
-                    "efforts on {name} have the opposite sign of those of the model as it was ({agreement:.2}), but the \
+                    "efforts on {name} have the opposite sign of those of the unchanged model ({agreement:.2}), but the \
                      identified values reproduce them with an error of {:.1} %: check masses and centres of mass of \
                      the model, or the sign of the efforts",
                     100.0 * error
@@ -91,8 +92,8 @@ pub(super) fn wrong_efforts(
         } else if opposes < -AGREES && error > REPRODUCED {
             doubt(
                 format!(
-                    "the fit leaves {:.0} % of the efforts on {name}, in the direction of motion, as negative friction \
-                     would: check the sign of the efforts and their delay after the positions",
+                    "the fit does not explain {:.0} % of the efforts on {name}; the rest acts in the direction of motion, \
+                     as negative friction would: check the sign of the efforts and their delay",
                     100.0 * error
                 ),
                 false,
@@ -126,8 +127,9 @@ pub(super) fn wrong_efforts(
     found
 }
 
-/// Cosine between what is left of the efforts, taken with a sign, and the direction or the rate of motion,
-/// whichever fits better: without the efforts of these values, or of the model without friction.
+/// Cosine between the friction part of the measured efforts and either the direction or the rate of motion, whichever
+/// fits better. The friction part is the residual with the parameter values `frictionless`; without these it is `sign`
+/// times the measured effort, minus the effort of the model without friction.
 fn friction_agreement(
     logs: &[&Prepared],
     channel: usize,
@@ -153,7 +155,7 @@ fn friction_agreement(
     if cosines[0].abs() > cosines[1].abs() { cosines[0] } else { cosines[1] }
 }
 
-/// Largest correlation of the error of a parameter with that of another, apart from those tied to it.
+/// Largest correlation between the error of a parameter and that of another one, excluding parameters tied to it.
 pub(super) fn largest_correlation(estimate: &Estimate, options: &Options, k: usize) -> f64 {
     let is_tied =
         |i: usize| options.tied.iter().any(|group| group.contains(&i) && group.contains(&k));
@@ -163,20 +165,21 @@ pub(super) fn largest_correlation(estimate: &Estimate, options: &Options, k: usi
         .fold(0.0, f64::max)
 }
 
-/// Residuals of the fit and what they are compared with.
+/// Residuals of the fit, and the scales to which they are compared.
 pub(super) struct Residuals<'a> {
-    /// White noise of each effort; none for tables of steady motions.
+    /// Standard deviation of the white noise of each effort; `None` for tables of steady motions.
     pub(super) noise: Option<&'a [f64]>,
-    /// Variation of each effort, and of what the model without friction leaves of it.
+    /// Standard deviation of each measured effort, and of the part that the model without friction does not explain.
     pub(super) reference: &'a [[f64; 2]],
     pub(super) actuators: &'a [String],
 }
 
-/// Residuals over the variation of an effort, and over that of its friction, above which the model lacks
-/// something.
+/// Residual relative to the standard deviation of an effort, and to that of its friction part, above which the model is
+/// incomplete.
 const LACKING: [f64; 2] = [0.05, 0.1];
 
-/// Pairs whose errors are so correlated that the data cannot tell them apart, each with a cure.
+/// Lists the pairs of parameters that the data cannot distinguish, because their errors are correlated, each with
+/// advice.
 pub(super) fn confounded(
     named: &[Named],
     estimate: &Estimate,
@@ -215,7 +218,7 @@ pub(super) fn confounded(
     each.collect()
 }
 
-/// Cautions on coefficients of friction that are confounded with another parameter.
+/// Composes cautions on friction coefficients that are confounded with another parameter.
 pub(super) fn uncertain(named: &[Named], confounded: &[(String, String, String)]) -> Vec<String> {
     let mut found = Vec::new();
     for p in named.iter().filter(|p| p.name.ends_with(".mu")) {
@@ -259,11 +262,11 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
     text.to_owned()
 }
 
-/// Parameters and combinations whose change by the filter is named.
+/// Largest number of parameters and combinations whose error due to the filter is named.
 const BIASED: usize = 6;
 
-/// Notes the changes that the filter causes; those beyond a standard deviation are no longer identified. Returns a
-/// caution on these.
+/// Records the errors due to the filter. Parameters whose error exceeds a standard deviation no longer count as
+/// identified; returns a caution that names them.
 pub(super) fn judge_filter(
     (named, combinations): (&mut [Named], &mut [Combined]),
     structure: &BaseParameters,
@@ -292,14 +295,14 @@ pub(super) fn judge_filter(
     };
     (!texts.is_empty()).then(|| {
         format!(
-            "the filter takes part of the motion and so changes {}{more}: give a higher cut-off frequency by --filter, or \
+            "the filter removes part of the motion and so changes {}{more}: give a higher cut-off frequency by --filter, or \
              log slower motions",
             texts.join(", ")
         )
     })
 }
 
-/// Verdict on the fit; adds its reasons to the cautions.
+/// Decides the verdict on the fit, and adds the reasons to the cautions.
 pub(super) fn fit_verdict(
     (named, combinations, predictions): (&[Named], &[Combined], &[Prediction]),
     estimate: &Estimate,
@@ -336,8 +339,8 @@ pub(super) fn fit_verdict(
         let mut references = residuals.reference[index].iter().zip(LACKING);
         if residual > 3.0 * noise && references.any(|(size, part)| residual > part * size) {
             cautions.push(format!(
-                "{name}: residuals are {:.1} times the noise of the effort: the model lacks something there, such \
-                 as compliance, backlash or another law of friction",
+                "{name}: residuals are {:.1} times the noise of the effort: the model lacks an effect, such as \
+                 compliance, backlash or another law of friction",
                 residual / noise.max(1e-300)
             ));
             verdict = FitVerdict::FitsOnly;
@@ -347,7 +350,7 @@ pub(super) fn fit_verdict(
         let Some(own) = mean(p) else { continue };
         if own > 1.5 * error && own > 3.0 {
             cautions.push(format!(
-                "{}: the error is {:.1} %, against {error:.1} % of the fit: it does not hold there",
+                "{}: the error is {:.1} %, but {error:.1} % in the fitted logs: the fit does not hold for this log",
                 p.log, own
             ));
             verdict = FitVerdict::FitsOnly;

@@ -1,4 +1,4 @@
-//! Parameters that are estimated: scales, held and tied ones, and whether the logs suffice.
+//! Selection of the parameters that are estimated: scales, held and tied parameters, and a check that the logs suffice.
 
 use super::IdentifyError;
 use super::chosen::refuse;
@@ -7,7 +7,8 @@ use super::prepare::Prepared;
 use stiction_core::mechanism::Mechanism;
 use stiction_identify::{Kind, Options, Parameter};
 
-/// Scales of friction without a value in the model: what explains a tenth of the efforts.
+/// Chooses scales for friction parameters that are zero in the model: the value that would explain a tenth of the
+/// efforts.
 pub(super) fn scale_by_data(parameters: &mut [Parameter], all: &[Prepared]) {
     for (k, parameter) in parameters.iter_mut().enumerate() {
         if parameter.prior != 0.0 || parameter.body().is_some() {
@@ -39,7 +40,7 @@ fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
     parameters.iter().map(is_held).collect()
 }
 
-/// True if a name fits a pattern in which `*` stands for any text.
+/// Returns whether a name matches a pattern in which `*` stands for any text.
 pub(crate) fn fits(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
@@ -123,7 +124,8 @@ pub(super) fn options(
     })
 }
 
-/// Kind of a parameter without its place: parameters of one class can have a common value.
+/// Class of a parameter, regardless of the body, joint or actuator to which it belongs. Parameters of one class can be
+/// tied.
 fn class(kind: Kind) -> u8 {
     match kind {
         Kind::Mass(_) => 0,
@@ -138,7 +140,7 @@ fn class(kind: Kind) -> u8 {
     }
 }
 
-/// Parameters that are estimated, in groups with one common value.
+/// Lists the parameters that are estimated, in groups; the parameters of a group have a common value.
 pub(super) fn free_groups(parameters: &[Parameter], options: &Options) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for group in &options.tied {
@@ -156,7 +158,7 @@ pub(super) fn free_groups(parameters: &[Parameter], options: &Options) -> Vec<Ve
     groups
 }
 
-/// Refuses fewer rows than parameters.
+/// Returns an error if the logs have fewer independent rows than there are parameters.
 pub(super) fn enough(
     all: &[Prepared],
     parameters: &[Parameter],

@@ -1,4 +1,4 @@
-//! Structure: the combinations of parameters that efforts depend on.
+//! Structure of the regression: the combinations of parameters on which the efforts depend.
 
 use super::prepare::Prepared;
 use super::run::Combined;
@@ -6,18 +6,18 @@ use nalgebra::DMatrix;
 use stiction_core::random::Random;
 use stiction_identify::{BaseParameters, Estimate, Evidence, Kind, Parameter, Verdict};
 
-/// Instants of random rates for the structure.
+/// Number of instants with random rates from which the structure is computed.
 const STRUCTURE_SAMPLES: usize = 240;
 
-/// Structure of a mechanism about the positions of the logs, with random rates.
+/// Combinations of parameters that the efforts determine at positions of the logs, with random rates.
 pub(super) struct Structure {
-    /// Combinations of all parameters.
+    /// Combinations among all parameters.
     pub(super) all: BaseParameters,
-    /// Combinations of those that are not held.
+    /// Combinations among the parameters that are not held.
     pub(super) free: BaseParameters,
 }
 
-/// Combinations that the mechanism lets be determined.
+/// Computes the combinations of parameters that the efforts of the mechanism determine.
 pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool]) -> Structure {
     let mut random = Random::new(1);
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
@@ -65,7 +65,7 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
     }
 }
 
-/// The combinations of several parameters, estimated.
+/// Estimates the combinations of more than one parameter.
 pub(super) fn combinations(
     structure: &BaseParameters,
     parameters: &[Parameter],

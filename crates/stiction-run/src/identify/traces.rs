@@ -1,5 +1,4 @@
-//! Measured and predicted efforts of all logs, and friction over speed: what the report and the table of
-//! efforts show.
+//! Measured and predicted efforts of all logs, and friction over speed, for the report and the table of efforts.
 
 use super::IdentifyError;
 use super::chosen::chosen_efforts;
@@ -14,58 +13,58 @@ use stiction_draw::numbers::exact;
 use stiction_format::ModelFile;
 use stiction_identify::{Choice, Kind, Parameter, Rows};
 
-/// Part of the greatest effect of a unit of friction below which an instant says little about it.
+/// Smallest effect of a unit of friction on an effort, relative to the largest one, for which an instant is used.
 const EFFECT: f64 = 0.5;
 
 /// Efforts of all logs, and friction of all interfaces.
 #[derive(Clone, Debug)]
 pub struct Traces {
-    /// Name and unit of each effort.
+    /// Name and unit of the effort of each actuator.
     pub efforts: Vec<(String, &'static str)>,
     /// Logs in the order of the fit.
     pub logs: Vec<LogTrace>,
-    /// Friction of interfaces and actuators that the data determine.
+    /// Friction of the interfaces and actuators whose friction the data determine.
     pub friction: Vec<FrictionTrace>,
 }
 
-/// Efforts of one log, all filtered alike.
+/// Measured and predicted efforts of one log, all filtered in the same way.
 #[derive(Clone, Debug)]
 pub struct LogTrace {
     /// Name of the log.
     pub name: String,
-    /// `true` if the log was fitted.
+    /// True if the log was fitted.
     pub used_for_fit: bool,
-    /// Times, s, with the samples of each effort; `None` where a row is left out.
+    /// Times, s, with the sample of each effort; `None` for a row that was left out.
     pub rows: Vec<(f64, Vec<Option<EffortSample>>)>,
 }
 
 /// Effort at one instant, N or N m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffortSample {
-    /// Measured effort.
+    /// Measured effort, filtered.
     pub measured: f64,
-    /// Effort of the identified model.
+    /// Effort that the identified model predicts.
     pub predicted: f64,
-    /// Effort of the model as it was.
+    /// Effort that the unchanged model predicts.
     pub by_model: f64,
 }
 
-/// Friction of one interface or actuator over speed.
+/// Friction of one interface or actuator as a function of speed.
 #[derive(Clone, Debug)]
 pub struct FrictionTrace {
     /// Name.
     pub name: String,
-    /// Unit of the friction, as an effort of its joint.
+    /// Unit of the friction, which is given as an effort of its joint.
     pub unit: &'static str,
-    /// Unit of the rate.
+    /// Unit of the joint's rate.
     pub rate_unit: &'static str,
-    /// For each instant the magnitude of the joint's rate, the friction that the measured effort leaves for it, and
-    /// that of the identified law.
+    /// For each instant: magnitude of the joint's rate, friction that the measured effort implies, and friction by the
+    /// identified law.
     pub points: Vec<[f64; 3]>,
 }
 
 impl Traces {
-    /// Computes the efforts of all logs with the identified values.
+    /// Computes the efforts of all logs with the identified parameter values.
     ///
     /// # Errors
     /// Logs or options that cannot be used, as in [`super::identify`].
@@ -103,8 +102,8 @@ impl Traces {
         Ok(traces)
     }
 
-    /// The efforts as CSV: log, time, and for each effort the measured, the predicted, the residual, and that of the model
-    /// as it was. Cells of rows that are left out are empty.
+    /// Returns the efforts as CSV: log, time, and for each effort the measured value, the predicted value, the
+    /// residual, and the value of the unchanged model. Rows that were left out have empty cells.
     pub fn csv(&self) -> String {
         let mut text = "log,time [s]".to_owned();
         for (name, unit) in &self.efforts {
@@ -151,9 +150,9 @@ fn log_trace(prepared: &Prepared, before: &[DVector<f64>], after: &[DVector<f64>
     LogTrace { name: prepared.name.clone(), used_for_fit: !prepared.predict, rows }
 }
 
-/// Adds friction over speed. The columns of load-independent and of viscous friction differ by the magnitude of
-/// the joint's rate; the residual with the friction of the interface, over the first of them, is what the measured
-/// effort leaves for it.
+/// Adds points of friction over speed. The ratio of the columns of viscous and load-independent friction is the
+/// magnitude of the joint's rate. The friction that the measured effort implies is the residual plus the identified
+/// friction, divided by the column of load-independent friction.
 fn add_friction(
     prepared: &Prepared,
     parameters: &[Parameter],

@@ -1,4 +1,4 @@
-//! Results as text, JSON and a model file.
+//! Results of an identification as text, JSON and a model file.
 
 use super::run::{Identified, Named};
 use crate::exchange::{Instant, model_file};
@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use stiction_format::ModelFile;
 use stiction_identify::{FitVerdict, Verdict};
 
-/// A number with four digits.
+/// Formats a number with four significant digits.
 fn short(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 {
@@ -23,12 +23,12 @@ fn short(x: f64) -> String {
 }
 
 impl Identified {
-    /// True if the model does not reproduce the data.
+    /// Returns whether the model fails to reproduce the data.
     pub fn has_failed(&self) -> bool {
         self.verdict == FitVerdict::Failed
     }
 
-    /// Object of `identify.json`.
+    /// Returns the content of `identify.json`.
     pub fn to_json(&self) -> Value {
         let named = |p: &Named| {
             json!({
@@ -87,7 +87,7 @@ impl Identified {
         })
     }
 
-    /// Summary for the terminal.
+    /// Returns the summary for the terminal.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
@@ -110,8 +110,8 @@ impl Identified {
         )?;
         writeln!(
             out,
-            "inertias are pulled to those of the model with the weight of {} samples; residual squares of \
-             left-out blocks are\n{} times those of the fit, {} times without that pull\n",
+            "a prior pulls inertias to those of the model with the weight of {} samples; squared residuals of \
+             left-out blocks are\n{} times those of the fit, {} times without the prior\n",
             short(self.strength),
             short(self.left_out),
             short(self.left_out_plain)
@@ -159,7 +159,7 @@ impl Identified {
                 )?;
             }
         }
-        writeln!(out, "\nerror of the efforts, percent (in brackets that of the model as it was)")?;
+        writeln!(out, "\nerror of the efforts, percent (in brackets that of the unchanged model)")?;
         for p in &self.predictions {
             let each: Vec<String> = p
                 .error_percent
@@ -202,10 +202,10 @@ impl Identified {
         Ok(())
     }
 
-    /// Text of the identified model; values and their standard deviations are in comments.
+    /// Returns the text of the identified model; comments contain values and standard deviations.
     ///
     /// # Errors
-    /// The reason why a model file cannot express the friction.
+    /// A message if a model file cannot express the friction.
     pub fn model_text(&self, model: &ModelFile) -> Result<String, String> {
         let instant = Instant { friction: model.default_friction, ..Instant::default() };
         let text = model_file(&self.mechanism, &model.title, instant)

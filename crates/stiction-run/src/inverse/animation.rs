@@ -1,4 +1,4 @@
-//! Moving robot of a run of inverse dynamics.
+//! Moving robot in the report of a run of inverse dynamics.
 
 use super::sample::Sample;
 use crate::bodies::{BodyRow, poses_in_world};
@@ -7,12 +7,12 @@ use crate::names::Names;
 use crate::report::animation::{Animation as Shared, Reel};
 use crate::{Sink, SinkError};
 
-/// Collects the samples of a run for the moving robot of its report.
+/// Collector of the samples of a run for the moving robot of its report.
 #[derive(Clone, Debug)]
 pub struct Animation(pub(super) Shared);
 
 impl Animation {
-    /// Empty animation for `count` samples.
+    /// Creates an empty animation with room for `count` samples.
     pub fn new(job: &Job<'_>, count: usize) -> Self {
         let mechanism = &job.model.mechanism;
         let quantities = ["drive", "drive_low", "drive_high", "drive_frictionless"];
@@ -20,7 +20,7 @@ impl Animation {
         Self(Shared::new(mechanism, &Names::new(mechanism), &quantities, &whole, count))
     }
 
-    /// The run for a page of `runs` runs; `None` without a sample.
+    /// Returns the animation for a page that shows `runs` runs; `None` without samples.
     pub fn reel(&self, runs: usize) -> Option<Reel> {
         self.0.reel(runs)
     }

@@ -6,18 +6,18 @@ use stiction_core::mechanism::Mechanism;
 /// Largest factor on the friction coefficients in the search for jamming.
 pub const MOST_MARGIN: f64 = 100.0;
 
-/// Other solutions found.
+/// Other solutions that satisfy the friction laws, found along a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherSolutions {
-    /// Number of samples with other solutions.
+    /// Number of samples at which other solutions were found.
     pub samples: usize,
-    /// Time of the first such sample, s.
+    /// Time of the first sample at which other solutions were found, s.
     pub time: f64,
-    /// Efforts of each other solution at that sample.
+    /// Efforts of each other solution at this first sample, N or N m.
     pub drives: Vec<Vec<f64>>,
 }
 
-/// Least friction margin along a motion.
+/// Least friction margin to jamming along a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Margin {
     /// Factor on all friction coefficients at which the mechanism jams; `None` if it does not jam
@@ -25,22 +25,22 @@ pub struct Margin {
     pub factor: Option<f64>,
     /// Time of the least margin, s.
     pub time: f64,
-    /// Name of the jammed joint.
+    /// Name of the joint that jams.
     pub joint: Option<String>,
 }
 
-/// Uniqueness of the solution and friction margin at one sample.
+/// Uniqueness of the solution and, if requested, the friction margin at one sample.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Asked {
+pub(super) struct SampleCertainty {
     pub(super) coupling: Option<f64>,
-    /// Efforts of other solutions.
+    /// Efforts of the other solutions, N or N m.
     others: Vec<Vec<f64>>,
-    /// `None` if not requested or unknown.
+    /// Friction margin; `None` if it was not requested or is unknown.
     margin: Option<FrictionMargin>,
 }
 
-impl Asked {
-    /// Examines a solved sample and computes the margin on request.
+impl SampleCertainty {
+    /// Examines a solved sample, and computes the friction margin if `with_margin` is true.
     pub(super) fn of(
         solver: &mut InverseDynamics,
         loads: &[AppliedLoad<f64>],
@@ -53,13 +53,13 @@ impl Asked {
         Self { coupling, others, margin }
     }
 
-    /// Factor on all friction coefficients at which the mechanism jams; infinite if it does not.
+    /// Factor on all friction coefficients at which the mechanism jams; infinite if it does not jam. `None` if unknown.
     pub(super) fn locks_at(&self) -> Option<f64> {
         self.margin.map(|margin| margin.locks_at.unwrap_or(f64::INFINITY))
     }
 }
 
-/// Uniqueness and margin along the motion so far.
+/// Other solutions and least friction margin along the motion so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Certainty {
     pub(super) others: Option<OtherSolutions>,
@@ -68,16 +68,16 @@ pub(super) struct Certainty {
 
 impl Certainty {
     /// Adds a sample.
-    pub(super) fn add(&mut self, mechanism: &Mechanism, time: f64, asked: &Asked) {
+    pub(super) fn add(&mut self, mechanism: &Mechanism, time: f64, sample: &SampleCertainty) {
         match &mut self.others {
-            _ if asked.others.is_empty() => {}
+            _ if sample.others.is_empty() => {}
             Some(others) => others.samples += 1,
             None => {
-                let drives = asked.others.clone();
+                let drives = sample.others.clone();
                 self.others = Some(OtherSolutions { samples: 1, time, drives });
             }
         }
-        let Some(FrictionMargin { locks_at, joint }) = asked.margin else { return };
+        let Some(FrictionMargin { locks_at, joint }) = sample.margin else { return };
         let is_less = |known: &Margin| {
             locks_at.is_some_and(|factor| known.factor.is_none_or(|known| factor < known))
         };

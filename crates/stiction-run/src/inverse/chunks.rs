@@ -1,10 +1,10 @@
 //! Parallel evaluation of a motion in chunks.
 //!
-//! Each pose is computed from the previous one, so each chunk needs a start pose. A scout computes
-//! it with large steps along the motion; the preceding chunk must arrive at the same pose. The
-//! chunk size does not depend on the number of threads, and the results are combined in order, so
-//! that they are bitwise independent of the number of threads. If the scout fails or arrives at
-//! another pose, the rest of the motion is followed sample by sample.
+//! Each pose is computed from the previous one, so each chunk needs a pose to start from. A separate pass with large
+//! steps along the motion (the scout) computes it; the preceding chunk must end in the same pose. The chunk size does
+//! not depend on the number of threads, and the results are combined in order, so that they are bitwise independent of
+//! the number of threads. If the scout fails or finds another pose, the rest of the motion is evaluated sample by
+//! sample.
 
 use super::track::Track;
 use crate::Instants;
@@ -16,24 +16,24 @@ use std::ops::Range;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::spatial::Pose;
 
-/// Least and greatest number of samples in a chunk.
+/// Smallest and largest number of samples in a chunk.
 const CHUNK: (usize, usize) = (16, 256);
-/// Limit of the work in a chunk: the number of bodies and joints times that of samples. It bounds
-/// the memory of results that wait for earlier chunks.
+/// Largest work in a chunk: the number of bodies and joints times that of samples. It limits the memory of results that
+/// wait for earlier chunks.
 const WEIGHT: usize = 8192;
 /// Largest number of samples in a step of the scout; longer steps save no time.
 const STRIDE: usize = 16;
-/// Tolerance of equal poses, m or 1: Newton's method converges to 1e-14, and other assembly modes
-/// are far away.
+/// Difference below which two poses count as equal, m or 1. Newton's method converges to 1e-14, and other assembly
+/// modes are far away.
 const SAME: f64 = 1e-8;
 
-/// Computation at the samples of a chunk.
+/// Computation that is performed at the samples of a chunk.
 pub(super) trait Work: Sync {
     /// Result of a chunk.
     type Piece: Send;
-    /// Empty result of a chunk.
+    /// Creates the empty result of a chunk.
     fn begin(&self) -> Self::Piece;
-    /// Evaluates the sample at the solver's pose.
+    /// Evaluates a sample at the solver's present pose and adds it to the result.
     fn evaluate(
         &self,
         piece: &mut Self::Piece,
@@ -43,19 +43,19 @@ pub(super) trait Work: Sync {
     ) -> Result<(), Error>;
 }
 
-/// A completed chunk.
+/// Completed chunk.
 struct Done<'a, P> {
     piece: P,
-    /// Poses at the start of the chunk.
+    /// Poses of all bodies at the start of the chunk.
     begin: Vec<Pose<f64>>,
     /// Mechanism at the first sample of the next chunk; `None` at the end of the motion.
     end: Option<Follower<'a>>,
-    /// Error that stopped the chunk.
+    /// Error that stopped the evaluation of the chunk.
     error: Option<Error>,
 }
 
-/// Evaluates all chunks on this number of threads and passes their results to `receive` in order.
-/// Samples whose positions are in `track` are not followed again.
+/// Evaluates all chunks on `threads` threads and passes their results to `receive` in order. Positions in `track` are
+/// known and not computed again.
 pub(super) fn carry_out<W: Work>(
     job: &Job<'_>,
     start: &Follower<'_>,
@@ -81,13 +81,13 @@ pub(super) fn carry_out<W: Work>(
     collector.finish()
 }
 
-/// Inputs for the evaluation of chunks.
+/// Inputs of the evaluation of chunks.
 struct Walk<'a, W> {
     job: &'a Job<'a>,
     instants: &'a Instants,
     work: &'a W,
     track: &'a Track,
-    /// Number of samples of a chunk.
+    /// Number of samples in a chunk.
     chunk: usize,
 }
 
@@ -105,7 +105,7 @@ impl<'a, W: Work> Walk<'a, W> {
         (chunk * self.chunk).min(count)..((chunk + 1) * self.chunk).min(count)
     }
 
-    /// Evaluates a chunk from the pose of its first sample.
+    /// Evaluates a chunk; `follower` is in the pose of its first sample.
     fn carry(&self, chunk: usize, mut follower: Follower<'a>) -> Done<'a, W::Piece> {
         let range = self.range(chunk);
         let begin = follower.solver.bodies().pose.clone();
@@ -119,8 +119,8 @@ impl<'a, W: Work> Walk<'a, W> {
         Done { piece, begin, end, error }
     }
 
-    /// Evaluates all samples of a range, with the mechanism at the first, then moves to the first
-    /// sample after the range; false if that sample does not exist.
+    /// Evaluates all samples of a range, then moves to the first sample after it. `follower` must be at the first
+    /// sample of the range. Returns false if no sample follows the range.
     fn walk(
         &self,
         range: Range<usize>,
@@ -145,10 +145,10 @@ impl<'a, W: Work> Walk<'a, W> {
     }
 }
 
-/// Combines the results of chunks in the order of time.
+/// Combination of the chunks in the order of time.
 struct Collector<'a, 'b, W: Work, R> {
     walk: Walk<'a, W>,
-    /// Index of the first sample after the last chunk, with the mechanism there.
+    /// Index of the first sample after the last chunk, and the mechanism in its pose.
     last: Option<(usize, Follower<'a>)>,
     receive: &'b mut R,
 }
@@ -157,7 +157,7 @@ impl<'a, W: Work, R> Collector<'a, '_, W, R>
 where
     R: FnMut(Range<usize>, W::Piece) -> Result<(), Error>,
 {
-    /// Takes the next chunk; false if it does not start at the end of the previous one.
+    /// Takes the next chunk. Returns false if it does not start in the pose at the end of the previous chunk.
     fn take(&mut self, chunk: usize, done: Done<'a, W::Piece>) -> Result<bool, Error> {
         if let Some((_, arrived)) = &self.last
             && !is_same(&arrived.solver.bodies().pose, &done.begin)
@@ -173,7 +173,7 @@ where
         Ok(true)
     }
 
-    /// Evaluates the remaining samples one by one.
+    /// Evaluates the remaining samples one by one, without chunks of other threads.
     fn finish(mut self) -> Result<(), Error> {
         while let Some((first, mut follower)) = self.last.take() {
             let range = first..(first + self.walk.chunk).min(self.walk.instants.count());
@@ -197,13 +197,13 @@ fn is_same(a: &[Pose<f64>], b: &[Pose<f64>]) -> bool {
     a.iter().zip(b).all(|(a, b)| entries(a).iter().zip(&entries(b)).all(near))
 }
 
-/// Computes the start poses of chunks in large steps.
+/// Start poses of the chunks, computed in large steps.
 struct Seeds<'a> {
     instants: &'a Instants,
     /// Mechanism at the current sample; `None` after a failure.
     scout: Option<Follower<'a>>,
     at: usize,
-    /// Index of the next chunk, and number of samples of each.
+    /// Index of the next chunk, and number of samples in each chunk.
     next: usize,
     chunk: usize,
     stride: usize,
@@ -214,7 +214,7 @@ impl<'a> Seeds<'a> {
         Self { instants, scout: Some(start.clone()), at: 0, next: 0, chunk, stride: STRIDE }
     }
 
-    /// Next chunk and the mechanism at its first sample.
+    /// Returns the index of the next chunk, and the mechanism in the pose of its first sample.
     fn next(&mut self) -> Option<(usize, Follower<'a>)> {
         let first = self.next * self.chunk;
         if first >= self.instants.count() {
@@ -230,8 +230,8 @@ impl<'a> Seeds<'a> {
         Some((next, scout))
     }
 
-    /// Advances the scout by one step, or halves a step that was too long; `None` if the motion
-    /// cannot be followed.
+    /// Advances the scout by one step. If the step is too long, halves it instead. `None` if the motion cannot be
+    /// followed.
     fn advance(&mut self, scout: &mut Follower<'a>, first: usize) -> Option<()> {
         let samples = self.stride.min(first - self.at);
         let to = self.instants.at(self.at + samples);

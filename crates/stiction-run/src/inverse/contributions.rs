@@ -9,16 +9,16 @@ use stiction_core::dynamics::{Contributions, FrictionMode};
 use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::number;
 
-/// Largest numbers of actuators and friction interfaces listed.
+/// Largest number of actuators, and of friction interfaces for each of them, that are listed.
 const DRIVES_LISTED: usize = 3;
 const INTERFACES_LISTED: usize = 4;
-/// Contributions below this fraction of the largest are rounding errors and not listed.
+/// Contributions below this fraction of the largest one count as rounding errors and are not listed.
 const ROUNDING: f64 = 1e-9;
-/// Colour of the total friction contribution.
+/// Index of the colour for the total friction contribution.
 const ALL: usize = 6;
 
 impl Job<'_> {
-    /// True if friction contributions exist: friction acts and a joint is actuated.
+    /// Returns whether friction contributions exist: friction acts, and a joint is actuated.
     pub fn has_shares(&self) -> bool {
         let mechanism = &self.model.mechanism;
         self.friction != FrictionMode::Off
@@ -27,7 +27,7 @@ impl Job<'_> {
     }
 }
 
-/// Sizes of the contributions of all friction interfaces to each actuator's effort.
+/// Statistics of the contribution of each friction interface to the effort of each actuator.
 #[derive(Clone, Debug)]
 pub(super) struct Ranking(Vec<Vec<Size>>);
 
@@ -44,7 +44,7 @@ impl Ranking {
         }
     }
 
-    /// Friction interfaces that contribute to an actuator's effort, by decreasing root mean square.
+    /// Friction interfaces that contribute to an actuator's effort, in decreasing order of the root mean square.
     fn ranked(&self, drive: usize) -> Vec<usize> {
         let sizes = &self.0[drive];
         let largest = sizes.iter().map(Size::rms).fold(0.0, f64::max);
@@ -63,8 +63,8 @@ impl Ranking {
         interfaces.collect()
     }
 
-    /// Writes a line for each of the actuators with the largest relative change; `changes` are the
-    /// root mean squares of the friction contribution and of the effort.
+    /// Writes a line for each of the actuators with the largest relative change by friction. `changes` contains for
+    /// each actuator the root mean squares of its friction contribution and of its effort.
     pub(super) fn write(
         &self,
         out: &mut impl Write,
@@ -94,7 +94,7 @@ impl Ranking {
     }
 }
 
-/// Curves of all friction contributions.
+/// Curves of the friction contributions to all efforts.
 #[derive(Clone, Debug)]
 pub(super) struct ShareCurves {
     ranking: Ranking,
@@ -103,7 +103,7 @@ pub(super) struct ShareCurves {
 }
 
 impl ShareCurves {
-    /// Empty curves for `count` samples.
+    /// Creates empty curves with room for `count` samples.
     pub(super) fn new(names: &Names, count: usize) -> Self {
         let (drives, interfaces) = (names.drives.len(), names.interfaces.len());
         let trace = Trace::new(count);
@@ -124,7 +124,7 @@ impl ShareCurves {
         }
     }
 
-    /// Figure with a panel for each actuator and its largest contributions.
+    /// Draws a figure with a panel for each actuator, which shows its largest contributions.
     pub(super) fn figure(self, names: &Names, title: String, x_label: String) -> Figure {
         let mut panels = Vec::new();
         for (drive, (all, traces)) in self.all.into_iter().zip(self.traces).enumerate() {

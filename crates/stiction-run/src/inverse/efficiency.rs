@@ -1,5 +1,5 @@
-//! Efficiency: fraction of the work transmitted, with the actuators driving or with the load
-//! back-driving them.
+//! Efficiency: the transmitted fraction of the work, while the actuators drive the load or the load back-drives the
+//! actuators.
 //!
 //! Equation (E3) of the book's theory.
 
@@ -10,34 +10,33 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::{AppliedLoad, Forces, InverseDynamics, InverseError, Mirror};
 use stiction_draw::numbers::{number, percent};
 
-/// Powers below this fraction of the exchanged power are rounding errors.
+/// Powers below this fraction of the exchanged power count as rounding errors.
 const ROUNDING: f64 = 1e-9;
-/// Largest number of actuators listed.
+/// Largest number of actuators that are named.
 const NAMED: usize = 3;
 
-/// Result of back-driving an actuator by the load at one pose, in the direction in which the load
-/// drives it.
+/// Result for one actuator at one pose, if the load back-drives it in the direction in which the load can.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backward {
-    /// The load drives the actuator in neither direction.
+    /// The load drives the actuator in neither direction of motion.
     Undriven,
-    /// Friction dissipates some of the power.
+    /// The load drives the actuator; friction dissipates some of the power.
     Driven {
         /// Power at the actuator without friction, W, positive.
         given: f64,
-        /// Power at the actuator with friction, W. If it is not positive, the actuator must push
-        /// and cannot be back-driven.
+        /// Power at the actuator with friction, W. If it is not positive, the actuator must push, so the load cannot
+        /// back-drive it.
         left: f64,
     },
-    /// Friction jams the mechanism in that direction for any efforts.
+    /// Friction jams the mechanism in that direction, whatever the efforts are.
     Locked,
-    /// The forces in that direction cannot be computed.
+    /// The forces in that direction could not be computed.
     Unknown,
 }
 
-/// Evaluates back-driving at the pose of a solved mechanism, in the direction of motion and in the
-/// opposite one: with reversed rates and the same loads and accelerations.
-pub(super) fn look_back(
+/// Evaluates back-driving at the pose of a solved mechanism, in the direction of motion and in the opposite direction:
+/// the rates are reversed, while loads and accelerations stay the same.
+pub(super) fn evaluate_back_driving(
     solver: &mut InverseDynamics,
     mirror: &mut Mirror,
     loads: &[AppliedLoad<f64>],
@@ -84,14 +83,14 @@ pub(super) fn look_back(
     }
 }
 
-/// Back-drivability of one actuator along a motion.
+/// Results of back-driving for one actuator along a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct BackDriving {
-    /// Number of samples at which the load back-drives the actuator in some direction.
+    /// Number of samples at which the load drives the actuator in one direction.
     samples: usize,
-    /// Number of samples at which friction dissipates all of the power.
+    /// Number of samples at which friction dissipates all of the power with which the load drives the actuator.
     stopped: usize,
-    /// Number of samples with unknown results.
+    /// Number of samples at which the result is unknown.
     unknown: usize,
     least: Least,
     given: f64,
@@ -136,7 +135,7 @@ impl BackDriving {
 pub(super) struct Efficiency {
     last: Option<Powers>,
     samples: usize,
-    /// Work while the actuators together deliver power, and the dissipated share of it, J.
+    /// Work, J, while the actuators together deliver power, and the part of it that is dissipated, J.
     delivered: f64,
     dissipated: f64,
     turnover: f64,
@@ -176,7 +175,7 @@ impl Efficiency {
         self.samples += 1;
     }
 
-    /// Integrates by the trapezoidal rule over the fraction of the step in which the actuators
+    /// Adds the work between two samples by the trapezoidal rule, over the fraction of the step in which the actuators
     /// deliver power.
     fn integrate(&mut self, a: &Powers, b: &Powers) {
         let step = b.time - a.time;
@@ -195,8 +194,8 @@ impl Efficiency {
         self.dissipated += (a.dissipated + (b.dissipated - a.dissipated) * amid) * duration;
     }
 
-    /// Fraction of the actuators' work that is not dissipated; `None` if they deliver no work. At a
-    /// single instant, the fraction of their power.
+    /// Fraction of the work of the actuators that is not dissipated; `None` if they deliver no work. For a single
+    /// instant it is the fraction of their power.
     pub(super) fn forward(&self) -> Option<f64> {
         let (delivered, dissipated, turnover) = match (self.samples, self.last) {
             (1, Some(only)) => (only.drives, only.dissipated, only.turnover),
@@ -213,7 +212,7 @@ impl Efficiency {
         json!({ "forward": self.forward(), "backward": backward })
     }
 
-    /// Writes one line; without a result writes no line.
+    /// Writes one line, or nothing if there is no result.
     pub(super) fn write(&self, out: &mut impl Write, names: &Names) -> fmt::Result {
         let forward = self.forward().map(|part| format!("forward {}", percent(Some(part))));
         let pairs = || names.drives.iter().map(|(name, _)| name).zip(&self.backward);

@@ -11,26 +11,26 @@ use stiction_core::dynamics::{FrictionMode, InterfaceForce};
 use stiction_draw::figure::meaning::{ENERGY, FRICTION, LIMIT, LOAD, REFERENCE, RESULT};
 use stiction_draw::figure::{BandTrace, Figure, JumpTrace, Panel, Trace, reversal};
 
-/// Collects the curves of a run, sample by sample.
+/// Collector of the curves of a run, sample by sample.
 #[derive(Clone, Debug)]
 pub struct Curves {
     names: Names,
     has_friction: bool,
     title: String,
     drives: Vec<(JumpTrace, Trace)>,
-    /// Interval of each actuator's effort at rest.
+    /// Interval of the effort of each actuator at rest.
     intervals: Vec<BandTrace>,
     friction: ByLeg,
     power: [Trace; 4],
     distances: [Trace; 2],
-    /// Time and sliding velocities of the last sample.
+    /// Time, s, and sliding velocities, m/s, of the last sample.
     last: Option<(f64, Vec<f64>)>,
     shares: ShareCurves,
     motors: MotorCurves,
 }
 
 impl Curves {
-    /// Empty curves for `count` samples.
+    /// Creates empty curves with room for `count` samples.
     pub fn new(job: &Job<'_>, count: usize) -> Self {
         let names = Names::new(&job.model.mechanism);
         let trace = Trace::new(count);
@@ -49,7 +49,7 @@ impl Curves {
         }
     }
 
-    /// Figures with the names of their files.
+    /// Returns all figures with their file names.
     pub fn figures(self) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
         let mut figures = Vec::new();

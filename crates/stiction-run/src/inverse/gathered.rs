@@ -1,4 +1,4 @@
-//! Combination of the samples in the order of time.
+//! Combination of the samples of a run in the order of time.
 
 use super::certainty::Certainty;
 use super::joints::Turns;
@@ -14,15 +14,15 @@ use stiction_core::mechanism::Mechanism;
 use stiction_core::parameters::Parameters;
 use stiction_core::statics::{Distances, SingularityDistances};
 
-/// Results along the motion so far.
+/// Results accumulated along the motion so far.
 pub(super) struct Gathered<'a> {
     verdict: Verdict,
     sides: Sides,
     turns: Turns<'a>,
     motors: Motors,
-    /// Singularity index of actuation at the last sample.
+    /// Singularity index of the actuation at the last sample.
     last_distance: f64,
-    /// Calculator of postponed singularity indices, and the least ones so far.
+    /// Calculator for the singularity indices that were postponed, and the least indices so far.
     calculator: Option<SingularityDistances>,
     least: Distances,
     certainty: Certainty,
@@ -31,7 +31,7 @@ pub(super) struct Gathered<'a> {
 }
 
 impl<'a> Gathered<'a> {
-    /// Creates an empty result; `verdict` holds the results of the motion scan.
+    /// Creates an empty result; `verdict` contains the results of the motion scan.
     pub(super) fn new(
         job: &Job<'a>,
         calculator: Option<SingularityDistances>,
@@ -52,8 +52,8 @@ impl<'a> Gathered<'a> {
         }
     }
 
-    /// Completes the results of a piece before its samples are taken. Pieces come in the order of time, so
-    /// that results do not depend on the number of threads.
+    /// Computes the postponed singularity indices of a chunk before its samples are taken. The chunks must come in the
+    /// order of time, so that results do not depend on the number of threads.
     pub(super) fn complete(
         &mut self,
         at: (&Mechanism, &Parameters<f64>),
@@ -65,7 +65,7 @@ impl<'a> Gathered<'a> {
         piece.samples
     }
 
-    /// Adds a sample and passes it to `receive`, unless a sample without forces has occurred.
+    /// Adds a sample and passes it to `receive`, unless the forces of an earlier sample had no solution.
     pub(super) fn take(
         &mut self,
         mechanism: &Mechanism,
@@ -107,8 +107,8 @@ impl<'a> Gathered<'a> {
                 None => verdict.singular.clone_from(&found.singular),
             }
         }
-        self.certainty.add(mechanism, time, &found.asked);
-        verdict.coupling = verdict.coupling.zip(found.asked.coupling).map(|(a, b)| a.max(b));
+        self.certainty.add(mechanism, time, &found.certainty);
+        verdict.coupling = verdict.coupling.zip(found.certainty.coupling).map(|(a, b)| a.max(b));
         verdict.redundancy = verdict.redundancy.max(found.redundancy);
         let sample = &mut found.sample;
         let motion = (&sample.joints[..], &sample.bodies);
@@ -116,10 +116,10 @@ impl<'a> Gathered<'a> {
         receive(sample).map_err(Error::Receiver)
     }
 
-    /// Verdict along the whole motion.
+    /// Returns the verdict on the whole motion.
     ///
     /// # Errors
-    /// A sample has no forces.
+    /// [`Error::CannotCarry`] or [`Error::Forces`] if the forces at a sample have no solution.
     pub(super) fn finish(self) -> Result<Verdict, Error> {
         let Self { mut verdict, certainty, missing, failed, .. } = self;
         match (missing, failed) {

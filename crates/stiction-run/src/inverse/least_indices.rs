@@ -1,7 +1,7 @@
-//! Least singularity indices of a piece of the motion, without those of every sample.
+//! Least singularity indices in a chunk of the motion, without computing the indices of every sample.
 //!
-//! Between two samples a singular value changes by at most the norm of the change of its matrix (Weyl). The sum of these
-//! norms along the motion bounds the index between two samples at which it is known, so that only samples that
+//! Between two samples a singular value changes by at most the norm of the change of its matrix (Weyl). The sum of
+//! these norms along the motion therefore bounds the index at samples between two known ones, and only the samples that
 //! may have the least index are computed (Piyavskii 1972, Shubert 1972).
 
 use super::solving::SampleResult;
@@ -10,18 +10,18 @@ use stiction_core::mechanism::Mechanism;
 use stiction_core::parameters::Parameters;
 use stiction_core::statics::{Distances, SingularityDistances, SingularityIndex};
 
-/// Relative error of an index for certain, with the rounding of bounds.
+/// Relative margin for the errors of indices and for the rounding of their bounds.
 const CERTAIN: f64 = 1e-8;
 
-/// Sample whose indices are not computed yet: its place in the piece, and the bounds on the changes of
-/// the indices since the first sample.
+/// Sample whose indices have not been computed: its place in the chunk, and bounds on the changes of its indices since
+/// the first sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Postponed {
     place: usize,
     passed: Distances,
 }
 
-/// Samples of a piece whose indices are not computed yet.
+/// Samples of a chunk whose indices have not been computed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LeastIndices {
     postponed: Vec<Postponed>,
@@ -29,7 +29,7 @@ pub(super) struct LeastIndices {
 }
 
 impl LeastIndices {
-    /// Postpones the indices of a sample; `travel` bounds their changes since the last call.
+    /// Postpones the computation of the indices of a sample; `travel` bounds their changes since the previous call.
     pub(super) fn postpone(&mut self, place: usize, travel: Distances) {
         let passed = match self.passed {
             // The position before the first call is unknown.
@@ -43,8 +43,8 @@ impl LeastIndices {
         self.postponed.push(Postponed { place, passed });
     }
 
-    /// Computes the indices of all samples of the piece that may be less than the least of those before,
-    /// `known`, and updates it; those of the others remain NaN.
+    /// Computes the indices of samples whose indices may be below `known`, the least indices before this chunk, and
+    /// updates `known`. The indices of all other samples remain NaN.
     pub(super) fn compute(
         &self,
         calculator: &mut SingularityDistances,
@@ -83,9 +83,9 @@ fn of(index: SingularityIndex, distances: &mut Distances) -> &mut f64 {
     }
 }
 
-/// Values of a function at all places where it may be less than `least`, which becomes the least value. It
-/// changes by at most the difference of `passed` between two places. `compute` gets a place and the
-/// expected value, if there is one.
+/// Evaluates a function at all places where it may be below `least`, and updates `least`. Between two places the
+/// function changes by at most the difference of their values in `passed`. `compute` evaluates it at a place; its
+/// second argument is the expected value, if there is one.
 fn least(
     passed: &[f64],
     least: &mut f64,
@@ -132,7 +132,7 @@ fn least(
     found
 }
 
-/// Places without values, and the known values around them, of which one at least exists.
+/// Range of places whose values are unknown, with the known values at its ends, at least one of which exists.
 #[derive(Clone, Debug)]
 struct Gap {
     from: Option<(usize, f64)>,
@@ -141,7 +141,7 @@ struct Gap {
 }
 
 impl Gap {
-    /// Lower bound of the values.
+    /// Lower bound of the values in the range.
     fn bound(&self, passed: &[f64]) -> f64 {
         let inner = &passed[self.inner.clone()];
         match (self.from, self.to) {
@@ -152,7 +152,7 @@ impl Gap {
         }
     }
 
-    /// Value of all places if the function cannot change between them and a known value.
+    /// Common value of all places in the range, if the bounds allow no change from a known value.
     fn constant(&self, passed: &[f64]) -> Option<f64> {
         let inner = &passed[self.inner.clone()];
         let known = self.from.or(self.to)?;
@@ -160,7 +160,7 @@ impl Gap {
         ends.iter().all(|end| *end == passed[known.0]).then_some(known.1)
     }
 
-    /// Place at which the bound is attained, and the expected value there.
+    /// Place at which the lower bound is attained, and the value expected there.
     fn next(&self, passed: &[f64]) -> (usize, f64) {
         match (self.from, self.to) {
             (Some(from), Some(to)) => {

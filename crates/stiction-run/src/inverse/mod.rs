@@ -1,4 +1,4 @@
-//! Inverse dynamics along a motion.
+//! Inverse dynamics along a prescribed motion.
 
 mod animation;
 mod certainty;

@@ -1,4 +1,4 @@
-//! Scan of the motion without forces: feasibility, sliding speeds and mobility.
+//! Scan of the motion before forces are computed: feasibility, sliding speeds and mobility.
 
 use super::chunks::Work;
 use super::track::Track;
@@ -8,25 +8,25 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::parameters::InterfaceParameters;
 use stiction_core::statics::{Constraints, SingularityDistances};
 
-/// Chunk evaluation that follows the motion without computing forces.
+/// Evaluation of chunks that follows the motion without computing forces.
 pub(super) struct Following {
     /// Samples at which the mobility is computed.
     pub(super) mobility_at: [usize; 3],
 }
 
-/// Fastest rates and least mobility along the motion.
+/// Largest rates and least mobility along a motion.
 pub(super) struct MotionExtremes {
-    /// Fastest sliding speed, m/s.
+    /// Largest sliding speed of any friction interface, m/s.
     pub(super) fastest: f64,
-    /// Greatest rate of each actuator, m/s or rad/s; empty before the first sample.
+    /// Largest rate of each actuator, m/s or rad/s; empty before the first sample.
     pub(super) actuators: Vec<f64>,
     pub(super) mobility: usize,
-    /// Positions of the first samples.
+    /// Positions at the first samples, as many as are stored.
     pub(super) track: Track,
 }
 
 impl MotionExtremes {
-    /// Result of an empty set of samples.
+    /// Result for an empty set of samples.
     pub(super) fn none() -> Self {
         let (actuators, track) = (Vec::new(), Track::default());
         Self { fastest: 0.0, actuators, mobility: usize::MAX, track }
@@ -74,11 +74,11 @@ impl Work for Following {
     }
 }
 
-/// Distance from linear dependence beyond which constraints count as independent.
+/// Constraint singularity index above which the constraints count as independent.
 const INDEPENDENT: f64 = 1e-8;
 
-/// Mobility at the current pose. If sparse products prove the constraints independent, it is the
-/// number of prescribed coordinates.
+/// Mobility at the present pose. If the fast singularity index proves the constraints independent, it is the number of
+/// actuators, which then equals that of prescribed coordinates.
 fn mobility(solver: &InverseDynamics) -> usize {
     let mechanism = solver.mechanism();
     if is_determined(solver)
@@ -91,7 +91,7 @@ fn mobility(solver: &InverseDynamics) -> usize {
     Constraints::new(&solver.statics()).mobility()
 }
 
-/// Fastest sliding speed of all friction interfaces in the current state, m/s.
+/// Largest sliding speed of all friction interfaces in the present state, m/s.
 fn fastest_interface(solver: &InverseDynamics) -> f64 {
     let (topology, bodies) = (solver.topology(), solver.bodies());
     let speed = |interface: &InterfaceParameters<f64>| {

@@ -1,4 +1,4 @@
-//! Torque of each motor over its speed, with the limits of the motor.
+//! Plot of the torque of each motor over its speed, with the limits of the motor.
 
 use crate::job::Job;
 use stiction_core::mechanism::{DriveTrain, Motor};
@@ -7,13 +7,13 @@ use stiction_draw::figure::{Figure, Line, Panel};
 /// Largest number of points drawn for one motor.
 const DRAWN: usize = 4000;
 
-/// Collects torque and speed of each motor.
+/// Collector of torque and speed of each motor.
 #[derive(Clone, Debug)]
 pub(super) struct MotorCurves {
     trains: Vec<DriveTrain>,
-    /// Points (speed, torque) of each motor, with the sum of squares of the torque.
+    /// Points (speed, torque) of each motor, rad/s and N m, and the sum of the squares of its torque.
     points: Vec<(Vec<(f64, f64)>, f64)>,
-    /// Every how many samples a point is drawn.
+    /// Number of samples between two drawn points.
     stride: usize,
     count: usize,
 }
@@ -36,7 +36,7 @@ impl MotorCurves {
         }
     }
 
-    /// The figure; `None` without drive trains.
+    /// Draws the figure; `None` if there are no drive trains.
     pub(super) fn figure(self, title: &str) -> Option<Figure> {
         let count = self.count.max(1) as f64;
         let panels = self

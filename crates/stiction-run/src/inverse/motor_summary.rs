@@ -1,4 +1,4 @@
-//! Summary of the motors along a motion: torque, speed, power, losses, limits.
+//! Summary of the motors along a motion: torque, speed, power, losses and limits.
 
 use crate::job::Job;
 use crate::motor_load::MotorLoad;
@@ -11,29 +11,29 @@ use stiction_core::dynamics::Forces;
 use stiction_core::mechanism::{DriveTrain, Motor, MotorMap};
 use stiction_draw::numbers::{number, percent};
 
-/// Motors along a motion.
+/// Statistics of all motors along a motion.
 #[derive(Clone, Debug)]
 pub(super) struct MotorSummary {
     motors: Vec<OneMotor>,
     trains: Vec<DriveTrain>,
     maps: Vec<MotorMap>,
-    /// Holding of the last pose at rest with power off, by friction or a brake, and the time of that pose, s.
+    /// Time, s, of the last pose at rest, and the means that hold it with power off: friction or brakes.
     power_off: Option<(f64, Vec<PowerOff>)>,
     residual: Size,
 }
 
-/// One motor along a motion.
+/// Statistics of one motor along a motion.
 #[derive(Clone, Debug, Default)]
 struct OneMotor {
     load: MotorLoad,
     rotor: Integral,
     friction: Integral,
     gear: Integral,
-    /// Greatest interval of the torque at rest, N m.
+    /// Time, s, and ends of the widest interval of the torque at rest, N m.
     widest: Option<(f64, (f64, f64))>,
 }
 
-/// Angular acceleration of a motor below which it stands still, rad/s^2: rounding of zero.
+/// Angular acceleration of a motor that counts as zero, rad/s^2.
 const STILL: f64 = 1e-9;
 
 impl MotorSummary {
@@ -75,7 +75,7 @@ impl MotorSummary {
         }
     }
 
-    /// Each drive train with what its motor delivers and what motor and gear lose, J.
+    /// Drive trains, each with the statistics of its motor and the energy lost in motor and gear, J.
     pub(super) fn loads(&self) -> impl Iterator<Item = (&DriveTrain, &MotorLoad, f64)> {
         // Without losses their sum is rounding of either sign.
         let lost = |motor: &OneMotor| (motor.friction.value + motor.gear.value).max(0.0);
@@ -83,7 +83,7 @@ impl MotorSummary {
         each.map(move |(train, motor)| (train, &motor.load, lost(motor)))
     }
 
-    /// A line for each limit that is exceeded.
+    /// Composes a line for each motor limit that is exceeded.
     pub(super) fn cautions(&self) -> Vec<String> {
         let each = self.trains.iter().zip(&self.motors);
         each.flat_map(|(train, motor)| motor.load.cautions(train)).collect()
@@ -117,7 +117,7 @@ impl MotorSummary {
         Value::Object(all)
     }
 
-    /// Greatest residual of the power balance with motors, gears and rotors, W.
+    /// Largest residual of the power balance that includes motors, gears and rotors, W.
     pub(super) fn residual(&self) -> f64 {
         self.residual.peak.abs()
     }
@@ -159,7 +159,7 @@ impl MotorSummary {
     }
 }
 
-/// Residual of the power balance with the motors in place of the efforts of their joints, W.
+/// Residual of the power balance in which the powers of the motors replace those of the joint efforts, W.
 pub(super) fn residual(motors: &[Motor], forces: &Forces) -> f64 {
     let of = |motor: &Motor| {
         motor.power - motor.output - motor.rotor_power - motor.friction_power - motor.gear_loss

@@ -1,4 +1,4 @@
-//! Motors of the drive trains at each sample.
+//! State of the motors of the drive trains at each sample.
 
 use crate::dofs::{actuated, dofs_of};
 use crate::job::Job;
@@ -9,19 +9,20 @@ use stiction_core::mechanism::{DriveTrain, Motor, MotorMap};
 /// Evaluation of all drive trains, sample by sample.
 pub(super) struct Motors {
     trains: Vec<Train>,
-    /// Index of each actuator among the scalar degrees of freedom of all joints.
+    /// Index of each actuator's degree of freedom among the scalar degrees of freedom of all joints.
     dofs: Vec<usize>,
 }
 
 struct Train {
     train: DriveTrain,
     map: MotorMap,
-    /// Rate of the output below which it is at rest, m/s or rad/s.
+    /// Rate of the drive train's output below which it counts as resting, m/s or rad/s.
     rest_rate: f64,
 }
 
 impl Motors {
-    /// Evaluation with the rates of all actuators below which their joints are at rest, m/s or rad/s.
+    /// Creates the evaluation. `rest_rates` are the rates of the actuators, m/s or rad/s, below which their joints
+    /// count as resting.
     pub(super) fn new(job: &Job<'_>, rest_rates: Vec<f64>) -> Self {
         let mechanism = &job.model.mechanism;
         let dofs = actuated(&dofs_of(mechanism));
@@ -37,7 +38,7 @@ impl Motors {
         Self { trains: trains.map(train).collect(), dofs }
     }
 
-    /// Motors for these forces and this motion of joints and bodies.
+    /// Evaluates the motors for given forces and for the motion of joints and bodies.
     pub(super) fn evaluate(
         &self,
         forces: &Forces,

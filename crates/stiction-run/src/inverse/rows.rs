@@ -18,26 +18,26 @@ pub(crate) const TABLES: [&str; 7] = [
     "motors.csv",
     "contributions.csv",
 ];
-/// Number of tables that every run has; the others need drive trains, or friction and actuators.
+/// Number of tables that every run has. The others require drive trains, or friction and actuators.
 const ALWAYS: usize = 5;
 
-/// Rows of all tables of a run, computed from its samples.
+/// Rows of all tables of a run for one sample.
 pub(crate) struct Rows {
-    /// Degree of freedom of each actuator among those of [`Sample::joints`].
+    /// Index of each actuator's degree of freedom in [`Sample::joints`].
     actuated: Vec<usize>,
     /// First and last joint of each leg.
     legs: Vec<(usize, usize)>,
     bodies: BodyRow,
     /// Torque constant of each drive train, N m/A.
     torque_constants: Vec<Option<f64>>,
-    /// Columns of each table after the time.
+    /// Headers of the columns of each table, without the time.
     pub(crate) headers: [Vec<String>; 7],
-    /// Numbers of each table after the time.
+    /// Numbers in the row of each table, without the time.
     pub(crate) rows: [Vec<f64>; 7],
 }
 
 impl Rows {
-    /// True for each table that the job has.
+    /// Returns for each table whether a run of this job writes it.
     pub(crate) fn of_job(job: &Job<'_>) -> [bool; 7] {
         let motors = !job.model.mechanism.drive_trains().is_empty();
         let mut has = [true; 7];
@@ -45,7 +45,7 @@ impl Rows {
         has
     }
 
-    /// Columns of a job, without numbers yet.
+    /// Creates the columns of a job; the rows are empty.
     pub(crate) fn new(job: &Job<'_>) -> Self {
         let mechanism = &job.model.mechanism;
         let names = Names::new(mechanism);
@@ -109,7 +109,7 @@ impl Rows {
         }
     }
 
-    /// Replaces the numbers by those of a sample.
+    /// Fills the rows with the numbers of a sample.
     pub(crate) fn fill(&mut self, sample: &Sample) {
         let forces = &sample.forces;
         self.rows.iter_mut().for_each(Vec::clear);

@@ -1,4 +1,4 @@
-//! Run along a motion: a scan of the motion, then all forces.
+//! Execution of a run along a motion: a scan of the motion, then the computation of all forces.
 
 use super::chunks;
 use super::gathered::Gathered;
@@ -14,25 +14,25 @@ use crate::error::{Error, SinkError};
 use crate::job::Job;
 use stiction_core::dynamics::Settings;
 
-/// Phase of a run.
+/// Phase of a run, for displays of progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// Scan of the motion.
+    /// Scan of the motion without forces.
     Motion,
     /// Computation of forces.
     Forces,
 }
 
-/// Fraction of the fastest sliding speed below which an interface is at rest. At reversals rounding
-/// leaves 1e-16 of it instead of zero.
+/// Fraction of the largest sliding speed below which an interface counts as resting. At a reversal rounding leaves
+/// 1e-16 of the largest speed instead of zero.
 const REST: f64 = 1e-9;
-/// Sliding speed below which an interface is at rest in any motion, m/s. It applies if all samples
-/// are reversals or single poses.
+/// Sliding speed below which an interface counts as resting in any motion, m/s. It decides if the motion consists of
+/// reversals or single poses only.
 const STANDSTILL: f64 = 1e-12;
 
 impl Job<'_> {
-    /// Runs on one thread. Passes each sample to `receive`, and to `progress` the phase, the number
-    /// of completed samples and their total; the run stops when `progress` returns false.
+    /// Runs on one thread. Passes each sample to `receive`, and to `progress` the phase, the number of completed
+    /// samples and the total number. The run stops if `progress` returns false.
     ///
     /// # Errors
     /// See [`enum@Error`].
@@ -44,8 +44,8 @@ impl Job<'_> {
         self.run_on(1, receive, progress)
     }
 
-    /// Runs on this number of threads; `receive` and `progress` are called on the caller's thread.
-    /// Results do not depend on the number of threads.
+    /// Runs on `threads` threads; `receive` and `progress` are called on the caller's thread. The results do not depend
+    /// on the number of threads.
     ///
     /// # Errors
     /// See [`enum@Error`].

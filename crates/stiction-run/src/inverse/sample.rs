@@ -7,7 +7,7 @@ use stiction_core::mechanism::Motor;
 use stiction_core::spatial::Vec3;
 use stiction_core::statics::Distances;
 
-/// Record of one sample.
+/// Results of inverse dynamics at one sample.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// Time, s.
@@ -16,36 +16,36 @@ pub struct Sample {
     pub forces: Forces,
     /// Poses, twists and accelerations of all bodies, in world axes about the reference point.
     pub bodies: Bodies<f64>,
-    /// Reference point in the world, m.
+    /// Position of the reference point in the world, m.
     pub origin: Vec3<f64>,
     /// Coordinates, rates and accelerations of all scalar degrees of freedom of joints, in the order of the
     /// joints, m and rad; angles count full turns.
     pub joints: Vec<Target<f64>>,
-    /// External loads.
+    /// External loads on the bodies.
     pub loads: Vec<AppliedLoad<f64>>,
-    /// Largest loop-closure error, m (angles times the characteristic length).
+    /// Largest closure error of loops and gearings, m; errors of angles are multiplied by the characteristic length.
     pub closure: f64,
-    /// Singularity indices; NaN where they are not asked for, see [`Indices`](crate::Indices).
+    /// Singularity indices; NaN at samples for which they are not requested, see [`Indices`](crate::Indices).
     pub distances: Distances,
-    /// True for each component of each joint's reaction (force, then moment) that statics
+    /// True for each component of each joint's reaction (three of the force, then three of the moment) that statics
     /// determines.
     pub determined_reactions: Vec<[bool; 6]>,
-    /// True for each gearing whose effort is determined.
+    /// True for each gearing whose effort statics determines.
     pub determined_gearings: Vec<bool>,
-    /// True for each friction interface whose normal load is determined.
+    /// True for each friction interface whose normal load statics determines.
     pub determined_loads: Vec<bool>,
-    /// True for each actuator whose effort is determined.
+    /// True for each actuator whose effort statics determines.
     pub determined_drives: Vec<bool>,
-    /// Coupling of friction and reactions; the solution is unique below one. `None` if unknown.
+    /// Uniqueness bound: below one no other solution satisfies the friction laws. `None` if unknown.
     pub coupling: Option<f64>,
-    /// Factor on all friction coefficients at which the mechanism jams, infinite if it does not;
-    /// `None` unless requested.
+    /// Factor on all friction coefficients at which the mechanism jams; infinite if it does not jam, `None` if not
+    /// requested.
     pub friction_margin: Option<f64>,
     /// Contribution of each friction interface to each actuator's effort.
     pub shares: Contributions<f64>,
-    /// Power with which the load back-drives each actuator; empty without friction.
+    /// Result of back-driving each actuator by the load; empty without friction.
     pub backward: Vec<Backward>,
-    /// Motor and gear of each drive train, in the order of
+    /// State of motor and gear of each drive train, in the order of
     /// [`Mechanism::drive_trains`](stiction_core::mechanism::Mechanism::drive_trains).
     pub motors: Vec<Motor>,
 }

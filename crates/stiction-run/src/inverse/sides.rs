@@ -1,17 +1,17 @@
-//! Passages of singular poses between samples, detected by sign changes of the actuation
-//! determinant.
+//! Detection of singular poses between samples. The determinant of the loop constraints with locked actuators vanishes
+//! at an actuation (type 2) singularity, and changes its sign there.
 
 use stiction_core::dynamics::InverseDynamics;
 
-/// Sign of the determinant of the actuation at the last sample.
+/// Sign of the determinant of the loop constraints with locked actuators, at the last sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sides {
-    /// Time of the last sample, s, and the sign there.
+    /// Time of the last sample, s, and the sign of the determinant there.
     last: Option<(f64, f64)>,
 }
 
 impl Sides {
-    /// Adds a sample; returns the times, s, of the two samples between which the sign changed.
+    /// Adds a sample. Returns the times, s, of the last two samples if the sign changed between them.
     pub(crate) fn observe(
         &mut self,
         solver: &mut InverseDynamics,
@@ -20,7 +20,8 @@ impl Sides {
         self.see(solver.side(), time)
     }
 
-    /// Adds a sample with its sign.
+    /// Adds a sample at `time`, s; `side` is the sign of its determinant, `None` if undetermined. Returns the times
+    /// of the last sample and of this one if the sign changes between them.
     pub(super) fn see(&mut self, side: Option<f64>, time: f64) -> Option<(f64, f64)> {
         let now = side.map(|side| (time, side));
         let before = core::mem::replace(&mut self.last, now)?;

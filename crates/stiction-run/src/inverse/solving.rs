@@ -1,8 +1,8 @@
-//! Evaluation of all forces at the samples of a chunk.
+//! Computation of all forces at the samples of a chunk.
 
-use super::certainty::Asked;
+use super::certainty::SampleCertainty;
 use super::chunks::Work;
-use super::efficiency::look_back;
+use super::efficiency::evaluate_back_driving;
 use super::joints::joint_motions;
 use super::least_indices::LeastIndices;
 use super::sample::Sample;
@@ -14,13 +14,13 @@ use crate::job::{Indices, Job};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, InverseError, Mirror};
 use stiction_format::Side;
 
-/// Computes forces and verdicts at each sample.
+/// Evaluation of chunks that computes forces and verdicts at each sample.
 pub(super) struct Solving<'a> {
     pub(super) job: &'a Job<'a>,
     pub(super) track: &'a Track,
-    /// Buffers for each chunk, copied at its start.
+    /// Initial state of the verdicts, copied at the start of each chunk.
     pub(super) uniqueness: Uniqueness,
-    /// Degrees of freedom of [`Sample::joints`].
+    /// Degrees of freedom whose motion [`Sample::joints`] contains.
     pub(super) dofs: Vec<Dof>,
 }
 
@@ -39,13 +39,13 @@ pub(super) struct SampleResult {
     pub(super) found: Result<Box<Solved>, InverseError>,
 }
 
-/// Complete result of a sample with forces.
+/// Complete result of a sample at which the forces have a solution.
 pub(super) struct Solved {
     pub(super) sample: Sample,
     pub(super) redundancy: usize,
     pub(super) is_singular: bool,
     pub(super) singular: Option<Singular>,
-    pub(super) asked: Asked,
+    pub(super) certainty: SampleCertainty,
     pub(super) side: Option<f64>,
 }
 
@@ -93,7 +93,7 @@ impl Work for Solving<'_> {
 }
 
 impl Solving<'_> {
-    /// Collects the results of a solved sample.
+    /// Collects the results of a sample from the solver.
     fn find(
         &self,
         piece: &mut ChunkResults,
@@ -107,7 +107,7 @@ impl Solving<'_> {
         };
         let mut backward = Vec::new();
         if self.job.friction != FrictionMode::Off && !solver.forces().interfaces.is_empty() {
-            look_back(solver, &mut piece.mirror, &loads, &mut backward);
+            evaluate_back_driving(solver, &mut piece.mirror, &loads, &mut backward);
         }
         let shares = solver.shares().clone();
         let uniqueness = &mut piece.uniqueness;
@@ -115,7 +115,7 @@ impl Solving<'_> {
         if let Some(travel) = uniqueness.observe(solver, time, postpones) {
             piece.least.postpone(piece.samples.len(), travel);
         }
-        let asked = Asked::of(solver, &loads, self.job.friction_margin);
+        let certainty = SampleCertainty::of(solver, &loads, self.job.friction_margin);
         let sample = Sample {
             time,
             forces: solver.forces().clone(),
@@ -129,8 +129,8 @@ impl Solving<'_> {
             determined_gearings: uniqueness.gearings.clone(),
             determined_loads: uniqueness.loads.clone(),
             determined_drives: uniqueness.drives.clone(),
-            coupling: asked.coupling,
-            friction_margin: asked.locks_at(),
+            coupling: certainty.coupling,
+            friction_margin: certainty.locks_at(),
             shares,
             backward,
             motors: Vec::new(),
@@ -140,7 +140,7 @@ impl Solving<'_> {
             redundancy: uniqueness.redundancy,
             is_singular: uniqueness.is_singular,
             singular: uniqueness.singular.take(),
-            asked,
+            certainty,
             side,
         }
     }

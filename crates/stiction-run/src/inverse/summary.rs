@@ -18,12 +18,12 @@ use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
 use stiction_core::dynamics::{Bounds, FrictionMode, Weighting};
 
-/// Collects the summary of a run, sample by sample.
+/// Collector of the summary of a run, sample by sample.
 #[derive(Clone, Debug)]
 pub struct Summary {
     pub(super) names: Names,
     pub(super) drives: Vec<Comparison>,
-    /// Degree of freedom of each actuator among those of [`Sample::joints`].
+    /// Index of each actuator's degree of freedom in [`Sample::joints`].
     actuated: Vec<usize>,
     /// Coordinate (m or rad), speed (m/s or rad/s) and power (W) of each actuator.
     motions: Vec<(Range, Size, Size)>,
@@ -31,14 +31,14 @@ pub struct Summary {
     pub(super) widest: Vec<Size>,
     /// Widest interval of each actuator's effort.
     pub(super) widest_bounds: Vec<(f64, f64)>,
-    /// Guaranteed bounds of the effort at the instant of the widest interval.
+    /// Guaranteed bounds of each effort at the instant of its widest interval.
     widest_outer: Vec<(f64, f64)>,
-    /// Greatest distance of each actuator's guaranteed bounds beyond the interval, and the numbers
-    /// of samples at rest by their certainty.
+    /// Largest distance by which each actuator's guaranteed bounds exceed the interval, and numbers of samples at rest
+    /// by the certainty of their intervals.
     pub(super) certified_within: Vec<f64>,
     pub(super) certainty: Certainty,
     pub(super) resting_samples: usize,
-    /// Number of samples at rest whose intervals are unknown.
+    /// Number of samples at rest at which the interval of the efforts is unknown.
     pub(super) unbounded_samples: usize,
     pub(super) reactions: Reactions,
     pub(super) dissipated: Vec<Integral>,
@@ -58,15 +58,15 @@ pub struct Summary {
     pub(super) closure: Size,
     pub(super) actuation: Least,
     pub(super) constraint: Least,
-    /// Effort of each gearing, and whether statics determines it in all samples.
+    /// Effort of each gearing, and true if statics determines it in all samples.
     pub(super) gearings: Vec<(Size, bool)>,
-    /// True for each component of each joint's reaction that is determined at all samples.
+    /// True for each component of each joint's reaction that statics determines in all samples.
     pub(super) determined_reactions: Vec<[bool; 6]>,
     pub(super) determined_loads: Vec<bool>,
     pub(super) determined_drives: Vec<bool>,
 }
 
-/// Numbers of samples by the certainty of their intervals.
+/// Numbers of samples at rest by the certainty of their effort intervals.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Certainty {
     pub(super) exact: usize,
@@ -83,7 +83,7 @@ pub(super) struct Work {
 }
 
 impl Summary {
-    /// Empty summary.
+    /// Creates the summary of a job before its first sample.
     pub fn new(job: &Job<'_>) -> Self {
         let names = Names::new(&job.model.mechanism);
         let (drives, joints, interfaces) =
@@ -123,17 +123,17 @@ impl Summary {
         }
     }
 
-    /// Time from the first to the last sample, s.
+    /// Duration from the first to the last sample, s.
     pub(super) fn duration(&self) -> f64 {
         self.span.map_or(0.0, |(first, last)| last - first)
     }
 
-    /// Power of each actuator, W.
+    /// Statistics of the power of each actuator, W.
     pub(super) fn powers(&self) -> impl Iterator<Item = &Size> {
         self.motions.iter().map(|(_, _, power)| power)
     }
 
-    /// Components of reactions that statics does not determine, by joint.
+    /// Names of the joints with the components of their reactions that statics does not determine.
     pub(super) fn undetermined(&self) -> Vec<(&str, Vec<&'static str>)> {
         self.names
             .joints
@@ -144,20 +144,20 @@ impl Summary {
             .collect()
     }
 
-    /// True if the efforts are unique: the actuators are not redundant, and no friction depends on
-    /// an undetermined reaction.
+    /// Returns whether the efforts are unique: statics determines them, and no friction depends on an undetermined
+    /// reaction.
     pub(super) fn drives_are_unique(&self, friction: FrictionMode) -> bool {
         let frictions = friction == FrictionMode::Off || !self.determined_loads.contains(&false);
         frictions && !self.determined_drives.contains(&false)
     }
 
-    /// Friction interfaces whose normal load, and thus friction, is not unique.
+    /// Names of the friction interfaces whose normal load, and therefore friction, is not unique.
     pub(super) fn frictions_that_are_not_unique(&self) -> impl Iterator<Item = &str> {
         let interfaces = self.names.interfaces.iter().zip(&self.determined_loads);
         interfaces.filter(|(_, determined)| !**determined).map(|((name, _), _)| name.as_str())
     }
 
-    /// Content of `summary.json`.
+    /// Returns the content of `summary.json`.
     pub fn json(&self, job: &Job<'_>, verdict: &Verdict) -> Value {
         let mut value = json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
@@ -200,14 +200,14 @@ impl Summary {
         value
     }
 
-    /// Doubts about the motion, ranges that it leaves, and limits of motors that it exceeds.
+    /// Lists doubts about the recorded motion, excursions of joints beyond their ranges, and exceeded limits of motors.
     pub(super) fn cautions(&self, job: &Job<'_>) -> Vec<String> {
         job.motion.cautions().chain(self.ranges.cautions()).chain(self.motors.cautions()).collect()
     }
 
-    /// Reasons to read the results of a run with care, one short sentence each: ranges and limits that it
-    /// exceeds, results that are not unique, singular positions that it passes. Those of the recording
-    /// ([`Motion::cautions`](stiction_format::Motion::cautions)) are left out.
+    /// Lists reasons to interpret the results with care, one short sentence each: exceeded ranges and limits, results
+    /// that are not unique, singular positions in the motion. Cautions on a recording
+    /// ([`Motion::cautions`](stiction_format::Motion::cautions)) are not included.
     pub fn doubts(&self, job: &Job<'_>, verdict: &Verdict) -> Vec<String> {
         let mut doubts: Vec<String> =
             self.ranges.cautions().chain(self.motors.cautions()).collect();
@@ -226,7 +226,7 @@ impl Summary {
         doubts
     }
 
-    /// True if friction acts in some joint.
+    /// Returns whether friction acts in any joint.
     pub(super) fn has_friction(&self, job: &Job<'_>) -> bool {
         job.friction != FrictionMode::Off && !self.names.interfaces.is_empty()
     }
@@ -443,7 +443,7 @@ pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
     }
 }
 
-/// Declared weighting that selects the undetermined parts; `None` if the solution is unique.
+/// Names the declared weighting that selects the undetermined efforts or reactions; `None` if the solution is unique.
 pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String> {
     let mechanism = &job.model.mechanism;
     let length = mechanism.characteristic_length();

@@ -1,4 +1,4 @@
-//! Tables of a run of inverse dynamics: as CSV, or in memory.
+//! Tables of a run of inverse dynamics, as CSV or in memory.
 
 use super::rows::{Rows, TABLES};
 use super::sample::Sample;
@@ -7,17 +7,17 @@ use crate::table::{self, Table, header};
 use crate::{Sink, SinkError};
 use std::io;
 
-/// Writes the tables of a run, one row for each sample.
+/// Writer of the tables of a run, one row for each sample.
 ///
-/// `inverse.csv` has the actuators, the power balance, the closure error and the singularity indices;
-/// `joints.csv` the motion of every scalar joint coordinate and the lengths of legs; `reactions.csv` the
-/// complete wrench of every joint; `friction.csv` every friction interface; `bodies.csv` the motion of every
-/// body; `motors.csv` the power of every motor and where it goes; `contributions.csv` the contribution of every
-/// friction interface to every actuator's effort.
+/// `inverse.csv` contains the actuators, the power balance, the closure error and the singularity indices; `joints.csv`
+/// the motion of every scalar joint coordinate and the lengths of legs; `reactions.csv` the complete wrench of every
+/// joint; `friction.csv` the state of every friction interface; `bodies.csv` the motion of every body; `motors.csv` the
+/// power of every motor and its losses; `contributions.csv` the contribution of every friction interface to every
+/// actuator's effort.
 pub struct Tables<W: io::Write> {
     tables: table::Tables<W>,
     rows: Rows,
-    /// True if the run has this table.
+    /// True for each table that the run has.
     has: [bool; 7],
 }
 
@@ -28,7 +28,7 @@ impl<W: io::Write> Tables<W> {
         names.map(|(name, _)| name).collect()
     }
 
-    /// Starts the tables with their headers.
+    /// Starts the tables with their headers; `files` are in the order of [`Self::files`].
     ///
     /// # Errors
     /// A header cannot be written.
@@ -47,7 +47,7 @@ impl<W: io::Write> Tables<W> {
     }
 }
 
-/// Keeps the tables of a run in memory, with the numbers of [`Tables`].
+/// Collector of the tables of a run in memory, with the same numbers as [`Tables`].
 pub struct Columns {
     tables: Vec<Table>,
     rows: Rows,
@@ -55,7 +55,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Starts the tables of a job.
+    /// Creates the tables of a job without rows.
     pub fn new(job: &Job<'_>) -> Self {
         let rows = Rows::new(job);
         let names = Tables::<Vec<u8>>::files(job);
@@ -68,7 +68,7 @@ impl Columns {
     }
 }
 
-/// Headers of the tables of a job, with the time.
+/// Headers of all tables of a job, including the time.
 fn headers(rows: &Rows, job: &Job<'_>) -> Vec<Vec<String>> {
     let headers = rows.headers.iter().zip(Rows::of_job(job)).filter(|(_, has)| *has);
     headers.map(|(columns, _)| header(columns.iter().cloned())).collect()

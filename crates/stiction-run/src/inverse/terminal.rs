@@ -1,4 +1,4 @@
-//! Summary of a run for the terminal.
+//! Summary of a run as text for the terminal.
 
 use super::certainty::{MOST_MARGIN, Margin};
 use super::summary::{Summary, friction_word, weighting_words};
@@ -13,18 +13,18 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::FrictionMode;
 use stiction_draw::numbers::{number, order, percent};
 
-/// Singularity index below which a pose counts as singular. At a singular pose with finite rates, indices are accurate
+/// Singularity index below which a pose counts as singular. The indices of a singular pose at finite rates are accurate
 /// only to the square root of the rounding error.
 pub(super) const ROOT_OF_ROUNDING: f64 = 1e-6;
-/// Singularity index below which the summary has a caution.
+/// Singularity index below which the summary contains a caution.
 pub(super) const NEAR_SINGULAR: f64 = 1e-3;
 /// Largest number of joints and friction interfaces listed.
 const LISTED: usize = 6;
 
-/// Writes the summary as plain text.
+/// Writes the summary as text.
 ///
 /// # Errors
-/// The receiver fails.
+/// Fails if the receiver of the text fails.
 pub fn write_summary(
     out: &mut impl Write,
     job: &Job<'_>,
@@ -325,7 +325,8 @@ fn write_verdicts(
     }
 }
 
-/// Writes the singular poses whose load happens to be carried.
+/// Writes the singular poses in which the load happens to do no work on the gained motion, so that the mechanism can
+/// carry it.
 fn write_singular(
     out: &mut impl Write,
     summary: &Summary,
@@ -363,7 +364,7 @@ fn write_singular(
     Ok(())
 }
 
-/// Writes the extent to which the solution with friction is unique.
+/// Writes how far the solution with friction is unique.
 fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Result {
     if let Some(coupling) = verdict.coupling.filter(|coupling| *coupling < 1.0) {
         return match coupling > 1e-9 {
@@ -386,7 +387,7 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
         ),
         None => writeln!(
             out,
-            "with friction there may be other solutions: whether there are is not known here"
+            "with friction there may be other solutions; their existence is not decided here"
         ),
     }
 }

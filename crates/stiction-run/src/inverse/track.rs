@@ -1,29 +1,30 @@
-//! Positions along a motion that two passes share.
+//! Positions along a motion, stored between the two passes of a run.
 
 use stiction_core::kinematics::State;
 
-/// Positions along a motion, found by a first pass, to which the next pass returns.
+/// Positions at the first samples of a motion, which the first pass found and the second pass restores.
 #[derive(Debug, Default)]
 pub(super) struct Track {
-    /// Numbers of the positions, sample after sample: coordinates, rates and accelerations of the tree,
-    /// then the side of singular positions.
+    /// For each sample: coordinates, rates and accelerations of the tree, then the sign of the determinant of the loop
+    /// constraints with locked actuators; NaN if it is undetermined.
     numbers: Vec<f64>,
-    /// Numbers of coordinates and of DOFs.
+    /// Number of coordinates and number of degrees of freedom of the tree.
     widths: [usize; 2],
     is_full: bool,
 }
 
-/// Position at a sample.
+/// Stored position of a sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known<'a> {
     /// Coordinates, rates and accelerations of the tree.
     pub(super) state: [&'a [f64]; 3],
-    /// See [`InverseDynamics::side`](stiction_core::dynamics::InverseDynamics::side).
+    /// Sign of the determinant of the loop constraints with locked actuators, see
+    /// [`InverseDynamics::side`](stiction_core::dynamics::InverseDynamics::side).
     pub(super) side: Option<f64>,
 }
 
 impl Track {
-    /// Largest number of stored numbers: memory must not grow with the length of a motion.
+    /// Largest number of stored numbers, so that memory does not grow with the length of a motion.
     const MOST: usize = 1 << 21;
 
     fn width(&self) -> usize {
@@ -40,7 +41,7 @@ impl Track {
         self.numbers.push(side.unwrap_or(f64::NAN));
     }
 
-    /// Appends the positions of the samples that follow, as long as there is space.
+    /// Appends the positions of the following samples, as long as there is space.
     pub(super) fn append(&mut self, other: &Self) {
         if !other.numbers.is_empty() {
             self.widths = other.widths;
@@ -51,7 +52,7 @@ impl Track {
         }
     }
 
-    /// Position at a sample, if it is stored.
+    /// Returns the position of a sample if it is stored.
     pub(super) fn at(&self, sample: usize) -> Option<Known<'_>> {
         let width = self.width();
         let numbers = self.numbers.get(sample * width..(sample + 1) * width)?;

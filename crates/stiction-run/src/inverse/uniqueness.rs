@@ -3,50 +3,50 @@
 use stiction_core::dynamics::{InverseDynamics, Weighting};
 use stiction_core::statics::{Distances, NullDirection, SingularityDistances, Statics};
 
-/// Index below which a pose counts as singular and the index as zero.
+/// Singularity index below which a pose counts as singular; such an index is exactly zero.
 pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
 
-/// Verdicts at one sample, with buffers for the next.
+/// Verdicts at one sample, with buffers that the next sample reuses.
 #[derive(Clone, Debug)]
 pub(super) struct Uniqueness {
-    /// Mobility intended by the design, local rotations included.
+    /// Mobility that the design intends, local rotations included.
     mobility: usize,
-    /// Calculator of the indices; `None` unless statics has as many unknowns as equations.
+    /// Fast calculator of the indices; `None` if statics has more or fewer unknowns than equations.
     pub(super) proximity: Option<SingularityDistances>,
-    /// NaN if they are postponed.
+    /// Singularity indices of the sample; NaN if their computation is postponed.
     pub(super) distances: Distances,
     pub(super) redundancy: usize,
     pub(super) reactions: Vec<[bool; 6]>,
     pub(super) gearings: Vec<bool>,
     pub(super) loads: Vec<bool>,
     pub(super) drives: Vec<bool>,
-    /// True if the pose is singular although the load is carried.
+    /// True if the pose is singular although the mechanism carries the load.
     pub(super) is_singular: bool,
-    /// Details of the first singular pose.
+    /// Details of the singular pose at the first sample that has one.
     pub(super) singular: Option<Singular>,
     reported: bool,
 }
 
-/// Singular poses with finite forces: the load happens to be carried, and the solution is not
-/// unique.
+/// Singular poses whose forces are finite, because the load does no work on the gained motion. The solution is not
+/// unique there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Singular {
-    /// Number of such samples.
+    /// Number of samples at singular poses with finite forces.
     pub samples: usize,
-    /// Time of the first, s.
+    /// Time of the first of these samples, s.
     pub time: f64,
-    /// Body that can move at that pose with all actuators locked.
+    /// Body that can move at the first of these samples with all actuators locked.
     pub body: String,
     /// Motion of the body in words.
     pub motion: String,
-    /// Load that could not be carried at that pose.
+    /// Load that the mechanism could not carry in that pose.
     pub load: String,
-    /// Self-stresses that may be added to the forces at that pose.
+    /// Self-stresses that can be added to the forces in that pose.
     pub null_directions: Vec<NullDirection>,
 }
 
 impl Uniqueness {
-    /// Creates a unique result with empty buffers.
+    /// Creates the verdicts before the first sample.
     pub(super) fn new(solver: &InverseDynamics, mobility: usize) -> Self {
         let mechanism = solver.mechanism();
         Self {
@@ -64,8 +64,8 @@ impl Uniqueness {
         }
     }
 
-    /// Examines the current pose. If `postpones` and only the indices must be computed, returns bounds
-    /// on their changes instead, see [`SingularityDistances::travel`].
+    /// Examines the present pose. If `postpones` is true and only the indices remain to be computed, returns bounds on
+    /// their changes instead of computing them, see [`SingularityDistances::travel`].
     pub(super) fn observe(
         &mut self,
         solver: &InverseDynamics,
@@ -107,7 +107,7 @@ impl Uniqueness {
     }
 }
 
-/// True if statics determines all forces: no redundancy and no local rotation of a body.
+/// Returns whether statics determines all forces: there is no redundancy, and no body has a local rotation.
 pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
     let has_spins = !solver.constraints().spins().is_empty();
     solver.weighting() == Some(Weighting::Determined) && !has_spins

@@ -9,33 +9,33 @@ use stiction_core::dynamics::{InverseDynamics, Weighting};
 pub struct Verdict {
     /// Number of samples.
     pub samples: usize,
-    /// Notes on differences of the first configuration from `home` and `start`.
+    /// Notes on differences between the assembled first configuration and the declared `home` and `start`.
     pub assembly_notes: Vec<String>,
-    /// Least mobility along the motion left by the constraints, local rotations included.
+    /// Least mobility along the motion that the constraints leave, local rotations included.
     pub mobility: usize,
-    /// Bodies with a passive rotation about their own axis.
+    /// Names of the bodies that can rotate freely about their own axis.
     pub idle_spins: Vec<String>,
     /// Number of redundant constraints and actuators.
     pub redundancy: usize,
-    /// Weighting that selects one of the solutions; `None` for the dense fallback.
+    /// Weighting that selects one of several solutions; `None` if the dense fallback computed the forces.
     pub weighting: Option<Weighting>,
     /// Sliding speed below which friction interfaces are at rest, m/s.
     pub rest_speed: f64,
-    /// Greatest coupling of friction and reactions along the motion; the solution is unique below
-    /// one. `None` if unknown.
+    /// Largest uniqueness bound along the motion: below one the solution with friction is unique. `None` if unknown.
     pub coupling: Option<f64>,
-    /// Pairs of neighbouring samples, s, between which the mechanism passes a singular pose without
-    /// a finite effort.
+    /// Pairs of times, s, of neighbouring samples between which the mechanism passes a singular pose, near which
+    /// efforts grow without bound.
     pub passed_singularities: Vec<(f64, f64)>,
-    /// Other solutions; the reported one is continued from zero friction.
+    /// Other solutions that satisfy the friction laws, if found. The reported solution is the one continued from zero
+    /// friction.
     pub other_solutions: Option<OtherSolutions>,
     /// Least friction margin to jamming, if requested.
     pub friction_margin: Option<Margin>,
-    /// Singular poses at samples whose load happens to be carried.
+    /// Singular poses at samples at which the mechanism carries the load nevertheless.
     pub singular: Option<Singular>,
 }
 
-/// Names of the bodies with a passive rotation about their own axis.
+/// Names of the bodies that can rotate freely about their own axis.
 pub(crate) fn idle_spins(solver: &InverseDynamics) -> Vec<String> {
     let bodies = solver.mechanism().bodies();
     let spins = solver.constraints().spins();

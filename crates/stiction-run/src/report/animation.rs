@@ -1,7 +1,7 @@
 //! Samples of a run for the moving robot of its report.
 //!
-//! A long run keeps evenly spaced samples and those with the extremes of what the report's tables list,
-//! so that a page stays small and its peaks are there.
+//! For a long run, evenly spaced samples are stored, and in addition those at which the quantities in the report's
+//! tables have extremes. The page thus stays small and still contains all peaks.
 
 use crate::bodies::poses_in_world;
 use crate::dofs::{Dof, actuated, dofs_of};
@@ -15,21 +15,21 @@ use stiction_core::spatial::{Pose, Quaternion, Vec3};
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
 use stiction_draw::viewer::{Actuator, Film, Ghost, Shot, robot};
 
-/// Size of the samples of a page, bytes of its text: a page that e-mail carries.
+/// Largest size of the samples in a page, bytes of its text, so that the page can be sent by e-mail.
 const ROOM: usize = 2_000_000;
 /// Largest number of evenly spaced samples.
 const MOST: usize = 3000;
 /// Relative difference below which a larger value counts as equal, as in the summary.
 const ROUNDING: f64 = 1e-12;
 
-/// Columns of each friction interface.
+/// Names of the columns of a friction interface.
 const INTERFACE: [&str; 5] = ["speed [m/s]", "load [N]", "friction [N]", "power [W]", "sticks"];
-/// Columns of the external load of a body.
+/// Names of the columns of the external load of a body.
 const LOAD: [&str; 6] = ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]"];
-/// Number of numbers of a pose: position and quaternion.
+/// Number of values of a pose: position and quaternion.
 const POSE: usize = 7;
 
-/// A kept sample.
+/// Stored sample.
 #[derive(Clone, Debug)]
 struct Frame {
     index: usize,
@@ -38,25 +38,25 @@ struct Frame {
     values: Vec<f64>,
 }
 
-/// Least and greatest value of a quantity with their samples.
+/// Least and greatest value of a quantity, with the samples at which they occur.
 #[derive(Clone, Debug, Default)]
 struct Extremes {
     least: Option<(f64, Arc<Frame>)>,
     greatest: Option<(f64, Arc<Frame>)>,
 }
 
-/// A run for the moving robot of a page of several runs.
+/// Animation of one run, for a page that shows several runs.
 #[derive(Clone, Debug)]
 pub struct Reel {
     shot: Shot,
     still: String,
 }
 
-/// Largest number of runs of a page.
+/// Largest number of runs in one page.
 pub(crate) const MOST_RUNS: usize = 8;
 
-/// Markup of the moving robot of the first of some runs, each with its label, over which a reader can lay the
-/// others; empty without any.
+/// Markup of the moving robot of the first of several runs, over which a reader can show the robots of the others. Each
+/// run has a label. Empty without runs.
 pub(crate) fn together(runs: Vec<(String, Reel)>, caption: &str) -> String {
     let labelled = |(label, reel): (String, Reel)| (Shot { label, ..reel.shot }, reel.still);
     let mut runs = runs.into_iter().take(MOST_RUNS).map(labelled);
@@ -65,18 +65,18 @@ pub(crate) fn together(runs: Vec<(String, Reel)>, caption: &str) -> String {
     robot(&first, &others, &still, caption)
 }
 
-/// Collects the samples of a run for the moving robot.
+/// Collector of the samples of a run for the moving robot.
 #[derive(Clone, Debug)]
 pub(crate) struct Animation {
     mechanism: Mechanism,
     names: Names,
     columns: Vec<String>,
     actuators: Vec<Actuator>,
-    /// Poses at the first sample in the world, the ground first.
+    /// Poses of all bodies in the world at the first sample, the ground first.
     first: Vec<Pose<f64>>,
     origin: Vec3<f64>,
     trail: Option<Trail>,
-    /// Largest number of evenly spaced samples, and their distance.
+    /// Largest number of evenly spaced samples, and number of samples from each of them to the next.
     most: usize,
     stride: usize,
     count: usize,
@@ -85,14 +85,14 @@ pub(crate) struct Animation {
     last: Option<Arc<Frame>>,
     poses: Vec<Pose<f64>>,
     tracked: Vec<f64>,
-    /// Numbers of columns of each actuator, and of singularity indices.
+    /// Number of columns for each actuator, and number of columns for singularity indices.
     quantities: usize,
     whole: usize,
 }
 
 impl Animation {
-    /// Empty animation of `count` samples; `quantities` are those of each actuator, its effort first, and
-    /// `whole` the singularity indices, if any.
+    /// Creates an empty animation with room for `count` samples. `quantities` names the columns for each actuator, the
+    /// effort first, and `whole` those of the singularity indices, if any.
     pub(crate) fn new(
         mechanism: &Mechanism,
         names: &Names,
@@ -138,12 +138,12 @@ impl Animation {
         }
     }
 
-    /// Empty animation of `count` samples without forces.
+    /// Creates an empty animation without forces, with room for `count` samples.
     pub(crate) fn of_motion(mechanism: &Mechanism, count: usize) -> Self {
         Self::new(mechanism, &Names::default(), &[], &[], count)
     }
 
-    /// Adds a sample without forces, at the poses of a solver.
+    /// Adds a sample without forces; the poses are those of a solver.
     pub(crate) fn push_motion(&mut self, time: f64, solver: &InverseDynamics) {
         self.push_pose(
             time,
@@ -151,14 +151,14 @@ impl Animation {
         );
     }
 
-    /// Adds a sample without forces, at the poses of all bodies, the ground first.
+    /// Adds a sample without forces; `poses` are those of all bodies in the world, the ground first.
     pub(crate) fn push_pose(&mut self, time: f64, poses: &[Pose<f64>]) {
         let loads = vec![0.0; LOAD.len() * (self.mechanism.bodies().len() - 1)];
         self.push(time, poses.iter().copied(), loads);
     }
 
-    /// Adds a sample: poses of all bodies in the world, the ground first, and values of all columns in
-    /// the order actuators, joints, friction interfaces, loads of bodies, singularity indices.
+    /// Adds a sample: poses of all bodies in the world, the ground first, and values of all columns. Their order is
+    /// actuators, joints, friction interfaces, loads of bodies, singularity indices.
     pub(crate) fn push(
         &mut self,
         time: f64,
@@ -202,8 +202,8 @@ impl Animation {
         self.count += 1;
     }
 
-    /// Collects the quantities whose extremes are kept: efforts, sizes of reactions, normal loads,
-    /// frictions and their powers, singularity indices.
+    /// Collects the quantities whose extremes are stored: efforts, magnitudes of reactions, normal loads, frictions and
+    /// their powers, singularity indices.
     fn track(&mut self, values: &[f64]) {
         let (drives, quantities) = (self.names.drives.len(), self.quantities);
         self.tracked.clear();
@@ -220,15 +220,15 @@ impl Animation {
         self.tracked.extend_from_slice(&values[values.len() - self.whole..]);
     }
 
-    /// Markup of the moving robot with its still picture, and the least constrained motion at a sample; empty
-    /// without a sample.
+    /// Markup of the moving robot with a still picture; `ghost` is the least-constrained motion at a sample, if shown.
+    /// Empty without samples.
     pub(crate) fn figure(&self, caption: &str, ghost: Option<Ghost>) -> String {
         let Some(mut reel) = self.reel(1) else { return String::new() };
         reel.shot.film.ghost = ghost;
         robot(&reel.shot, &[], &reel.still, caption)
     }
 
-    /// The run for a page of several runs; `None` without a sample.
+    /// Returns the animation for a page that shows `runs` runs; `None` without samples.
     pub(crate) fn reel(&self, runs: usize) -> Option<Reel> {
         if self.first.is_empty() {
             return None;
@@ -243,7 +243,8 @@ impl Animation {
         Some(Reel { shot: Shot { label: String::new(), scene: drawing.scene(), film }, still })
     }
 
-    /// The kept samples, without the columns of loads that never act, fewer on a page of several runs.
+    /// Returns the stored samples; columns of loads that never act are left out. A page of several runs gets fewer
+    /// samples of each.
     pub(crate) fn film(&self, runs: usize) -> Film {
         let sparse = self.even.len().div_ceil((self.most / runs).max(2)).max(1);
         let even = self.even.iter().step_by(sparse);

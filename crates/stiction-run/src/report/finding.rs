@@ -1,9 +1,9 @@
-//! Verdicts in a report: what was found, what it means, and what to do.
+//! Verdicts in a report: a statement, its meaning, and advice.
 
 use super::html::section;
 use stiction_draw::xml::escape;
 
-/// A verdict with its meaning.
+/// Verdict with an explanation of its meaning.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Finding {
     class: &'static str,
@@ -12,17 +12,17 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// A verdict that calls for no action.
+    /// Creates a verdict that requires no action.
     pub(crate) fn good(statement: impl Into<String>, meaning: impl Into<String>) -> Self {
         Self { class: "good", statement: statement.into(), meaning: meaning.into() }
     }
 
-    /// A verdict to know when using the results.
+    /// Creates a verdict to consider when the results are used.
     pub(crate) fn open(statement: impl Into<String>, meaning: impl Into<String>) -> Self {
         Self { class: "open", statement: statement.into(), meaning: meaning.into() }
     }
 
-    /// A verdict that calls for a change.
+    /// Creates a verdict that requires a change.
     pub(crate) fn bad(statement: impl Into<String>, meaning: impl Into<String>) -> Self {
         Self { class: "bad", statement: statement.into(), meaning: meaning.into() }
     }
@@ -42,7 +42,7 @@ impl Finding {
     }
 }
 
-/// Section of verdicts, those that call for a change first.
+/// Section with all verdicts; those that require a change come first.
 pub(crate) fn findings(findings: &[Finding]) -> String {
     let of = |class: &str| -> String {
         findings.iter().filter(|one| one.class == class).map(Finding::markup).collect()

@@ -19,7 +19,7 @@ pub(crate) fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escape(text))
 }
 
-/// Paragraph of explanation.
+/// Paragraph with an explanation.
 pub(crate) fn note(text: &str) -> String {
     format!("<p class=\"note\">{}</p>\n", escape(text))
 }
@@ -39,13 +39,13 @@ pub(crate) fn folded(summary: &str, inner: &str) -> String {
     format!("<details>\n<summary>{}</summary>\n{inner}</details>\n", escape(summary))
 }
 
-/// Verdict in large letters.
+/// Card: a short text in large letters with an explanation below.
 pub(crate) fn card(big: &str, small: &str, is_bad: bool) -> String {
     let class = if is_bad { "card bad" } else { "card" };
     format!("<div class=\"{class}\"><b>{}</b><span>{}</span></div>\n", escape(big), escape(small))
 }
 
-/// Figure of curves in the page's colours.
+/// Figure of curves, drawn in the colours of the page.
 pub(crate) fn curves(figure: &Figure) -> String {
     if figure.is_empty() {
         return String::new();
@@ -53,7 +53,7 @@ pub(crate) fn curves(figure: &Figure) -> String {
     format!("<figure class=\"plot\">\n{}</figure>\n", figure.inline(&figure.title))
 }
 
-/// Figure of bars in the page's colours.
+/// Figure of bars, drawn in the colours of the page.
 pub(crate) fn bars(bars: &Bars) -> String {
     match bars.inline(&bars.title) {
         inner if inner.is_empty() => inner,
@@ -61,7 +61,7 @@ pub(crate) fn bars(bars: &Bars) -> String {
     }
 }
 
-/// Table whose cells are markup, of [`text`] and [`instant`]; empty without rows.
+/// Table whose cells are markup, as made by [`text`] and [`instant`]; empty without rows.
 pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -74,7 +74,7 @@ pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String 
     )
 }
 
-/// The first rows of a long table, and the others folded.
+/// Table that shows its first rows; the others are folded.
 pub(crate) fn long_table(head: &[(&str, Column)], rows: &[Vec<String>], most: usize) -> String {
     let (first, more) = rows.split_at(rows.len().min(most));
     let summary = match more.len() {
@@ -84,12 +84,12 @@ pub(crate) fn long_table(head: &[(&str, Column)], rows: &[Vec<String>], most: us
     table_of(head, first) + &folded(&summary, &table_of(head, more))
 }
 
-/// Cell of plain text.
+/// Cell with plain text.
 pub(crate) fn text(text: &str) -> String {
     escape(text)
 }
 
-/// Cell of an instant, s: a link that moves the robot there.
+/// Cell with a time, s: a link that moves the robot to this time.
 pub(crate) fn instant(time: f64) -> String {
     if !time.is_finite() {
         return text("-");
@@ -99,7 +99,7 @@ pub(crate) fn instant(time: f64) -> String {
     format!("<a href=\"#t={exact}\">{}</a>", escape(&number(time)))
 }
 
-/// Warnings; empty without any.
+/// List of warnings; empty without any.
 pub(crate) fn warnings<'a>(all: impl IntoIterator<Item = &'a String>) -> String {
     let items: String = all.into_iter().map(|one| format!("<li>{}</li>\n", escape(one))).collect();
     match items.is_empty() {
@@ -108,12 +108,12 @@ pub(crate) fn warnings<'a>(all: impl IntoIterator<Item = &'a String>) -> String 
     }
 }
 
-/// Cards beside each other.
+/// Row of cards.
 pub(crate) fn cards(cards: &[String]) -> String {
     format!("<div class=\"cards\">\n{}</div>\n", cards.concat())
 }
 
-/// Whole page that runs no script.
+/// Whole page without scripts.
 pub(crate) fn page(title: &str, inner: &str) -> String {
     page::page(title, STYLE, inner)
 }

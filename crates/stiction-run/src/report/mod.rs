@@ -1,6 +1,6 @@
-//! Reports of runs: self-contained pages with a common frame.
+//! Reports of runs: self-contained HTML pages with a common layout.
 //!
-//! Names and titles come from the user's files; `html` escapes them.
+//! The functions of `html` escape names and titles, which come from the user's files.
 
 pub(crate) mod animation;
 mod finding;
@@ -17,13 +17,13 @@ use stiction_draw::numbers::number;
 use stiction_draw::xml::escape;
 use stiction_format::ModelFile;
 
-/// Largest number of rows of a table before the others are folded.
+/// Number of rows of a table above which the others are folded.
 pub(crate) const LISTED: usize = 8;
 
-/// Largest number of bars.
+/// Largest number of bars in a figure.
 const BARS: usize = 12;
 
-/// Heading of a report: the model, its title, and what was computed.
+/// Heading of a report: name and title of the model, and a description of the computation.
 pub(crate) fn header(model: &ModelFile, about: &str) -> String {
     let mut inner = format!("<h1>{}</h1>\n", escape(&model.name));
     if !model.title.is_empty() {
@@ -32,8 +32,8 @@ pub(crate) fn header(model: &ModelFile, about: &str) -> String {
     inner + &note(about)
 }
 
-/// Peaks of the reactions of all joints, the largest force first; `length` in m makes moments comparable
-/// with forces.
+/// Table of the peak reactions of all joints, the largest force first. Moments are divided by `length`, m, for the
+/// comparison with forces.
 pub(crate) fn reactions(names: &[String], reactions: &Reactions, length: f64) -> String {
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|&a, &b| reactions.0[b].0.peak.total_cmp(&reactions.0[a].0.peak));
@@ -62,8 +62,8 @@ pub(crate) fn reactions(names: &[String], reactions: &Reactions, length: f64) ->
     section("Joint reactions", &inner)
 }
 
-/// Bars of the dissipation of each joint, the greatest first; `amounts` are those of friction interfaces with
-/// the indices of their joints.
+/// Bars of the energy dissipated in each joint, the largest first. `amounts` contains for each friction interface the
+/// index of its joint and its dissipated energy, J.
 pub(crate) fn by_joint(
     names: &[String],
     amounts: impl Iterator<Item = (usize, f64)>,
@@ -89,7 +89,7 @@ pub(crate) fn by_joint(
     html::bars(&Bars { title, unit: unit.to_owned(), bars })
 }
 
-/// Options and version to repeat the run; `options` are those of the summary.
+/// Section with the options and the program version that repeat the run; `options` are those of the summary.
 pub(crate) fn repeat(command: Option<&str>, options: &Value) -> String {
     let mut inner = String::new();
     if let Some(command) = command {
@@ -104,7 +104,7 @@ pub(crate) fn repeat(command: Option<&str>, options: &Value) -> String {
     section("To repeat this run", &(inner + &version()))
 }
 
-/// Value of an option as text.
+/// Formats the value of an option.
 fn shown(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
@@ -114,7 +114,7 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// Version of the program.
+/// Name and version of the program.
 pub(crate) fn version() -> String {
     note(&format!(
         "stiction {}. All numbers in SI units; the other files of this folder contain them with all digits.",
@@ -122,7 +122,7 @@ pub(crate) fn version() -> String {
     ))
 }
 
-/// Source of the model.
+/// Footer with the source that the model file names, such as a publication; empty if it names none.
 pub(crate) fn footer(model: &ModelFile) -> String {
     match model.source.trim() {
         "" => String::new(),

@@ -1,26 +1,26 @@
-//! Columns that objectives can name.
+//! Columns of the tables of inverse dynamics, to which objectives refer by name.
 
 use crate::Job;
 use crate::inverse::rows::{Rows, TABLES};
 use crate::names::Names;
 
-/// A column of the tables of inverse dynamics, or the magnitude of a vector of three of them.
+/// Column of a table of inverse dynamics, or the magnitude of a vector whose components are three columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Column {
-    /// Index of the table.
+    /// Index of the table in [`TABLES`].
     table: usize,
-    /// Index of the first column in its row.
+    /// Index of the first component in the row of the table.
     first: usize,
     /// Number of components.
     width: usize,
-    /// Name in objectives.
+    /// Name of the column in objectives.
     pub(super) name: String,
     /// Unit, without brackets; `-` for none.
     pub(super) unit: String,
 }
 
 impl Column {
-    /// Value in the rows of a sample.
+    /// Returns the value in the rows of a sample.
     pub(super) fn of(&self, rows: &Rows) -> f64 {
         let row = rows.rows[self.table].get(self.first..self.first + self.width);
         match row {
@@ -30,7 +30,7 @@ impl Column {
         }
     }
 
-    /// Column of the same table that says whether the value is determined, if there is one.
+    /// Finds the column of the same table that says whether statics determines the value of this column, if it exists.
     pub(super) fn determined(&self, known: &[Self]) -> Option<Self> {
         let owners = self.name.match_indices('.').map(|(at, _)| &self.name[..at]);
         let flag = |owner: &str| {
@@ -40,13 +40,14 @@ impl Column {
         owners.rev().find_map(flag).cloned()
     }
 
-    /// Short name of its table, which distinguishes columns of equal names.
+    /// Short name of the table, which distinguishes columns with equal names.
     pub(super) fn table(&self) -> &'static str {
         TABLES[self.table].trim_end_matches(".csv")
     }
 }
 
-/// All columns of a job, first those of shorter names.
+/// Lists all columns of a job. If columns of several tables have the same name, the one that the name alone refers to
+/// comes first.
 pub(super) fn columns(job: &Job<'_>, rows: &Rows) -> Vec<Column> {
     let mut all = Vec::new();
     // Columns of equal names are found in this order.
@@ -75,7 +76,7 @@ pub(super) fn columns(job: &Job<'_>, rows: &Rows) -> Vec<Column> {
     all
 }
 
-/// Name and unit of a header such as `leg1.P.drive [N]`.
+/// Splits a header such as `leg1.P.drive [N]` into name and unit.
 pub(super) fn split(header: &str) -> (String, String) {
     match header.trim().strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
         Some((name, unit)) => (name.trim_end().to_owned(), unit.trim().to_owned()),
@@ -83,7 +84,7 @@ pub(super) fn split(header: &str) -> (String, String) {
     }
 }
 
-/// `J.effort` for the column `J.drive` of every actuator.
+/// Columns `J.effort`, which are further names for the columns `J.drive` of all actuators.
 fn efforts(job: &Job<'_>, inverse: &[Column]) -> Vec<Column> {
     let names = Names::new(&job.model.mechanism);
     let effort = |(name, _): &(String, &str)| {
@@ -94,7 +95,7 @@ fn efforts(job: &Job<'_>, inverse: &[Column]) -> Vec<Column> {
     names.drives.iter().filter_map(effort).collect()
 }
 
-/// Magnitudes of vectors among the columns of a table: `J.reaction.force` of `J.fx`, `J.fy`, `J.fz`.
+/// Finds the vectors among the columns of a table: `J.reaction.force` for `J.fx`, `J.fy`, `J.fz`.
 fn vectors(columns: &[Column]) -> Vec<Column> {
     let kinds = [
         (["fx", "fy", "fz"], "reaction.force"),

@@ -1,4 +1,4 @@
-//! Designs: the values of the varied keys in every row of a study.
+//! Designs of a study: the values of the varied keys in each row.
 
 use super::latin_hypercube::{LatinHypercube, unit};
 use super::sobol::{MOST_DIMENSIONS, Sobol};
@@ -7,8 +7,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use stiction_format::{Key, Setting, Variation};
 use thiserror::Error;
 
-/// Values of the varied keys in every row of a study. A row does not depend on others, nor on the number of rows
-/// that are computed elsewhere.
+/// Values of the varied keys in each row of a study. A row does not depend on other rows, nor on the total number of
+/// rows.
 #[derive(Clone, Debug)]
 pub struct Design {
     variations: Vec<Variation>,
@@ -20,16 +20,16 @@ pub struct Design {
 enum Plan {
     Grid,
     LatinHypercube(Vec<LatinHypercube>),
-    /// For each dimension the sequence and the digital shift.
+    /// For each dimension its Sobol sequence, and the digital shift that is applied to it.
     Sobol(Vec<(Sobol, u64)>),
 }
 
 /// Largest number of rows of a grid.
 const MOST_ROWS: u64 = 1 << 40;
-/// Largest number of coordinates of a Latin hypercube, whose permutations are kept in memory.
+/// Largest number of coordinates of a Latin hypercube, whose permutations are stored in memory.
 const MOST_COORDINATES: u64 = 1 << 28;
 
-/// Reason why variations make no design.
+/// Reason for which variations do not make up a design.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum DesignError {
@@ -42,41 +42,41 @@ pub enum DesignError {
         /// The key.
         String,
     ),
-    /// A grid needs the number of values of each range.
+    /// A range has no number of values, which a grid needs.
     #[error("the range of `{0}` has no number of values, which a grid needs")]
     Uncounted(
         /// The key.
         String,
     ),
-    /// A sampled range has no number of values.
+    /// A range has a number of values, which sampled designs do not allow.
     #[error("the range of `{0}` has a number of values, but the design samples it")]
     Counted(
         /// The key.
         String,
     ),
-    /// There are no samples.
+    /// The number of samples is zero.
     #[error("a sampled design has at least one row")]
     NoSamples,
-    /// There are too many rows.
+    /// The design has too many rows.
     #[error("the design has {rows} rows; the maximum is {most}")]
     TooManyRows {
-        /// Number of rows, in words where it is beyond counting.
+        /// Number of rows, as text because it may exceed every integer type.
         rows: String,
-        /// The maximum.
+        /// Largest allowed number.
         most: u64,
     },
-    /// Sobol's sequence has too few dimensions.
+    /// More keys are varied than Sobol's sequence has dimensions.
     #[error("{keys} keys are varied; Sobol's sequence is known here up to {most} dimensions")]
     TooManyKeys {
-        /// Number of keys.
+        /// Number of varied keys.
         keys: usize,
-        /// The maximum.
+        /// Largest allowed number.
         most: usize,
     },
 }
 
 impl Design {
-    /// All combinations; the last key changes fastest.
+    /// Creates the grid of all combinations of values; the last key changes fastest.
     ///
     /// # Errors
     /// See [`DesignError`].
@@ -97,8 +97,8 @@ impl Design {
         Ok(Self { variations, count, plan: Plan::Grid })
     }
 
-    /// A Latin hypercube: every range is cut into as many intervals as there are rows, and each interval is used
-    /// once.
+    /// Creates a Latin hypercube: the range of each key is divided into as many intervals as there are rows, and each
+    /// interval is used exactly once.
     ///
     /// # Errors
     /// See [`DesignError`].
@@ -117,8 +117,8 @@ impl Design {
         Ok(Self { variations, count: samples, plan })
     }
 
-    /// The first points of Sobol's sequence, shifted at random by a seed (digital shift), or as they are. A longer
-    /// design begins with the rows of a shorter one.
+    /// Creates a design from the first points of Sobol's sequence. A seed shifts them at random (digital shift);
+    /// without one they are not shifted. A longer design begins with the rows of a shorter one.
     ///
     /// # Errors
     /// See [`DesignError`].
@@ -152,7 +152,7 @@ impl Design {
         self.variations.iter().map(|variation| &variation.key)
     }
 
-    /// Numbers of values of a grid, by key; `None` for a sampled design.
+    /// Number of values of each key in a grid; `None` for a sampled design.
     pub fn shape(&self) -> Option<Vec<u64>> {
         match self.plan {
             Plan::Grid => self.variations.iter().map(Variation::count).collect(),
@@ -160,7 +160,7 @@ impl Design {
         }
     }
 
-    /// Values of the keys in a row, counted from 0.
+    /// Values of the keys in a row; rows count from 0.
     pub fn row(&self, row: u64) -> Vec<Setting> {
         match &self.plan {
             Plan::Grid => {

@@ -1,5 +1,5 @@
-//! Plots of a study: curves over one varied key of a grid, maps over two, and scatter plots over each key of other
-//! designs.
+//! Plots of a study: curves over the varied key of a grid with one key, maps for a grid with two keys, and scatter
+//! plots over each key of other designs.
 
 use stiction_draw::figure::{Figure, Line, Panel};
 use stiction_draw::heat_map::HeatMap;
@@ -7,26 +7,26 @@ use stiction_format::{Key, Setting};
 
 /// Largest number of rows of a grid that are drawn.
 const MOST_ROWS: u64 = 100_000;
-/// Largest number of rows of a scatter plot: more would hide each other.
+/// Largest number of rows in a scatter plot; more marks would hide each other.
 const MOST_MARKS: usize = 2000;
-/// Largest number of keys that have a scatter plot.
+/// Largest number of keys that get a scatter plot.
 const MOST_KEYS: usize = 8;
 
-/// Collects the rows of a study, and draws them.
+/// Collector of the rows of a study, which draws its plots.
 pub struct Pictures {
     keys: Vec<String>,
     objectives: Vec<String>,
-    /// Numbers of values by key of a grid of one or two keys; `None` for other designs.
+    /// Number of values of each key of a grid with one or two keys; `None` for other designs.
     shape: Option<Vec<usize>>,
-    /// Numbers of the keys, row by row.
+    /// Numeric values of the keys, row by row.
     settings: Vec<Vec<f64>>,
     values: Vec<Vec<Option<f64>>>,
-    /// Rows so far, and the distance of those that are kept.
+    /// Number of rows so far, and number of rows from each stored row to the next.
     rows: usize,
     stride: usize,
 }
 
-/// File of one of some pictures.
+/// File name of picture `index` out of `count` pictures.
 fn file(index: usize, count: usize) -> String {
     match count {
         1 => "sweep.svg".to_owned(),
@@ -34,14 +34,14 @@ fn file(index: usize, count: usize) -> String {
     }
 }
 
-/// A picture of a study.
+/// Plot of a study.
 pub(super) enum Picture {
     Curves(Figure),
     Map(HeatMap),
 }
 
 impl Pictures {
-    /// No rows yet; `shape` has the numbers of values by key if the design is a grid.
+    /// Creates an empty collector; `shape` contains the number of values of each key if the design is a grid.
     pub fn new(keys: &[Key], objectives: &[String], shape: Option<&[u64]>) -> Self {
         let is_drawn = |shape: &&[u64]| {
             matches!(shape.len(), 1 | 2) && shape.iter().product::<u64>() <= MOST_ROWS
@@ -80,7 +80,7 @@ impl Pictures {
         self.values.push(values.to_vec());
     }
 
-    /// All pictures as SVG, with the names of their files; none if a key has values that are no numbers, or rows
+    /// Draws all plots as SVG, with their file names. Returns none if a key has values that are not numbers, or if rows
     /// are missing.
     pub fn draw(&self) -> Vec<(String, String)> {
         let svg = |picture: &Picture| match picture {
@@ -90,7 +90,7 @@ impl Pictures {
         self.all().into_iter().map(|(name, picture)| (name, svg(&picture))).collect()
     }
 
-    /// All pictures with the names of their files.
+    /// Returns all plots with their file names.
     pub(super) fn all(&self) -> Vec<(String, Picture)> {
         let is_numeric = self.settings.iter().flatten().all(|number| number.is_finite());
         let Some(shape) = &self.shape else { return self.scatter() };
@@ -108,7 +108,7 @@ impl Pictures {
         }
     }
 
-    /// The objectives over each key that has numbers.
+    /// Draws the objectives over each key with numeric values.
     fn scatter(&self) -> Vec<(String, Picture)> {
         let is_numeric = |key: &usize| {
             !self.settings.is_empty() && self.settings.iter().all(|row| row[*key].is_finite())

@@ -1,4 +1,4 @@
-//! Summary of a study: extremes of the objectives, and what failed.
+//! Summary of a study: extremes of the objectives, failures and cautions.
 
 use super::row::{Row, Status};
 use crate::names::width;
@@ -7,12 +7,12 @@ use std::fmt::{self, Write};
 use stiction_draw::numbers::number;
 use stiction_format::{Key, Setting};
 
-/// Largest number of failures and cautions that are kept.
+/// Largest number of failures and cautions that are stored.
 const KEPT: usize = 10;
 /// Largest number of rows that are listed.
 pub(super) const LISTED: usize = 20;
 
-/// Collects the summary of a study, row by row.
+/// Collector of the summary of a study, row by row.
 #[derive(Clone, Debug)]
 pub struct Findings {
     pub(super) keys: Vec<Key>,
@@ -20,15 +20,15 @@ pub struct Findings {
     pub(super) rows: u64,
     pub(super) failed: u64,
     pub(super) doubtful: u64,
-    /// True while all failures are values that cannot be used.
+    /// True as long as every failure is due to unusable values of the keys.
     are_all_bad_inputs: bool,
     pub(super) extremes: Vec<Option<[Extreme; 2]>>,
-    /// First rows with doubts or without results.
+    /// First rows with cautions or failures, each with its number.
     pub(super) remarks: Vec<(u64, String)>,
     pub(super) first: Vec<(u64, Vec<Setting>, Row)>,
 }
 
-/// Least or greatest value of an objective.
+/// Least or greatest value of an objective, with the row in which it occurs.
 #[derive(Clone, Debug)]
 pub(super) struct Extreme {
     pub(super) value: f64,
@@ -37,7 +37,7 @@ pub(super) struct Extreme {
 }
 
 impl Findings {
-    /// Summary of a study without rows yet.
+    /// Creates the summary before the first row.
     pub fn new(keys: &[Key], objectives: &[String]) -> Self {
         Self {
             keys: keys.to_vec(),
@@ -85,7 +85,8 @@ impl Findings {
         }
     }
 
-    /// Reason why no row has results, and true if all values cannot be used; `None` if some row has results.
+    /// Reason for which no row has results; the flag is true if all failures are due to unusable values. `None` if any
+    /// row has results.
     pub fn failure(&self) -> Option<(bool, String)> {
         let (row, reason) = self.remarks.first()?;
         (self.rows > 0 && self.failed == self.rows).then(|| {
@@ -93,7 +94,7 @@ impl Findings {
         })
     }
 
-    /// The summary as JSON.
+    /// Returns the summary as JSON.
     pub fn json(&self) -> Value {
         let mut objectives = Map::new();
         for (objective, extremes) in self.objectives.iter().zip(&self.extremes) {
@@ -124,11 +125,11 @@ impl Findings {
         Value::Object(named.map(|(key, setting)| (key.to_string(), value(setting))).collect())
     }
 
-    /// Writes the summary for the terminal: all rows of a short study, the extremes of a long one, and the first
-    /// remarks.
+    /// Writes the summary for the terminal: all rows of a short study, or the extremes of a long one, and the first
+    /// cautions and failures.
     ///
     /// # Errors
-    /// Writing fails.
+    /// Fails if the receiver of the text fails.
     pub fn write(&self, out: &mut impl Write) -> fmt::Result {
         if self.first.len() <= LISTED {
             self.write_rows(out)?;
@@ -153,7 +154,7 @@ impl Findings {
         Ok(())
     }
 
-    /// Names of the columns of the rows.
+    /// Names of the columns of a list of rows.
     pub(super) fn columns(&self) -> Vec<String> {
         std::iter::once("row".to_owned())
             .chain(self.keys.iter().map(Key::to_string))
@@ -177,7 +178,7 @@ impl Findings {
         Ok(())
     }
 
-    /// Settings of an extreme with their keys and units.
+    /// Describes the settings at an extreme: keys, values and units.
     pub(super) fn settings_in_words(&self, extreme: &Extreme) -> String {
         let named = self.keys.iter().zip(&extreme.settings);
         let each = named.map(|(key, setting)| match key.unit.as_str() {
@@ -203,7 +204,7 @@ impl Findings {
     }
 }
 
-/// Number, settings and objectives of a row in words.
+/// Cells of a row: its number, settings and objectives as text.
 pub(super) fn cells(row: u64, settings: &[Setting], results: &Row) -> Vec<String> {
     let setting = |setting: &Setting| match setting {
         Setting::Number(value) => number(*value),

@@ -1,4 +1,4 @@
-//! Latin hypercubes: in every dimension one point in each of as many equal intervals as there are points.
+//! Latin hypercubes: in each dimension, exactly one point lies in each of as many equal intervals as there are points.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -6,15 +6,15 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 /// One dimension of a Latin hypercube. Equal seeds give equal points on every machine.
 #[derive(Clone, Debug)]
 pub(super) struct LatinHypercube {
-    /// Interval of each point.
+    /// Interval in which each point lies.
     intervals: Vec<u32>,
-    /// Random numbers for the places in the intervals: the stream of this dimension.
+    /// Random numbers for the places of the points within their intervals; each dimension has its own stream.
     places: ChaCha8Rng,
 }
 
-/// Streams of the generator: those of permutations, and from here on those of places.
+/// First random stream for places. The streams before it are for permutations.
 const PLACES: u64 = 1 << 32;
-/// Words of 32 bits for one place.
+/// Number of 32-bit words that one place consumes.
 const WORDS: u128 = 2;
 
 impl LatinHypercube {
@@ -31,7 +31,7 @@ impl LatinHypercube {
         Self { intervals, places }
     }
 
-    /// Coordinate of a point, from 0 up to 1, without 1.
+    /// Coordinate of a point, at least 0 and less than 1.
     pub(super) fn at(&self, point: u64) -> f64 {
         let mut places = self.places.clone();
         places.set_word_pos(WORDS * u128::from(point));
@@ -43,12 +43,12 @@ impl LatinHypercube {
     }
 }
 
-/// A number from 0 up to 1, without 1, with the 53 leading bits.
+/// Converts the 53 leading bits to a number of at least 0 and less than 1.
 pub(super) fn unit(bits: u64) -> f64 {
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Random integer less than `bound`, each with the same probability.
+/// Random integer less than `bound`; all integers have the same probability.
 fn below(random: &mut ChaCha8Rng, bound: u64) -> u64 {
     // Numbers beyond the last whole multiple of the bound would favour small results.
     let limit = u64::MAX - u64::MAX % bound;
@@ -64,7 +64,7 @@ fn below(random: &mut ChaCha8Rng, bound: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// The defining property, in all dimensions.
+    /// Defining property of a Latin hypercube: in each dimension, every interval contains one point.
     #[test]
     fn every_interval_has_one_point() {
         for points in [1, 2, 7, 1000] {

@@ -1,8 +1,8 @@
-//! Studies of many designs: which values the varied keys take, and what is measured of each run.
+//! Studies of many designs: the values of the varied keys, and the objectives measured in each run.
 //!
-//! A [`Design`] gives the values of every row, independent of all other rows. [`Objectives`] measure a run along
-//! its motion: they are a sink of its samples. [`in_order`] computes rows on several threads. Reading the model
-//! of a row is left to the caller, who knows where models come from.
+//! A [`Design`] gives the values of each row, independent of all other rows. [`Objectives`] are a sink for the samples
+//! of a run and measure it along its motion. [`in_order`] computes rows on several threads. The caller reads the model
+//! of each row, since only the caller knows its source.
 
 mod column;
 mod design;

@@ -9,14 +9,14 @@ use std::ops::Range;
 use std::sync::Arc;
 use stiction_format::{Diagnostic, Diagnostics, Place, Source, did_you_mean};
 
-/// Statistics of columns, measured along a run.
+/// Objectives of a study: statistics of columns along a run.
 ///
-/// An objective is a function of a column: `FUNCTION(COLUMN)`. The functions are `peak` (largest magnitude),
-/// `rms`, `mean`, `min`, `max`, `range`, `final` and `work` (the integral of a power over time). A column is one of
-/// the tables of [`Tables`](crate::inverse::Tables), without its unit: `leg1.P.drive`, `distance.actuation`;
-/// `leg1.P.effort` stands for `leg1.P.drive`, `leg1.S.reaction.force` and `leg1.S.reaction.moment` for magnitudes.
-/// A column's name that occurs in several tables means the first of `inverse`, `joints`, `reactions`, `friction`,
-/// `bodies`, `motors`, `contributions`; `friction:leg1.P.power` names the table.
+/// An objective is a function of a column: `FUNCTION(COLUMN)`. The functions are `peak` (largest magnitude), `rms`,
+/// `mean`, `min`, `max`, `range`, `final` and `work` (the integral of a power over time). A column is one of the tables
+/// of [`Tables`](crate::inverse::Tables), without its unit: `leg1.P.drive`, `distance.actuation`; `leg1.P.effort`
+/// stands for `leg1.P.drive`, `leg1.S.reaction.force` and `leg1.S.reaction.moment` for magnitudes. A column name that
+/// occurs in several tables refers to the first of these tables in the order `inverse`, `joints`, `reactions`,
+/// `friction`, `bodies`, `motors`, `contributions`; `friction:leg1.P.power` names the table.
 pub struct Objectives {
     rows: Rows,
     items: Vec<Item>,
@@ -25,17 +25,17 @@ pub struct Objectives {
 struct Item {
     header: String,
     column: Column,
-    /// Column that says whether statics determines the value at a sample.
+    /// Column that tells whether statics determines the value at a sample.
     determined: Option<Column>,
     is_determined: bool,
     statistic: Statistic,
 }
 
 impl Objectives {
-    /// Finds the columns of objectives among those of a job.
+    /// Finds the columns of objectives in the tables of a job.
     ///
     /// # Errors
-    /// Objectives that are not understood, each with its place and the nearest known names.
+    /// Diagnostics for objectives that are not understood, each with its place and the most similar known names.
     pub fn new<S: AsRef<str>>(texts: &[S], job: &Job<'_>) -> Result<Self, Diagnostics> {
         let rows = Rows::new(job);
         let known = columns(job, &rows);
@@ -56,13 +56,13 @@ impl Objectives {
         self.items.iter().map(|item| item.header.clone()).collect()
     }
 
-    /// Objectives whose values statics does not determine, in words.
+    /// Describes the objectives whose values statics does not determine.
     pub fn doubts(&self) -> impl Iterator<Item = String> {
         let items = self.items.iter().filter(|item| !item.is_determined);
         items.map(|item| format!("`{}` is not unique", item.column.name))
     }
 
-    /// Values of the samples so far; `None` where there is no number.
+    /// Values for the samples so far; `None` for an objective that is not a number.
     pub fn values(&self) -> Vec<Option<f64>> {
         self.items.iter().map(|item| item.statistic.value()).collect()
     }

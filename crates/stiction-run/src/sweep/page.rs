@@ -1,4 +1,4 @@
-//! Report of a study.
+//! Report of a study as an HTML page.
 
 use super::figures::{Picture, Pictures};
 use super::findings::{Findings, LISTED, cells};
@@ -7,8 +7,8 @@ use crate::report::repeat;
 use serde_json::Value;
 use stiction_draw::xml::escape;
 
-/// Writes the report of a study: counts, extremes of the objectives, pictures, the first designs, and the
-/// options to repeat it.
+/// Writes the report of a study: counts, extremes of the objectives, plots, the first designs, and the options to
+/// repeat it.
 pub fn draw_report(
     title: &str,
     (findings, pictures): (&Findings, &Pictures),
@@ -45,7 +45,7 @@ fn cards(findings: &Findings) -> String {
     html::cards(&all)
 }
 
-/// The first cautions and failures, and the number of the others.
+/// Lists the first cautions and failures, and the number of further ones.
 fn remarks(findings: &Findings) -> Vec<String> {
     let listed = findings.remarks.iter();
     let mut all: Vec<String> = listed.map(|(row, remark)| format!("row {row}: {remark}")).collect();

@@ -5,25 +5,27 @@ use std::fmt;
 /// Results of a design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Values of the objectives, in their order; `None` where there is none: a design that failed has no values.
+    /// Values of the objectives, in their order; `None` for an objective without a value. A design that failed has no
+    /// values.
     pub values: Vec<Option<f64>>,
     /// Success, success with cautions, or failure of the design.
     pub status: Status,
 }
 
-/// Status of a design.
+/// Outcome of a design.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// There are results.
+    /// The design has results.
     Computed {
-        /// Reasons to read them with care: limits that are exceeded, results that are not unique.
+        /// Reasons to interpret the results with care: exceeded limits, results that are not unique.
         doubts: Vec<String>,
     },
-    /// There are no results.
+    /// The design has no results.
     Failed {
-        /// True if the values cannot be used, false if the question has no answer, such as at a singular position.
+        /// True if the values of the keys are unusable; false if the computation has no solution, for example at a
+        /// singular position.
         is_bad_input: bool,
-        /// The reason, in one line.
+        /// Reason of the failure, in one line.
         reason: String,
     },
 }
@@ -34,7 +36,7 @@ const FAILED: &str = "failed: ";
 const NO_ANSWER: &str = "no answer: ";
 
 impl Row {
-    /// Results of a design that has none, for this number of objectives. The reason becomes one line.
+    /// Creates the results of a failed design with this number of objectives. Line breaks in the reason are removed.
     pub fn failed(objectives: usize, is_bad_input: bool, reason: &str) -> Self {
         let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
         Self { values: vec![None; objectives], status: Status::Failed { is_bad_input, reason } }
@@ -42,17 +44,17 @@ impl Row {
 }
 
 impl Status {
-    /// True if there are no results.
+    /// Returns whether the design has no results.
     pub fn is_failed(&self) -> bool {
         matches!(self, Self::Failed { .. })
     }
 
-    /// True if there are results without doubts.
+    /// Returns whether the design has results without doubts.
     pub fn is_ok(&self) -> bool {
         matches!(self, Self::Computed { doubts } if doubts.is_empty())
     }
 
-    /// Reads the text of a status; `None` for any other text.
+    /// Parses the text of a status; `None` for any other text.
     pub fn parse(text: &str) -> Option<Self> {
         let failed =
             |is_bad_input, reason: &str| Self::Failed { is_bad_input, reason: reason.to_owned() };
@@ -68,8 +70,8 @@ impl Status {
 }
 
 impl fmt::Display for Status {
-    /// `ok`; `caution: …` where results have doubts; `failed: …` for values that cannot be used, `no answer: …`
-    /// for a question without one.
+    /// Writes `ok`; `caution: …` for results with doubts; `failed: …` for unusable values, or `no answer: …` for
+    /// a computation without solution.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Computed { doubts } if doubts.is_empty() => f.write_str(OK),

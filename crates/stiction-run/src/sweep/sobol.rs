@@ -1,22 +1,22 @@
-//! Sobol's sequence: points that fill a cube evenly, whatever their number.
+//! Sobol's sequence: points that fill a cube evenly, for any number of points.
 
 use super::direction_numbers::DIRECTION_NUMBERS;
 
 /// Largest number of dimensions.
 pub(super) const MOST_DIMENSIONS: usize = DIRECTION_NUMBERS.len() + 1;
-/// Bits of a coordinate.
+/// Number of bits of a coordinate.
 const BITS: usize = 64;
 
 /// One dimension of Sobol's sequence, with 64 bits for each coordinate.
 ///
-/// The order of points is that of the Gray code, as in the program of S. Joe and F. Y. Kuo.
+/// The points are in the order of the Gray code, as in the program of S. Joe and F. Y. Kuo.
 #[derive(Clone, Debug)]
 pub(super) struct Sobol {
     directions: [u64; BITS],
 }
 
 impl Sobol {
-    /// Dimension, counted from 0 and less than [`MOST_DIMENSIONS`].
+    /// Creates a dimension of the sequence; `dimension` counts from 0 and is less than [`MOST_DIMENSIONS`].
     pub(super) fn new(dimension: usize) -> Self {
         let mut directions = [0; BITS];
         let Some((degree, coefficients, first)) =
@@ -46,7 +46,7 @@ impl Sobol {
         Self { directions }
     }
 
-    /// Coordinate of a point, as a fraction of 2^64.
+    /// Coordinate of a point, in units of 2^-64.
     pub(super) fn at(&self, point: u64) -> u64 {
         let gray = point ^ (point >> 1);
         let is_set = |k: &usize| gray >> k & 1 == 1;

@@ -1,4 +1,4 @@
-//! Statistics of a sampled series, which objectives are made of.
+//! Statistics of a sampled series, of which objectives consist.
 
 use crate::statistics::{Integral, Size};
 
@@ -15,11 +15,11 @@ pub(super) enum Function {
     Min,
     /// Greatest value.
     Max,
-    /// Greatest less least value.
+    /// Greatest value minus least value.
     Range,
     /// Value at the last sample.
     Final,
-    /// Integral over time.
+    /// Integral over time by the trapezoidal rule.
     Work,
 }
 
@@ -50,7 +50,7 @@ impl Function {
     }
 }
 
-/// Statistic of the samples so far.
+/// Statistics of the samples so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Statistic {
     function: Function,
@@ -61,7 +61,7 @@ pub(super) struct Statistic {
     last: f64,
     size: Size,
     integral: Integral,
-    /// True once a sample was not a number.
+    /// True once a sample was not a number; no statistic then has a value.
     is_lost: bool,
 }
 
@@ -91,7 +91,7 @@ impl Statistic {
         self.integral.add(time, value);
     }
 
-    /// The statistic; `None` without samples, or where a sample was not a number.
+    /// Returns the statistic; `None` without samples, or if a sample was not a number.
     pub(super) fn value(&self) -> Option<f64> {
         let value = match self.function {
             Function::Peak => self.least.abs().max(self.greatest.abs()),

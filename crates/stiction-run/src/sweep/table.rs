@@ -1,11 +1,11 @@
-//! The table of a study, `sweep.csv`, and tables of designs.
+//! Table of a study, `sweep.csv`, and tables of designs that a user provides.
 
 use super::row::{Row, Status};
 use std::io;
 use stiction_draw::numbers::exact;
 use stiction_format::{Key, Setting};
 
-/// Writes the rows of a study as CSV: the number of the row, the varied keys, the objectives, the status.
+/// Writer of the rows of a study as CSV: the number of the row, the varied keys, the objectives, the status.
 pub struct Table<W: io::Write> {
     writer: csv::Writer<W>,
     cell: String,
@@ -22,12 +22,12 @@ impl<W: io::Write> Table<W> {
         Ok(table)
     }
 
-    /// Continues a table that has its header and rows.
+    /// Continues a table that already contains its header and rows.
     pub fn continued(file: W) -> Self {
         Self { writer: csv::Writer::from_writer(file), cell: String::new() }
     }
 
-    /// Writes a row, numbered from 1.
+    /// Writes a row; `number` counts from 1.
     ///
     /// # Errors
     /// The row cannot be written.
@@ -56,14 +56,14 @@ impl<W: io::Write> Table<W> {
     }
 }
 
-/// Columns of a study.
+/// Names of all columns of a study.
 pub fn header(keys: &[Key], objectives: &[String]) -> Vec<String> {
     let keys = keys.iter().map(Key::to_string);
     let first = std::iter::once("row".to_owned()).chain(keys);
     first.chain(objectives.iter().cloned()).chain(["status".to_owned()]).collect()
 }
 
-/// A row of a table of a study, read again.
+/// Row read from the table of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Number of the row, from 1.
@@ -75,7 +75,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// Reads a line with this number of keys and objectives; `None` if it is no such row.
+    /// Parses a line with the given numbers of keys and objectives; `None` if it is no such row.
     pub fn parse(line: &str, keys: usize, objectives: usize) -> Option<Self> {
         let fields = fields(line).filter(|fields| fields.len() == keys + objectives + 2)?;
         let mut cells = fields.iter().map(String::as_str);
@@ -91,24 +91,24 @@ impl Record {
     }
 }
 
-/// Cells of a line of CSV.
+/// Splits a line of CSV into its cells.
 pub fn fields(line: &str) -> Option<Vec<String>> {
     let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_bytes());
     let record = reader.records().next()?.ok()?;
     Some(record.iter().map(str::to_owned).collect())
 }
 
-/// Rows of a table of designs, one by one: a header of keys, then a design in every row.
+/// Reader of a table of designs: a header with the varied keys, then one design per row.
 pub struct DesignTable<R: io::Read> {
     records: csv::StringRecordsIntoIter<R>,
     keys: Vec<Key>,
 }
 
 impl<R: io::Read> DesignTable<R> {
-    /// Reads the header.
+    /// Reads the header of the table.
     ///
     /// # Errors
-    /// The reason, one line.
+    /// A message of one line if the header is invalid.
     pub fn new(from: R) -> Result<Self, String> {
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(from);
         let header = reader.headers().map_err(|error| error.to_string())?;

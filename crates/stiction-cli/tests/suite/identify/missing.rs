@@ -130,7 +130,7 @@ fn a_delay_of_the_effort_is_taken_back() {
     let log = log(1, |t| effort(t - 20e-3));
     let result = identified(&folder, &log, "delay = 0\n");
     let cautions = result["cautions"].to_string();
-    assert!(cautions.contains("a delay of the effort after the positions"), "{cautions}");
+    assert!(cautions.contains("a delay of the effort relative to the positions"), "{cautions}");
     assert_ne!(parameter(&result, "hinge.viscous")["verdict"], "identified");
     // A known delay needs no caution.
     let result = identified(&folder, &log, "delay = \"20 ms\"\n");
@@ -165,7 +165,7 @@ fn spikes_are_named_and_replaced() {
     assert_eq!(result["verdict"], "identified", "{cautions}");
 }
 
-/// A filter near the frequency of the motion takes part of it: the inertia is too large by what is said.
+/// A filter near the frequency of the motion removes part of it: the inertia is too large by the stated bias.
 #[test]
 fn a_filter_that_is_too_low_is_named() {
     let folder = Folder::new("identify-low");
@@ -207,7 +207,7 @@ fn a_filter_that_is_too_low_is_named() {
     // The amplitude at 3 Hz is 1/(1 + 0.414 (3/3.6)^8) = 0.91; the estimate is of first order in the loss.
     assert!((bias / error - 1.0).abs() < 0.3, "{bias} {error}");
     let cautions = low["cautions"].to_string();
-    assert!(cautions.contains("the filter takes part of the motion"), "{cautions}");
+    assert!(cautions.contains("the filter removes part of the motion"), "{cautions}");
     let [error, bias, sigma] = inertia(&run("12 Hz"));
     assert!(error.abs() < 4.0 * sigma && bias.abs() < sigma, "{error} {bias} {sigma}");
 }

@@ -4,13 +4,12 @@
 use super::{dot, fill};
 use crate::scalar::Scalar;
 
-/// Inertia of a motion, relative to the largest, that counts as round-off.
+/// Inertia of a motion, relative to the largest inertia of any motion, below which it counts as round-off.
 const NEGLIGIBLE: f64 = 1e-14;
 
-/// Cholesky factor of `Z^T M Z` with pivoting. The vectors of `basis` are reordered so that motions
-/// without inertia come last, where round-off does not hide small pivots. A motion without inertia
-/// that `may_lack_inertia` accepts is added to `spins` and given some inertia, so that it keeps its
-/// rate as long as no load acts on it.
+/// Cholesky factor of `Z^T M Z` with pivoting. The vectors of `basis` are reordered so that motions without inertia
+/// come last, where round-off does not hide small pivots. A motion without inertia that `may_lack_inertia` accepts is
+/// added to `spins` and given an arbitrary inertia; its rate then stays constant as long as no load acts on it.
 ///
 /// # Errors
 /// Returns the rates of a motion without inertia that is not accepted.
@@ -26,7 +25,7 @@ pub(in crate::forward) fn factor(
     Ok(factor)
 }
 
-/// Factors as [`factor`], reusing the buffers; `momenta` become `M Z`.
+/// Factors as [`factor`], reusing the buffers, and writes the momenta `M Z` to `momenta`.
 ///
 /// # Errors
 /// See [`factor`].

@@ -34,49 +34,49 @@ use passive_spins::fastest_body;
 use redundancy::RedundancyResolution;
 use sparse::SparseBalance;
 
-/// Relative size of the independent component of a row below which the row depends on the others;
-/// equal to [`crate::statics::RANK_TOLERANCE`].
+/// Smallest component of a row that is independent of the other rows, relative to the row; a row below this bound
+/// counts as dependent. Equal to [`crate::statics::RANK_TOLERANCE`].
 pub(super) const DEPENDENT: f64 = 1e-10;
 
-/// Relative residual of dependent rows above which they contradict the others. Smaller residuals
-/// are due to round-off and to residual rates.
+/// Relative residual above which a dependent row contradicts the others. Smaller residuals are due to round-off and to
+/// rates that violate the constraints slightly.
 const CONTRADICTS: f64 = 1e-6;
 
-/// A motion without inertia, with the body that moves most in it.
+/// Motion without inertia, identified by the body that moves fastest in it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Massless {
     pub(super) body: usize,
 }
 
-/// Balance, decomposed at one position under given constraints.
+/// Decomposed balance at one position under given constraints.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Balance {
     pub(super) rows: ConstraintRows,
-    /// Sparse solution, if the structure of the model suits it.
+    /// Sparse solution; `None` if the structure of the model does not suit it.
     sparse: Option<Box<SparseBalance>>,
-    /// True if the balance is to be solved densely.
+    /// True if the balance always uses the dense solution, for example in a search for modes.
     pub(super) stays_dense: bool,
-    /// True if the sparse solution holds; all that follows is then that of the dense one at another
-    /// position, and of no use.
+    /// True if the sparse solution is valid at the present position. The dense quantities below then belong to an
+    /// earlier position and must not be used.
     is_sparse: bool,
     /// Mass matrix of the tree.
     mass: Vec<f64>,
     space: RowSpace,
     scaled: Vec<f64>,
-    /// Null space of the rows: accelerations, orthonormal in scaled form.
+    /// Basis of the accelerations that the constraints allow (null space of the rows), orthonormal in scaled DOFs.
     basis: Vec<f64>,
-    /// Momentum of each vector of the null space.
+    /// Momentum of each vector of the null space: the columns of `M Z`.
     momenta: Vec<f64>,
     /// Lower triangle of the Cholesky factor of `Z^T M Z`, row by row.
     factor: Vec<f64>,
-    /// Rates of the tree for each passive spin without inertia.
+    /// Rates of the tree for a unit rate of each passive spin without inertia.
     passive_spins: Vec<Vec<f64>>,
     /// Distribution of the reactions of redundant constraints.
     pub(super) redundancy: RedundancyResolution,
 }
 
 impl Balance {
-    /// Decomposes the balance, densely.
+    /// Creates the balance with a dense decomposition.
     ///
     /// # Errors
     /// Returns a motion without inertia that is no passive spin of a single body.
@@ -90,8 +90,8 @@ impl Balance {
         Ok(balance)
     }
 
-    /// Eliminates or decomposes the balance for its rows, reusing the buffers. The rows need no
-    /// matrix.
+    /// Recomputes the balance for its constraint rows, sparsely where possible and densely otherwise, reusing the
+    /// buffers. The matrix of the rows need not be filled.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -117,7 +117,7 @@ impl Balance {
         self.update_densely(model, data, workspace)
     }
 
-    /// Decomposes the balance for its rows and their matrix, reusing the buffers.
+    /// Recomputes the dense decomposition for the constraint rows and their filled matrix, reusing the buffers.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -160,7 +160,8 @@ impl Balance {
         Ok(())
     }
 
-    /// Decomposes the balance densely if the sparse solution holds, reusing the buffers.
+    /// Replaces a sparse solution by the dense decomposition, reusing the buffers. Does nothing if the balance is
+    /// dense.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -172,7 +173,7 @@ impl Balance {
         Ok(())
     }
 
-    /// The sparse solution, if it holds.
+    /// Returns the sparse solution if it is valid at the present position.
     fn sparse(&self) -> Option<&SparseBalance> {
         self.sparse.as_deref().filter(|_| self.is_sparse)
     }
@@ -188,12 +189,12 @@ impl Balance {
         &self.basis
     }
 
-    /// Number of DOFs left by the constraints; `n` is that of the tree.
+    /// Number of DOFs that the constraints leave; `n` is the number of DOFs of the tree.
     pub(super) fn mobility(&self, n: usize) -> usize {
         self.sparse().map_or_else(|| n - self.space.rank(), SparseBalance::mobility)
     }
 
-    /// Singularity distance of the rows, between zero and one.
+    /// Singularity distance of the constraint rows, between zero and one.
     pub(super) fn distance(&self) -> f64 {
         self.sparse().map_or_else(|| self.space.least_part(), SparseBalance::distance)
     }
@@ -204,7 +205,7 @@ impl Balance {
         self.sparse().map_or_else(dense, SparseBalance::redundant)
     }
 
-    /// Returns whether constraints are redundant.
+    /// Returns whether any constraint is redundant.
     pub(super) fn is_redundant(&self) -> bool {
         self.redundant() > 0
     }
@@ -232,7 +233,7 @@ impl Balance {
     }
 }
 
-/// Fills a list with `count` equal values, reusing the buffer.
+/// Fills a list with `count` copies of a value, reusing the buffer.
 fn fill<T: Clone>(list: &mut Vec<T>, count: usize, with: T) {
     list.clear();
     list.resize(count, with);

@@ -9,8 +9,9 @@ use crate::kinematics::body_twists;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::Link;
 
-/// Relative moment about a spin without inertia that counts as zero. The threshold of its inertia
-/// leaves the direction of its axis uncertain by the square root of that threshold.
+/// Moment about the axis of a spin without inertia, relative to all moments on the body, below which it counts as zero.
+/// The axis is the direction of an inertia below a threshold, so its direction has an error of the square root of that
+/// threshold.
 const NEGLIGIBLE: f64 = 1e-6;
 /// Speed relative to the fastest body below which a body counts as at rest.
 const AT_REST: f64 = 1e-6;
@@ -21,8 +22,8 @@ impl Balance {
         !self.passive_spins.is_empty()
     }
 
-    /// Checks that no moment acts on passive spins without inertia: neither from loads and inertia
-    /// forces nor, if `effort` is given, from that joint wrench alone.
+    /// Checks that no moment acts on passive spins without inertia. With `effort`, a joint and the wrench on it, checks
+    /// the moment of this wrench alone; without it, checks the moments of loads and inertia forces.
     ///
     /// # Errors
     /// Returns the body on whose spin a moment acts; its acceleration is undefined.
@@ -57,8 +58,8 @@ impl Balance {
         Ok(())
     }
 
-    /// Removes from the accelerations of the tree the part that changes the rates of passive spins
-    /// without inertia.
+    /// Removes from the accelerations of the tree the component that changes the rates of passive spins without
+    /// inertia.
     pub(in crate::forward) fn keep_passive_spins(
         &self,
         model: &Forward,
@@ -93,8 +94,8 @@ impl Balance {
     }
 }
 
-/// Index of the fastest body at these rates of the tree, and true if only this body moves and it
-/// rotates.
+/// Returns the index of the fastest body at given rates of the tree, and true if that body rotates and no other body
+/// moves.
 pub(super) fn fastest_body(model: &Forward, data: &Data, rates: &[f64]) -> (usize, bool) {
     let twists = body_twists(&model.topology, &data.bodies, rates);
     let size = |twist: &Twist<f64>| model.twist_rate(twist);

@@ -1,10 +1,9 @@
 //! Distribution of the reactions of redundant constraints.
 //!
-//! Four criteria apply in sequence, each to the solutions that the previous one leaves: least
-//! efforts of prescribed actuators; least static frictions in units of the friction limits, or
-//! least deviations from reference frictions within all limits; least elastic energy of declared
-//! compliances; least reactions, see [`crate::dynamics::Weighting`]. Each criterion minimises a sum
-//! of squares, so reactions are linear in the loads.
+//! Four criteria apply in sequence, each to the solutions that the previous criterion leaves open: least efforts of
+//! prescribed actuators; least static frictions in units of the friction limits, or least deviations from reference
+//! frictions within all limits; least elastic energy of declared compliances; least reactions, see
+//! [`crate::dynamics::Weighting`]. Each criterion minimises a sum of squares, so reactions are linear in the loads.
 
 use super::response::Response;
 use crate::forward::Forward;
@@ -23,17 +22,17 @@ enum Criterion {
     Reactions,
 }
 
-/// Stage of the distribution: a criterion, and the self-stresses that it determines.
+/// Stage of the distribution: a criterion and the self-stresses among which it chooses.
 #[derive(Clone, Debug)]
 struct Stage {
     criterion: Criterion,
-    /// Self-stresses that the criterion determines, one per column, as combinations of the basis.
+    /// Self-stresses that the earlier criteria leave undetermined, one per column, as combinations of the basis.
     open: DMatrix<f64>,
     response: Svd,
     rank: usize,
 }
 
-/// Distribution of the reactions of redundant constraints at one position.
+/// Rule that distributes the reactions of redundant constraints at one position.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct RedundancyResolution {
     /// Basis of the self-stress states: reactions in equilibrium without external load.
@@ -42,7 +41,7 @@ pub(in crate::forward) struct RedundancyResolution {
 }
 
 impl RedundancyResolution {
-    /// Creates the distribution for given self-stresses.
+    /// Creates the rule from a basis of the self-stresses; an empty basis means no redundant constraints.
     pub(in crate::forward) fn new(
         model: &Forward,
         data: &Data,
@@ -99,15 +98,16 @@ impl RedundancyResolution {
         Self { self_stresses, stages }
     }
 
-    /// Number of efforts of prescribed actuators that only the criteria determine, because more
-    /// DOFs are prescribed than can move.
+    /// Returns the number of efforts of prescribed actuators that only the criteria determine, because more DOFs are
+    /// prescribed than can move.
     pub(in crate::forward) fn open_efforts(&self) -> usize {
         let stage = self.stages.iter().find(|stage| stage.criterion == Criterion::Efforts);
         stage.map_or(0, |stage| stage.rank)
     }
 
-    /// Adds self-stresses to a response so that it satisfies all criteria; a `whole` response takes
-    /// reference frictions into account.
+    /// Adds self-stresses to a response so that it satisfies all criteria. If `whole` (see
+    /// [`Balance::respond`](super::Balance::respond)), static frictions deviate as little as possible from their
+    /// reference values, otherwise from zero.
     pub(in crate::forward) fn apply(
         &self,
         (model, data): (&Forward, &Data),
@@ -148,7 +148,7 @@ impl RedundancyResolution {
     }
 }
 
-/// Buffers for the distribution.
+/// Buffers of [`RedundancyResolution::apply`].
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Workspace {
     now: Vec<f64>,

@@ -13,10 +13,10 @@ use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Role};
 
-/// Corresponding values of four responses, one per lane.
+/// Values of four responses that are computed together, one per lane.
 pub(in crate::forward) type Four = Lanes<f64, 4>;
 
-/// Buffers for responses.
+/// Buffers of the computation of responses.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Workspace {
     right: Vec<f64>,
@@ -27,9 +27,9 @@ pub(in crate::forward) struct Workspace {
 }
 
 impl Balance {
-    /// Response to wrenches in joints (predecessor on successor) in addition to their constraint
-    /// wrenches. If `whole`, it includes loads, inertia forces and prescribed accelerations;
-    /// otherwise it is the response to these wrenches alone.
+    /// Computes the response to given joint wrenches (predecessor on successor), which act in addition to the
+    /// constraint wrenches. If `whole`, the response includes loads, inertia forces and prescribed accelerations;
+    /// otherwise it is the response to the given wrenches alone.
     pub(in crate::forward) fn respond(
         &self,
         model: &Forward,
@@ -90,8 +90,8 @@ impl Balance {
         self.redundancy.apply((model, data), &self.rows, whole, redundancy, response);
     }
 
-    /// Joint wrenches and multipliers in response to up to four joint wrenches, separately; requires a dense
-    /// decomposition without redundant constraints.
+    /// Computes joint wrenches and multipliers in response to up to four joint wrenches, for each of them separately.
+    /// Requires a dense decomposition without redundant constraints.
     pub(in crate::forward) fn respond_to_four<'s>(
         &self,
         model: &Forward,
@@ -117,9 +117,9 @@ impl Balance {
         (&four.wrenches, &four.multipliers)
     }
 
-    /// Computes a response from the accelerations that satisfy the rows, from the remaining
-    /// generalised forces at these accelerations (efforts included), and from the wrenches that
-    /// joints must exert on each body at zero acceleration.
+    /// Computes a response from three inputs: accelerations that satisfy the constraint rows, the generalised forces
+    /// that remain at these accelerations (efforts included), and the wrench that the joints must exert on each body at
+    /// zero acceleration of the tree.
     fn accelerate<T: Scalar>(
         &self,
         model: &Forward,
@@ -158,7 +158,7 @@ impl Balance {
         self.load_joints(model, data, efforts, whole, stages);
     }
 
-    /// Self-stress for given multipliers: the response without acceleration and loads.
+    /// Computes the self-stress for given multipliers: the response without accelerations and loads.
     pub(super) fn self_stress(
         &self,
         model: &Forward,
@@ -175,7 +175,7 @@ impl Balance {
         Response { accelerations: vec![0.0; n], multipliers, wrenches }
     }
 
-    /// Computes the wrenches of all joints from accelerations, multipliers, and the required wrench
+    /// Computes the wrenches of all joints from accelerations, multipliers, and the wrench that the joints must exert
     /// on each body.
     pub(super) fn load_joints<T: Scalar>(
         &self,

@@ -1,15 +1,15 @@
-//! Accelerations, multipliers and joint wrenches in response to efforts.
+//! Accelerations, multipliers and joint wrenches that follow from efforts.
 
 use crate::spatial::Wrench;
 
-/// Response to efforts, linear in them.
+/// Response of the mechanism to efforts. It is linear in the efforts.
 #[derive(Debug, Default)]
 pub(in crate::forward) struct Response {
-    /// Accelerations of the tree.
+    /// Accelerations of the tree, rad/s^2 or m/s^2.
     pub(in crate::forward) accelerations: Vec<f64>,
     /// Multiplier of each constraint row.
     pub(in crate::forward) multipliers: Vec<f64>,
-    /// Complete wrench of each joint, predecessor on successor, about the reference point.
+    /// Complete wrench of each joint, predecessor on successor, world axes about the reference point.
     pub(in crate::forward) wrenches: Vec<Wrench<f64>>,
 }
 
@@ -23,7 +23,7 @@ impl Clone for Response {
         }
     }
 
-    /// Clones, reusing the buffers.
+    /// Copies another response, reusing the buffers.
     fn clone_from(&mut self, other: &Self) {
         self.accelerations.clone_from(&other.accelerations);
         self.multipliers.clone_from(&other.multipliers);

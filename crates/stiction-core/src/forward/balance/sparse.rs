@@ -11,17 +11,18 @@ use crate::linalg::{BLOCK, Part, dot};
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// Relative change of the multipliers at which the least reactions are found, and the largest
-/// number of changes. The first one leaves the round-off of the added matrix.
+/// Relative change of the multipliers at which the iteration for the least reactions ends, and its largest number of
+/// iterations. The first iteration leaves an error due to the matrix that makes the system definite.
 const LEAST: f64 = 1e-12;
 const CHANGES: usize = 4;
 
-/// Balance, eliminated at one position under given constraints.
+/// Balance at one position under given constraints, after sparse elimination.
 #[derive(Clone, Debug)]
 pub(super) struct SparseBalance {
     tree: Articulated,
     closures: Closures,
-    /// DOFs of the tree whose acceleration a row prescribes, and these rows.
+    /// For each DOF of the tree, true if a constraint row prescribes its acceleration; then the prescribed DOFs, each
+    /// with the index of its row.
     prescribed: Vec<bool>,
     rows: Vec<(usize, usize)>,
     /// True if constraints are redundant.
@@ -31,12 +32,13 @@ pub(super) struct SparseBalance {
     loops: Loops,
 }
 
-/// Rows of the loops, and the loops that pass each joint of the tree.
+/// Constraint wrenches of the loops, and the loops that pass through each joint of the tree.
 #[derive(Clone, Debug)]
 struct Loops {
-    /// Covectors of the rows of each block.
+    /// Unit wrenches of the constraint rows of each loop closure (block).
     covectors: Vec<Vec<Wrench<f64>>>,
-    /// Blocks whose loops pass each node, with the direction in which they do.
+    /// For each node of the tree, the loop closures (blocks) whose loops pass through its joint, with the sign of the
+    /// passage.
     through: Vec<Vec<(usize, f64)>>,
 }
 
@@ -59,7 +61,7 @@ impl Loops {
     }
 }
 
-/// Buffers of responses.
+/// Buffers of sparse responses.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SparseWorkspace {
     carried: Vec<Part>,
@@ -73,7 +75,7 @@ pub(super) struct SparseWorkspace {
 }
 
 impl SparseBalance {
-    /// Prepares the balance of a model whose structure it suits.
+    /// Creates the sparse balance of a model; `None` if the structure of the model does not suit it.
     pub(super) fn new(model: &Forward) -> Option<Self> {
         let closures = Closures::clone(model.closures.as_ref()?);
         Some(Self {
@@ -87,9 +89,9 @@ impl SparseBalance {
         })
     }
 
-    /// Eliminates the balance. Returns false if the dense decomposition must decide: about motions
-    /// without inertia, singular positions, and redundant constraints among which are efforts or
-    /// static frictions.
+    /// Eliminates the balance at the position of `data`. Returns false if the dense decomposition must be used: for
+    /// motions without inertia, for singular positions, and for redundant constraints that include actuator efforts or
+    /// static friction.
     pub(super) fn update(&mut self, model: &Forward, data: &Data, rows: &ConstraintRows) -> bool {
         let (topology, parameters) = (&model.topology, &model.parameters);
         let Self { tree, closures, prescribed, rows: of_tree, is_redundant, holds_cuts, loops } =
@@ -143,15 +145,15 @@ impl SparseBalance {
         self.closures.places.iter().flatten().count() - self.closures.rank
     }
 
-    /// See [`Balance::distance`].
+    /// Singularity distance, see [`Balance::distance`].
     pub(super) fn distance(&self) -> f64 {
         self.closures.distance
     }
 }
 
 impl Balance {
-    /// Computes a response from generalised forces, efforts included, and the wrenches that joints
-    /// must exert on each body at zero acceleration.
+    /// Computes a response from generalised forces (efforts included) and from the wrench that the joints must exert on
+    /// each body at zero acceleration of the tree.
     pub(super) fn respond_sparse(
         &self,
         sparse: &SparseBalance,
@@ -262,8 +264,7 @@ impl Balance {
     }
 }
 
-/// Weighted components of a wrench at a joint: the sum of their squares is what redundant
-/// constraints minimise.
+/// Weighted components of the wrench of a joint. Reactions of redundant constraints minimise the sum of their squares.
 fn weighed(model: &Forward, data: &Data, joint: usize, wrench: &Wrench<f64>) -> Part {
     let moment = wrench.moment_about(data.bodies.frame_j[joint].position);
     let moment: Vec3<f64> = moment * (1.0 / model.parameters.length);
@@ -271,8 +272,8 @@ fn weighed(model: &Forward, data: &Data, joint: usize, wrench: &Wrench<f64>) -> 
     [force.x, force.y, force.z, moment.x, moment.y, moment.z]
 }
 
-/// Calls `put` with the entries of the second derivatives of the sum of squares of all reactions,
-/// by multipliers of rows at cut joints.
+/// Calls `put` with each entry of the Hessian of the sum of squares of all reactions, as a function of the multipliers
+/// of rows at cut joints.
 fn each_pair(
     (model, data): (&Forward, &Data),
     loops: &Loops,
@@ -299,8 +300,7 @@ fn each_pair(
     }
 }
 
-/// Adds half the gradient of the sum of squares of all reactions, by multipliers of rows at cut
-/// joints.
+/// Adds half the gradient of the sum of squares of all reactions with respect to the multipliers of rows at cut joints.
 fn gradient(
     (model, data): (&Forward, &Data),
     rows: &[ConstraintRow],

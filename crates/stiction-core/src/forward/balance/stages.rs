@@ -5,18 +5,17 @@ use crate::spatial::{Twist, Wrench};
 /// Response with its intermediate quantities.
 #[derive(Clone, Debug)]
 pub(super) struct Stages<T> {
-    /// Generalised forces on the tree: first all, then the component that the constraints must
-    /// balance.
+    /// Generalised forces on the tree: at first all of them, later the component that the constraints must balance.
     pub(super) forces: Vec<T>,
-    /// Accelerations along the null space.
+    /// Accelerations as coefficients of the basis of the null space.
     pub(super) along: Vec<T>,
     pub(super) accelerations: Vec<T>,
     pub(super) multipliers: Vec<T>,
-    /// Change of each body's acceleration.
+    /// Acceleration of each body that the accelerations of the tree cause.
     pub(super) twists: Vec<Twist<T>>,
-    /// Wrench that joints must exert on each body.
+    /// Wrench that the joints must exert on each body.
     pub(super) demand: Vec<Wrench<T>>,
-    /// Wrench that joints must exert on each body at zero acceleration, without multipliers.
+    /// Wrench that the joints must exert on each body at zero acceleration of the tree and with zero multipliers.
     pub(super) demand_at_rest: Vec<Wrench<T>>,
     pub(super) wrenches: Vec<Wrench<T>>,
 }

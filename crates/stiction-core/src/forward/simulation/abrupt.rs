@@ -1,10 +1,9 @@
-//! Detection of impacts: loops, locks and prescribed motions that would stop a motion at once.
+//! Detection of impacts: constraints of loops, locks and prescribed motions that would stop a motion instantly.
 //!
-//! At a dead centre a lock permits rates that it does not permit an instant later: its constraint
-//! row vanishes there. The acceleration that it requires then contradicts the other constraints,
-//! and no finite force satisfies all of them. Such a start is refused. During the motion the same
-//! condition is detected when rates are projected onto the loop constraints after a step: they
-//! change by more than the error of the step.
+//! At a dead centre a lock permits rates that it does not permit an instant later: its constraint row vanishes there.
+//! The acceleration that it requires then contradicts the other constraints, and no finite force satisfies all of them.
+//! Such a start is refused. During the motion the same condition is detected when rates are projected onto the loop
+//! constraints after a step: the projection changes them by more than the error of the step.
 
 use super::packing::parts;
 use super::{Energies, Simulation};
@@ -15,20 +14,19 @@ use crate::forward::inputs::{InputState, Inputs};
 use crate::forward::instant::Instant;
 use crate::kinematics::State;
 
-/// Largest change of the rates by the projection, as a fraction of the fastest rate. Integration
-/// errors are orders of magnitude smaller at any tolerance that steps meet near a singular
-/// position.
+/// Largest change of the rates by the projection that counts as regular, as a fraction of the fastest rate. Integration
+/// errors are orders of magnitude smaller, at any tolerance that steps can satisfy near a singular position.
 const CHANGE: f64 = 1e-5;
-/// Largest residual of the energy balance over a step, as a fraction of the energy exchanged in it.
-/// For a step of order eight whose rates are accurate to 1e-10 the residual is a thousandth of
-/// this. [`ROUNDING`] is the residual allowed for rounding, as a fraction of all energies.
+/// Largest residual of the energy balance over a step, as a fraction of the energy exchanged in it. A step of order
+/// eight whose rates are accurate to 1e-10 leaves a thousandth of this residual. [`ROUNDING`] is the additional
+/// residual allowed for rounding, as a fraction of the total energy.
 const WRONG: f64 = 1e-5;
 const ROUNDING: f64 = 1e-10;
 
 impl Forward {
-    /// Checks that accelerations exist which satisfy loop, lock and prescribed constraints, without
-    /// friction.
-    pub(super) fn can_go_on(&self, situation: &Data) -> Result<(), ForwardError> {
+    /// Checks that accelerations exist that satisfy the constraints of loops, locks and prescribed motions; friction is
+    /// not considered.
+    pub(super) fn check_accelerations(&self, situation: &Data) -> Result<(), ForwardError> {
         // Without constraints nothing can contradict them.
         if self.topology.closures() == 0 && self.prescribed.is_empty() {
             return Ok(());
@@ -41,9 +39,9 @@ impl Forward {
         Err(ForwardError::Blocked { time: situation.time, what, by, translates, at_rest: false })
     }
 
-    /// Checks that the accelerations from rest belong to a finite motion: takes them as rates, for
-    /// which accelerations must exist as well.
-    pub(super) fn can_begin(
+    /// Checks that a motion that begins from rest can continue over a finite distance. It takes the accelerations as
+    /// rates and checks that the constraints allow accelerations for them too.
+    pub(super) fn check_finite_motion(
         &self,
         now: &Instant,
         (input, inputs): (&InputState, &mut dyn Inputs),
@@ -59,7 +57,7 @@ impl Forward {
         state.rates.clone_from(accelerations);
         let bristles = vec![[0.0; 3]; now.interfaces.len()];
         let situation = self.data(now.time, state, &bristles, (&[], &[]), (input, inputs));
-        self.can_go_on(&situation).map_err(|error| match error {
+        self.check_accelerations(&situation).map_err(|error| match error {
             ForwardError::Blocked { time, what, by, translates, .. } => {
                 ForwardError::Blocked { time, what, by, translates, at_rest: true }
             }
@@ -67,7 +65,7 @@ impl Forward {
         })
     }
 
-    /// Description of a constraint row.
+    /// Describes a constraint row in words, for messages.
     fn condition(&self, row: usize) -> String {
         let topology = &self.topology;
         let mut first = 0;
@@ -99,13 +97,12 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// Checks that a step ended regularly. `y` is its end before the projection onto the loop
-    /// constraints: the projection must not change the rates abruptly, and the energy balance of
-    /// the step must close.
+    /// Checks that the step was regular: the projection onto the loop constraints changes the rates by little, and the
+    /// energy balance of the step closes. `y` is the state vector at the end of the step before the projection.
     ///
     /// # Errors
     /// [`ForwardError::Impact`], [`ForwardError::Stiff`]; a shorter step may succeed.
-    pub(super) fn steadily(
+    pub(super) fn check_step(
         &self,
         y: &[f64],
         arrived: &Instant,

@@ -1,7 +1,7 @@
-//! States between the ends of steps.
+//! Interpolation of results within the last step.
 //!
-//! The length of a step depends on the mechanism and its inputs only, never on the times at which
-//! results are requested. Results within a step come from its interpolation.
+//! The lengths of steps depend on the mechanism and its inputs only, never on the times at which results are requested.
+//! Results within a step come from its interpolation.
 
 use super::checkpoint::Tape;
 use super::{Energies, Simulation};
@@ -10,39 +10,39 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, Instant};
 use crate::kinematics::State;
 
-/// Interpolation of the last step.
+/// Kind of interpolation within the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Course {
-    /// By the dense output of the Runge-Kutta method.
+pub(super) enum Interpolation {
+    /// Dense output of the Runge-Kutta method.
     #[default]
     Curve,
-    /// Linear with the rates at the start: a plate or ball arrives at its stop.
+    /// Extrapolation with the rates at the start of the step: a plate or ball arrives at its stop.
     Line,
-    /// The mechanism is at rest; only forces change.
+    /// Constant position: the mechanism is at rest, and only forces change.
     Rest,
-    /// A time step: rates change linearly, forces are means.
+    /// Interpolation of a time step: rates change linearly, forces are constant means.
     Chord,
 }
 
-/// The start of the last step and a simulation that shows an instant within the step.
+/// Data of the last step: its state at the start, and a copy of the simulation at a requested instant within the step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LastStep<'a> {
-    /// State at the start, see [`Simulation::checkpoint`].
+    /// State at the start of the step, as the numbers of [`Simulation::checkpoint`].
     pub(super) numbers: Vec<f64>,
-    /// Number of events at the start.
+    /// Number of events at the start of the step.
     pub(super) events: usize,
-    pub(super) course: Course,
-    /// The step crosses a singular position.
+    pub(super) interpolation: Interpolation,
+    /// True if the step crosses a singular position.
     pub(super) crosses: bool,
-    /// Copy with the state at the requested instant, kept for its memory.
+    /// Copy of the simulation with the state at the requested instant; stays allocated between requests.
     copy: Option<Box<Simulation<'a>>>,
-    /// The copy has the dense output of this step.
+    /// True if the copy contains the dense output of this step.
     has_curve: bool,
-    /// The requested instant is that of the copy.
+    /// True if results are those of the copy, false if they are those at the end of the step.
     pub(super) shows: bool,
 }
 
-/// Part of a step over which the interpolated rates are differentiated.
+/// Part of a step, to either side of an instant, over which interpolated rates are differentiated.
 const BESIDE: f64 = 1e-4;
 
 impl<'a> Simulation<'a> {
@@ -56,7 +56,7 @@ impl<'a> Simulation<'a> {
         (*kept, *count, *has_curve, *shows) = (numbers, events, false, false);
     }
 
-    /// The simulation at the requested instant.
+    /// Returns the simulation at the requested instant: the copy within the last step, or `self` at its end.
     pub(super) fn shown(&self) -> &Simulation<'a> {
         match &self.last_step.copy {
             Some(copy) if self.last_step.shows => copy,
@@ -64,7 +64,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Shows an instant within the last step, s.
+    /// Moves the results to `time`, s, within the last step.
     pub(super) fn show(&mut self, time: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let mut copy = match self.last_step.copy.take() {
             Some(copy) => copy,
@@ -81,31 +81,31 @@ impl<'a> Simulation<'a> {
         done
     }
 
-    /// Writes the state at an instant within the last step, s.
+    /// Writes the state at `time`, s, within the last step to `copy`.
     fn copy_at(
         &mut self,
         time: f64,
         copy: &mut Simulation<'a>,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
-        let LastStep { numbers, course, crosses, has_curve, .. } = &mut self.last_step;
+        let LastStep { numbers, interpolation, crosses, has_curve, .. } = &mut self.last_step;
         copy.events.clear();
         let is_alike = |copy: &Self| {
             copy.now.state.coordinates == self.now.state.coordinates
                 && copy.modes == self.modes
-                && copy.grips == self.grips
-                && copy.shares == self.shares
+                && copy.friction_scales == self.friction_scales
+                && copy.reference_frictions == self.reference_frictions
         };
         let was_alike = is_alike(copy);
         copy.take_state(numbers);
         // At rest the decomposed constraints of the row before still hold.
         copy.workspace.conditions_hold &= was_alike && is_alike(copy);
         copy.workspace.loads.clear();
-        copy.look_along();
+        copy.update_slip_directions();
         let from = copy.now.time;
         let mut y = copy.list();
-        match course {
-            Course::Chord => {
+        match interpolation {
+            Interpolation::Chord => {
                 let part = (time - from) / (self.now.time - from);
                 let instant = copy.on_chord(time, part, self, inputs)?;
                 let span = self.now.time - from;
@@ -116,13 +116,13 @@ impl<'a> Simulation<'a> {
                 copy.stepping.clone_from(&self.stepping);
                 copy.become_now(instant);
             }
-            Course::Rest => {
+            Interpolation::Rest => {
                 copy.pack_into(&mut y);
                 let instant = copy.watch(time, &y, true, inputs)?;
                 copy.become_now(instant);
                 copy.still();
             }
-            Course::Line => {
+            Interpolation::Line => {
                 let mut rates = copy.list();
                 copy.pack_into(&mut y);
                 copy.derivative_into(&copy.now, &mut rates);
@@ -131,7 +131,7 @@ impl<'a> Simulation<'a> {
                 let arrived = copy.arrive(time, &y, inputs)?;
                 copy.commit(&y, arrived);
             }
-            Course::Curve => {
+            Interpolation::Curve => {
                 if !*has_curve {
                     copy.steps.copy_from(&self.steps);
                     copy.workspace.crosses = crosses.then_some(0.0);
@@ -155,7 +155,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Prepares the dense output of a step that began at `from`, s, in the modes of that step.
+    /// Prepares the dense output of a step that began at `from`, s, with the modes of that step.
     fn prepare_curve(&mut self, from: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let mut end = self.list();
         end.clone_from(&self.steps.end);
@@ -171,8 +171,8 @@ impl<'a> Simulation<'a> {
         prepared
     }
 
-    /// Instant at a part of a step across a singular position. Near that position the loops do not
-    /// determine the motion to rounding; the interpolation does.
+    /// Evaluates the instant at a fraction `part` of a step across a singular position. Near that position the loop
+    /// constraints do not determine the accelerations to rounding, so they come from the interpolated rates.
     fn arrive_beside(
         &mut self,
         time: f64,
@@ -198,7 +198,7 @@ impl<'a> Simulation<'a> {
         Ok(instant)
     }
 
-    /// Instant at a part of the time step that leads from here to `end`.
+    /// Interpolates within a time step: returns the instant at the fraction `part` of the step from `self` to `end`.
     fn on_chord(
         &self,
         time: f64,
@@ -241,8 +241,8 @@ impl<'a> Simulation<'a> {
 }
 
 impl Energies {
-    /// Moves by a part of a time step of `span` s towards the values at its end, where `account`
-    /// holds the powers; powers change linearly over the step.
+    /// Interpolates towards the energies at the end of a time step: advances by the fraction `part` of the step of
+    /// `span` s. `account` contains the powers at the end of the step; powers change linearly over the step.
     fn blend(&mut self, to: &Self, account: &Account, (part, span): (f64, f64)) {
         let between = |a: &mut f64, b: &f64, power: &f64| {
             let all = b - *a;

@@ -15,31 +15,29 @@ use crate::forward::{Account, Energies, Forward, InterfaceSample};
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Mat3, Pose, Twist, Vec3, Wrench};
 
-/// Complete state of a simulation. A resumed simulation continues bit for bit as if uninterrupted.
-/// Controllers and other inputs keep their own state.
+/// Complete state of a simulation. A resumed simulation continues bit for bit as if it had not been interrupted. The
+/// checkpoint does not contain the state of controllers and other inputs, except their own integrated states.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checkpoint {
-    /// State of the simulation. The order of the numbers is internal and may change between
-    /// versions.
+    /// State of the simulation. The meaning and order of the numbers is internal and may change between versions.
     pub numbers: Vec<f64>,
-    /// Events up to this state. Optional; without them a resumed simulation begins with an empty
-    /// list.
+    /// Events before this state. They may be left out; the list of a resumed simulation then begins empty.
     pub events: Vec<Event>,
 }
 
-/// First number: version of the format.
+/// First number of a checkpoint: the version of its format.
 pub(super) const FORMAT: f64 = 9.0;
 
-/// Largest valid count; rejects numbers that cannot be counts.
+/// Largest valid count; a larger number cannot be a count.
 const COUNTABLE: f64 = 1e15;
 
-/// Largest number of own states or of switching functions of the inputs; larger numbers are invalid.
+/// Largest valid number of own states, and of switching functions, of the inputs.
 const MOST_INPUTS: usize = 1_000_000;
 
-/// Writer or reader of numbers. The same calls serve both, which ensures the same order.
+/// Writer or reader of the numbers of a checkpoint. Both use the same sequence of calls, which ensures the same order.
 pub(super) enum Tape<'a> {
     Out(&'a mut Vec<f64>),
-    /// Remaining numbers; the flag is set if a number is missing or an expected count is invalid.
+    /// Reader: the remaining numbers, and a flag that is set if a number is missing or a count is invalid.
     In(std::slice::Iter<'a, f64>, bool),
 }
 
@@ -121,9 +119,9 @@ impl Tape<'_> {
 }
 
 impl<'a> Simulation<'a> {
-    /// Records the complete state: that at the start of the step which contains the present
-    /// instant, since a resumed simulation must take the same steps. Inputs save their state of
-    /// that time, see [`Inputs::begin_step`](crate::forward::Inputs::begin_step).
+    /// Records the complete state. If results are shown at an instant within a step, it is the state at the start of
+    /// that step, since a resumed simulation must take the same steps. Inputs must save their own state at that time,
+    /// see [`Inputs::begin_step`](crate::forward::Inputs::begin_step).
     pub fn checkpoint(&self) -> Checkpoint {
         let mut numbers = vec![FORMAT];
         if self.last_step.shows {
@@ -135,13 +133,13 @@ impl<'a> Simulation<'a> {
         Checkpoint { numbers, events: self.recorded_events().to_vec() }
     }
 
-    /// Events up to the state of a checkpoint at the present instant.
+    /// Events that a checkpoint recorded now would contain.
     pub fn recorded_events(&self) -> &[Event] {
         let LastStep { shows, events, .. } = self.last_step;
         if shows { &self.events[..events] } else { &self.events }
     }
 
-    /// Takes the state from the numbers of [`Self::pass`].
+    /// Restores the state from the numbers that [`Self::pass`] wrote.
     pub(super) fn take_state(&mut self, numbers: &[f64]) {
         self.pass(&mut Tape::In(numbers.iter(), false));
         self.place();
@@ -196,9 +194,9 @@ impl<'a> Simulation<'a> {
         }
         self.frozen.iter_mut().for_each(|f| tape.flag(f));
         tape.numbers(self.bristles.iter_mut().flatten());
-        tape.numbers(&mut self.grips);
-        tape.numbers(self.shares.iter_mut().flatten());
-        tape.number(&mut self.overload);
+        tape.numbers(&mut self.friction_scales);
+        tape.numbers(self.reference_frictions.iter_mut().flatten());
+        tape.number(&mut self.limit_factor);
         for angle in &mut self.input.angles {
             tape.numbers([&mut angle.value, &mut angle.rate, &mut angle.time]);
         }
@@ -234,8 +232,8 @@ impl<'a> Simulation<'a> {
         tape.numbers([&mut self.energy_at_start, &mut self.fastest, &mut self.fastest_rate]);
         tape.numbers([&mut self.coarsest, &mut self.step]);
         tape.flag(&mut self.in_passage);
-        tape.flag(&mut self.told_of_others);
-        tape.count(&mut self.told_of_shares);
+        tape.flag(&mut self.reported_others);
+        tape.count(&mut self.reported_shares);
         tape.count(&mut self.stalled);
         tape.count(&mut self.evaluations);
         tape.count(&mut self.event_rate.0);
@@ -268,7 +266,7 @@ impl Forward {
     /// settings.
     ///
     /// # Errors
-    /// [`ForwardError::Checkpoint`] if the numbers do not belong to such a simulation.
+    /// [`ForwardError::Checkpoint`] if the numbers do not belong to a simulation of this mechanism.
     pub fn resume(
         &self,
         checkpoint: &Checkpoint,
@@ -317,9 +315,9 @@ impl Forward {
             anchors: Vec::new(),
             frozen: vec![false; topology.dofs()],
             bristles: vec![[0.0; 3]; interfaces],
-            grips: vec![1.0; interfaces],
-            shares: vec![[0.0; 3]; interfaces],
-            overload: 1.0,
+            friction_scales: vec![1.0; interfaces],
+            reference_frictions: vec![[0.0; 3]; interfaces],
+            limit_factor: 1.0,
             input: InputState { angles, ..InputState::default() },
             switch_at: f64::INFINITY,
             switching: Vec::new(),
@@ -335,8 +333,8 @@ impl Forward {
             step: 0.0,
             events: checkpoint.events.clone(),
             in_passage: false,
-            told_of_others: false,
-            told_of_shares: 0,
+            reported_others: false,
+            reported_shares: 0,
             stalled: 0,
             steps: Steps::default(),
             scales: Vec::new(),

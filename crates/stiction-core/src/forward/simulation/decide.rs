@@ -1,4 +1,4 @@
-//! Response to an event: decides which interfaces at rest stick, slip, or continue their motion.
+//! Response to events: decides which interfaces at rest stick and which slip.
 
 use super::locate::Ending;
 use super::{Event, EventKind, REST, Simulation};
@@ -9,11 +9,11 @@ use crate::forward::project::Anchor;
 use crate::forward::stick::Choice;
 use crate::kinematics::State;
 
-/// Largest number of events at one time.
+/// Largest number of decisions between stick and slip at one time; more of them count as endless.
 const EVENTS_AT_ONCE: usize = 200;
 
 impl Simulation<'_> {
-    /// Responds to the event at the end of a step that began at `since`, s.
+    /// Responds to the event that ended a step; the step began at `since`, s.
     pub(super) fn follow_up(
         &mut self,
         ending: Ending,
@@ -28,13 +28,13 @@ impl Simulation<'_> {
                 if leaves { self.reconsider(inputs, None) } else { Ok(()) }
             }
             Ending::Stops(interface) => self.reconsider(inputs, Some(interface)),
-            Ending::LetsGo | Ending::Passes(_) => self.reconsider(inputs, None),
+            Ending::SlipOnset | Ending::Passes(_) => self.reconsider(inputs, None),
         }
     }
 
-    /// Returns whether an interface that was at its friction limit in the last step slips or begins
-    /// to slip. Records the slip onset at the start of that step: there the friction of the
-    /// interface, or of one that held it, reached its limit.
+    /// Returns whether an interface that was at its friction limit during the last step slips or begins to slip.
+    /// Records the slip onset at the start of that step, `since`, s: at that time the friction of the interface, or of
+    /// another one that prevented its slip, reached its limit.
     fn leaves_its_limit(&mut self, since: f64) -> bool {
         let mut leaves = false;
         for interface in 0..self.modes.len() {
@@ -58,7 +58,8 @@ impl Simulation<'_> {
         leaves
     }
 
-    /// Decides which interfaces at rest stick and which slip; `stopped` is one that has just stopped.
+    /// Decides which interfaces at rest stick and which slip; `stopped` is the interface whose slip has just stopped,
+    /// if any.
     pub(super) fn reconsider(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -103,7 +104,7 @@ impl Simulation<'_> {
             time,
             state,
             &self.bristles,
-            (&self.grips, &self.shares),
+            (&self.friction_scales, &self.reference_frictions),
             (&self.input, inputs),
         );
         if let Some(interface) = stopped
@@ -132,12 +133,12 @@ impl Simulation<'_> {
             }
         }
         let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting)?;
-        self.grips.clone_from(&situation.friction_scales);
-        self.shares.clone_from(&situation.reference_frictions);
-        self.overload = situation.limit_factor;
+        self.friction_scales.clone_from(&situation.friction_scales);
+        self.reference_frictions.clone_from(&situation.reference_frictions);
+        self.limit_factor = situation.limit_factor;
         self.modes = modes;
         self.now = model.instant(&situation, &self.modes, &solved);
-        self.tell(&before);
+        self.record_mode_changes(&before);
         self.hold(inputs)?;
         self.look_for_others(inputs)?;
         // Small first step after a change of modes.
@@ -145,9 +146,8 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Returns whether the rates after a stop differ from the present ones beyond rounding. At a
-    /// dead centre they do: the velocity of the interface is zero only for an instant, and the
-    /// mechanism keeps moving.
+    /// Returns whether the mechanism keeps moving when an interface stops; `stopped` is the state with zero slip of the
+    /// interface. This is the case at a dead centre, where the slip velocity is zero only for an instant.
     pub(super) fn moves_on(&self, stopped: &State<f64>) -> bool {
         const OTHER: f64 = 1e-6;
         let columns = &self.model.columns;
@@ -159,8 +159,8 @@ impl Simulation<'_> {
         change > OTHER * size(&|k| rates[k]) && change > OTHER * self.fastest_rate
     }
 
-    /// Returns whether sticking of this interface reduces the mobility. At a dead centre it does
-    /// not: the interface is at rest for an instant while the mechanism moves.
+    /// Returns whether sticking of this interface reduces the mobility. It does not at a dead centre, where the
+    /// interface is at rest for an instant only while the mechanism moves.
     pub(super) fn takes_dof(
         &self,
         situation: &crate::forward::data::Data,
@@ -177,7 +177,7 @@ impl Simulation<'_> {
         mobility(&sticks) < mobility(&self.modes)
     }
 
-    /// Reverses the slip of an interface.
+    /// Reverses the direction of slip of an interface.
     pub(super) fn reverse(
         &mut self,
         interface: usize,
@@ -189,12 +189,12 @@ impl Simulation<'_> {
         }
         let y = self.pack();
         self.now = self.evaluate(self.now.time, &y, inputs, self.settings.look_for_others)?;
-        self.tell(&before);
+        self.record_mode_changes(&before);
         self.step *= 0.1;
         Ok(())
     }
 
-    pub(super) fn tell(&mut self, before: &[InterfaceMode]) {
+    pub(super) fn record_mode_changes(&mut self, before: &[InterfaceMode]) {
         let time = self.now.time;
         for interface in 0..self.modes.len() {
             let joint = self.model.reported_joint(interface);

@@ -7,11 +7,11 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
 impl Simulation<'_> {
-    /// Advances by one step of integration, which ends at `until`, s, at the latest. Changes of stick and slip
-    /// end steps, see [`Self::take_events`].
+    /// Advances by one step of integration. The step ends at `until`, s, at the latest, and at each change between
+    /// stick and slip; [`Self::take_events`] returns these changes.
     ///
-    /// The inputs must have [a change](Inputs::next_change) at `until`. It is not applied; see
-    /// [`Self::change_inputs`].
+    /// The inputs must announce [a change](Inputs::next_change) at `until`. This method does not apply the change; call
+    /// [`Self::change_inputs`] for that.
     ///
     /// # Errors
     /// See [`ForwardError`]; the simulation then stays at the last valid instant.
@@ -27,12 +27,12 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Removes and returns the events since the start or since the last call, in the order of time.
+    /// Removes and returns the events that were recorded since the last call, in the order of time.
     pub fn take_events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.events)
     }
 
-    /// Applies a change of the inputs at the present instant, which is the end of a step.
+    /// Applies a change of the inputs at the present instant, which must be the end of a step.
     ///
     /// # Errors
     /// See [`ForwardError`]: no accelerations are found after the change.
@@ -41,8 +41,8 @@ impl Simulation<'_> {
         self.take_change(inputs)
     }
 
-    /// Continues with other friction coefficients and masses: those of the model with which the simulation was
-    /// [resumed](crate::forward::Forward::resume).
+    /// Applies changed friction coefficients and masses at the present instant: those of the model with which the
+    /// simulation was [resumed](crate::forward::Forward::resume).
     ///
     /// # Errors
     /// See [`ForwardError`]: no accelerations are found after the change.
@@ -82,8 +82,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Ends the use of the simulation and returns its state, without events. The present instant must be
-    /// the end of a step.
+    /// Consumes the simulation and returns its state without events. The present instant must be the end of a step.
     pub fn suspend(mut self) -> Checkpoint {
         let mut numbers = vec![FORMAT];
         self.pass(&mut Tape::Out(&mut numbers));

@@ -1,55 +1,56 @@
-//! Choice of the integration scheme by its work for each second of simulated time.
+//! Choice between event-driven steps and time stepping by the work per second of simulated time.
 //!
-//! Event-driven steps are short where stability bounds them, beside folds of the friction problem
-//! and where many interfaces change their modes. Time stepping may then need far less work for its
-//! own tolerance. A trial time step decides.
+//! Event-driven steps are short where stability bounds them, near folds of the friction problem (where solutions merge
+//! and vanish), and where many interfaces change their modes. Time stepping may then need far less work for its own
+//! tolerance. A trial time step of several times the length decides.
 
 use super::stepping::{LONGEST_WAIT, QUIET};
 use super::{Method, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::inputs::Inputs;
 
-/// Work of the event-driven method, in evaluations of accelerations, after which its progress is
-/// compared with that of time stepping.
+/// Work of the event-driven method, in evaluations of accelerations, after which its progress is compared with that of
+/// a trial time step.
 const WINDOW: usize = 2400;
-/// Evaluations in a step of the event-driven method. A time step, with its two halves, costs about
-/// as many.
+/// Number of evaluations in a step of the event-driven method. A time step including its two half steps costs about the
+/// same.
 const EVALUATIONS: f64 = 12.0;
-/// Longest mean step of the event-driven method that counts as slow, s. Longer ones are short because of the
-/// motion, its events or a controller, not of stability.
+/// Longest mean step of the event-driven method, s, that can be due to stability. Longer mean steps are limited by the
+/// motion, by its events or by a controller, which limit time steps as well.
 const SLOW: f64 = 2e-4;
-/// Time stepping takes over if a step that is longer by this factor keeps its tolerance.
+/// Factor between the lengths of a trial time step and of the mean event-driven step. Time stepping takes over if the
+/// trial step keeps its tolerance.
 const PAYS: f64 = 3.0;
-/// Steps of the continuation from zero friction that cost as much as an evaluation.
+/// Number of steps of the continuation from zero friction that cost as much as one evaluation of accelerations.
 const CONTINUATION_STEPS: usize = 4;
-/// The event-driven method has recovered if it has covered this many times the time that was covered by time
-/// stepping before.
+/// The event-driven method counts as recovered if its present phase lasts this many times as long as the phase of time
+/// stepping before it.
 const RECOVERED: f64 = 10.0;
 
-/// Work of the event-driven method, and durations of the phases of both methods.
+/// Record of the work of the event-driven method, and of the durations of the phases of both methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Economy {
-    /// Work so far, in evaluations of accelerations.
+    /// Work since the start, in evaluations of accelerations.
     pub(super) work: usize,
-    /// Work and time, s, at the start of the present comparison.
+    /// Work, and time in s, at the start of the present comparison.
     pub(super) window: (usize, f64),
-    /// Start of the present phase and duration of the one before, s.
+    /// Start time of the present phase and duration of the previous phase, s.
     pub(super) phase: (f64, f64),
 }
 
 impl Economy {
-    /// Economy of a simulation that starts at `time`, s.
+    /// Creates the record of a simulation that starts at `time`, s.
     pub(super) fn new(time: f64) -> Self {
         Self { work: 0, window: (0, time), phase: (time, 0.0) }
     }
 
-    /// Adds an evaluation of accelerations with this many steps of the continuation from zero
-    /// friction.
+    /// Adds the work of one evaluation of accelerations that took `continuation_steps` steps of the continuation from
+    /// zero friction.
     pub(super) fn spend(&mut self, continuation_steps: usize) {
         self.work += 1 + continuation_steps / CONTINUATION_STEPS;
     }
 
-    /// Begins a phase of the other method.
+    /// Records that the other method takes over at `time`, s.
     pub(super) fn change(&mut self, time: f64) {
         self.phase = (time, time - self.phase.0);
         self.window = (self.work, time);
@@ -57,16 +58,18 @@ impl Economy {
 }
 
 impl Simulation<'_> {
-    /// Doubles the number of quiet time steps before the next return to the event-driven method, or
-    /// resets it if that method has covered [`RECOVERED`] times the duration of the time stepping before.
+    /// Doubles the number of steps without a change of mode after which time stepping returns to the event-driven
+    /// method. Resets that number if the event-driven method has covered [`RECOVERED`] times the duration of the
+    /// previous time stepping.
     pub(super) fn wait_longer(&mut self) {
         let (began, stepped) = self.economy.phase;
         let recovered = self.now.time - began >= RECOVERED * stepped;
         self.wait = if recovered { QUIET } else { (2 * self.wait).min(LONGEST_WAIT) };
     }
 
-    /// Returns whether time stepping would proceed faster than the event-driven method did in the
-    /// present window, at its end.
+    /// Returns whether time stepping would advance faster than the event-driven method did since the start of the
+    /// comparison. Returns false before the comparison has accumulated enough work. `end` is the latest end of a trial
+    /// step, s.
     pub(super) fn is_costly(&mut self, end: f64, inputs: &mut dyn Inputs) -> bool {
         let time = self.now.time;
         let (work, since) = self.economy.window;
@@ -79,8 +82,7 @@ impl Simulation<'_> {
         step <= SLOW && self.pays_to_step(step, end, inputs)
     }
 
-    /// Returns whether a time step much longer than a `step` of the event-driven method, s, keeps its
-    /// tolerance.
+    /// Returns whether a time step of [`PAYS`] times the length `step`, s, of an event-driven step keeps its tolerance.
     fn pays_to_step(&mut self, step: f64, end: f64, inputs: &mut dyn Inputs) -> bool {
         let time = self.now.time;
         let longer = PAYS * step;

@@ -4,22 +4,23 @@
 
 use super::Simulation;
 
-/// Work done since the start, J.
+/// Work done and energy dissipated since the start, J.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// Work of each actuator.
+    /// Work of each actuator on the mechanism.
     pub drives: Vec<f64>,
-    /// Work of all external loads.
+    /// Work of all external loads on the mechanism.
     pub loads: f64,
     /// Energy dissipated in dampers.
     pub dampers: f64,
-    /// Energy lost in plastic impacts with parts that bodies pick up.
+    /// Energy lost in plastic impacts when bodies pick up parts.
     pub impacts: f64,
-    /// Energy that parts bring when bodies pick them up, less the energy of parts that are placed.
+    /// Energy of the parts that bodies pick up, minus the energy of the parts that they place.
     pub payloads: f64,
-    /// Energy dissipated in each friction interface; for bristle laws including stored energy.
+    /// Energy dissipated in each friction interface; for bristle laws including the energy stored in the bristles.
     pub interfaces: Vec<f64>,
-    /// Integral of the magnitudes of all powers, including the exchange of kinetic and potential energy.
+    /// Integral of the magnitudes of all powers, including the exchange of kinetic and potential energy: the scale of
+    /// the energy error.
     pub turnover: f64,
 }
 
@@ -29,8 +30,8 @@ impl Simulation<'_> {
         &self.shown().energies
     }
 
-    /// Residual of the energy balance since the start, J: change of kinetic and potential energy, minus work
-    /// of actuators and loads, minus energy of payloads, plus dissipated energy.
+    /// Residual of the energy balance since the start, J: change of kinetic and potential energy, minus work of
+    /// actuators and loads, minus energy of payloads, plus dissipated energy. It is zero for an exact solution.
     pub fn energy_error(&self) -> f64 {
         let Self { energies, now, .. } = self.shown();
         let Energies { drives, loads, dampers, impacts, payloads, interfaces, .. } = energies;

@@ -16,14 +16,14 @@ pub struct Event {
 /// Kind of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EventKind {
-    /// Stick onset of a friction interface.
+    /// An interface begins to stick.
     Sticks {
         /// Index of the friction interface.
         interface: usize,
         /// Joint of the interface.
         joint: JointId,
     },
-    /// Slip onset or reversal of slip of a friction interface.
+    /// An interface begins to slip, or its slip reverses.
     Slides {
         /// Index of the friction interface.
         interface: usize,
@@ -32,27 +32,28 @@ pub enum EventKind {
         /// Direction of slip along the degrees of freedom of the interface.
         direction: [f64; 3],
     },
-    /// More interfaces stick than are needed to hold the mechanism, so the friction laws do not determine
-    /// their forces. The simulation distributes them in proportion to the friction limits (least squares).
-    /// If one exceeds its limit, any distribution within all limits is taken, or one within 1e-5 of them.
+    /// More interfaces stick than are needed to hold the mechanism, so the friction laws do not determine the friction
+    /// of each one. The simulation distributes them in proportion to the friction limits (least squares). If one of
+    /// these forces exceeds its limit, the simulation takes another distribution within all limits, or at most a
+    /// relative 1e-5 above them.
     SharesNotUnique {
-        /// Number of undetermined friction forces.
+        /// Number of friction forces that are statically indeterminate.
         redundant: usize,
     },
-    /// Other solutions satisfy all laws as well. The simulation continues with the one that is connected with
-    /// the frictionless solution.
+    /// Other solutions satisfy all laws as well. The simulation continues with the solution that is connected with the
+    /// frictionless one.
     NotUnique {
         /// Joint whose normal force differs most between the solutions.
         joint: JointId,
         /// Uniqueness bound, see [`crate::forward::Instant::coupling`].
         coupling: f64,
-        /// Other solutions.
+        /// The other solutions that were found.
         others: Vec<Competitor>,
     },
-    /// The constraints of loops and prescribed joints lose rank at this position, where two branches of motion
-    /// meet. The motion continues smoothly on its branch. Each passage is reported once.
+    /// The constraints of loops and prescribed joints lose rank at this position, where two branches of motion meet.
+    /// The simulation continues smoothly on the present branch. Each passage is reported once.
     Singular {
-        /// Number of constraints that are dependent only at this position.
+        /// Number of constraints that are dependent at this position, but independent at neighbouring positions.
         lost: usize,
     },
     /// A switching function of the inputs that ends the simulation is or becomes negative.
@@ -66,36 +67,35 @@ pub enum EventKind {
         body: BodyId,
         /// True if the part is picked up, by a plastic impact.
         picked_up: bool,
-        /// Energy lost in the impact, J, apart from the work of friction and actuators.
+        /// Energy lost in the impact, J, not counting the work of friction and actuators during it.
         lost: f64,
     },
     /// The integration scheme changes.
     Method {
-        /// New scheme: event-driven or time-stepping.
+        /// The new scheme: event-driven or time-stepping.
         method: Method,
     },
-    /// Velocities jump within a step of 1e-8 s, because no acceleration satisfies all friction laws
-    /// (Painlevé). The velocities after the jump satisfy all laws, with impulses in place of forces
-    /// (Moreau). The dissipated work in the energy balance is friction impulse times mean velocity.
-    /// Only during time stepping.
+    /// Velocities jump within a step of 1e-8 s, because no acceleration satisfies all friction laws (Painlevé). The
+    /// velocities after the jump satisfy all laws, with impulses in place of forces (Moreau). The energy balance counts
+    /// friction impulse times mean velocity as dissipated work. Occurs only during time stepping.
     Jump {
         /// Joint with the largest normal force.
         joint: JointId,
         /// Largest change of a rate of the tree, rad/s or characteristic lengths per second.
         change: f64,
-        /// Joint rates that jump, the largest change first.
+        /// Joint rates that jump, in decreasing order of the change.
         rates: Vec<RateJump>,
     },
 }
 
 impl EventKind {
-    /// Returns whether stick or slip begins, or velocities jump; other events tell about the solution.
+    /// Returns whether stick or slip begins, or velocities jump. Other events are information about the solution.
     pub fn changes_motion(&self) -> bool {
         matches!(self, Self::Sticks { .. } | Self::Slides { .. } | Self::Jump { .. })
     }
 }
 
-/// Jump of the rate of one degree of freedom of a joint.
+/// Jump of the rate of one degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateJump {
     /// The joint.

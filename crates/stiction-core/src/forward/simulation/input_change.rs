@@ -1,6 +1,6 @@
 //! Sudden changes of inputs: a controller sample or a force step.
 
-use super::locate::LET_GO;
+use super::locate::SLIP_EXCESS;
 use super::{REST, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
@@ -8,8 +8,8 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 
 impl Simulation<'_> {
-    /// Updates accelerations and reactions after a change of the inputs. The search for modes runs
-    /// only if the present modes are not clearly valid, because it costs many times as much.
+    /// Updates accelerations and reactions after a change of the inputs. Searches for new modes only if the present
+    /// modes are not clearly valid, because the search costs many times as much.
     pub(super) fn on_input_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if let Some(instant) = self.goes_on(inputs) {
             self.become_now(instant);
@@ -26,7 +26,7 @@ impl Simulation<'_> {
                 InterfaceMode::AtLimit(_) => false,
                 InterfaceMode::Slides(_) => norm(interface.velocity) > REST * self.fastest,
             });
-        if !clear || self.overload != 1.0 {
+        if !clear || self.limit_factor != 1.0 {
             return None;
         }
         let mut y = self.list();
@@ -43,7 +43,7 @@ impl Simulation<'_> {
         let sticks = self.modes.contains(&InterfaceMode::Sticks);
         let shared = sticks && instant.redundant > 0 && !still;
         let unique = instant.coupling.is_some_and(|coupling| coupling < 1.0);
-        let holds = self.least_margin(&instant) > 2.0 * LET_GO;
+        let holds = self.least_margin(&instant) > 2.0 * SLIP_EXCESS;
         if shared || !unique || !holds {
             self.workspace.spare(instant);
             return None;

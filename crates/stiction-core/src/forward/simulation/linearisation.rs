@@ -1,8 +1,8 @@
 //! Linearisation of the equations of motion in independent coordinates.
 //!
-//! Derivatives are central differences of order six of the accelerations, with closed loops and the
-//! present modes of the friction interfaces. Steps are quartered until two successive estimates
-//! agree best; their difference estimates the error.
+//! Derivatives are central differences of order six of the accelerations, with closed loops and with the present modes
+//! of the friction interfaces. Each step length is a quarter of the previous one, and the estimate that differs least
+//! from its successor is taken; the difference estimates the error.
 
 use super::scratch::Scratch;
 use super::{Method, Simulation};
@@ -16,33 +16,33 @@ use crate::spatial::Vec3;
 use crate::statics::AppliedLoad;
 use nalgebra::{DMatrix, DVector};
 
-/// Part of the rate of a joint coordinate beyond those chosen before, relative to the largest, below which
-/// it depends on them.
+/// Smallest part of the rate of a joint coordinate that is independent of the coordinates already chosen, relative to
+/// the largest rate of any coordinate. A coordinate below this bound counts as dependent.
 const DEPENDENT: f64 = 1e-6;
-/// An actuated coordinate is preferred if this part of it is independent.
+/// Actuated coordinates are chosen before others as long as their independent part exceeds this bound.
 const PREFERRED: f64 = 1e-2;
-/// Singularity distance of the constraints below which there is no linearisation.
+/// Singularity distance of the constraints below which no linearisation is computed.
 const SINGULAR: f64 = 1e-6;
-/// Largest first step: rad or characteristic lengths; rates in these per characteristic time.
+/// Longest first step of a difference: rad or characteristic lengths; for rates the same per characteristic time.
 const FIRST_STEP: f64 = 2e-2;
-/// Largest number of step lengths, each a quarter of the one before.
+/// Largest number of step lengths, each of which is a quarter of the previous one.
 const STEPS: usize = 24;
-/// Coefficients of the central difference of order six, for one, two and three steps.
+/// Coefficients of the central difference of order six, for one, two and three steps from the centre.
 const STENCIL: [f64; 3] = [0.75, -0.15, 1.0 / 60.0];
-/// Corrections of the independent coordinates after each closure of the loops.
+/// Largest number of corrections that restore the independent coordinates after the loops are closed.
 const CORRECTIONS: usize = 12;
 
-/// Reason why there is no linearisation at an operating point.
+/// Reason for which an operating point has no linearisation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinearisationError {
-    /// Friction, locks and prescribed motions hold every motion.
+    /// Friction, locks and prescribed motions prevent every motion.
     #[error("nothing can move there: {held}")]
     Held {
-        /// Constraint that holds the mechanism.
+        /// The constraint that holds the mechanism, in words.
         held: String,
     },
-    /// The constraints lose rank.
+    /// The constraints lose rank at the operating point.
     #[error(
         "the position is singular: the loop constraints lose rank (distance {distance:.1e}), so \
          accelerations have no derivatives there"
@@ -51,7 +51,7 @@ pub enum LinearisationError {
         /// Singularity distance.
         distance: f64,
     },
-    /// An interface is at its friction limit at rest.
+    /// The friction of an interface at rest is at its limit.
     #[error(
         "friction interface {interface} is at its limit at rest: the motion differs on both sides, so \
          there is no linearisation"
@@ -60,7 +60,7 @@ pub enum LinearisationError {
         /// Index of the friction interface.
         interface: usize,
     },
-    /// An interface has a law with internal states.
+    /// The friction law of an interface has internal states.
     #[error(
         "friction interface {interface} has bristles, whose deflections are further states that the \
          linearisation does not include"
@@ -69,10 +69,10 @@ pub enum LinearisationError {
         /// Index of the friction interface.
         interface: usize,
     },
-    /// No acceleration satisfies the friction laws.
+    /// No acceleration satisfies the friction laws at the operating point.
     #[error("no acceleration satisfies all friction laws there")]
     NoAcceleration,
-    /// Interfaces begin to slide: the motion differs on both sides.
+    /// Interfaces begin to slide from rest, so the motion differs on both sides of the operating point.
     #[error(
         "friction interfaces begin to slide there from rest, so the motion differs on both sides"
     )]
@@ -80,51 +80,52 @@ pub enum LinearisationError {
         /// Indices of the friction interfaces.
         interfaces: Vec<usize>,
     },
-    /// A motion has no joint coordinate.
+    /// A motion of the mechanism changes no joint coordinate.
     #[error(
         "a motion of the mechanism has no joint coordinate that describes it, such as that of a free \
          body or of a ball joint; replace the ball joint by revolute joints or a universal joint"
     )]
     NoCoordinate,
-    /// Accelerations cannot be evaluated beside the operating point.
+    /// Accelerations cannot be evaluated at positions or rates near the operating point.
     #[error("{0}")]
     Forward(#[from] ForwardError),
 }
 
-/// Linear equations of motion about an operating point, for deviations `q`, `v` of the independent coordinates
-/// and their rates, and `u` of the efforts:
-/// `dq/dt = v`, `dv/dt = a0 + K q + D v + B u`, outputs `y = C q`.
+/// Linear equations of motion about an operating point: `dq/dt = v`, `dv/dt = a0 + K q + D v + B u`, outputs `y = C q`.
+/// Here `q` and `v` are the deviations of the independent coordinates and their rates from the operating point, and `u`
+/// those of the efforts.
 #[derive(Clone, Debug)]
 pub struct Linearisation {
     /// Independent joint coordinates: joint and index of the degree of freedom.
     pub coordinates: Vec<(JointId, usize)>,
-    /// Their positions (rad or m), rates and accelerations at the operating point.
+    /// Position (rad or m), rate and acceleration of each independent coordinate at the operating point.
     pub motion: Vec<Target<f64>>,
-    /// Derivatives of the accelerations by the coordinates, row by row.
+    /// Matrix `K`: derivatives of the accelerations with respect to the independent coordinates, row by row.
     pub by_position: Vec<Vec<f64>>,
-    /// Derivatives of the accelerations by the rates, row by row.
+    /// Matrix `D`: derivatives of the accelerations with respect to the rates, row by row.
     pub by_rate: Vec<Vec<f64>>,
-    /// Derivatives of the accelerations by the efforts of [`Self::inputs`], row by row.
+    /// Matrix `B`: derivatives of the accelerations with respect to the efforts of [`Self::inputs`], row by row.
     pub by_effort: Vec<Vec<f64>>,
     /// Indices of the actuators that exert efforts.
     pub inputs: Vec<usize>,
-    /// Derivatives of the positions of all actuators by the coordinates, row by row.
+    /// Matrix `C`: derivatives of the positions of all actuators with respect to the independent coordinates, row by
+    /// row.
     pub outputs: Vec<Vec<f64>>,
     /// Positions of all actuators at the operating point, rad or m.
     pub positions: Vec<f64>,
     /// Efforts of all actuators at the operating point, N or N m.
     pub efforts: Vec<f64>,
-    /// Modes of the friction interfaces, which are kept.
+    /// Modes of the friction interfaces, which the linearisation assumes constant.
     pub modes: Vec<InterfaceMode>,
-    /// Number of local degrees of freedom, such as the spin of a rod about its own axis, that are left out.
+    /// Number of local degrees of freedom that the linearisation omits, such as the spin of a rod about its own axis.
     pub local: usize,
-    /// Largest estimated error of a derivative, relative to the largest of its kind.
+    /// Largest estimated error of a derivative, relative to the largest entry of its matrix.
     pub error: f64,
-    /// Tree rates for a unit rate of each coordinate.
+    /// Rates of the tree for a unit rate of each independent coordinate.
     directions: Vec<Vec<f64>>,
 }
 
-/// Inputs with a change of one effort.
+/// Inputs with one effort changed by a constant amount.
 struct Nudged<'a> {
     inner: &'a mut dyn Inputs,
     actuator: usize,
@@ -148,7 +149,7 @@ impl Inputs for Nudged<'_> {
     }
 }
 
-/// Variable of a finite difference.
+/// Variable with respect to which a difference is taken.
 #[derive(Clone, Copy)]
 enum Change {
     Position(usize),
@@ -156,11 +157,11 @@ enum Change {
     Effort(usize),
 }
 
-/// Accelerations and actuator positions beside the operating point.
+/// Accelerations of the independent coordinates, and actuator positions, near the operating point.
 type Beside = (Vec<f64>, Vec<f64>);
 
 impl Simulation<'_> {
-    /// Linearises the motion about the present instant, with the present modes of the friction interfaces.
+    /// Linearises the equations of motion about the present instant, with the present modes of the friction interfaces.
     ///
     /// # Errors
     /// See [`LinearisationError`].
@@ -171,8 +172,8 @@ impl Simulation<'_> {
         self.linearised(inputs, true)
     }
 
-    /// As [`Self::linearise`], with the derivatives by the coordinates only; those by rates and efforts are
-    /// empty.
+    /// Linearises as [`Self::linearise`], but computes derivatives with respect to positions only; those with respect
+    /// to rates and efforts are empty.
     ///
     /// # Errors
     /// See [`LinearisationError`].
@@ -307,10 +308,11 @@ impl Simulation<'_> {
         Ok(lin)
     }
 
-    /// State at rest beside the operating point, with this change of the independent coordinates.
+    /// Returns a state at rest near the operating point, whose independent coordinates differ from it by `change`, rad
+    /// or m.
     ///
     /// # Errors
-    /// [`ForwardError::Open`] if the loops do not close there.
+    /// [`ForwardError::Open`] if the loops cannot be closed there.
     pub fn displaced(
         &mut self,
         lin: &Linearisation,
@@ -321,15 +323,16 @@ impl Simulation<'_> {
         self.state_beside(lin, change, Some(&rates), inputs)
     }
 
-    /// Largest force that can be expected: the weight, or one newton.
+    /// Force scale of the first effort step, N: the weight of the mechanism, at least one newton.
     fn force_scale(&self) -> f64 {
         let bodies = self.model.simulated().bodies();
         let mass: f64 = bodies.iter().map(|body| body.mass).sum();
         (mass * self.model.parameters.gravity.norm()).max(1.0)
     }
 
-    /// Chooses independent joint coordinates for the null space of the constraints, actuated ones first:
-    /// coordinates, tree rates for a unit rate of each, number of local degrees of freedom.
+    /// Chooses independent joint coordinates for the motions in `basis` (null space of the constraints), actuated
+    /// coordinates first. Returns the coordinates, the tree rates for a unit rate of each, and the number of local
+    /// degrees of freedom.
     #[allow(clippy::type_complexity)]
     fn independent(
         &self,
@@ -404,7 +407,8 @@ impl Simulation<'_> {
         Ok((coordinates, directions, free - chosen.len()))
     }
 
-    /// Checks that motions without joint coordinates leave all joints in their places.
+    /// Checks that every motion in `basis` that changes none of the chosen coordinates is a local spin: it moves
+    /// neither joints nor centres of mass.
     fn check_local(
         &self,
         basis: &[f64],
@@ -460,8 +464,8 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// State with these changes of the independent coordinates and, if given, these rates of them; else with the
-    /// rates of the operating point.
+    /// Returns the state whose independent coordinates differ from the operating point by `change`. Their rates are
+    /// `rates`, or those of the operating point if `rates` is `None`.
     fn state_beside(
         &mut self,
         lin: &Linearisation,
@@ -514,7 +518,8 @@ impl Simulation<'_> {
         Ok(state)
     }
 
-    /// Accelerations of the independent coordinates and positions of the actuators for a change of `amount`.
+    /// Evaluates the accelerations of the independent coordinates and the positions of the actuators with one variable
+    /// changed by `amount`. `None` if a sliding interface would reverse.
     fn beside(
         &mut self,
         lin: &Linearisation,
@@ -572,7 +577,7 @@ impl Simulation<'_> {
         Ok(Some((accelerations.collect(), positions.collect())))
     }
 
-    /// Derivative by a change, and its estimated error.
+    /// Returns the derivative with respect to one variable, and its estimated error; `first` is the longest step.
     fn difference(
         &mut self,
         lin: &Linearisation,
@@ -620,7 +625,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// Interfaces that slide according to their modes, but are at rest.
+    /// Lists the interfaces whose mode is slip but whose velocity is zero: they begin to slide.
     fn at_rest(&self) -> Vec<usize> {
         let speed =
             |c: usize| self.now.interfaces[c].velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -630,7 +635,7 @@ impl Simulation<'_> {
         slow.collect()
     }
 
-    /// Central difference of order six; `None` if an interface would reverse.
+    /// Central difference of order six with respect to one variable; `None` if a sliding interface would reverse.
     fn central(
         &mut self,
         lin: &Linearisation,
@@ -655,7 +660,7 @@ impl Simulation<'_> {
     }
 }
 
-/// Characteristic rate: that of a pendulum of the characteristic length, or one per second.
+/// Characteristic rate, 1/s: the natural frequency of a pendulum of the characteristic length, at least one.
 fn self_rate(model: &crate::forward::Forward) -> f64 {
     (model.parameters.gravity.norm() / model.parameters.length).sqrt().max(1.0)
 }
@@ -664,7 +669,7 @@ fn translates(model: &crate::forward::Forward, (joint, dof): (JointId, usize)) -
     model.topology.joint_types[joint.0].dofs()[dof].translates()
 }
 
-/// Difference of a coordinate; of an angle, the nearest to zero among those that differ by full turns.
+/// Reduces the difference of a coordinate: an angle to the range from -pi to pi by full turns; a length is unchanged.
 fn nearest_turn(model: &crate::forward::Forward, at: (JointId, usize), change: f64) -> f64 {
     if translates(model, at) {
         return change;

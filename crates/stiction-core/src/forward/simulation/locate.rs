@@ -1,4 +1,4 @@
-//! The first event within a step.
+//! Location of the first event within a step.
 
 use super::packing::parts;
 use super::{REST, Simulation};
@@ -8,39 +8,39 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use std::convert::Infallible;
 
-/// Relative excess of friction over its limit at which an interface slips; larger than the excess
-/// that the search for modes allows.
-pub(super) const LET_GO: f64 = 1e-9;
-/// Relative margin to the friction limit above which slip onset within a step is excluded, if every
-/// sticking interface keeps it at all stages. Stages are less accurate than steps, but by far less
-/// than this.
+/// Relative excess of friction over its limit at which an interface slips; larger than the excess that the search for
+/// modes permits.
+pub(super) const SLIP_EXCESS: f64 = 1e-9;
+/// Relative margin to the friction limit above which slip onset within a step is excluded, provided every sticking
+/// interface has this margin at all stages. Stages are less accurate than the end of a step, but their error is far
+/// below this margin.
 const FAR_FROM_LIMIT: f64 = 0.01;
 
-/// Largest decrease of the margin between two samples that is considered: an eighth of a period of
-/// a sine about its peak, or a kink.
+/// Largest relative margin at a sample for which a dip to zero between two samples is searched: an eighth of a period
+/// of a sine about its peak, or a kink.
 const DEEPEST_DIP: f64 = 0.3;
-/// Fraction of the interval between samples over which the slopes at its ends are measured.
+/// Fraction of the interval between two samples over which the slope at each end is measured.
 const BESIDE: f64 = 1e-4;
-/// Golden-section iterations: they locate the minimum of a dip to 0.618^30 = 5e-7 of the interval,
-/// and a smooth minimum value to the square of that.
+/// Number of golden-section iterations. They locate the minimum of a dip to 0.618^30 = 5e-7 of the interval, and the
+/// value of a smooth minimum to the square of that.
 const DIP_SECTIONS: usize = 30;
 
-/// End of a step.
+/// Reason for which a step ends.
 pub(super) enum Ending {
-    /// No event.
+    /// End of the step without an event.
     Smooth,
-    /// The slip velocity of an interface reaches zero.
+    /// The slip velocity of this interface reaches zero.
     Stops(usize),
     /// The friction of a sticking interface reaches its limit.
-    LetsGo,
-    /// After this many seconds of the step, a ball or plate is much slower than at its start, so
-    /// that a stick onset may have been missed. Shorter steps must approach that point.
+    SlipOnset,
+    /// A ball or plate is much slower at the end of the step than at its start, so the step may have missed a stick
+    /// onset. It occurs after about this many seconds of the step; shorter steps must approach it.
     Passes(f64),
 }
 
 impl Simulation<'_> {
-    /// Slip speed of an interface along its recorded direction, m/s, and its time derivative,
-    /// m/s^2.
+    /// Speed of an interface along its recorded slip direction, m/s, and the time derivative of that speed, m/s^2.
+    /// Negative speed means that the slip has reversed.
     pub(super) fn closing_speed(&self, at: &Instant, interface: usize) -> (f64, f64) {
         let InterfaceMode::Slides(direction) = self.modes[interface] else { return (0.0, 1.0) };
         let dot = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
@@ -50,7 +50,7 @@ impl Simulation<'_> {
         )
     }
 
-    /// First event within the last step: its position as a fraction of the step, and its kind.
+    /// Finds the first event within the last step: its time as a fraction of the step, and its kind.
     pub(super) fn first_event(
         &mut self,
         time: f64,
@@ -94,7 +94,7 @@ impl Simulation<'_> {
         self.steps = steps;
         self.lists.push(last);
         prepared?;
-        let mut first: Option<(f64, Ending)> = prescribed.map(|part| (part, Ending::LetsGo));
+        let mut first: Option<(f64, Ending)> = prescribed.map(|part| (part, Ending::SlipOnset));
         for interface in suspects {
             if let Some(part) = self.stop_within(interface)
                 && first.as_ref().is_none_or(|(before, _)| part < *before)
@@ -104,14 +104,14 @@ impl Simulation<'_> {
         }
         if holds {
             let until = first.as_ref().map_or(1.0, |(part, _)| *part);
-            if let Some(part) = self.let_go_within(time, step, until, arrived, inputs)? {
-                first = Some((part, Ending::LetsGo));
+            if let Some(part) = self.slip_onset_within(time, step, until, arrived, inputs)? {
+                first = Some((part, Ending::SlipOnset));
             }
         }
         Ok(first)
     }
 
-    /// Fraction of the step at which the slip velocity of an interface falls through zero.
+    /// Finds the fraction of the step at which the slip velocity of an interface falls through zero.
     fn stop_within(&self, interface: usize) -> Option<f64> {
         const PIECES: usize = 16;
         let mut y = Vec::new();
@@ -151,8 +151,7 @@ impl Simulation<'_> {
         Some(part)
     }
 
-    /// Smallest relative margin to the friction limit of any sticking interface; negative beyond
-    /// the limit.
+    /// Smallest relative margin to the friction limit among all sticking interfaces; negative if one exceeds its limit.
     pub(super) fn least_margin(&self, at: &Instant) -> f64 {
         if at.gives_way.is_some() {
             return -1.0;
@@ -161,14 +160,13 @@ impl Simulation<'_> {
         let relative = sticks.map(|c| {
             let has = norm(c.friction);
             let size = c.limit.max(has).max(f64::MIN_POSITIVE);
-            (c.limit * self.overload * (1.0 + LET_GO) - has) / size
+            (c.limit * self.limit_factor * (1.0 + SLIP_EXCESS) - has) / size
         });
         relative.fold(f64::INFINITY, f64::min)
     }
 
-    /// Fraction of the step, up to `until`, at which the friction of a sticking interface exceeds
-    /// its limit.
-    pub(super) fn let_go_within(
+    /// Finds the fraction of the step, up to `until`, at which the friction of a sticking interface exceeds its limit.
+    pub(super) fn slip_onset_within(
         &mut self,
         time: f64,
         step: f64,
@@ -197,7 +195,7 @@ impl Simulation<'_> {
         Ok(found)
     }
 
-    /// Smallest relative margin at a fraction of the step.
+    /// Smallest relative margin to the friction limit (see [`Self::least_margin`]) at a fraction `part` of the step.
     fn margin_within(
         &mut self,
         (time, step): (f64, f64),
@@ -213,9 +211,9 @@ impl Simulation<'_> {
     }
 }
 
-/// First zero up to `high` of a function that is positive at `low`, if any: the upper end of an
-/// interval of length `fine` around it. A dip between the two samples is found if the function is
-/// convex there.
+/// Finds the first zero of a function that is positive at `low`, up to `high`; both are pairs of argument and value.
+/// Returns the upper end of an interval of length `fine` around the zero. A dip below zero between the two samples is
+/// found if the function is convex there.
 pub(super) fn falls_below(
     low: (f64, f64),
     high: (f64, f64),
@@ -227,7 +225,7 @@ pub(super) fn falls_below(
     }
     let length = high.0 - low.0;
     // A margin that is zero from the start does not dip: the interface slips or it stays.
-    if low.1 < LET_GO || low.1.min(high.1) > DEEPEST_DIP {
+    if low.1 < SLIP_EXCESS || low.1.min(high.1) > DEEPEST_DIP {
         return Ok(None);
     }
     let beside = BESIDE * length;
@@ -263,8 +261,8 @@ pub(super) fn falls_below(
     Ok(None)
 }
 
-/// Zero of a function that is positive at `low` and negative at `high`, by the Illinois method: the
-/// upper end of an interval of length `fine` around it.
+/// Locates the zero of a function that is positive at `low` and negative at `high` (pairs of argument and value) by the
+/// Illinois method. Returns the upper end of an interval of length `fine` around it.
 pub(super) fn crossing<E>(
     mut low: (f64, f64),
     mut high: (f64, f64),
@@ -291,7 +289,7 @@ pub(super) fn crossing<E>(
     Ok(high.0)
 }
 
-/// Returns whether the cubic with these values and slopes at 0 and 1 falls below zero between them.
+/// Returns whether the cubic with values `v0`, `v1` and slopes `a0`, `a1` at 0 and 1 falls below zero between them.
 fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
     (1..8).any(|k| {
         let x = f64::from(k) / 8.0;

@@ -1,4 +1,4 @@
-//! Locking of sticking joints: their coordinates stay constant, without changes by rounding.
+//! Locks for sticking joints, which keep their coordinates constant without drift by rounding.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
@@ -8,8 +8,8 @@ use crate::forward::project::Anchor;
 use crate::topology::Role;
 
 impl Simulation<'_> {
-    /// Anchors of cut joints, and frozen degrees of freedom of the tree, for these sticking
-    /// interfaces.
+    /// Returns the locks of the given sticking interfaces: anchors for cut joints, and a flag for each frozen degree of
+    /// freedom of the tree.
     pub(super) fn holds_of(&self, interfaces: &[usize]) -> (Vec<Anchor>, Vec<bool>) {
         let topology = &self.model.topology;
         let mut anchors = Vec::new();
@@ -37,7 +37,7 @@ impl Simulation<'_> {
         (anchors, frozen)
     }
 
-    /// Freezes the sticking joints, and the whole mechanism if it has no mobility left.
+    /// Locks the sticking joints, and the whole mechanism if its mobility is zero.
     pub(super) fn hold(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let model = self.model;
         self.workspace.conditions_hold = false;
@@ -45,7 +45,7 @@ impl Simulation<'_> {
             (0..self.modes.len()).filter(|&c| self.modes[c] == InterfaceMode::Sticks).collect();
         (self.anchors, self.frozen) = self.holds_of(&sticks);
         if sticks.is_empty() {
-            self.told_of_shares = 0;
+            self.reported_shares = 0;
             return Ok(());
         }
         let mut state = self.now.state.clone();
@@ -53,7 +53,7 @@ impl Simulation<'_> {
             self.now.time,
             state.clone(),
             &self.bristles,
-            (&self.grips, &self.shares),
+            (&self.friction_scales, &self.reference_frictions),
             (&self.input, &mut *inputs),
         );
         let loads: Vec<f64> = self.now.interfaces.iter().map(|c| c.load).collect();
@@ -73,16 +73,16 @@ impl Simulation<'_> {
         let redundant = solved.balance.redundant();
         let without = self.permanently_redundant(&situation);
         let shares = redundant.saturating_sub(without);
-        if shares > 0 && shares != self.told_of_shares {
+        if shares > 0 && shares != self.reported_shares {
             let kind = EventKind::SharesNotUnique { redundant: shares };
             self.events.push(Event { time: self.now.time, kind });
         }
-        self.told_of_shares = shares;
+        self.reported_shares = shares;
         let situation = model.data(
             self.now.time,
             state,
             &self.bristles,
-            (&self.grips, &self.shares),
+            (&self.friction_scales, &self.reference_frictions),
             (&self.input, &mut *inputs),
         );
         self.now = model.instant(&situation, &self.modes, &solved);
@@ -90,7 +90,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Number of constraints that are redundant while no interface sticks.
+    /// Number of constraints that are redundant even if no interface sticks.
     pub(super) fn permanently_redundant(&self, situation: &crate::forward::data::Data) -> usize {
         let model = self.model;
         model.balance(situation, &[]).map_or(0, |balance| balance.redundant())

@@ -51,8 +51,8 @@ use scratch::Scratch;
 /// Friction interfaces slower than this fraction of the largest slip speed are at rest.
 const REST: f64 = 1e-10;
 
-/// A simulation stalls if time advances by less than a fraction of the longest step over this many
-/// evaluations.
+/// Number of evaluations after which progress is checked, and the fraction of the longest step by which time must have
+/// advanced; otherwise the simulation stalls.
 const PATIENCE: usize = 5_000;
 const LEAST_PROGRESS: f64 = 1e-3;
 
@@ -66,50 +66,52 @@ pub struct Simulation<'a> {
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
     bristles: Vec<[f64; 3]>,
-    grips: Vec<f64>,
-    shares: Vec<[f64; 3]>,
-    overload: f64,
-    /// Own states of the inputs, sides of their switching functions, counted angles.
+    friction_scales: Vec<f64>,
+    reference_frictions: Vec<[f64; 3]>,
+    limit_factor: f64,
+    /// Own states of the inputs, sides of their switching functions, and counted angles.
     input: InputState,
-    /// Time, s, at which switching functions change their sign, and which; infinite if none is ahead.
+    /// Time, s, at which switching functions change their sign, and a flag for each function that does; infinite if no
+    /// change was found in the last step.
     switch_at: f64,
     switching: Vec<bool>,
-    /// Number of changes of sides at a time, and that time, s.
+    /// Number of sign changes of switching functions at one time, and this time, s.
     switches_at_once: (usize, f64),
-    /// Start of the time step that was shortened last because of a switching function, s.
+    /// Start, s, of the time step that was last shortened because of a switching function.
     shortened_at: f64,
-    /// Number of changes of sides in quick succession, times of the first and of the last one, s.
+    /// Number of changes of sides in quick succession, and the times of the first and the last of them, s.
     chatter: (usize, f64, f64),
-    /// Switching function that ended the simulation.
+    /// Switching function that has ended the simulation, if any.
     ended_by: Option<usize>,
     energies: Energies,
     energy_at_start: f64,
     fastest: f64,
     /// Largest rate of the tree so far, rad/s or characteristic lengths per second.
     fastest_rate: f64,
-    /// Largest relative error of a step through a singular passage, if above the tolerance.
+    /// Largest relative error of a step through a singular position, if above the tolerance; zero otherwise.
     coarsest: f64,
     step: f64,
     events: Vec<Event>,
     /// True if a singular position was reported and the mechanism is still near it.
     in_passage: bool,
-    told_of_others: bool,
-    told_of_shares: usize,
+    reported_others: bool,
+    reported_shares: usize,
     stalled: usize,
     steps: Steps,
     scales: Vec<f64>,
     evaluations: usize,
     stepping: Option<stepping::Stepping>,
-    /// Number of events since a time, and that time, s.
+    /// Number of events counted for the event rate, and the time since which they are counted, s.
     event_rate: (usize, f64),
     dropped: f64,
-    /// Number of successive steps bounded by stability, and of steps since that are not.
+    /// Number of steps bounded by stability in succession, and number of steps not bounded by it since the last of
+    /// them.
     stiff: (usize, usize),
-    /// Very short steps in a row, see `is_stiff`.
+    /// Number of very short steps in succession, see `is_stiff`.
     crawling: usize,
-    /// Evaluations and time, s, at the last check for a stall.
+    /// Number of evaluations, and time in s, at the last check for a stall.
     progress: (usize, f64),
-    /// Number of quiet time steps before the event-driven method is tried again.
+    /// Number of time steps without a change of mode after which the event-driven method is tried again.
     wait: usize,
     economy: Economy,
     workspace: Box<Scratch>,
@@ -126,7 +128,7 @@ impl<'a> Simulation<'a> {
         &self.shown().now
     }
 
-    /// Returns whether the last balance was solved sparsely.
+    /// Returns whether the last solution of the accelerations was sparse.
     #[doc(hidden)]
     pub fn is_sparse(&self) -> bool {
         self.workspace.solved.balance.is_sparse()
@@ -141,35 +143,34 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Mode of each friction interface.
+    /// Mode of each friction interface: stick, slip, or a smooth law.
     pub fn interfaces(&self) -> &[InterfaceMode] {
         &self.shown().modes
     }
 
-    /// Relative change of the requested rates at the start. It exceeds rounding if the loops, prescribed or
-    /// locked joints do not allow these rates.
+    /// Relative change of the requested rates at the start. It is above rounding if loops, prescribed joints or locked
+    /// joints do not allow the requested rates.
     pub fn dropped(&self) -> f64 {
         self.dropped
     }
 
-    /// Largest estimated relative error of a step near a singular position of the loops, where
-    /// rounding permits no smaller one; zero if all steps keep the tolerance.
+    /// Largest estimated relative error of a step near a singular position of the loops, where rounding permits no
+    /// smaller error; zero if all steps keep the tolerance.
     pub fn coarsest(&self) -> f64 {
         self.coarsest
     }
 
-    /// Number of evaluations of accelerations.
+    /// Number of evaluations of accelerations since the start.
     pub fn evaluations(&self) -> usize {
         self.evaluations
     }
 
-    /// Advances to a time, s. Does nothing if that time has passed.
+    /// Advances to a time, s. Does nothing if the present instant is at or after that time.
     ///
-    /// A simulation that a switching function has ended does not advance, see
-    /// [`Self::ended_by`].
+    /// A simulation that has been ended by a switching function does not advance, see [`Self::ended_by`].
     ///
-    /// Steps do not end at this time: the mechanism and its inputs determine their lengths, and
-    /// the instant within the last step is interpolated.
+    /// Steps need not end at this time, since the mechanism and its inputs determine their lengths; results within the
+    /// last step are interpolated.
     ///
     /// # Errors
     /// See [`ForwardError`]; the simulation then stays at the last valid instant.
@@ -187,14 +188,15 @@ impl<'a> Simulation<'a> {
         self.take_change(inputs)
     }
 
-    /// Takes one step of integration, or repeats the last one up to a switching function.
+    /// Takes one step of integration. If a switching function changes its sign within the step, the step is discarded
+    /// and the next one ends there.
     fn step_once(&mut self, until: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         self.last_step.shows = false;
         self.take_change(inputs)?;
         inputs.begin_step(self.now.time);
         self.begin_step();
         let end = self.step_end(until, inputs);
-        self.go_on(end, inputs)?;
+        self.take_step(end, inputs)?;
         if self.goes_back_to_switch(inputs)? {
             return Ok(());
         }
@@ -203,8 +205,9 @@ impl<'a> Simulation<'a> {
         self.switch(inputs)
     }
 
-    /// Latest end of the next step, s: the next change of the inputs or the next switch. At rest, steps are not
-    /// interpolated: one ends at `until` if the inputs are constant up to then, else after the longest step at most.
+    /// Latest end of the next step, s: the next change of the inputs or of a switching function. Results within a step
+    /// at rest are not interpolated: it ends at `until` if the inputs are constant until then, otherwise after the
+    /// longest step at most.
     fn step_end(&mut self, until: f64, inputs: &mut dyn Inputs) -> f64 {
         let time = self.now.time;
         let change = inputs.next_change(time);
@@ -242,15 +245,15 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Longest step, s, that resolves the inputs.
+    /// Longest step, s, for which a few samples resolve the inputs.
     fn longest_step(&self, time: f64, inputs: &dyn Inputs) -> f64 {
         let seen = inputs.seen_until(time) - time;
         self.settings.longest_step.min(seen).max(self.settings.shortest_step)
     }
 
-    /// Advances by one step of the present method; the automatic method falls back to time
-    /// stepping.
-    fn go_on(&mut self, end: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+    /// Advances by one step of the present method. The automatic method changes to time stepping if the event-driven
+    /// method fails.
+    fn take_step(&mut self, end: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if self.is_stalled() {
             let error = self.stalled_error();
             if !self.may_step(&error) {

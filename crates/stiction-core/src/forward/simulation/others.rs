@@ -1,4 +1,4 @@
-//! Search for further solutions that satisfy all laws.
+//! Search for further solutions that satisfy all friction laws.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
@@ -6,24 +6,24 @@ use crate::forward::inputs::Inputs;
 use crate::mechanism::JointId;
 
 impl Simulation<'_> {
-    /// Searches for further solutions where the uniqueness bound does not hold, and records them once for each
-    /// interval in which it does not hold.
+    /// Searches for further solutions if the uniqueness bound does not exclude them, and records those that it finds as
+    /// an event. Does so once for each time interval in which the bound excludes nothing.
     pub(super) fn look_for_others(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(coupling) = self.now.coupling.filter(|c| *c >= 1.0) else {
-            self.told_of_others = false;
+            self.reported_others = false;
             return Ok(());
         };
-        if self.told_of_others || !self.settings.look_for_others {
+        if self.reported_others || !self.settings.look_for_others {
             return Ok(());
         }
-        self.told_of_others = true;
+        self.reported_others = true;
         let model = self.model;
         let time = self.now.time;
         let situation = model.data(
             time,
             self.now.state.clone(),
             &self.bristles,
-            (&self.grips, &self.shares),
+            (&self.friction_scales, &self.reference_frictions),
             (&self.input, inputs),
         );
         let loads: Vec<f64> = self.now.interfaces.iter().map(|c| c.load).collect();

@@ -1,5 +1,4 @@
-//! State vector of the integrator: coordinates, rates, bristles, energies, own
-//! states of the inputs.
+//! State vector of the integrator: coordinates, rates, bristle deflections, energies, and own states of the inputs.
 
 use super::Simulation;
 use crate::forward::instant::Instant;
@@ -12,7 +11,7 @@ impl Simulation<'_> {
         y
     }
 
-    /// Packs the state vector into `y`, reusing its memory.
+    /// Writes the present state as a state vector to `y`, reusing its memory.
     pub(super) fn pack_into(&self, y: &mut Vec<f64>) {
         let state = &self.now.state;
         y.clear();
@@ -51,13 +50,14 @@ impl Simulation<'_> {
         rates.extend_from_slice(&at.input_rates);
     }
 
-    /// Returns an empty list, reusing memory.
+    /// Returns an empty list that reuses the memory of an earlier one.
     pub(super) fn list(&mut self) -> Vec<f64> {
         self.lists.pop().unwrap_or_default()
     }
 
-    /// Scales of the error estimate: characteristic length for lengths, largest deflection for bristles. Energies
-    /// are quadratures and have an infinite scale.
+    /// Returns the scale of the error estimate for each component of the state vector: characteristic length for
+    /// lengths, largest deflection for bristles. Energies are quadratures that affect nothing else; their scale is
+    /// infinite.
     pub(super) fn error_scales(&self) -> Vec<f64> {
         let (topology, columns) = (&self.model.topology, &self.model.columns);
         let mut scales = vec![1.0; topology.coordinates()];
@@ -80,7 +80,7 @@ impl Simulation<'_> {
     }
 }
 
-/// Splits a state vector into coordinates, rates and the rest.
+/// Splits a state vector into coordinates, rates and all other components.
 pub(super) fn parts<'y>(at: &Instant, y: &'y [f64]) -> (&'y [f64], &'y [f64], &'y [f64]) {
     let (coordinates, rest) = y.split_at(at.state.coordinates.len());
     let (rates, rest) = rest.split_at(at.state.rates.len());

@@ -1,44 +1,44 @@
 //! Steps across singular positions.
 //!
-//! At the distance `s` from a singular position of the loops, rounding of the closure moves the
-//! positions by `e / s`, the rates by `e / s^2` and the accelerations by `e / s^3`: the constraints
-//! do not distinguish the branches that meet there. On its branch the motion is smooth all the
-//! same. A step therefore crosses the singular position as a whole, with its stages as far from it
-//! as possible.
+//! Near a singular position of the loops, at the singularity distance `s`, rounding errors `e` of the closure move the
+//! positions by `e / s`, the rates by `e / s^2` and the accelerations by `e / s^3`: the constraints do not distinguish
+//! the branches that meet there. On a branch the motion is smooth nevertheless. A step therefore crosses the singular
+//! position as a whole, with its stages as far from that position as possible.
 
 use super::Simulation;
 use super::singular::golden_section;
 use crate::forward::integrator::NODES_OF_OUTPUT;
 
-/// Singularity distance below which a passage may lie ahead.
+/// Singularity distance below which a singular position may lie ahead.
 const NEAR: f64 = 0.5;
-/// Smallest singularity distance of a passage.
+/// Singularity distance that must be undercut at a singular position; a larger minimum is no passage.
 const NARROW: f64 = 0.02;
-/// The distance at both ends of the interval exceeds that of the passage by this factor.
+/// Smallest ratio of the singularity distance on both sides to the distance at a singular position.
 const RISES: f64 = 3.0;
-/// Part of the distance at one end of the interval by which it must change in the other half for a
-/// passage between: beside a passage the distance is proportional to the time from it.
+/// Smallest change of the singularity distance over one half of the searched interval, relative to the distance at the
+/// end of the other half, if a singular position lies in the interval. Near such a position the distance is
+/// proportional to the time from it.
 const CHANGES: f64 = 0.3;
-/// Parts of the interval at which the distance is sampled.
+/// Number of parts of the searched interval; the singularity distance is sampled at their ends.
 const SAMPLES: usize = 24;
-/// Interval that is searched, in units of the step.
+/// Length of the searched interval, in units of the intended step.
 const AHEAD: f64 = 1.7;
-/// Lengths of a step that are compared.
+/// Number of candidate lengths for a step.
 const LENGTHS: usize = 100;
-/// Shortest of them, as a part of the longest.
+/// Shortest candidate length, as a fraction of the intended step.
 const SHORTEST: f64 = 0.25;
-/// Distance of the crossing from the nearest stage in the best case, as a part of the step.
+/// Largest possible time between a crossing and the nearest stage, as a fraction of the step.
 const BEST: f64 = 0.13;
-/// Part of the best distance that a longer step may give up.
+/// Fraction of the best time between crossing and stages that suffices; the longest candidate that reaches it is taken.
 const GIVEN_UP: f64 = 0.75;
-/// Round-off of the relative closure, with the magnification of a step.
+/// Round-off of the relative closure error, including its amplification within a step.
 const ROUNDING: f64 = 2e-14;
 /// Smallest relative tolerance that is compared with rounding.
 const FINE: f64 = 1e-10;
 
 impl Simulation<'_> {
-    /// Length of the next step, s, for a step that would have the length `wish`: away from
-    /// singular positions `wish` itself.
+    /// Chooses the length of the next step, s, so that its stages stay away from a singular position ahead. Returns the
+    /// intended length `wish`, s, if no such position is near.
     pub(super) fn length_across(&mut self, wish: f64) -> f64 {
         let far = 2.0 * wish * self.fastest_rate;
         let distance = self.now.distance;
@@ -70,8 +70,8 @@ impl Simulation<'_> {
         length
     }
 
-    /// Time until the next singular position within `time` s, and the slope of the singularity
-    /// distance beside it, 1/s; by extrapolation with the present accelerations.
+    /// Finds the next singular position within `time`, s, by extrapolation with the present accelerations. Returns the
+    /// time until it, s, and the slope of the singularity distance next to it, 1/s.
     fn crossing_ahead(&mut self, time: f64) -> Option<(f64, f64)> {
         let (model, state) = (self.model, &self.now.state);
         let ranks = &mut self.workspace.ranks;
@@ -101,12 +101,12 @@ impl Simulation<'_> {
         })
     }
 
-    /// Returns whether rounding of the closure keeps the tolerance at this singularity distance.
+    /// Returns whether rounding of the closure is below the tolerance at this singularity distance.
     pub(super) fn is_resolved_at(&self, distance: f64) -> bool {
         ROUNDING / (distance * distance) < self.settings.relative.max(FINE)
     }
 
-    /// Relative tolerance that rounding allows at the stages of the last step.
+    /// Relative tolerance that rounding permits at the stages of the last step.
     pub(super) fn attainable_tolerance(&self) -> f64 {
         let nearest = self.workspace.nearest;
         let rounding = (ROUNDING / (nearest * nearest)).max(self.workspace.crosses.unwrap_or(0.0));
@@ -114,5 +114,5 @@ impl Simulation<'_> {
     }
 }
 
-/// Coarsest relative tolerance of a step through a singular passage.
+/// Largest relative tolerance of a step through a singular position.
 const COARSEST: f64 = 1e-6;

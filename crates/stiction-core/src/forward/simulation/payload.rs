@@ -1,9 +1,8 @@
 //! Parts that bodies pick up or place during a simulation.
 //!
-//! A part that is picked up was at rest. It gets the velocity of its body at once: a plastic
-//! impact. Momentum is balanced by impulses of the loops, of prescribed actuators and of friction,
-//! as in one step of time stepping whose length tends to zero. A part that is placed leaves with
-//! the velocity of its body, without an impact.
+//! A part that is picked up was at rest. It takes on the velocity of its body instantly: a plastic impact. Impulses
+//! balance the momentum: those of the loops, of the prescribed actuators and of friction, as in one step of time
+//! stepping whose length tends to zero. A part that is placed leaves with the velocity of its body, without an impact.
 //!
 //! Equation (E5) of the book's theory.
 
@@ -20,8 +19,8 @@ use crate::mechanism::{Body, BodyId};
 use crate::spatial::Vec3;
 use crate::statics::{AppliedLoad, LoadAxes};
 
-/// Length of the time step that contains an impact, s. Other forces change velocities in it by a
-/// part of 1e-12 of their change in a second.
+/// Length of the time step that contains an impact, s. Other forces change velocities in it only by 1e-12 of their
+/// change per second.
 const INSTANT: f64 = 1e-12;
 
 /// A part that a body picks up or places.
@@ -29,17 +28,16 @@ const INSTANT: f64 = 1e-12;
 pub struct PayloadChange<'p> {
     /// The body.
     pub body: BodyId,
-    /// Mass, centre of mass and inertia of the part, in the frame of the body.
+    /// Mass, centre of mass and inertia of the part, in the frame of the body that carries it.
     pub part: &'p Body,
     /// True if the body picks the part up, false if it places it.
     pub picked_up: bool,
 }
 
 impl<'a> Simulation<'a> {
-    /// Continues with a model whose bodies have the masses after a change of payload, at the end of
-    /// the present step: the inputs must have [a change](Inputs::next_change) at this time. `model`
-    /// must be made from the same mechanism with the same prescribed actuators; only masses may
-    /// differ.
+    /// Changes the payload at the end of the present step and continues with `model`, whose bodies have the masses
+    /// after the change. The inputs must have [a change](Inputs::next_change) at this time. `model` must be built from
+    /// the same mechanism with the same prescribed actuators; only masses may differ.
     ///
     /// The impact is recorded as an event, and its lost energy in [`super::Energies::impacts`].
     ///
@@ -88,7 +86,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Replaces the forces of the present instant by those of a first time step from it.
+    /// Replaces the forces at the present instant by the mean forces of a first time step from it.
     pub(super) fn forces_of_next_step(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -107,7 +105,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Finds the velocities after the impact.
+    /// Computes the velocities after the impact and makes them the present ones.
     fn pick_up(
         &mut self,
         change: PayloadChange<'_>,
@@ -144,7 +142,7 @@ impl<'a> Simulation<'a> {
     }
 }
 
-/// Velocity of the part's centre of mass, in world axes, and its angular velocity in axes of the
+/// Returns the velocity of the part's centre of mass, m/s in world axes, and its angular velocity, rad/s in axes of the
 /// body.
 fn velocities(change: PayloadChange<'_>, bodies: &Bodies<f64>) -> (Vec3<f64>, Vec3<f64>) {
     let (pose, twist) = (bodies.pose[change.body.0], bodies.twist[change.body.0]);
@@ -152,8 +150,8 @@ fn velocities(change: PayloadChange<'_>, bodies: &Bodies<f64>) -> (Vec3<f64>, Ve
     (com, pose.rotation.transpose_mul(twist.angular))
 }
 
-/// Half the product of the part's momentum after the impact with its body's velocity before it, J:
-/// the energy lost, apart from the work of friction and actuators. Its kinetic energy, if both
+/// Half the scalar product of the part's momentum after the impact and its body's velocity before it, J: the energy
+/// lost in the impact, not counting the work of friction and actuators. It equals the part's kinetic energy if both
 /// motions are the same.
 fn work(change: PayloadChange<'_>, before: &Bodies<f64>, after: &Bodies<f64>) -> f64 {
     let ((com, spin), (com_after, spin_after)) =
@@ -162,7 +160,7 @@ fn work(change: PayloadChange<'_>, before: &Bodies<f64>, after: &Bodies<f64>) ->
     0.5 * (part.mass * com.dot(com_after) + spin.dot(part.inertia * spin_after))
 }
 
-/// Inputs with one more load.
+/// Inputs with one additional load.
 struct WithImpulse<'i> {
     inputs: &'i mut dyn Inputs,
     impulse: AppliedLoad<f64>,

@@ -6,16 +6,15 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::inputs::Inputs;
 use crate::kinematics::Target;
 
-/// Time after an instant at rest at which the initial direction of a prescribed motion is sampled,
-/// s.
+/// Time, s, after which the direction of a prescribed motion that starts from rest is sampled.
 const AHEAD: f64 = 1e-6;
 /// Smallest prescribed rate that counts as motion, characteristic lengths per second; smaller rates
 /// are rounding of the input.
 const MOVES: f64 = 1e-13;
 
 impl Forward {
-    /// Index into the prescribed actuators for each degree of freedom of an interface, `None` for
-    /// those that are not prescribed.
+    /// Index among the prescribed actuators for each degree of freedom of an interface; `None` for a degree of freedom
+    /// that is not prescribed.
     fn targets_of(&self, interface: usize) -> [Option<usize>; 3] {
         let content = &self.parameters.interfaces[interface];
         let mut of_dofs = [None; 3];
@@ -34,7 +33,7 @@ impl Forward {
         self.targets_of(interface)[..dofs].iter().all(Option::is_some)
     }
 
-    /// Slip velocity of an interface along its prescribed degrees of freedom, m/s.
+    /// Slip velocity of an interface along its prescribed degrees of freedom, m/s, for given targets.
     fn prescribed_slip_velocity(
         &self,
         interface: usize,
@@ -46,8 +45,8 @@ impl Forward {
         [0, 1, 2].map(|k| of_dofs[k].map_or(0.0, |target| arms[k] * targets[target].rate))
     }
 
-    /// Mode of an interface at rest that its prescribed degrees of freedom determine; `None` if
-    /// they do not: they are at rest, and others are not prescribed.
+    /// Mode of an interface at rest as far as the prescribed motion determines it. `None` if it does not, because the
+    /// prescribed degrees of freedom are at rest and others are not prescribed.
     pub(super) fn prescribed_mode(
         &self,
         interface: usize,
@@ -76,8 +75,8 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// Fraction of a step at which an interface at rest in a prescribed joint begins to slip, if it
-    /// slips at the end of the step.
+    /// Finds the fraction of a step at which an interface in a prescribed joint begins to slip; `None` if it does not
+    /// slip at the end of the step.
     pub(super) fn prescribed_slip_onset(
         &self,
         interface: usize,

@@ -18,12 +18,12 @@ pub(super) struct Ranks {
     scaled: Vec<f64>,
     space: RowSpace,
     sparse: Option<SparseRows>,
-    /// Motion of the prescribed joints.
+    /// Targets of the prescribed joints.
     pub(super) targets: Vec<Target<f64>>,
 }
 
 impl Ranks {
-    /// Allocates buffers for a model.
+    /// Allocates the buffers for a model.
     pub(super) fn new(model: &Forward) -> Self {
         Self {
             bodies: Bodies::new(&model.topology),
@@ -37,7 +37,7 @@ impl Ranks {
         }
     }
 
-    /// Rank of the constraints and singularity distance, see [`RowSpace::least_part`].
+    /// Returns the rank of the constraints at a state and the singularity distance, see [`RowSpace::least_part`].
     pub(super) fn at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
         let (topology, parameters) = (&model.topology, &model.parameters);
         let Self { bodies, constrained, sticking, rows, scaled, space, sparse, targets } = self;
@@ -57,7 +57,8 @@ impl Ranks {
         (space.rank(), space.least_part())
     }
 
-    /// Rank and singularity distance after moving with the present rates for `time` s, which may be negative.
+    /// Returns rank and singularity distance at the position that the present rates reach after `time`, s; negative
+    /// times are allowed.
     pub(super) fn ahead(&mut self, model: &Forward, state: &State<f64>, time: f64) -> (usize, f64) {
         let mut ahead = state.clone();
         let by: Vec<f64> = state.rates.iter().map(|rate| time * rate).collect();

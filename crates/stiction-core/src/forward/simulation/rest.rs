@@ -1,33 +1,32 @@
 //! Stick onset of plates and balls.
 //!
-//! Friction of an interface with several degrees of freedom acts along `-v / |v|`. Stick onset is a
-//! zero of `|v|`, not a change of sign, and the slower the slip, the faster its direction turns:
-//! with the time `s` to the stop the velocity behaves as `s d + s^p e` with some `p > 1`, which is
-//! no polynomial. A step therefore ends at a fixed fraction of the remaining time, estimated from
-//! the present deceleration. Each such step is similar to the one before on a smaller scale. About
-//! twenty of them reduce any speed to a negligible one; by then direction and normal load have
-//! reached their values at the stop.
+//! Friction of an interface with several degrees of freedom acts along `-v / |v|`. Stick onset is a zero of `|v|`, not
+//! a change of sign, and the slower the slip, the faster its direction turns: with the time `s` to the stop the
+//! velocity behaves as `s d + s^p e` with some `p > 1`, which is no polynomial. A step therefore ends at a fixed
+//! fraction of the remaining time, estimated from the present deceleration. Each such step resembles the previous one
+//! on a smaller scale. About twenty of them reduce any speed to a negligible one; by then direction and normal load
+//! have reached their values at the stop.
 
-use super::between::Course;
+use super::between::Interpolation;
 use super::locate::Ending;
 use super::{REST, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
-/// Below this fraction of the largest slip speed a plate or ball is advanced directly to its stop.
-/// The remaining time is then the same fraction of the time since it was fastest.
+/// Fraction of the largest slip speed below which a plate or ball is advanced directly to its stop. The remaining time
+/// is then the same fraction of the time that has passed since the largest speed.
 pub(super) const SLOW: f64 = 10.0 * REST;
-/// Largest step as a fraction of the time to the stop.
+/// Longest step as a fraction of the estimated time to the stop.
 const PART: f64 = 0.7;
-/// If the slip direction has turned by a right angle and the speed is below this fraction of the
-/// earlier speed, the step may have missed a stop.
+/// Ratio of slip speeds below which a step may have missed a stop, if the slip direction has also turned by at least a
+/// right angle.
 pub(super) const PASSED: f64 = 0.25;
 
 /// Approach of a plate or ball to its stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Approach {
-    /// Deceleration towards a stop, with the longest step, s.
+    /// Deceleration towards a stop; `most` is the longest step, s.
     Nears { most: f64 },
     /// Arrival at a stop: the speed is negligible.
     Arrives {
@@ -39,7 +38,7 @@ pub(super) enum Approach {
 }
 
 impl Simulation<'_> {
-    /// How the plate or ball that comes to rest next approaches its stop; `None` if none decelerates.
+    /// Determines the approach of the plate or ball that stops first; `None` if none decelerates.
     pub(super) fn approach(&self) -> Option<Approach> {
         let mut most = f64::INFINITY;
         for (interface, mode) in self.modes.iter().enumerate() {
@@ -71,7 +70,7 @@ impl Simulation<'_> {
         most.is_finite().then_some(Approach::Nears { most })
     }
 
-    /// Advances a plate or ball to its stop, `within` s from now.
+    /// Advances a plate or ball to its stop, which lies `within` s ahead.
     pub(super) fn come_to_rest(
         &mut self,
         interface: usize,
@@ -83,7 +82,7 @@ impl Simulation<'_> {
         // this time.
         let y: Vec<f64> = start.iter().zip(first).map(|(y, rate)| y + within * rate).collect();
         let time = self.now.time;
-        self.last_step.course = Course::Line;
+        self.last_step.interpolation = Interpolation::Line;
         let arrived = self.arrive(time + within, &y, inputs)?;
         self.commit(&y, arrived);
         self.follow_up(Ending::Stops(interface), time, inputs)

@@ -11,7 +11,7 @@ use crate::forward::error::ForwardError;
 const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
 impl Simulation<'_> {
-    /// Checks that no body exceeds the speed of light, by translation or rotation.
+    /// Checks that no body exceeds the speed of light, in translation or rotation.
     pub(super) fn check_speeds(&self) -> Result<(), ForwardError> {
         let parameters = &self.model.parameters;
         let bodies = &self.now.bodies;

@@ -11,23 +11,23 @@ use crate::kinematics::State;
 /// Largest number of unused instants that are kept.
 const MOST_SPARE: usize = 8;
 
-/// Buffers of evaluations. They are no part of the state of a simulation.
+/// Buffers of evaluations, which do not belong to the state of a simulation.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
     pub(super) situation: Data,
     pub(super) solved: Solved,
     pub(super) projection: Projection,
-    /// Normal forces at which Newton's method starts.
+    /// Normal forces from which Newton's method starts, N.
     pub(super) loads: Vec<f64>,
-    /// True if the constraint matrix of the present position at rest is decomposed.
+    /// True if the decomposed constraint matrix is that of the present position, while the mechanism is at rest.
     pub(super) conditions_hold: bool,
-    /// Smallest relative margin to the friction limit of any sticking interface at the stages of a step.
+    /// Smallest relative margin to the friction limit among all sticking interfaces and all stages of a step.
     pub(super) margin: f64,
-    /// Smallest singularity distance at the stages of a step, see [`Instant::distance`].
+    /// Smallest singularity distance among the stages of a step, see [`Instant::distance`].
     pub(super) nearest: f64,
-    /// Relative error expected of the present step, if it crosses a singular position.
+    /// Expected relative error of the present step if it crosses a singular position, otherwise `None`.
     pub(super) crosses: Option<f64>,
-    /// State vector that is projected onto the loop constraints.
+    /// Buffer: state vector during its projection onto the loop constraints.
     pub(super) y: Vec<f64>,
     /// State at the start of the last step.
     pub(super) before: State<f64>,
@@ -54,13 +54,12 @@ impl Scratch {
         }
     }
 
-    /// Returns an unused instant, or a new one.
+    /// Returns an instant with arbitrary values, reusing memory if possible.
     pub(super) fn instant(&mut self, model: &Forward) -> Instant {
         self.spare.pop().unwrap_or_else(|| Instant::new(model))
     }
 
-    /// Returns an instant that is no longer used. Some instants are created anew, and only a few are needed at
-    /// once.
+    /// Takes back an instant that is no longer used. Only a few are kept, since only a few are needed at the same time.
     pub(super) fn spare(&mut self, instant: Instant) {
         if self.spare.len() < MOST_SPARE {
             self.spare.push(instant);

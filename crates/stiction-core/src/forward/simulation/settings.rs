@@ -3,16 +3,16 @@
 /// Accuracy and integration scheme of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Relative tolerance of a step.
+    /// Relative tolerance of an event-driven step.
     pub relative: f64,
-    /// Absolute tolerance of a step, rad and rad/s; lengths in characteristic lengths.
+    /// Absolute tolerance of an event-driven step, rad and rad/s; lengths in characteristic lengths.
     pub absolute: f64,
-    /// Longest step, s. Steps become this long while nothing moves; an input that changes between
-    /// the stages of a step and back has no effect.
+    /// Longest step, s. Steps grow to this length while nothing moves; a pulse of an input between the stages of a step
+    /// then has no effect.
     pub longest_step: f64,
-    /// Shortest step, s; the event-driven method fails if a shorter one is needed.
+    /// Shortest step, s. The event-driven method fails if the tolerance requires a shorter one.
     pub shortest_step: f64,
-    /// Search for further solutions where uniqueness is not certain.
+    /// True to search for further solutions where uniqueness is not certain.
     pub look_for_others: bool,
     /// Integration scheme.
     pub method: Method,
@@ -28,7 +28,7 @@ pub enum Method {
     /// present scheme; [`super::EventKind::Method`] records each change.
     #[default]
     Automatic,
-    /// Steps of order eight that end at each stick and slip onset.
+    /// Steps of order eight; every stick and slip onset ends a step.
     EventDriven,
     /// Steps of first order at velocity level (Moreau 1988, Jean 1999); stick and slip onsets fall within
     /// steps. Accelerations and reactions are means over the last step. Velocities jump where friction leaves

@@ -1,10 +1,9 @@
 //! Passage through positions in which the loop constraints lose rank.
 //!
-//! At such a position two branches of motion meet, and the rates alone do not determine which one
-//! the motion follows. The simulation continues smoothly: coordinates and rates are smooth
-//! functions of time on a branch, so a step across the position stays on its branch and need not
-//! end there. An event records the passage, since the real mechanism, with its clearances, may take
-//! the other branch.
+//! At such a position two branches of motion meet, and the rates alone do not determine which one the motion follows.
+//! The simulation continues smoothly: coordinates and rates are smooth functions of time on a branch, so a step across
+//! the position stays on the branch and need not end there. An event records the passage, since the real mechanism,
+//! with its clearances, may take the other branch.
 
 use super::scratch::Scratch;
 use super::{Event, EventKind, Simulation};
@@ -15,21 +14,20 @@ use crate::spatial::Wrench;
 
 /// Singularity distance below which a passage is possible.
 const NEAR: f64 = 0.2;
-/// Singularity distance below which its minimum counts as a passage.
+/// Singularity distance below which a minimum of the distance counts as a singular position.
 const PASSED: f64 = 1e-6;
-/// A passage ends where the singularity distance exceeds this.
+/// Singularity distance above which a passage has ended.
 const LEFT: f64 = 0.01;
-/// Distance between the positions on either side of a singular start, as motion of the fastest
-/// degree of freedom, rad or characteristic lengths.
+/// Spacing of the positions from which a singular start is extrapolated, as motion of the fastest degree of freedom,
+/// rad or characteristic lengths.
 const BESIDE: f64 = 1e-3;
-/// Fraction of a step over which the slope of the distance is measured.
+/// Fraction of a step over which the slope of the singularity distance is measured.
 const LITTLE: f64 = 1e-3;
 
 impl Simulation<'_> {
-    /// Determines accelerations and reactions if the mechanism starts moving in a position in which
-    /// the loop constraints lose rank: their limits along the branch of the initial rates. At the
-    /// position itself the constraints do not determine them, since a row that vanishes there still
-    /// has a rate of change.
+    /// Determines accelerations and reactions if the motion starts in a position in which the loop constraints lose
+    /// rank. They are the limits along the branch of the initial rates. The constraints at the position itself do not
+    /// determine them, since a row can vanish there while its time derivative does not.
     pub(super) fn start_on_one_way(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let (model, time) = (self.model, self.now.time);
         if model.topology.closures() == 0 || self.fastest_rate == 0.0 {
@@ -94,7 +92,8 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Reports a singular position passed by the last step, from [`Scratch::before`] at `time`, s.
+    /// Records a singular position that the last step has passed. The step began at `time`, s, in the state
+    /// [`Scratch::before`].
     pub(super) fn watch_rank(
         &mut self,
         time: f64,
@@ -150,7 +149,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Reports a singular position, once for each passage.
+    /// Records a singular position as an event, once for each passage.
     fn report_singular(&mut self, time: f64, lost: usize) {
         if std::mem::replace(&mut self.in_passage, true) {
             return;
@@ -159,8 +158,8 @@ impl Simulation<'_> {
     }
 }
 
-/// Minimum of a function with one minimum between two bounds, by golden-section search: its place, to
-/// `fine`, and the least value found.
+/// Finds the minimum of a function with a single minimum between two bounds, by golden-section search. Returns its
+/// location, accurate to `fine`, and the smallest value found.
 pub(super) fn golden_section(
     (mut low, mut high): (f64, f64),
     fine: f64,

@@ -16,7 +16,7 @@ use crate::forward::time_stepping::StepStart;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {
-    /// Starts a simulation at a state, which is first projected onto the loop constraints.
+    /// Starts a simulation at `time`, s, in a state, which is first projected onto the loop constraints.
     ///
     /// # Errors
     /// See [`ForwardError`].
@@ -34,8 +34,8 @@ impl Forward {
     }
 }
 
-/// Checks that the dimensions of a state are those of the model, and that its coordinates and rates
-/// are finite. Accelerations are not read.
+/// Checks that a state has the dimensions of the model, and that its coordinates and rates are finite. Accelerations
+/// are ignored.
 fn check(model: &Forward, time: f64, state: &State<f64>) -> Result<(), ForwardError> {
     let sizes = |state: &State<f64>| {
         [state.coordinates.len(), state.rates.len(), state.accelerations.len()]
@@ -114,7 +114,7 @@ impl<'a> Simulation<'a> {
         inputs.switches(&view(&input), &mut values);
         input.sides = values.iter().map(|value| *value >= 0.0).collect();
         let mut situation = model.data(time, state, &bristles, (&[], &[]), (&input, &mut *inputs));
-        model.can_go_on(&situation)?;
+        model.check_accelerations(&situation)?;
         let fastest = situation.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
         let mut modes = Vec::with_capacity(interfaces.len());
         let mut resting = Vec::new();
@@ -137,12 +137,12 @@ impl<'a> Simulation<'a> {
         let in_steps = settings.method == Method::TimeStepping;
         let chosen =
             if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
-        let (mut grips, mut shares) =
+        let (mut friction_scales, mut reference_frictions) =
             (situation.friction_scales.clone(), situation.reference_frictions.clone());
         // Without a choice of modes these lists are empty.
-        grips.resize(interfaces.len(), 1.0);
-        shares.resize(interfaces.len(), [0.0; 3]);
-        let overload = situation.limit_factor;
+        friction_scales.resize(interfaces.len(), 1.0);
+        reference_frictions.resize(interfaces.len(), [0.0; 3]);
+        let limit_factor = situation.limit_factor;
         // Reason why no accelerations exist at the start.
         let mut refusal = None;
         let (now, modes, stepping) = match chosen {
@@ -180,7 +180,7 @@ impl<'a> Simulation<'a> {
                 (model.instant_of(time, time_step, state, (&input, &mut *inputs)), modes, true)
             }
         };
-        if let Some(what) = now.unfinite() {
+        if let Some(what) = now.nonfinite() {
             return Err(ForwardError::NotFinite { time, what });
         }
         let energies = Energies {
@@ -197,9 +197,9 @@ impl<'a> Simulation<'a> {
             anchors: Vec::new(),
             frozen,
             bristles,
-            grips,
-            shares,
-            overload,
+            friction_scales,
+            reference_frictions,
+            limit_factor,
             switch_at: f64::INFINITY,
             switching: vec![false; input.sides.len()],
             ended_by: None,
@@ -214,8 +214,8 @@ impl<'a> Simulation<'a> {
             step: 0.0,
             events: Vec::new(),
             in_passage: false,
-            told_of_others: false,
-            told_of_shares: 0,
+            reported_others: false,
+            reported_shares: 0,
             stalled: 0,
             steps: Steps::default(),
             scales: Vec::new(),
@@ -250,7 +250,7 @@ impl<'a> Simulation<'a> {
             };
         }
         simulation.hold(inputs)?;
-        model.can_begin(&simulation.now, (&simulation.input, &mut *inputs))?;
+        model.check_finite_motion(&simulation.now, (&simulation.input, &mut *inputs))?;
         simulation.start_on_one_way(inputs)?;
         simulation.look_for_others(inputs)?;
         Ok(simulation)

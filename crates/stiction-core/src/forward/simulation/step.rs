@@ -1,6 +1,6 @@
 //! Event-driven steps: error control, first event, projection onto the loop constraints.
 
-use super::between::Course;
+use super::between::Interpolation;
 use super::locate::Ending;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
@@ -13,37 +13,36 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
 
-/// Singularity distance below which also the stages of a step are projected onto the loop constraints.
+/// Singularity distance below which the stages of a step are projected onto the loop constraints, not only its end.
 const NEAR_SINGULAR: f64 = 0.2;
 
-/// Singularity distance of a start in a singular position.
+/// Singularity distance below which the start of a motion counts as singular.
 const SINGULAR: f64 = 1e-9;
 
-/// Constants of Hairer's stiffness test for this method: stability bound, number of bounded steps that makes
-/// a problem stiff, number of other steps that resets the count.
+/// Constants of Hairer's stiffness test for this method: the stability bound, the number of steps at the bound after
+/// which a problem counts as stiff, and the number of other steps that resets the count.
 const BOUNDED_BY_STABILITY: f64 = 6.1;
 const STIFF: usize = 15;
 const CALM: usize = 6;
 
-/// Threshold of the step size, s: if no acceleration exists at the stages of a shorter step, the
-/// time stepper takes over.
+/// Length of a step, s, below which time stepping takes over if its stages have no acceleration.
 const LOST: f64 = 1e-6;
 
-/// The event-driven method crawls if this many successive steps each cover less than [`SHORT_WAY`],
-/// rad or characteristic lengths. Steps of order eight usually cover a thousand times more.
+/// Number of successive steps, each shorter than [`SHORT_WAY`] (rad or characteristic lengths), after which the
+/// event-driven method counts as crawling. Steps of order eight usually cover a thousand times more.
 const CRAWLING: usize = 200;
 const SHORT_WAY: f64 = 2e-4;
 
-/// Longest step with friction, as a part of the longest step: the search for events samples each
-/// step at a few instants only.
+/// Longest step with friction, as a fraction of the longest step without. The search for events samples each step at a
+/// few instants only, so steps must not be too long.
 const FREQUENT: f64 = 0.1;
 
-/// If the end of a step misses an event by less than this fraction of the step, a linear correction
-/// along the derivative moves it there; the error is of second order and below rounding.
+/// Largest distance between the end of a shortened step and its event, as a fraction of the step, that a linear
+/// correction along the derivative bridges. The error of the correction is of second order and below rounding.
 const NUDGE: f64 = 1e-7;
 
 impl Simulation<'_> {
-    /// Advances by one step and responds to its event.
+    /// Advances by one event-driven step and responds to the event that ends it, if any.
     pub(super) fn advance_once(
         &mut self,
         end: f64,
@@ -52,9 +51,9 @@ impl Simulation<'_> {
         if self.waits() {
             return self.wait_through(end, inputs);
         }
-        self.last_step.course = Course::Curve;
+        self.last_step.interpolation = Interpolation::Curve;
         self.last_step.crosses = false;
-        self.look_along();
+        self.update_slip_directions();
         let (mut start, mut first) = (self.list(), self.list());
         self.pack_into(&mut start);
         self.derivative_into(&self.now, &mut first);
@@ -144,9 +143,8 @@ impl Simulation<'_> {
         }
     }
 
-    /// Returns whether the implicit time stepper should continue: either stability has bounded many
-    /// successive steps, for example because of friction on a light rod between balls, or the steps
-    /// are very short.
+    /// Returns whether the implicit time stepper should take over: either stability has bounded many successive steps,
+    /// for example because of friction on a light rod between balls, or the steps are very short.
     fn is_stiff(&mut self, step: f64) -> bool {
         let mut bounded = step < DENSE;
         if bounded {
@@ -215,7 +213,7 @@ impl Simulation<'_> {
             scales: &scales,
         };
         let time = self.now.time;
-        self.look_near();
+        self.start_near_present_loads();
         let result = steps.attempt(start, first, (time, step), &tolerance, |t, y, rates| {
             self.derivative(t, y, rates, inputs)
         });
@@ -224,7 +222,7 @@ impl Simulation<'_> {
         Ok(result? * self.settings.relative / self.attainable_tolerance())
     }
 
-    /// Accepts a step up to its first event.
+    /// Accepts a step up to its first event, and returns the reason for its end.
     pub(super) fn finish(
         &mut self,
         start: &[f64],
@@ -240,7 +238,7 @@ impl Simulation<'_> {
         let arrived = self.arrive(to, &y, inputs)?;
         let found = self.first_event(time, step, &arrived, inputs)?;
         let Some((mut part, mut ending)) = found else {
-            self.steadily(&y, &arrived, inputs)?;
+            self.check_step(&y, &arrived, inputs)?;
             self.workspace.before.clone_from(&self.now.state);
             self.commit(&y, arrived);
             self.lists.push(y);
@@ -289,7 +287,7 @@ impl Simulation<'_> {
                 ending = Ending::Smooth;
             }
         }
-        self.steadily(&y, &arrived, inputs)?;
+        self.check_step(&y, &arrived, inputs)?;
         self.workspace.before.clone_from(&self.now.state);
         self.commit(&y, arrived);
         self.lists.push(y);
@@ -297,8 +295,8 @@ impl Simulation<'_> {
         Ok(ending)
     }
 
-    /// Updates the slip directions of balls and plates at the start of a step.
-    pub(super) fn look_along(&mut self) {
+    /// Updates the recorded slip directions of balls and plates, at the start of a step.
+    pub(super) fn update_slip_directions(&mut self) {
         for (interface, mode) in self.modes.iter_mut().enumerate() {
             if let InterfaceMode::Slides(direction) = mode
                 && !self.model.parameters.interfaces[interface].shape.has_one_dof()
@@ -331,7 +329,7 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Updates the largest slip speed and the largest rate.
+    /// Updates the largest slip speed and the largest rate since the start.
     pub(super) fn keep_fastest(&mut self) {
         for interface in &self.now.interfaces {
             self.fastest = self.fastest.max(norm(interface.velocity));
@@ -347,8 +345,7 @@ impl Simulation<'_> {
         self.workspace.loads.clear();
     }
 
-    /// Evaluates accelerations and reactions at the end of a step, after its projection onto the
-    /// loop constraints.
+    /// Evaluates accelerations and reactions at the end of a step, `y`, after its projection onto the loop constraints.
     pub(super) fn arrive(
         &mut self,
         time: f64,
@@ -374,7 +371,7 @@ impl Simulation<'_> {
         arrived
     }
 
-    /// Projects coordinates and rates onto the loop constraints.
+    /// Projects the coordinates and rates of a state vector onto the loop constraints.
     fn onto_the_loops(
         &mut self,
         time: f64,
@@ -396,8 +393,8 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Uses the present normal forces as the start of Newton's method.
-    pub(super) fn look_near(&mut self) {
+    /// Uses the present normal forces as the starting point of Newton's method.
+    pub(super) fn start_near_present_loads(&mut self) {
         let loads = &mut self.workspace.loads;
         loads.clear();
         loads.extend(self.now.interfaces.iter().map(|interface| interface.load));
@@ -417,7 +414,7 @@ impl Simulation<'_> {
         self.evaluations += 1;
         let model = self.model;
         if self.workspace.loads.is_empty() {
-            self.look_near();
+            self.start_near_present_loads();
         }
         self.workspace.conditions_hold = false;
         let mut instant = self.workspace.instant(model);
@@ -435,8 +432,8 @@ impl Simulation<'_> {
         situation.input.clone_from(&self.input);
         let states = rest.len() - self.input.values.len();
         situation.input.values.copy_from_slice(&rest[states..]);
-        situation.friction_scales.clone_from(&self.grips);
-        situation.reference_frictions.clone_from(&self.shares);
+        situation.friction_scales.clone_from(&self.friction_scales);
+        situation.reference_frictions.clone_from(&self.reference_frictions);
         model.update_data(situation, inputs);
         let done = model.solve_into(situation, &self.modes, Some(loads), measure, solved);
         self.economy.spend(solved.continuation_steps());
@@ -447,7 +444,7 @@ impl Simulation<'_> {
                 *acceleration = 0.0;
             }
         }
-        match instant.unfinite() {
+        match instant.nonfinite() {
             Some(what) => Err(ForwardError::NotFinite { time, what }),
             None => Ok(instant),
         }

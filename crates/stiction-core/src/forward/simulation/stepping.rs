@@ -1,7 +1,7 @@
 //! Nonsmooth time stepping: step control by comparison with two half steps, and changes to and from the
 //! event-driven method.
 
-use super::between::Course;
+use super::between::Interpolation;
 use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -14,28 +14,29 @@ use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 
-/// Number of steps without a change of mode before the event-driven method is tried again.
+/// Number of steps without a change of mode after which the event-driven method is tried again.
 pub(super) const QUIET: usize = 8;
-/// Largest such number; it doubles after each failure of the event-driven method.
+/// Largest value of that number, which doubles after each failure of the event-driven method.
 pub(super) const LONGEST_WAIT: usize = 4096;
 /// First time step, s.
 pub(super) const FIRST: f64 = 1e-6;
-/// Time stepping takes over after this many events with a mean interval below [`DENSE`], s.
+/// Number of events, with a mean interval below [`DENSE`], s, after which time stepping takes over.
 const MANY: usize = 40;
 pub(super) const DENSE: f64 = 5e-5;
-/// Rates below this fraction of the frictionless ones are rounding.
+/// Fraction of the frictionless rates below which rates are rounding.
 const STILL: f64 = 1e-9;
-/// A velocity jumps if a shortest step changes it by more than this fraction of the fastest rate,
-/// and one half of the step by nearly as much.
+/// Smallest jump of a velocity, as a fraction of the fastest rate. A change counts as a jump if it happens within the
+/// shortest step before a jump, s, and nearly completely within one half of it.
 const JUMP: f64 = 1e-4;
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
-/// Steps that are tried, s, where the shortest one has no solution; the motion over them is reported as a
-/// jump.
+/// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity over such a step is
+/// recorded as a jump.
 const LONGER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
-/// Jumps of joint rates below this fraction of the largest are not listed.
+/// Smallest jump of a joint rate that an event lists, as a fraction of the largest jump.
 const SMALL_PART: f64 = 1e-3;
 
-/// Control state of the time stepper: the step length, s, and counters.
+/// State of the step control: step length, s, number of steps without a change of mode, and number of such steps after
+/// which the event-driven method is tried.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stepping {
     pub(super) step: f64,
@@ -43,7 +44,7 @@ pub(super) struct Stepping {
     pub(super) wait: usize,
 }
 
-/// End of a time step, projected onto the constraints.
+/// Result of a time step, projected onto the constraints.
 pub(super) struct StepResult {
     pub(super) time_step: TimeStep,
     pub(super) state: State<f64>,
@@ -57,9 +58,9 @@ impl Simulation<'_> {
         if self.shown().stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
     }
 
-    /// Returns whether time stepping may continue after this error of the event-driven method: no acceleration
-    /// or no set of sticking joints was found, or the steps have become too short. Velocities that satisfy
-    /// all laws at the end of a step may still exist.
+    /// Returns whether time stepping may continue after this error of the event-driven method. It may if no
+    /// acceleration or no set of sticking joints was found, or if the steps have become too short, since velocities at
+    /// the end of a step that satisfy all laws may still exist.
     pub(super) fn may_step(&self, error: &ForwardError) -> bool {
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
@@ -71,7 +72,7 @@ impl Simulation<'_> {
         !self.modes.is_empty()
     }
 
-    /// Returns whether events come too densely for the event-driven method.
+    /// Counts an event, and returns whether events occur too densely for the event-driven method.
     pub(super) fn is_dense(&mut self) -> bool {
         let (count, since) = self.event_rate;
         self.event_rate.0 += 1;
@@ -90,8 +91,8 @@ impl Simulation<'_> {
         self.events.push(Event { time: self.now.time, kind });
     }
 
-    /// Anchors and frozen degrees of freedom of the interfaces that stick before and after the
-    /// step. Their poses do not change.
+    /// Locks of the interfaces that stick both before and after the step: anchors, whose poses do not change, and
+    /// frozen degrees of freedom.
     pub(super) fn places_of(
         &self,
         before: &[InterfaceMode],
@@ -105,7 +106,7 @@ impl Simulation<'_> {
         (anchors, frozen)
     }
 
-    /// Computes one step and projects its end onto the loop constraints.
+    /// Computes one time step and projects its end onto the loop constraints.
     pub(super) fn land(
         &mut self,
         time: f64,
@@ -122,7 +123,7 @@ impl Simulation<'_> {
             StepStart { state: from, modes, bristles, frictions: near, input },
             inputs,
         )?;
-        if let Some(stands) = self.stands_while_it_turns(modes, &time_step) {
+        if let Some(stands) = self.sticking_at_reversals(modes, &time_step) {
             let near = &time_step.frictions;
             let held = model.time_step(
                 time,
@@ -166,10 +167,10 @@ impl Simulation<'_> {
         Ok(StepResult { time_step, state, anchors, frozen })
     }
 
-    /// Modes at the start of a step in which the interfaces that reverse their slip within it stick
-    /// instead. Each passes through zero velocity, and static friction may hold it there. Returns
-    /// `None` if no reversing interface has static friction above its sliding friction.
-    fn stands_while_it_turns(
+    /// Returns the modes at the start of a step, with stick instead of slip for the interfaces that reverse their slip
+    /// within it. Each passes through zero velocity, where static friction may hold it. Returns `None` if no reversing
+    /// interface has static friction above its sliding friction.
+    fn sticking_at_reversals(
         &self,
         modes: &[InterfaceMode],
         time_step: &TimeStep,
@@ -190,7 +191,7 @@ impl Simulation<'_> {
         (stands != modes).then_some(stands)
     }
 
-    /// Restores the coordinates of frozen degrees of freedom.
+    /// Restores the coordinates of frozen degrees of freedom to those in `from`, and sets their rates to zero.
     fn restore(&self, from: &State<f64>, state: &mut State<f64>, frozen: &[bool]) {
         for (rate, frozen) in state.rates.iter_mut().zip(frozen) {
             if *frozen {
@@ -205,8 +206,8 @@ impl Simulation<'_> {
         }
     }
 
-    /// Difference of the results of a whole step and of two halves in units of the tolerance: coordinates,
-    /// rates times the step, own states of the inputs.
+    /// Returns the difference between a whole step and two half steps in units of the tolerance. It is the largest
+    /// difference of coordinates, of rates times the step, and of own states of the inputs.
     pub(super) fn apart(&self, whole: &StepResult, halves: &StepResult, step: f64) -> f64 {
         let (a, b) = (&whole.state, &halves.state);
         let tolerance = self.settings.time_step_tolerance;
@@ -223,7 +224,7 @@ impl Simulation<'_> {
         moved.chain(rates).chain(states).fold(0.0, f64::max) / tolerance
     }
 
-    /// Largest change of a rate, rad/s or characteristic lengths per second.
+    /// Largest change of a rate between two states, rad/s or characteristic lengths per second.
     fn change(&self, from: &State<f64>, to: &State<f64>) -> f64 {
         let rates = from.rates.iter().zip(&to.rates).zip(&self.model.columns);
         rates.map(|((a, b), c)| (a - b).abs() / c).fold(0.0, f64::max)
@@ -235,7 +236,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let Some(mut stepping) = self.stepping.clone() else { return Ok(()) };
-        self.last_step.course = Course::Chord;
+        self.last_step.interpolation = Interpolation::Chord;
         let time = self.now.time;
         let from = self.now.state.clone();
         let (modes, bristles) = (self.modes.clone(), self.bristles.clone());
@@ -292,7 +293,7 @@ impl Simulation<'_> {
             let before = self.modes.clone();
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);
-            self.tell(&before);
+            self.record_mode_changes(&before);
             let same = before
                 .iter()
                 .zip(&self.modes)
@@ -324,7 +325,8 @@ impl Simulation<'_> {
         Ok((whole, first, second))
     }
 
-    /// Records a jump of velocities within a step from `time`, of size `change`, to the end `state`.
+    /// Records as an event a jump of velocities by `change` within a step that starts at `time`, s, and ends in
+    /// `state`.
     fn record_jump(&mut self, step: &TimeStep, state: &State<f64>, time: f64, change: f64) {
         let most = (0..step.loads.len()).max_by(|a, b| step.loads[*a].total_cmp(&step.loads[*b]));
         let joint = most.map_or(JointId(0), |c| self.model.reported_joint(c));
@@ -332,8 +334,8 @@ impl Simulation<'_> {
         self.events.push(Event { time, kind: EventKind::Jump { joint, change, rates } });
     }
 
-    /// Joint rates that differ between the present instant and `after`, the largest change first. Changes below
-    /// [`SMALL_PART`] of the largest are left out; lengths count in characteristic lengths.
+    /// Lists the joint rates that differ between the present instant and `after`, in decreasing order of the change.
+    /// Changes below [`SMALL_PART`] of the largest are left out; lengths count in characteristic lengths.
     fn rate_jumps(&self, after: &State<f64>) -> Vec<RateJump> {
         let (topology, parameters) = (&self.model.topology, &self.model.parameters);
         let mut bodies = Bodies::new(topology);
@@ -394,7 +396,7 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Returns to the event-driven method after enough steps without a change of mode, if it finds accelerations.
+    /// Returns to the event-driven method after enough steps without a change of mode, provided it finds accelerations.
     fn leave_stepping(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(stepping) = &mut self.stepping else { return Ok(()) };
         if self.settings.method != Method::Automatic || stepping.quiet < stepping.wait {
@@ -424,8 +426,8 @@ impl Simulation<'_> {
     }
 }
 
-/// Returns whether the event-driven method found no acceleration that satisfies all laws, or failed
-/// to follow one.
+/// Returns whether an error of the event-driven method means that it found no acceleration that satisfies all laws, or
+/// could not continue the motion.
 pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
     matches!(
         error,
@@ -438,7 +440,7 @@ pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
     )
 }
 
-/// Keeps the poses of anchors that existed before.
+/// Replaces the poses of those anchors that already existed by their earlier poses.
 fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
     for anchor in anchors {
         let same = |a: &&Anchor| (a.joint, a.dof) == (anchor.joint, anchor.dof);
@@ -449,7 +451,7 @@ fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
 }
 
 impl Forward {
-    /// Instant whose accelerations and reactions are means over the step before it.
+    /// Builds the results at the end of a time step; accelerations and reactions are means over the step.
     pub(super) fn instant_of(
         &self,
         time: f64,

@@ -1,49 +1,50 @@
-//! Switching functions of the inputs: steps end where one changes its sign.
+//! Switching functions of the inputs: a step ends where one of them changes its sign.
 
-use super::between::Course;
+use super::between::Interpolation;
 use super::{Event, EventKind, Method, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
-/// Instants within a step at which the switching functions are sampled, besides its ends.
+/// Number of instants inside a step at which the switching functions are sampled, in addition to its ends.
 const SAMPLES: usize = 3;
-/// A minimum between samples is searched if the tangents at its two sides meet below this fraction of the lesser of them.
+/// Bound for the search of a minimum between two samples: it is searched if the tangents at the samples meet below this
+/// fraction of the smaller value.
 const NEAR_ZERO: f64 = 0.2;
-/// Golden-section iterations of that search.
+/// Number of golden-section iterations of that search.
 const SECTIONS: usize = 24;
-/// Longest time step, s, over which a switching function may be on the wrong side.
+/// Longest time step, s, at whose end a switching function may be on the wrong side.
 const CHATTER: f64 = 1e-5;
-/// Changes of sides at one instant, for each switching function, after which they do not settle.
+/// Number of changes of sides at one instant, per switching function, after which the sides count as not settling.
 const MOST_AT_ONCE: usize = 3;
-/// Changes of sides in quick succession after which a formula chatters, and the longest time between two of them, s.
+/// Number of changes of sides in quick succession after which a formula counts as chattering, and the longest time
+/// between two of them, s.
 const MOST_CHANGES: usize = 2000;
 const QUICK: f64 = 4.0 * CHATTER;
-/// Part of the distance between two samples over which slopes are measured.
+/// Fraction of the interval between two samples over which slopes are measured.
 const SLOPE: f64 = 1e-3;
-/// Part of an interval after which a function that is zero at its start shows its side.
+/// Fraction of an interval after which the sign of a function is evaluated that is zero at the start of the interval.
 const BEYOND: f64 = 1e-6;
-/// Relative length of the interval to which a change of sign is located.
+/// Length, relative to the step, of the interval in which a change of sign is located.
 const FINE: f64 = 1e-14;
 
-/// Values of the switching functions at an instant, positive on the present sides.
+/// Values of the switching functions at an instant, multiplied by -1 where the recorded side is negative.
 struct SwitchValues {
     time: f64,
     values: Vec<f64>,
 }
 
 impl<'a> Simulation<'a> {
-    /// The switching function that ended the simulation before the requested time, if one did; see
-    /// [`Inputs::ends_at`].
+    /// Switching function that ended the simulation before the requested time, if any; see [`Inputs::ends_at`].
     pub fn ended_by(&self) -> Option<usize> {
         self.ended_by.filter(|_| !self.last_step.shows)
     }
 
-    /// Returns whether the simulation has ended and shows its end.
+    /// Returns whether the simulation has ended and results are those at its end.
     pub(super) fn is_over(&self) -> bool {
         self.ended_by().is_some()
     }
 
-    /// Ends the simulation at its start if a switching function demands it.
+    /// Ends the simulation at its start if a switching function with [`Inputs::ends_at`] is negative there.
     pub(super) fn end_at_start(&mut self, inputs: &dyn Inputs) {
         let ends = |k: &usize| !self.input.sides[*k] && inputs.ends_at(*k);
         self.ended_by = (0..self.input.sides.len()).find(ends);
@@ -52,8 +53,8 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Looks for the first change of sign within the last step. If there is one, returns to the start
-    /// of the step, and the next steps lead to that change.
+    /// Searches the last step for the first change of sign of a switching function. If one is found, restores the start
+    /// of the step, so that the next steps end at that change, and returns true.
     pub(super) fn goes_back_to_switch(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -66,7 +67,7 @@ impl<'a> Simulation<'a> {
         let ends = (0..switching.len()).any(|k| switching[k] && inputs.ends_at(k));
         let is_short = self.now.time - from <= CHATTER || self.shortened_at == from;
         // The simulation may have left time stepping at the end of the step.
-        let was_time_step = matches!(self.last_step.course, Course::Chord);
+        let was_time_step = matches!(self.last_step.interpolation, Interpolation::Chord);
         if time >= self.now.time || was_time_step && is_short && !ends {
             // Short time steps end beside the change.
             (self.switch_at, self.switching) = (self.now.time, switching);
@@ -97,7 +98,7 @@ impl<'a> Simulation<'a> {
         Ok(true)
     }
 
-    /// Changes the sides of the switching functions that are zero at the present instant.
+    /// Changes the sides of the switching functions that change their sign at the present instant.
     pub(super) fn switch(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if self.now.time != self.switch_at {
             return Ok(());
@@ -138,7 +139,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Ends the simulation where a side changes too often in quick succession.
+    /// Returns an error if a side changes too often in quick succession.
     fn check_chatter(&mut self, switch: usize, inputs: &dyn Inputs) -> Result<(), ForwardError> {
         let (count, first, last) = &mut self.chatter;
         let time = self.now.time;
@@ -153,7 +154,7 @@ impl<'a> Simulation<'a> {
         Err(ForwardError::Chatter { time, what: inputs.switch_name(switch), count, span })
     }
 
-    /// Time of the first change of sign within the last step, s, and the functions that change.
+    /// Finds the first change of sign within the last step: its time, s, and a flag for each function that changes.
     fn first_switch(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -195,7 +196,7 @@ impl<'a> Simulation<'a> {
         Ok(Some((time, switching)))
     }
 
-    /// First time at which one switching function changes its sign, s.
+    /// Finds the first time, s, at which one switching function changes its sign.
     fn change_of(
         &mut self,
         k: usize,
@@ -256,7 +257,7 @@ impl<'a> Simulation<'a> {
         Ok(None)
     }
 
-    /// Locates a change of sign by the Illinois method: the upper end of a short interval around it.
+    /// Locates a change of sign by the Illinois method. Returns the upper end of a short interval around it, s.
     fn change_between(
         &mut self,
         k: usize,
@@ -278,7 +279,7 @@ impl<'a> Simulation<'a> {
         })
     }
 
-    /// Values of the switching functions at an instant of the last step, s.
+    /// Evaluates the switching functions at a time, s, within the last step.
     fn switch_values(
         &mut self,
         time: f64,

@@ -1,4 +1,4 @@
-//! Full turns of joints that close a loop, whose angles follow from poses only within a turn.
+//! Counting of full turns for the angles of joints that close a loop: poses determine them only up to full turns.
 
 use super::Simulation;
 use crate::forward::Forward;
@@ -7,7 +7,7 @@ use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
 
 impl Forward {
-    /// Angles of these joints within half a turn.
+    /// Angles, within half a turn, of the joints that close a loop, each with its rate.
     pub(super) fn angles(&self, time: f64, state: &State<f64>, bodies: &Bodies<f64>) -> Vec<Angle> {
         let topology = &self.topology;
         let mut angles = Vec::new();
@@ -28,8 +28,8 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// Coordinate, rate and acceleration of a joint's degree of freedom at present, see
-    /// [`Forward::joint_motion`]. Angles count full turns since the start.
+    /// Coordinate, rate and acceleration of a joint's degree of freedom at the present instant, see
+    /// [`Forward::joint_motion`]. Angles include the full turns since the start.
     pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
         let Self { now, input: InputState { angles, .. }, .. } = self.shown();
         let mut motion = self.model.joint_motion(&now.state, &now.bodies, joint, dof);
@@ -40,7 +40,7 @@ impl Simulation<'_> {
         motion
     }
 
-    /// View of the present state for the inputs.
+    /// Present state as an argument of the inputs.
     pub fn view(&self) -> View<'_> {
         let now = &self.now;
         View {

@@ -1,7 +1,7 @@
-//! Rest of the whole mechanism: advances time without integration as long as friction holds.
+//! Rest of the whole mechanism: time advances without integration as long as friction holds.
 
 use super::Simulation;
-use super::between::Course;
+use super::between::Interpolation;
 use super::locate::{Ending, falls_below};
 use super::scratch::Scratch;
 use crate::forward::error::ForwardError;
@@ -12,26 +12,26 @@ use crate::forward::instant::Instant;
 const SAMPLES: f64 = 4.0;
 
 impl Simulation<'_> {
-    /// Returns whether nothing moves and no joint is prescribed.
+    /// Returns whether the whole mechanism is locked and no joint is prescribed.
     pub(super) fn is_still(&self) -> bool {
         self.model.prescribed.is_empty()
             && !self.frozen.is_empty()
             && self.frozen.iter().all(|frozen| *frozen)
     }
 
-    /// Returns whether nothing but time and forces changes: at rest, without own states of the inputs.
+    /// Returns whether only time and forces change: the mechanism is at rest, and the inputs have no own states.
     pub(super) fn waits(&self) -> bool {
         self.is_still() && self.input.values.is_empty()
     }
 
-    /// Advances time to `end` or to the next slip onset.
+    /// Advances to `end`, s, or to the next slip onset if it is earlier.
     pub(super) fn wait_through(
         &mut self,
         end: f64,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let time = self.now.time;
-        self.last_step.course = Course::Rest;
+        self.last_step.interpolation = Interpolation::Rest;
         if inputs.steady_until(time) >= end {
             // Constant inputs leave all forces unchanged.
             self.now.time = end;
@@ -53,17 +53,17 @@ impl Simulation<'_> {
             let mut instant = self.watch(at, &y, others, inputs)?;
             let margin = self.least_margin(&instant);
             let fine = (4.0 * f64::EPSILON * at.abs()).max(1e-13 * (at - before.0));
-            let lets_go = falls_below(before, (at, margin), fine, |at| {
+            let slip_onset = falls_below(before, (at, margin), fine, |at| {
                 let instant = self.watch(at, &y, false, inputs)?;
                 let margin = self.least_margin(&instant);
                 self.workspace.spare(instant);
                 Ok(margin)
             })?;
-            if let Some(lets_go) = lets_go {
-                at = lets_go;
+            if let Some(slip_onset) = slip_onset {
+                at = slip_onset;
                 self.workspace.spare(instant);
                 instant = self.watch(at, &y, self.settings.look_for_others, inputs)?;
-                ending = Ending::LetsGo;
+                ending = Ending::SlipOnset;
             }
             before = (at, margin);
             self.become_now(instant);
@@ -73,7 +73,7 @@ impl Simulation<'_> {
         self.follow_up(ending, time, inputs)
     }
 
-    /// Evaluates forces at another time in the unchanged position.
+    /// Evaluates the forces at another time, s, in the unchanged position.
     pub(super) fn watch(
         &mut self,
         time: f64,
@@ -89,7 +89,7 @@ impl Simulation<'_> {
         self.evaluations += 1;
         let model = self.model;
         if self.workspace.loads.is_empty() {
-            self.look_near();
+            self.start_near_present_loads();
         }
         let mut instant = self.workspace.instant(model);
         let Scratch { situation, solved, loads, .. } = &mut *self.workspace;

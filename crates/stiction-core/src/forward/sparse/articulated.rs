@@ -1,9 +1,9 @@
 //! Elimination of the tree with articulated inertias.
 //!
-//! Degrees of freedom are eliminated one at a time, from the ends of the tree to its roots. In exact
-//! arithmetic this is a sparse decomposition of the tree's mass matrix, `M = L D L^T`, whose factors
-//! are never formed. Quantities of a node refer to a point of its own in world axes, so that long
-//! chains lose no digits to distances from the origin.
+//! Degrees of freedom are eliminated one at a time, from the ends of the tree to its roots. In exact arithmetic this is
+//! a sparse decomposition of the tree's mass matrix, `M = L D L^T`, whose factors are never formed. The quantities of
+//! each node refer to a point of that node, in world axes; long chains then lose no digits to large distances from the
+//! origin.
 
 use crate::forward::mass_matrix::MassMatrix;
 use crate::kinematics::Bodies;
@@ -12,30 +12,30 @@ use crate::parameters::Parameters;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Topology};
 
-/// Inertia of a motion, relative to that of the rigid subtree, below which round-off hides it.
+/// Inertia of a motion, relative to that of the rigid subtree, below which it counts as round-off.
 const NEGLIGIBLE: f64 = 1e-11;
 
-/// Block of inertia: force and moment per linear and angular acceleration.
+/// Articulated inertia as a 6 x 6 block: force and moment per linear and angular acceleration.
 type Inertia = [Part; BLOCK];
 
-/// Tree, eliminated at one position.
+/// Tree at one position after its elimination.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Articulated {
-    /// Reference point of each node.
+    /// Reference point of each node, world axes, m.
     points: Vec<Vec3<f64>>,
-    /// Articulated inertia of each node about its point.
+    /// Articulated inertia of each node about its reference point.
     inertia: Vec<Inertia>,
-    /// Unit twist of each DOF about the point of its node, linear part first.
+    /// Unit twist of each DOF about the reference point of its node, linear part first.
     screws: Vec<Part>,
-    /// Articulated momentum of each DOF.
+    /// Articulated inertia times the unit twist of each DOF.
     momenta: Vec<Part>,
-    /// Articulated inertia along each DOF; infinite for a prescribed one.
+    /// Articulated inertia along each DOF; infinite for a prescribed DOF.
     pub(in crate::forward) pivots: Vec<f64>,
 }
 
 impl Articulated {
-    /// Eliminates the tree. DOFs with `prescribed` acceleration stay rigid. Returns false if a
-    /// motion has no inertia, or less than round-off.
+    /// Eliminates the tree. DOFs with `prescribed` acceleration count as rigid. Returns false if a motion has no
+    /// inertia, or one below round-off.
     pub(in crate::forward) fn update(
         &mut self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -86,8 +86,8 @@ impl Articulated {
         true
     }
 
-    /// Generalised forces of a wrench on a body, reduced to each DOF between it and its root as the
-    /// elimination does: calls `put` with the DOF and the reduced force.
+    /// Reduces the generalised forces of a wrench on a body, as the elimination does: calls `put` with each DOF between
+    /// the body and its root, and with the reduced force.
     pub(in crate::forward) fn reduce(
         &self,
         topology: &Topology,
@@ -111,9 +111,9 @@ impl Articulated {
         }
     }
 
-    /// First half of the solution of `M a = forces`: reduces the generalised `forces` in place.
-    /// Prescribed DOFs have their acceleration in `accelerations`, and keep their force. `carried`
-    /// is memory for the wrench on each node.
+    /// First half of the solution of `M a = forces`: reduces the generalised `forces` in place. The accelerations of
+    /// prescribed DOFs are given in `accelerations`, and their forces stay unreduced. `carried` is a buffer for the
+    /// wrench on each node.
     pub(in crate::forward) fn reduce_all(
         &self,
         topology: &Topology,
@@ -142,8 +142,8 @@ impl Articulated {
         }
     }
 
-    /// Second half: accelerations from the reduced forces, except those of prescribed DOFs.
-    /// `carried` is memory for the acceleration of each node.
+    /// Second half of the solution: computes the accelerations from the reduced forces, except for prescribed DOFs.
+    /// `carried` is a buffer for the acceleration of each node.
     pub(in crate::forward) fn accelerate(
         &self,
         topology: &Topology,
@@ -195,7 +195,7 @@ fn inertia_about(
     block
 }
 
-/// Adds an inertia whose reference point is `arm` away from that of `to`.
+/// Adds an inertia to `to`; its reference point lies at `arm` from that of `to`.
 fn add_shifted(to: &mut Inertia, mut inertia: Inertia, arm: Vec3<f64>) {
     // Columns, then rows: `X^T I X`.
     for row in &mut inertia {

@@ -1,87 +1,87 @@
-//! Sparse system of the loop closures: `S = V W V^T` with a row of `V` for each constraint.
+//! Sparse system of the loop closures: `S = V W V^T`, where `V` has a row for each constraint.
 //!
-//! `V` has a column for each DOF of the tree. It is the constraint matrix itself for projections,
-//! or the matrix reduced by the elimination of the tree for accelerations, when `W` are the inverse
-//! pivots. Rows of one cut joint form a block; two blocks meet only if their loops share bodies.
-//! Where constraints are redundant `S` is singular: a small multiple of a definite matrix makes it
-//! definite, its pivots tell which rows are dependent, and corrections remove the error.
+//! `V` has a column for each DOF of the tree. It is the constraint matrix itself for projections, or the matrix reduced
+//! by the elimination of the tree for accelerations, where `W` is the diagonal matrix of the inverse pivots. The rows
+//! of one cut joint form a block; `S` couples two blocks only if their loops share bodies. If constraints are
+//! redundant, `S` is singular. A small multiple of a definite matrix is then added; the pivots of the sum show which
+//! rows are dependent, and iterative corrections remove the error.
 
 use crate::forward::constraint_jacobian::ConstraintRow;
 use crate::linalg::{BLOCK, BlockCholesky, Part, Slot, add_outer, dot};
 use crate::topology::{Role, Topology};
 
-/// Size of a row relative to the largest, by its diagonal entry, that counts as round-off.
+/// Size of a row, by its diagonal entry relative to the largest, below which it counts as round-off.
 const ZERO: f64 = 1e-20;
-/// Size of the added matrix relative to the scaled system, whose diagonal is one.
+/// Size of the added definite matrix, relative to the scaled system with unit diagonal.
 const ADDED: f64 = 1e-8;
-/// Pivots of independent rows exceed this, and those of dependent ones are less than [`DEPENDENT`].
+/// Smallest pivot of an independent row, relative to the diagonal; pivots of dependent rows are below [`DEPENDENT`].
 const INDEPENDENT: f64 = 1e-5;
 const DEPENDENT: f64 = 2e-7;
-/// Distance above which a solution without an added matrix needs no correction: its round-off is
-/// that of the system over the square of the distance.
+/// Singularity distance above which a solution without an added matrix needs no correction: its round-off is that of
+/// the system divided by the square of the distance.
 const REGULAR: f64 = 0.03;
-/// Residual relative to the right-hand side at which corrections end.
+/// Residual, relative to the right-hand side, at which the corrections end.
 const SETTLED: f64 = 1e-15;
 /// Largest number of corrections.
 const CORRECTIONS: usize = 6;
 
-/// DOFs that the rows of a cut joint reach.
+/// DOFs in which the rows of a cut joint have entries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::forward) enum Reach {
-    /// Those between the bodies of the joint.
+    /// DOFs on the paths between the two bodies of the joint.
     Loop,
-    /// All between its bodies and their roots.
+    /// DOFs on the paths from both bodies to their roots.
     Roots,
 }
 
-/// Definite matrix over the rows: calls its argument with each pair of rows and their entry.
+/// Definite matrix over the rows, as a function that calls its argument with each pair of rows and their entry.
 pub(in crate::forward) type Definite<'a> = &'a dyn Fn(&mut dyn FnMut(Place, Place, f64));
 
-/// Position of a row among the blocks.
+/// Position of a constraint row: its block and its index in the block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::forward) struct Place {
     pub(in crate::forward) block: usize,
     pub(in crate::forward) row: usize,
 }
 
-/// System of the loop closures.
+/// System of the loop closures and its factors.
 #[derive(Clone, Debug)]
 pub(in crate::forward) struct Closures {
-    /// Place of each constraint row; `None` in joints of the tree.
+    /// Place of each constraint row; `None` for rows of joints of the tree.
     pub(in crate::forward) places: Vec<Option<Place>>,
     /// Number of rows of each block.
     counts: Vec<usize>,
     /// Factor that makes errors of angles and lengths comparable, for each row.
     units: Vec<Part>,
-    /// First of the blocks that reach each node, followed by their total number.
+    /// Start of the list of blocks that reach each node, in `blocks`; the last number is the total.
     starts: Vec<usize>,
-    /// Blocks that reach each node, ascending.
+    /// Blocks that reach each node, in ascending order, for all nodes in one list.
     blocks: Vec<usize>,
-    /// First of the slots of the pairs of blocks that reach each node.
+    /// Start of the slots for the pairs of blocks that reach each node.
     pairs: Vec<usize>,
     slots: Vec<Slot>,
-    /// First of the values of each DOF.
+    /// Start of the values of each DOF, in `values`.
     firsts: Vec<usize>,
     /// Node of each DOF.
     nodes: Vec<usize>,
-    /// Part of a column of `V`, for each DOF and each block that reaches it.
+    /// Values of `V` in the column of each DOF: one part for each block that reaches its node.
     values: Vec<Part>,
-    /// Factor that makes the diagonal of `S` one.
+    /// Factor for each row that makes the diagonal of `S` one.
     scales: Vec<Part>,
     weights: Vec<f64>,
-    /// Diagonal of the definite matrix, scaled as the system.
+    /// Diagonal of the definite matrix, scaled like the system.
     diagonal: Vec<Part>,
     matrix: BlockCholesky,
-    /// Multiple of the definite matrix that is added.
+    /// Factor of the definite matrix in the sum; zero if it is not added.
     pub(in crate::forward) added: f64,
     /// Number of independent rows.
     pub(in crate::forward) rank: usize,
-    /// Smallest component of an independent row beyond the span of those before it, relative to its
-    /// size; one without rows.
+    /// Singularity distance: smallest component of an independent row that is outside the span of the rows before it,
+    /// relative to the size of the row; one if the system has no rows.
     pub(in crate::forward) distance: f64,
 }
 
-/// Buffers of solutions.
+/// Buffers of [`Closures::solve`].
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Buffers {
     residual: Vec<Part>,
@@ -91,7 +91,7 @@ pub(in crate::forward) struct Buffers {
 }
 
 impl Closures {
-    /// Prepares the system of a topology.
+    /// Prepares the system for a topology.
     pub(in crate::forward) fn new(topology: &Topology, reach: Reach) -> Self {
         let mut of_node = vec![Vec::new(); topology.nodes.len()];
         for (block, cut) in topology.cuts.iter().enumerate() {
@@ -156,8 +156,8 @@ impl Closures {
         self.counts.len()
     }
 
-    /// Assigns rows to blocks and sets all values to zero. Returns false if a block has too many
-    /// rows, or a row is of a gearing.
+    /// Assigns the rows to blocks and sets all values to zero. Returns false if a block has too many rows, or if a row
+    /// is that of a gearing.
     pub(in crate::forward) fn assign(
         &mut self,
         topology: &Topology,
@@ -185,7 +185,7 @@ impl Closures {
         true
     }
 
-    /// Adds to a value of a DOF that a block reaches.
+    /// Adds to the entry of the row at `at` in the column of a DOF.
     pub(in crate::forward) fn add(&mut self, tree_dof: usize, at: Place, value: f64) {
         let node = self.nodes[tree_dof];
         let own = &self.blocks[self.starts[node]..self.starts[node + 1]];
@@ -194,9 +194,9 @@ impl Closures {
         }
     }
 
-    /// Computes and factors the system with a weight for each DOF, zero for excluded ones. The
-    /// definite matrix is added where rows are redundant. Returns false if the pivots do not decide
-    /// about ranks.
+    /// Computes and factors the system with a weight for each DOF, which is zero for excluded DOFs. Adds the definite
+    /// matrix if rows are redundant. Returns false if the pivots do not clearly separate independent from dependent
+    /// rows.
     pub(in crate::forward) fn factor(
         &mut self,
         weights: impl Iterator<Item = f64>,
@@ -302,7 +302,8 @@ impl Closures {
         }
     }
 
-    /// Counts the independent rows by their pivots.
+    /// Counts the independent rows by their pivots. Returns false if a pivot is neither clearly independent nor clearly
+    /// dependent.
     fn count_independent(&mut self, some_dependent: bool) -> bool {
         let (mut least, mut rank) = (1.0_f64, 0);
         for (block, &count) in self.counts.iter().enumerate() {
@@ -319,19 +320,19 @@ impl Closures {
         true
     }
 
-    /// Scales a right-hand side: one part for each block.
+    /// Scales a right-hand side, which has one part for each block.
     pub(in crate::forward) fn scaled(&self, right: &mut [Part]) {
         for (right, scale) in right.iter_mut().zip(&self.scales) {
             (0..BLOCK).for_each(|k| right[k] *= scale[k]);
         }
     }
 
-    /// Physical value of a solution at a place.
+    /// Solution for the row at a place, in physical units.
     pub(in crate::forward) fn unscaled(&self, solution: &[Part], at: Place) -> f64 {
         solution[at.block][at.row] * self.scales[at.block][at.row]
     }
 
-    /// Adds `V x`, with scaled rows, times `factor` to `to`.
+    /// Adds `factor` times `V x` to `to`, with scaled rows.
     pub(in crate::forward) fn add_product(
         &self,
         x: impl Fn(usize) -> f64,
@@ -351,7 +352,7 @@ impl Closures {
         }
     }
 
-    /// Component of `V^T y` along a DOF.
+    /// Component of `V^T y` for a DOF.
     pub(in crate::forward) fn along(&self, tree_dof: usize, y: &[Part]) -> f64 {
         let node = self.nodes[tree_dof];
         let own = &self.blocks[self.starts[node]..self.starts[node + 1]];
@@ -359,7 +360,7 @@ impl Closures {
         own.iter().zip(values).map(|(block, value)| dot(value, &y[*block])).sum()
     }
 
-    /// Adds `S y` times `factor` to `to`.
+    /// Adds `factor` times `S y` to `to`.
     pub(in crate::forward) fn add_system(
         &self,
         y: &[Part],
@@ -375,8 +376,8 @@ impl Closures {
         self.add_product(|d| along[d], factor, to);
     }
 
-    /// Solves `S y = right` in the row space; a component of `right` beyond it, which is round-off,
-    /// is left. `right` becomes the solution.
+    /// Solves `S y = right` within the row space; `right` becomes the solution. A component of `right` outside the row
+    /// space, which is round-off, is ignored.
     pub(in crate::forward) fn solve(&self, right: &mut [Part], buffers: &mut Buffers) {
         let Buffers { residual, solution, along, one } = buffers;
         let size = largest(right);
@@ -409,7 +410,7 @@ impl Closures {
         right.copy_from_slice(solution);
     }
 
-    /// Solves once with the matrix that includes the added one, in place.
+    /// Solves in place with the factored matrix, which includes the added definite matrix, without corrections.
     pub(in crate::forward) fn solve_once(&self, right: &mut [Part], buffers: &mut Buffers) {
         self.matrix.solve_with(right, &mut buffers.one);
     }

@@ -1,4 +1,4 @@
-//! Sparse projection onto the constraint rows: shortest changes of the tree, rank of the rows.
+//! Sparse projection onto the constraint rows: minimum-norm changes of the tree, and rank of the rows.
 
 use super::closures::{Buffers, Closures, Place};
 use crate::forward::Forward;
@@ -7,20 +7,20 @@ use crate::kinematics::Bodies;
 use crate::linalg::{BLOCK, Part};
 use crate::topology::Role;
 
-/// Rows of all constraints at a position, decomposed in linear time for rows of loops.
+/// Constraint rows at one position, decomposed in linear time for rows of loops.
 #[derive(Clone, Debug)]
 pub(in crate::forward) struct SparseRows {
     closures: Closures,
-    /// One for each DOF of the tree that may change, zero for others.
+    /// Weight of each DOF of the tree: one if it may change, zero otherwise.
     weights: Vec<f64>,
-    /// DOFs of the tree whose change a row prescribes, and these rows.
+    /// DOFs of the tree that a row prescribes directly, each with the index of that row.
     prescribed: Vec<(usize, usize)>,
     right: Vec<Part>,
     buffers: Buffers,
 }
 
 impl SparseRows {
-    /// Prepares the rows of a model whose structure they suit.
+    /// Prepares the rows of a model; `None` if its structure does not suit the sparse projection.
     pub(in crate::forward) fn new(model: &Forward) -> Option<Self> {
         Some(Self {
             closures: Closures::clone(model.projections.as_ref()?),
@@ -31,8 +31,8 @@ impl SparseRows {
         })
     }
 
-    /// Decomposes the rows; they need no matrix. `frozen` DOFs do not change; an empty list means
-    /// none. Returns false if the dense decomposition must decide.
+    /// Decomposes the constraint rows, whose matrix need not be filled. `frozen` DOFs do not change; an empty list
+    /// freezes none. Returns false if the dense decomposition must be used.
     pub(in crate::forward) fn decompose(
         &mut self,
         model: &Forward,
@@ -85,12 +85,12 @@ impl SparseRows {
         self.closures.rank + self.prescribed.len()
     }
 
-    /// Singularity distance of the rows, between zero and one.
+    /// Singularity distance of the constraint rows, between zero and one.
     pub(in crate::forward) fn distance(&self) -> f64 {
         self.closures.distance
     }
 
-    /// Computes the minimum-norm change of the tree, by scaled DOFs, for which the rows take these
+    /// Computes the minimum-norm change of the tree, measured in scaled DOFs, for which the constraint rows take these
     /// values.
     pub(in crate::forward) fn shortest(
         &mut self,

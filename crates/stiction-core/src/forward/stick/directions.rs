@@ -1,4 +1,4 @@
-//! Directions of slip onset: a ball, plate or sleeve slips along its surface acceleration.
+//! Directions of slip onset: a ball, plate or sleeve begins to slip along its surface acceleration.
 
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -7,17 +7,16 @@ use crate::forward::solve::{Solved, Unsolved};
 use crate::kinematics::Bodies;
 use nalgebra::{Matrix3, Vector3};
 
-/// Surface acceleration, relative to the largest, that counts as round-off.
+/// Surface acceleration, relative to the largest acceleration, that counts as round-off.
 const ROUND_OFF: f64 = 1e-10;
 /// Change of a direction below which the iteration has converged.
 const SETTLED: f64 = 1e-12;
-/// Passes of the iteration of directions.
+/// Largest number of iterations of the directions.
 const PASSES: usize = 40;
 
 impl Forward {
-    /// Solves with given modes, and iterates the slip onset directions of balls and plates until
-    /// they agree with their surface accelerations. Also returns an interface that would slide
-    /// backward.
+    /// Solves for given modes, and iterates the slip onset directions of balls and plates until they agree with the
+    /// surface accelerations. Also returns an interface that would slide against its direction, if there is one.
     pub(super) fn solve_directions(
         &self,
         data: &Data,
@@ -60,10 +59,10 @@ impl Forward {
         Ok((solved, None))
     }
 
-    /// Direction of slip onset of a ball or plate, for given normal load and other interfaces. Let
-    /// one newton of friction lower the surface acceleration by `K`, let `a` be the acceleration
-    /// without friction and `c` the magnitude of friction. Then `d = (x + c K)^-1 a`, with the
-    /// acceleration `x` for which `d` has length one.
+    /// Direction of slip onset of a ball or plate, for given normal load and given other interfaces. Let `K` be the
+    /// decrease of the surface acceleration per newton of friction, `a` the acceleration without this friction, and `c`
+    /// the magnitude of the friction. Then `d = (x + c K)^-1 a`, with the acceleration `x` for which `d` has length
+    /// one.
     fn direction(
         &self,
         data: &Data,
@@ -116,8 +115,8 @@ impl Forward {
         self.accelerated(&data.bodies, &solved.coupled.response.accelerations)
     }
 
-    /// Surface acceleration of an interface, m/s^2, if it exceeds round-off; `accelerated` are the bodies with the
-    /// accelerations of the solution.
+    /// Surface acceleration of an interface, m/s^2, if it exceeds round-off, otherwise `None`; `accelerated` are the
+    /// bodies with the accelerations of the solution.
     pub(super) fn slip_onset(
         &self,
         accelerated: &Bodies<f64>,
@@ -129,7 +128,7 @@ impl Forward {
         (norm(onset) > self.rounding_of_onset(accelerations, interface)).then_some(onset)
     }
 
-    /// Round-off of an interface's surface acceleration, m/s^2.
+    /// Largest surface acceleration of an interface that counts as round-off, m/s^2.
     pub(in crate::forward) fn rounding_of_onset(
         &self,
         accelerations: &[f64],

@@ -1,5 +1,4 @@
-//! Initial guess of the modes: frictions of all interfaces at rest that satisfy the friction laws
-//! at once.
+//! Initial guess of the modes: frictions of all interfaces at rest that satisfy the friction laws together.
 //!
 //! Interfaces that accelerate in this solution slide, the others stick. [`super::verify`] verifies
 //! the guess by exact solutions. Sliding friction may be less than static friction, so the problem
@@ -11,11 +10,11 @@ use crate::forward::complementarity::Members;
 use crate::forward::data::Data;
 use crate::friction_problem::complementarity::{DryFriction, MemberLaw};
 
-/// Surface acceleration, relative to the largest, that counts as round-off.
+/// Surface acceleration, relative to the largest acceleration, that counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
 /// Relative distance below which friction counts as being at its limit.
 const AT_LIMIT: f64 = 1e-7;
-/// Number of passes that update the sliding friction.
+/// Number of solutions with updated sliding friction.
 const PASSES: usize = 8;
 
 /// Modes, frictions and normal loads that satisfy the laws approximately.
@@ -27,13 +26,13 @@ pub(super) struct Guess {
     pub(super) loads: Vec<f64>,
     /// True if an interface begins to slide.
     pub(super) moves: bool,
-    /// True if a sticking interface is at its limit.
+    /// True if the friction of a sticking interface is at its limit.
     pub(super) tight: bool,
 }
 
 impl Forward {
-    /// Guesses modes and frictions of the interfaces at rest, with static frictions of at most
-    /// `bound` times their limits. Returns `None` if no solution is found.
+    /// Guesses modes and frictions of the interfaces at rest, with static frictions of at most `bound` times their
+    /// limits. Returns `None` if the complementarity problem yields no solution.
     pub(super) fn guess(
         &self,
         data: &Data,

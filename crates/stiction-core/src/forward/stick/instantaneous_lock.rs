@@ -1,23 +1,22 @@
 //! Interfaces that cannot stick although their joint is at rest, at a dead centre.
 //!
-//! At a dead centre the rate of the joint is zero for any motion of the mechanism, but an instant
-//! later it is not. Sticking then contradicts the loop constraints: its row depends on theirs but
-//! requires another value. For a self-stress `y` of the rows, `y^T J = 0`, accelerations with `J a
-//! = r` exist only if `y^T r = 0`. Otherwise a sticking interface in the self-stress must move, by
-//! `-y^T r / y_k`.
+//! At a dead centre the rate of the joint is zero for any motion of the mechanism, but an instant later it is not.
+//! Sticking then contradicts the loop constraints: the row of the sticking interface depends on the rows of the loops
+//! but requires another value. For a self-stress `y` of the rows, `y^T J = 0`, accelerations with `J a = r` exist only
+//! if `y^T r = 0`. Otherwise a sticking interface in the self-stress must move, by `-y^T r / y_k`.
 
 use crate::forward::Forward;
 use crate::forward::constraint_jacobian::StickingDof;
 use crate::forward::data::Data;
 use crate::forward::solve::Solved;
 
-/// Contradiction, relative to the squares of rates, that counts as round-off.
+/// Residual of the contradiction, relative to the squares of the rates, that counts as round-off.
 const ROUND_OFF: f64 = 1e-6;
-/// Relative component of a self-stress below which a DOF does not belong to it.
+/// Relative component of a DOF in a self-stress below which the DOF does not belong to the self-stress.
 const PART: f64 = 1e-6;
 
 impl Forward {
-    /// Finds a sticking interface that must move, and its direction.
+    /// Finds a sticking interface that must start to move, and its direction.
     pub(in crate::forward) fn instantaneous_lock(
         &self,
         data: &Data,

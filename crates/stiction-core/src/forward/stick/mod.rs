@@ -1,10 +1,9 @@
-//! Decision between stick and slip: modes of the interfaces at rest that satisfy all friction laws.
+//! Decision between stick and slip: search for modes of the interfaces at rest that satisfy all friction laws.
 //!
-//! Friction of a sticking interface is within its limit; an interface at slip onset accelerates
-//! against its friction. The search first tries all interfaces at rest sticking. Then a
-//! complementarity problem proposes modes, see [`guess`], and exact solutions verify them. From
-//! there the search changes one mode at a time: an interface beyond its limit slips, one that would
-//! slide backward sticks.
+//! The friction of a sticking interface must lie within its limit, and an interface at slip onset must accelerate
+//! against its friction. The search first assumes that all interfaces at rest stick. Then a complementarity problem
+//! proposes modes, see [`guess`], and exact solutions verify them. Finally the search changes one mode at a time: an
+//! interface beyond its limit slips, and an interface that would slide against its direction sticks.
 //!
 //! Equation (D4) of the book's theory.
 
@@ -22,26 +21,26 @@ use guess::Guess;
 use std::collections::HashSet;
 use verify::Verdict;
 
-/// Largest number of changes of a single mode.
+/// Largest number of changes of a single mode in a search.
 const CHANGES: usize = 60;
-/// Smallest friction scale relative to the largest; bounds the condition number of the systems.
+/// Smallest friction scale, relative to the largest; it bounds the condition number of the linear systems.
 const SMALLEST_SCALE: f64 = 1e-6;
-/// Relative excess over the limits allowed to statically indeterminate frictions at their limits.
-/// Otherwise they would have to be redistributed at every instant until an interface slides.
+/// Relative amount by which statically indeterminate frictions may exceed their limits. Without it they would have to
+/// be redistributed at every instant until an interface slides.
 const ALLOWANCE: f64 = 1e-5;
-/// Fractions of the friction limits tried as bounds of static friction.
+/// Fractions of the friction limits that are tried in turn as bounds of static friction.
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
-/// Difference below which two directions are equal.
+/// Difference below which two directions count as equal.
 const ALIGNED: f64 = 1e-6;
 
-/// Modes that satisfy all laws, with their solution.
+/// Modes that satisfy all friction laws, with their solution.
 pub(super) struct Choice {
     pub(super) modes: Vec<InterfaceMode>,
     pub(super) solved: Solved,
 }
 
 impl Forward {
-    /// Chooses modes of the interfaces at rest; all others keep theirs.
+    /// Chooses modes for the interfaces at rest, `resting`; all other interfaces keep their modes.
     ///
     /// # Errors
     /// [`ForwardError::NoChoice`] if no modes are found, or the reason why the last modes have no
@@ -97,8 +96,8 @@ impl Forward {
         Err(failure.unwrap_or(ForwardError::NoChoice { time: data.time, joint }))
     }
 
-    /// Sets the friction scales from the frictionless normal loads of the interfaces at rest.
-    /// Returns the number of constraints that are redundant while none of these interfaces sticks.
+    /// Computes the friction scales from the frictionless normal loads of the interfaces at rest. Returns the number of
+    /// constraints that are redundant even if none of these interfaces sticks.
     fn set_friction_scales(
         &self,
         data: &mut Data,
@@ -126,7 +125,7 @@ impl Forward {
         redundant
     }
 
-    /// Adopts a guess if its exact solution satisfies all laws, at once or after few changes.
+    /// Adopts a guess if its exact solution satisfies all friction laws, at once or after a few changes of modes.
     fn adopt(&self, data: &mut Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         data.reference_frictions.clone_from(&guess.frictions);
         data.limit_factor = if guess.tight { 1.0 + ALLOWANCE } else { 1.0 };
@@ -139,7 +138,7 @@ impl Forward {
         found
     }
 
-    /// Confirms a guess without changing its directions, by a check of all laws.
+    /// Confirms a guess if it satisfies all friction laws with unchanged directions.
     fn confirm(&self, data: &Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         let mut modes = guess.modes.clone();
         for &interface in resting {
@@ -166,7 +165,7 @@ impl Forward {
             .then_some(Choice { modes, solved })
     }
 
-    /// Changes the mode of one interface at a time until all laws are satisfied.
+    /// Changes the mode of one interface at a time until all friction laws are satisfied.
     fn improve(
         &self,
         data: &Data,
@@ -194,7 +193,7 @@ impl Forward {
     }
 }
 
-/// Modes with all interfaces at rest sticking.
+/// Returns the modes with stick for all interfaces at rest.
 fn all_sticking(modes: &[InterfaceMode], resting: &[usize]) -> Vec<InterfaceMode> {
     let mut trial = modes.to_vec();
     for &interface in resting {
@@ -203,14 +202,13 @@ fn all_sticking(modes: &[InterfaceMode], resting: &[usize]) -> Vec<InterfaceMode
     trial
 }
 
-/// Failure of a search for modes.
+/// Result of a failed search for modes.
 struct NoModes {
     interface: Option<usize>,
     unsolved: Option<Unsolved>,
 }
 
-/// Numbers that identify the modes of the interfaces at rest; directions are rounded to a few
-/// digits.
+/// Key that identifies the modes of the interfaces at rest; directions are rounded to a few digits.
 fn pattern(modes: &[InterfaceMode], resting: &[usize]) -> Vec<i64> {
     let of = |interface: &usize| match modes[*interface] {
         InterfaceMode::Smooth | InterfaceMode::Sticks => 0,

@@ -10,15 +10,15 @@ const EXCESS: f64 = 1e-10;
 
 /// Result of a verification.
 pub(super) enum Verdict {
-    /// The modes satisfy all laws.
+    /// The modes satisfy all friction laws.
     Stands(Box<Solved>),
-    /// This interface must change to this mode.
+    /// The interface with this index must change to this mode.
     Change(usize, InterfaceMode),
 }
 
 impl Forward {
-    /// Solves with given modes of the interfaces at rest and checks the laws. Interfaces at their
-    /// limit that begin to slide change to sliding.
+    /// Solves for given modes of the interfaces at rest and checks the friction laws. Interfaces at their limit that
+    /// begin to slide change to slip.
     pub(super) fn verify(
         &self,
         data: &Data,
@@ -63,9 +63,9 @@ impl Forward {
         })
     }
 
-    /// Lets interfaces at their limit slide if sliding friction is less than static friction. Slip
-    /// onset under a steadily changing load has no acceleration with friction at the static limit,
-    /// but has one with sliding friction. Returns `None` if other constraints prevent the slip.
+    /// Changes interfaces at their limit to slip if their sliding friction is less than their static friction. Slip
+    /// onset under a steadily changing load has no acceleration with friction at the static limit, but it has one with
+    /// sliding friction. Returns `None` if other constraints prevent the slip.
     fn weaken(
         &self,
         data: &Data,
@@ -103,9 +103,9 @@ impl Forward {
         None
     }
 
-    /// Finds the sticking interface that exceeds its limit most, with its friction. Alternatively
-    /// returns an interface that cannot stick, with its direction of motion: at a dead centre a
-    /// slider is at rest only for an instant.
+    /// Finds the sticking interface whose friction exceeds its limit most, with that friction. Alternatively returns an
+    /// interface that cannot stick, with the direction of its motion: at a dead centre a slider is at rest only for an
+    /// instant.
     pub(super) fn beyond_limit(
         &self,
         data: &Data,

@@ -149,7 +149,7 @@ impl Feedforward {
                 "1",
                 "Determinant with friction relative to that without: 0 where friction locks",
             ),
-            ("joints.reaction", "N", "Greatest force of a joint"),
+            ("joints.reaction", "N", "Largest force of a joint"),
         ] {
             variables.push(Variable::real(name, Causality::Local, unit, about));
         }

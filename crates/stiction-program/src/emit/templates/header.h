@@ -28,12 +28,12 @@ typedef @REAL@ @NAME@_real;
 
 /* Return codes. From 0 on, tau is the result of this call; below 0 it keeps its last value. */
 enum {
-    /* Everything holds. */
+    /* Success. */
     @GUARD@_OK = 0,
-    /* Joints rest, so that the direction of their friction was chosen by rule: see `rest`. */
+    /* Success, but joints are at rest: a rule chose the direction of their friction, see `rest`. */
     @GUARD@_UNDETERMINED = 1,
-    /* The friction has no solution (it locks the mechanism), a joint rests among moving ones, or
-       the position is far from those of the recording: tau is that without friction. */
+    /* Efforts without friction: friction has no solution (it locks the mechanism), a joint is at
+       rest while others move, or the position is far from those of the recording. */
     @GUARD@_FRICTIONLESS = 2,
     /* A number is NaN or infinite, or a pointer is null. */
     @GUARD@_BAD_INPUT = -1,
@@ -47,11 +47,11 @@ enum {
 
 /* Friction while positions are held, that is, while all rates and accelerations vanish. */
 enum {
-    /* That of the last motion. */
+    /* Friction opposes the direction of the last motion. */
     @GUARD@_HELD = 0,
-    /* That of the last motion, multiplied by `fade` in every call. */
+    /* Friction opposes the direction of the last motion, multiplied by `fade` in every call. */
     @GUARD@_FADED = 1,
-    /* None. */
+    /* No friction. */
     @GUARD@_ZERO = 2
 };
 
@@ -65,7 +65,7 @@ typedef struct @NAME@_params {
     int rest;
 } @NAME@_params;
 
-/* What is carried from call to call. Its content is an internal matter. */
+/* State kept from one call to the next. Callers must not use its fields. */
 typedef struct @NAME@_state {
     @NAME@_real tree[@GUARD@_TREE];
     @NAME@_real tau[@GUARD@_ACTUATORS];
@@ -76,22 +76,23 @@ typedef struct @NAME@_state {
 
 /* Details of a call. */
 typedef struct @NAME@_info {
-    /* Error of the loops: lengths over the characteristic length, angles in rad. */
+    /* Closure error of the loops: lengths over the characteristic length, angles in rad. */
     @NAME@_real residual;
     /* Determinant of the rate equations relative to that at home: 1 at home, 0 where the actuators
        do not determine the motion (type 2 singularity). */
     @NAME@_real determinant;
     /* Determinant of the forces with friction relative to that without: 0 where friction locks. */
     @NAME@_real coupling;
-    /* Greatest force of a joint [N], and the joint; 0 and -1 without friction. */
+    /* Largest force of a joint [N], and the index of this joint; 0 and -1 without friction. */
     @NAME@_real reaction;
     int joint;
-    /* Corrections of the position, of at most @CORRECTIONS@; steps of the friction, of at most 2 x @STEPS@. */
+    /* Number of corrections of the position, at most @CORRECTIONS@; number of steps of the friction
+       coupling, at most 2 x @STEPS@. */
     int corrections;
     int steps;
-    /* 1 if the direction of friction was chosen by rule. */
+    /* 1 if a rule chose the direction of friction, else 0. */
     int undetermined;
-    /* 1 if tau is that without friction, 2 if it is that of the last call. */
+    /* 1 if tau contains no friction, 2 if tau keeps its last value, else 0. */
     int fallback;
 } @NAME@_info;
 
@@ -103,14 +104,14 @@ void @NAME@_defaults(@NAME@_params *params);
 int @NAME@_init(@NAME@_state *state, const @NAME@_real q[@GUARD@_COORDINATES]);
 
 /* Computes the actuator efforts tau for positions q, rates qd and accelerations qdd. `params` may
-   be null for those of the model, and `info` for none. */
+   be null, which selects the parameters of the model; `info` may be null. */
 int @NAME@_ff(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real qd[@GUARD@_COORDINATES],
     const @NAME@_real qdd[@GUARD@_COORDINATES], @NAME@_real tau[@GUARD@_ACTUATORS],
     @NAME@_info *info);
 
 /* As @NAME@_ff; at rest, friction opposes the rates `direction`, of which only the ratios count.
-   Null or zero: the accelerations, or else `rest`, decide. */
+   If `direction` is null or zero, the accelerations decide, or `rest` if they vanish too. */
 int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real qd[@GUARD@_COORDINATES],
     const @NAME@_real qdd[@GUARD@_COORDINATES], const @NAME@_real direction[@GUARD@_COORDINATES],
@@ -118,7 +119,7 @@ int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm,
 
 /* Efforts that hold the position q at rest, against weight and springs. With a `direction` of
    rates, of which only the ratios count, they also overcome the friction of a motion that begins
-   in this direction; null or zero: without friction. */
+   in this direction; if it is null or zero, the efforts contain no friction. */
 int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real direction[@GUARD@_COORDINATES],
     @NAME@_real tau[@GUARD@_ACTUATORS], @NAME@_info *info);

@@ -11,9 +11,9 @@ fn find_twists<M: Math>(w: &mut [Real; @TWIST_WORK@], r: &mut [Real; 6 * BODIES 
 @TWISTS@}
 
 impl State {
-    /// Forward kinematics: closes the loops at `q`, from those of the last call. For each body the
-    /// position of its origin, m, then the rows of its rotation matrix, body to world. A body that can
-    /// spin freely has turned as the path up to `q` left it.
+    /// Forward kinematics: closes the loops at `q`, starting from the position of the last call.
+    /// Returns for each body the position of its origin, m, then the rows of its rotation matrix, body
+    /// to world. The rotation of a body that can spin freely depends on the path to `q`.
     ///
     /// # Errors
     /// [`Code::BadInput`], [`Code::Open`] or [`Code::Singular`].
@@ -36,8 +36,8 @@ impl State {
         Ok(poses)
     }
 
-    /// Velocities for rates `qd`: for each body that of its origin, m/s, then its angular velocity,
-    /// rad/s, world axes.
+    /// Twists at positions `q` and rates `qd`: for each body the velocity of its origin, m/s, then its
+    /// angular velocity, rad/s, world axes.
     ///
     /// # Errors
     /// [`Code::BadInput`], [`Code::Open`] or [`Code::Singular`].
@@ -53,10 +53,11 @@ impl State {
         self.twists_at::<M>(q, qd)
     }
 
-    /// Jacobian of a body: the six rows of its twist by a column for each coordinate.
+    /// Jacobian of a body: its twist per unit rate of each coordinate. Six rows for the components of
+    /// the twist, a column for each coordinate.
     ///
     /// # Errors
-    /// [`Code::BadInput`], also without such a body, [`Code::Open`] or [`Code::Singular`].
+    /// [`Code::BadInput`], also if the body does not exist, [`Code::Open`] or [`Code::Singular`].
     pub fn jacobian<M: Math>(
         &mut self,
         q: &[Real; COORDINATES],

@@ -1,7 +1,8 @@
-/* As @NAME@_ff, and the reaction of each joint: the force [N] of its first body on the second, then
-   its moment about the joint's origin [N m], world axes. They contain constraint, actuator and
-   friction forces. Components that statics does not determine (stiction check names them) follow
-   from a rule, and a particular machine may differ. Below 0, `reactions` is unchanged. */
+/* Like @NAME@_ff, with the reaction of each joint: the force [N] of its first body on the second, then
+   its moment about the joint's origin [N m], world axes. Reactions contain constraint, actuator
+   and friction forces. Components that statics does not determine (stiction check names them) follow
+   from a rule, and a particular machine may differ. If the code is below 0, `reactions` is
+   unchanged. */
 int @NAME@_reactions(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real qd[@GUARD@_COORDINATES],
     const @NAME@_real qdd[@GUARD@_COORDINATES], @NAME@_real tau[@GUARD@_ACTUATORS],

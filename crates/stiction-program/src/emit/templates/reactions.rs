@@ -1,8 +1,8 @@
 
 impl State {
-    /// As [`State::ff`] without a direction, and the reaction of each joint: the force of its first
-    /// body on the second, N, then its moment about the joint's origin, N m, world axes. They contain
-    /// constraint, actuator and friction forces; there are none if there are no efforts. Components
+    /// Like [`State::ff`] without a direction, with the reaction of each joint: the force of its first
+    /// body on the second, N, then its moment about the joint's origin, N m, world axes. Reactions contain
+    /// constraint, actuator and friction forces; `None` if the call found no efforts. Components
     /// that statics does not determine (`stiction check` names them) follow from a rule, and a
     /// particular machine may differ.
     pub fn reactions<M: Math>(

@@ -19,25 +19,26 @@ typedef @NAME@_real real;
 #define POSITION_RESULTS @POSITION_RESULTS@
 #define FORCE_WORK @FORCE_WORK@
 #define FORCE_RESULTS @FORCE_RESULTS@
-/* Bounds of all loops. */
+/* Maximum numbers of passes of the iterations. */
 #define MOST_CORRECTIONS @CORRECTIONS@
 #define MOST_STEPS @STEPS@
 #define MOST_STRIDES 1000
-/* Where the parts of the workspace of the forces begin. */
+/* First indices of the parts of the workspace of the forces. */
 #define FIRST_TARGET (TREE + TUNABLES)
 #define FIRST_UNKNOWN (FIRST_TARGET + 3 * COORDINATES)
-/* Mark of a state that was initialised. */
+/* Value of `ready` in an initialised state. */
 #define READY 0x5713C710u
 
 static const real HUGE_NUMBER = @HUGE@;
-/* Error at which the loops count as closed; larger error that is accepted where corrections no longer reduce it. */
+/* Closure error below which no further correction follows; larger error that is accepted if corrections no longer
+   reduce it. */
 static const real DONE = @DONE@;
 static const real CLOSED = @CLOSED@;
-/* Squares of relative changes: converged; quadratic convergence; rounding. */
+/* Squares of relative changes: of a converged step; up to which convergence is quadratic; of rounding errors. */
 static const real SETTLED = @SETTLED@;
 static const real COARSE = @COARSE@;
 static const real ROUNDING = @ROUNDING@;
-/* Size of the rates that stand for the direction of motion at rest. */
+/* Size of the rates that represent the direction of the next motion at rest. */
 static const real CREEP = @REST@;
 
 static const real HOME_TREE[TREE] = {
@@ -80,7 +81,7 @@ static real largest(const real *x, int count)
     return most;
 }
 
-@OWN_MATH@/* Error of the loops at w: r[0] is its square, r[1] is positive if the equations hold there. */
+@OWN_MATH@/* Closure error of the loops at w: r[0] is its square, r[1] is positive if the equations are valid. */
 static void find_errors(real *w, real *r)
 {
 @ERRORS@}
@@ -90,7 +91,7 @@ static void correct(const real *w, real *r)
 {
 @CORRECTION@}
 
-/* Everything that does not depend on friction. */
+/* Computes everything that does not depend on friction. */
 static void prepare(real *w, real *r)
 {
 @PREPARATION@}
@@ -105,7 +106,7 @@ static void find_forces(const real *w, real *r)
 {
 @FORCES@}
 
-/* Closes the loops at q from `tree`, which then receives them; returns 0 if that fails. */
+/* Closes the loops at q, starting from the coordinates `tree`, and updates `tree`; returns 0 if that fails. */
 static int close_loops(real *tree, const real *q, real *residual, int *corrections)
 {
     real w[POSITION_WORK];
@@ -234,7 +235,7 @@ static void set_parameters(real *w, const @NAME@_params *params)
     (void)params;
 @TUNE@}
 
-/* Rates of vanishing size in a direction. */
+/* Sets rates of negligible size in a direction. */
 static void creep(real *rates, const real *direction)
 {
     const real size = largest(direction, COORDINATES);
@@ -305,7 +306,7 @@ int @NAME@_init(@NAME@_state *state, const real q[COORDINATES])
     return @GUARD@_OK;
 }
 
-/* Solves at closed loops with the direction of motion, which is chosen at rest. */
+/* Computes efforts at closed loops; chooses the direction of motion at rest. */
 static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tree, const real *q,
     const real *qd, const real *qdd, const real *direction, real *tau, @NAME@_info *info)
 {
@@ -317,7 +318,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     int attempt;
     int has_friction = 1;
     int k;
-    /* Where the motion goes next if it goes nowhere now. */
+    /* Direction in which the motion begins if it is at rest now. */
     const real *next = direction != 0 && largest(direction, COORDINATES) > 0 ? direction : qdd;
     const real slow = params->rest_rate >= 0 ? params->rest_rate : 0;
     const int rests = largest(qd, COORDINATES) <= slow;
@@ -331,7 +332,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
             next = warm->direction;
             weight = params->rest == @GUARD@_FADED ? warm->weight * params->fade : warm->weight;
         }
-        /* A factor that is no number or out of bounds gives none. */
+        /* A factor that is NaN or out of bounds yields no friction. */
         if ((params->rest == @GUARD@_ZERO && !has_next) || !(weight >= 0 && weight <= 1)) {
             weight = 0;
         }
@@ -349,7 +350,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     if (weight > 0) {
         has_friction = solve_friction(w, r, with, info);
         for (attempt = 0; attempt < 1 && !has_friction && !rests; ++attempt) {
-            /* A joint may rest among moving ones: it moves with the accelerations next. */
+            /* A joint at rest while others move: the accelerations give its next direction. */
             real moved[COORDINATES];
             real ideal[ANSWERS];
             if (!(largest(next, COORDINATES) > 0)) {
@@ -477,7 +478,7 @@ int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm, const real q[CO
         at_rest = *params;
     }
     at_rest.rest = @GUARD@_ZERO;
-    /* The direction of the last motion stays as it is. */
+    /* Keeps the direction of the last motion. */
     copy = *warm;
     code = @NAME@_ff_towards(&at_rest, &copy, q, NONE, NONE, direction, tau, info);
     if (code >= 0) {

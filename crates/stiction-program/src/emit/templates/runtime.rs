@@ -26,18 +26,19 @@ const FORCE_WORK: usize = @FORCE_WORK@;
 const FORCE_RESULTS: usize = @FORCE_RESULTS@;
 const FIRST_TARGET: usize = TREE + TUNABLES;
 const FIRST_UNKNOWN: usize = FIRST_TARGET + 3 * COORDINATES;
-/// Bounds of all loops.
+/// Maximum numbers of passes of the iterations.
 const MOST_CORRECTIONS: u32 = @CORRECTIONS@;
 const MOST_STEPS: u32 = @STEPS@;
 const MOST_STRIDES: Real = 1000.0;
-/// Error at which the loops count as closed; larger error that is accepted where corrections no longer reduce it.
+/// Closure error below which no further correction follows; larger error that is accepted if corrections no longer
+/// reduce it.
 const DONE: Real = @DONE@;
 const CLOSED: Real = @CLOSED@;
-/// Squares of relative changes: converged; quadratic convergence; rounding.
+/// Squares of relative changes: of a converged step; up to which convergence is quadratic; of rounding errors.
 const SETTLED: Real = @SETTLED@;
 const COARSE: Real = @COARSE@;
 const ROUNDING: Real = @ROUNDING@;
-/// Size of the rates that stand for the direction of motion at rest.
+/// Size of the rates that represent the direction of the next motion at rest.
 const CREEP: Real = @REST@;
 
 const HOME_TREE: [Real; TREE] = [
@@ -65,16 +66,16 @@ pub trait Math {
     fn atan2(y: Real, x: Real) -> Real;
 }
 
-/// Outcome of a call. With the first three, `tau` is the result of this call; with the others, it keeps
-/// its last value.
+/// Outcome of a call. With `Done`, `Undetermined` and `Frictionless`, `tau` is the result of this call;
+/// with the others, it keeps its last value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Code {
-    /// Everything holds.
+    /// Success.
     Done,
-    /// Joints rest, so that the direction of their friction was chosen by rule: see [`Rest`].
+    /// Success, but joints are at rest: a rule chose the direction of their friction, see [`Rest`].
     Undetermined,
-    /// The friction has no solution, a joint rests among moving ones, or the position is far from
-    /// those of the recording: `tau` is that without friction.
+    /// Efforts without friction: friction has no solution, a joint is at rest while others move, or
+    /// the position is far from those of the recording.
     Frictionless,
     /// A number is NaN or infinite.
     BadInput,
@@ -87,11 +88,11 @@ pub enum Code {
 /// Friction while all rates and accelerations vanish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rest {
-    /// That of the last motion.
+    /// Friction opposes the direction of the last motion.
     Held,
-    /// That of the last motion, multiplied by [`Params::fade`] in every call.
+    /// Friction opposes the direction of the last motion, multiplied by [`Params::fade`] in every call.
     Faded,
-    /// None.
+    /// No friction.
     Zero,
 }
 
@@ -119,19 +120,19 @@ impl Default for Params {
 /// Details of a call.
 #[derive(Clone, Copy, Debug)]
 pub struct Info {
-    /// Error of the loops: lengths over the characteristic length, angles in rad.
+    /// Closure error of the loops: lengths over the characteristic length, angles in rad.
     pub residual: Real,
     /// Determinant of the rate equations relative to that at home: 0 at type 2 singularities.
     pub determinant: Real,
     /// Determinant of the forces with friction relative to that without: 0 where friction locks.
     pub coupling: Real,
-    /// Greatest force of a joint, N, and the joint.
+    /// Largest force of a joint, N, and the index of this joint; `None` without friction.
     pub reaction: Option<(Real, usize)>,
-    /// Corrections of the position.
+    /// Number of corrections of the position.
     pub corrections: u32,
-    /// Steps of the friction.
+    /// Number of steps of the friction coupling.
     pub steps: u32,
-    /// `true` if the direction of friction was chosen by rule.
+    /// `true` if a rule chose the direction of friction.
     pub undetermined: bool,
 }
 
@@ -163,7 +164,7 @@ fn largest(x: &[Real]) -> Real {
     most
 }
 
-/// Error of the loops at `w`: its square, and a number that is positive if the equations hold.
+/// Closure error of the loops at `w`: its square, and a number that is positive if the equations are valid.
 fn find_errors<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_RESULTS]) {
 @ERRORS@}
 
@@ -171,7 +172,7 @@ fn find_errors<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_R
 fn correct<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_RESULTS]) {
 @CORRECTION@}
 
-/// Everything that does not depend on friction.
+/// Computes everything that does not depend on friction.
 fn prepare<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
 @PREPARATION@}
 
@@ -183,8 +184,8 @@ fn couple<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
 fn find_forces<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
 @FORCES@}
 
-/// Closes the loops at `q` from `tree`, which then receives them; returns the error and the number
-/// of corrections.
+/// Closes the loops at `q`, starting from the coordinates `tree`, and updates `tree`; returns the error and
+/// the number of corrections.
 fn close_loops<M: Math>(tree: &mut [Real; TREE], q: &[Real; COORDINATES]) -> Option<(Real, u32)> {
     let mut w = [0.0; POSITION_WORK];
     let mut r = [0.0; POSITION_RESULTS];
@@ -294,7 +295,7 @@ fn set_motion(
 fn set_parameters(w: &mut [Real; FORCE_WORK], params: &Params) {
 @TUNE@}
 
-/// Rates of vanishing size in a direction.
+/// Returns rates of negligible size in a direction.
 fn creep(direction: &[Real; COORDINATES]) -> [Real; COORDINATES] {
     let size = largest(direction);
     direction.map(|rate| rate / size * CREEP)
@@ -337,8 +338,8 @@ impl State {
     }
 
     /// Efforts of the actuators for positions, rates and accelerations. At rest, friction opposes
-    /// the rates `direction`, of which only the ratios count; without them the accelerations, or
-    /// else [`Params::rest`], decide.
+    /// the rates `direction`, of which only the ratios count; without `direction`, the accelerations decide, or
+    /// [`Params::rest`] if they vanish too.
     pub fn ff<M: Math>(
         &mut self,
         params: &Params,
@@ -354,7 +355,7 @@ impl State {
 
     /// Efforts that hold the position `q` at rest, against weight and springs. With a `direction` of
     /// rates, of which only the ratios count, they also overcome the friction of a motion that
-    /// begins in this direction; without one they contain no friction.
+    /// begins in this direction; without `direction`, they contain no friction.
     pub fn hold<M: Math>(
         &mut self,
         params: &Params,
@@ -364,7 +365,7 @@ impl State {
     ) -> (Code, Info) {
         let at_rest = Params { rest: Rest::Zero, ..params.clone() };
         let still = [0.0; COORDINATES];
-        // The direction of the last motion stays as it is.
+        // Keeps the direction of the last motion.
         let mut copy = self.clone();
         let (code, info) = copy.ff::<M>(&at_rest, q, &still, &still, direction, tau);
         match code {
@@ -433,7 +434,7 @@ impl State {
         }
     }
 
-    /// Solves at closed loops with the direction of motion, which is chosen at rest.
+    /// Computes efforts at closed loops; chooses the direction of motion at rest.
     fn solve<M: Math>(
         &mut self,
         params: &Params,
@@ -448,7 +449,7 @@ impl State {
     ) -> Option<(Code, [Real; ANSWERS])> {
         let mut w = [0.0; FORCE_WORK];
         let mut r = [0.0; FORCE_RESULTS];
-        // Where the motion goes next if it goes nowhere now.
+        // Direction in which the motion begins if it is at rest now.
         let mut next = *direction.unwrap_or(qdd);
         let slow = if params.rest_rate >= 0.0 { params.rest_rate } else { 0.0 };
         let rests = largest(qd) <= slow;
@@ -465,7 +466,7 @@ impl State {
                     Rest::Zero => 0.0,
                 };
             }
-            // A factor that is no number or out of bounds gives none.
+            // A factor that is NaN or out of bounds yields no friction.
             if !(weight >= 0.0 && weight <= 1.0) {
                 weight = 0.0;
             }
@@ -482,7 +483,7 @@ impl State {
         if weight > 0.0 {
             let mut with = solve_friction::<M>(&mut w, &mut r, info);
             if with.is_none() && !rests && largest(&next) > 0.0 {
-                // A joint may rest among moving ones: it moves with the accelerations next.
+                // A joint at rest while others move: the accelerations give its next direction.
                 let mut moved = creep(&next);
                 for k in 0..COORDINATES {
                     moved[k] += qd[k];

@@ -39,7 +39,7 @@ static int read_row(FILE *file, double *numbers)
     return 1;
 }
 
-/* Refuses numbers that are none, and keeps the last efforts. */
+/* Returns 1 if NaN and positions out of reach are rejected and efforts remain finite. */
 static int refuses_nan(@NAME@_state *state, const @NAME@_real *q)
 {
     const @NAME@_real zero = 0;
@@ -58,7 +58,7 @@ static int refuses_nan(@NAME@_state *state, const @NAME@_real *q)
             return 0;
         }
     }
-    /* Far out of reach. */
+    /* A position far out of reach. */
     bad[0] = (@NAME@_real)1e30;
     k = @NAME@_ff(NULL, state, bad, still, still, tau, NULL);
     return k < 0 && tau[0] - tau[0] == 0;

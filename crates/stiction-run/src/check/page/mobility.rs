@@ -52,7 +52,7 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     section("Degrees of freedom", &inner)
 }
 
-/// The two singular values that decide the rank.
+/// Names the last singular value that counts as nonzero and the first that counts as zero, which decide the rank.
 fn gap(findings: &Findings) -> String {
     let (Some(kept), dropped) = findings.mobility.gap else {
         return note(

@@ -1,6 +1,7 @@
-//! Results of a check as a self-contained page with the moving mechanism.
+//! Results of a check as a self-contained HTML page with the moving mechanism.
 //!
-//! Each section is a function. `html` escapes names and titles, which come from the user's files.
+//! Each section of the page has its own function. The functions of `html` escape names and titles, which come from the
+//! user's files.
 
 mod mobility;
 mod redundancy;
@@ -20,14 +21,14 @@ use stiction_draw::xml::escape;
 pub struct Page {
     /// Complete HTML page; without the script of the viewer it is well-formed XML.
     pub html: String,
-    /// Picture of the mechanism in SVG on white.
+    /// Picture of the mechanism in SVG on a white background.
     pub picture: String,
 }
 
-/// Writes the results of a check as a page.
+/// Writes the results of a check as an HTML page.
 ///
 /// # Errors
-/// The motion cannot be followed for the picture.
+/// An error of the job if the mechanism cannot follow its motion for the picture.
 pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
     let locked = job.locked_start()?;
     let portrait = match &locked {

@@ -1,4 +1,4 @@
-//! Redundant constraints and undetermined reactions.
+//! Section on redundant constraints and undetermined reactions.
 
 use crate::Job;
 use crate::check::Findings;
@@ -40,7 +40,7 @@ pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
     section("Redundancy and uniqueness", &inner)
 }
 
-/// First names of a list and the number of the remaining ones.
+/// Names the first joints of a self-stress, and the number of the others.
 fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
     let name = |load: &JointLoad| job.model.mechanism.joints()[load.joint.0].name.as_str();
     let few: Vec<&str> = stress.iter().take(6).map(name).collect();

@@ -1,4 +1,4 @@
-//! Closest approaches to singular poses.
+//! Section on the closest approaches to singular poses.
 
 use crate::Job;
 use crate::check::{Findings, Kind, Nearness, words};
@@ -70,7 +70,7 @@ fn row(kind: Kind, nearness: &Nearness, samples: usize) -> Vec<String> {
     vec![kind.word().into(), distance, when, singular, held, meaning.into()]
 }
 
-/// Turns text into a sentence with a capital letter and a full stop.
+/// Adds a capital letter at the beginning and a full stop at the end.
 fn capitalised(sentence: &str) -> String {
     let mut letters = sentence.chars();
     let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();

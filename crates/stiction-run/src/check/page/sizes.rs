@@ -1,4 +1,4 @@
-//! Masses of bodies and ranges of joints.
+//! Section on masses of bodies and ranges of joints.
 
 use crate::Job;
 use crate::check::{Findings, Range};

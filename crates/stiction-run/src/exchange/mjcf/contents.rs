@@ -1,4 +1,4 @@
-//! Elements after the bodies: springs, motors and the home pose.
+//! Elements of an MJCF file after the bodies: springs, motors and the home pose.
 
 use super::parts::{NamedPart, NamedStep};
 use super::steps::Kind;
@@ -10,8 +10,8 @@ use stiction_core::mechanism::{DriveTrain, GearedDof, Gearing, JointId};
 use stiction_format::NAMESPACE;
 
 impl<'a> Writer<'a> {
-    /// Writes springs as tendons between sites, and sums of joint coordinates: gearings of more than two joints, and
-    /// motors of several joints.
+    /// Writes the tendons: springs between sites, and sums of joint coordinates for gearings of more than two joints
+    /// and for motors of several joints.
     pub(super) fn write_tendons(&mut self) {
         let mechanism = &self.home.model.mechanism;
         let springs = mechanism.springs();
@@ -65,7 +65,7 @@ impl<'a> Writer<'a> {
         self.xml.close();
     }
 
-    /// Gearings of more than two joints, by name, with their joints of the file.
+    /// Lists the gearings of more than two joints: name, and the MJCF joints with their coefficients.
     pub(super) fn summed_gearings(&self) -> Vec<(String, Vec<(String, f64)>)> {
         let gearings = self.home.model.mechanism.gearings().iter();
         let terms = |gearing: &Gearing| {
@@ -78,7 +78,7 @@ impl<'a> Writer<'a> {
         gearings.filter(|gearing| gearing.dofs.len() > 2).filter_map(terms).collect()
     }
 
-    /// Motors of several joints, with their joints of the file.
+    /// Lists the motors of several joints, each with its MJCF joints and their coefficients.
     fn motors_of_several(&self) -> Vec<(&'a DriveTrain, Vec<(String, f64)>)> {
         let trains = self.home.model.mechanism.drive_trains().iter();
         let terms = |train: &'a DriveTrain| {
@@ -92,14 +92,14 @@ impl<'a> Writer<'a> {
             .collect()
     }
 
-    /// Joint of the file for a degree of freedom; none if its joint closes a loop.
+    /// Finds the MJCF joint of a degree of freedom; `None` if the joint of the mechanism closes a loop.
     pub(super) fn step_of(&self, joint: JointId, dof: usize) -> Option<&NamedStep> {
         let steps = self.tree.parts.iter().zip(&self.parts);
         let own = steps.filter(|(part, _)| part.joint == joint.0).flat_map(|(_, own)| &own.steps);
         own.into_iter().find(|named| named.step.dof == Some(dof))
     }
 
-    /// Writes motors, in the order of the actuators.
+    /// Writes the motors in the order of the actuators.
     pub(super) fn write_drives(&mut self) {
         let mechanism = &self.home.model.mechanism;
         let mut drives = Vec::new();
@@ -145,7 +145,7 @@ impl<'a> Writer<'a> {
         self.xml.close();
     }
 
-    /// Writes parts that only this program reads, as custom texts.
+    /// Writes the extension elements, which only this program reads, as custom texts.
     pub(super) fn write_extensions(&mut self) {
         let mechanism = &self.home.model.mechanism;
         let reversed = self.tree.parts.iter().filter(|part| part.reversed).map(|part| part.joint);

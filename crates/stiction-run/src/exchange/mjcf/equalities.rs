@@ -1,4 +1,4 @@
-//! Equality constraints: loop closures and the coupling of a screw's advance to its angle.
+//! Equality constraints of an MJCF file: loop closures, gearings, and the coupling of a screw's advance to its angle.
 
 use super::tree::Closing;
 use super::writer::Writer;
@@ -7,13 +7,13 @@ use crate::exchange::xml::numbers;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{GearedDof, Gearing};
 
-/// Stiffness of the equality constraints, which are soft in MuJoCo: among the stiffest values that
-/// its integrators follow with the time step of the file.
+/// Stiffness of the equality constraints, which MuJoCo treats as soft: time constant, s, and damping ratio. It is among
+/// the stiffest values that MuJoCo's integrators can follow with the time step of the file.
 const SOLREF: &str = "0.002 1";
 const SOLIMP: &str = "0.9999 0.9999 0.001 0.5 2";
 
 impl Writer<'_> {
-    /// Writes all equality constraints, if the model needs any.
+    /// Writes all equality constraints of the model.
     pub(super) fn write_equalities(&mut self) {
         let mut joint_names = Names::default();
         let threads: Vec<usize> = (0..self.tree.parts.len())
@@ -86,8 +86,8 @@ impl Writer<'_> {
         self.xml.close();
     }
 
-    /// Name of a gearing of two joints, these joints, and the change of the first per change of the second. MJCF
-    /// measures both from the home pose. `None` for gearings of more joints, or of joints that close a loop.
+    /// Name of a gearing of two joints, its MJCF joints, and the change of the first coordinate per change of the
+    /// second, both measured from the home pose. `None` for gearings of more joints, or of joints that close a loop.
     pub(super) fn geared(&self, gearing: &Gearing) -> Option<(String, [String; 2], f64)> {
         let [first, second] = &gearing.dofs[..] else { return None };
         let joint = |dof: &GearedDof| Some(self.step_of(dof.joint, dof.dof)?.name.clone());

@@ -1,9 +1,9 @@
-//! Friction that MJCF can express: damping independent of the load.
+//! The part of friction that MJCF can express: damping that does not depend on the load.
 
 use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law, Thread, interfaces_of};
 use stiction_core::mechanism::Joint;
 
-/// Damping of each degree of freedom of a joint, N s/m or N m s.
+/// Damping coefficient of each degree of freedom of a joint, N s/m or N m s.
 pub(super) fn damping(joint: &Joint) -> Vec<f64> {
     let mut damping = vec![0.0; joint.joint_type.dofs().len()];
     for interface in &joint.friction {
@@ -28,13 +28,13 @@ pub(super) fn damping(joint: &Joint) -> Vec<f64> {
     damping
 }
 
-/// Viscous coefficient, N s/m; `None` if it differs backward.
+/// Viscous coefficient of an interface, N s/m; `None` if it is different for backward sliding.
 fn viscous(interface: &JointFriction) -> Option<f64> {
     let same = interface.backward.as_ref().is_none_or(|law| law.viscous == interface.law.viscous);
     same.then_some(interface.law.viscous)
 }
 
-/// True if damping is the only friction of the joint.
+/// Returns whether damping describes the friction of an interface completely.
 pub(super) fn is_damping_alone(interface: &JointFriction, can_be_damped: bool) -> bool {
     let laws = [Some(&interface.law), interface.backward.as_ref()];
     viscous(interface).is_some_and(|viscous| can_be_damped || viscous == 0.0)

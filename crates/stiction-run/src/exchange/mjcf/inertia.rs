@@ -1,21 +1,20 @@
-//! Inertias that MuJoCo accepts; it rejects those that no mass distribution has.
+//! Inertia tensors that MuJoCo accepts; it rejects tensors that no mass distribution can have.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::Body;
 use stiction_core::spatial::Mat3;
 
-/// Fraction of the largest moment, and of the mass times the squared characteristic length, that
-/// replaces zero moments and by which sums of two exceed the third: rounding must not make MuJoCo
+/// Fraction of the largest moment of inertia, and of the mass times the squared characteristic length, that replaces
+/// zero moments. The sum of two moments also exceeds the third by this fraction, so that rounding does not make MuJoCo
 /// reject the file.
 const SLACK: f64 = 1e-9;
-/// Least moment of inertia of a part, kg m^2; MuJoCo rejects moments below about 1e-14 kg m^2.
+/// Least moment of inertia in the file, kg m^2; MuJoCo rejects moments below about 1e-14 kg m^2.
 const LEAST: f64 = 1e-13;
-/// Relative change of the largest moment above which a note is written.
-const TOLD: f64 = 1e-6;
+/// Change of a moment of inertia, relative to the largest, above which a note is written.
+const NOTED: f64 = 1e-6;
 
-/// Inertia of a body that MuJoCo accepts, kg m^2, and true if it differs noticeably from the
-/// body's: the least principal moments are raised until all are positive and none exceeds the sum
-/// of the others.
+/// Inertia tensor for MuJoCo, kg m^2, and true if it differs noticeably from that of the body. The smallest principal
+/// moments are increased until all are positive and none exceeds the sum of the other two.
 pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bool) {
     let eigen = SymmetricEigen::new(Matrix3::from(body.inertia));
     let given = eigen.eigenvalues;
@@ -38,7 +37,7 @@ pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bo
     let axes = &eigen.eigenvectors;
     let added = axes * Matrix3::from_diagonal(&more) * axes.transpose();
     let inertia = body.inertia + Mat3::from(0.5 * (added + added.transpose()));
-    (inertia, more.amax() > TOLD * largest)
+    (inertia, more.amax() > NOTED * largest)
 }
 
 #[cfg(test)]

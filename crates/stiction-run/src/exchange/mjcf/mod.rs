@@ -18,7 +18,7 @@ use thiserror::Error;
 use tree::{Part, Tree};
 use writer::Writer;
 
-/// File for MuJoCo with notes on what it does not express.
+/// MuJoCo model as text, with notes on properties that MJCF cannot express.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mjcf {
     /// Text of the file.
@@ -37,7 +37,8 @@ pub enum Unfit {
         /// The body.
         body: String,
     },
-    /// A joint closes a loop, and neither of its bodies has mass, so that neither can be split.
+    /// A joint closes a loop, and neither of its bodies has mass. One of them would have to be split into two parts
+    /// with mass.
     #[error(
         "joint `{joint}` closes a loop, for which one of its bodies must be split, and neither \
          of them has mass"
@@ -46,7 +47,7 @@ pub enum Unfit {
         /// The joint.
         joint: String,
     },
-    /// The format has no joints of this type.
+    /// The format has no joint of this type.
     #[error("{format} has no joint like `{joint}`")]
     NoSuchJoint {
         /// The joint.
@@ -57,7 +58,7 @@ pub enum Unfit {
 }
 
 impl Unfit {
-    /// Suggested remedy.
+    /// Suggests a remedy to the user.
     pub fn help(&self) -> &'static str {
         match self {
             Self::Massless { .. } => {
@@ -72,7 +73,7 @@ impl Unfit {
 /// Converts an assembled mechanism to MJCF.
 ///
 /// # Errors
-/// Bodies without mass that MuJoCo rejects.
+/// [`Unfit`] if a body has no mass, which MuJoCo rejects.
 pub fn mjcf(home: &Home<'_>) -> Result<Mjcf, Unfit> {
     let tree = Tree::new(&home.model.mechanism)?;
     check_masses(home, &tree)?;
@@ -81,7 +82,7 @@ pub fn mjcf(home: &Home<'_>) -> Result<Mjcf, Unfit> {
     Ok(Mjcf { text, notes })
 }
 
-/// Checks that every movable body has mass, its own or that of bodies fixed to it.
+/// Checks that every moving body has mass: its own, or that of bodies fixed to it.
 fn check_masses(home: &Home<'_>, tree: &Tree) -> Result<(), Unfit> {
     let mechanism = &home.model.mechanism;
     let is_fixed = |part: &Part| mechanism.joints()[part.joint].joint_type == JointType::Fixed;

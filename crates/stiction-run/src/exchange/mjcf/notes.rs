@@ -1,10 +1,10 @@
-//! Notes on properties that a file for MuJoCo does not express.
+//! Notes on properties that an MJCF file cannot express.
 
 use super::tree::Tree;
 use super::{friction, inertia};
 use stiction_core::mechanism::{DriveTrain, GearedDof, Gearing, Mechanism};
 
-/// Omitted or changed properties, one per line.
+/// Lists omitted and changed properties, one per line.
 pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     let mut notes = Vec::new();
     let (mut all, mut left_out) = (0, 0);

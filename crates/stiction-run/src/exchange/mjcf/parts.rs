@@ -1,27 +1,27 @@
-//! Bodies of the file and their joints, with unique names.
+//! Bodies of an MJCF file and their joints, with unique names.
 
 use super::steps::{Step, steps};
 use super::tree::Tree;
 use crate::exchange::Home;
 use crate::exchange::names::Names;
 
-/// Joint of the file with its name.
+/// MJCF joint with its unique name.
 pub(super) struct NamedStep {
     pub(super) step: Step,
     pub(super) name: String,
 }
 
-/// Names of a part and of its joints.
+/// Unique names of an MJCF body and of its joints.
 pub(super) struct NamedPart {
     pub(super) name: String,
-    /// Name of the free joint, if the part has six coordinates in the world.
+    /// Name of the free joint, if the body moves freely in the world with six coordinates.
     pub(super) free: Option<String>,
-    /// Joints that connect the part to its parent; empty for a free part.
+    /// MJCF joints that connect the body to its parent; empty for a free body.
     pub(super) steps: Vec<NamedStep>,
 }
 
-/// Names of all parts of the tree. A further part of a body is named after the body and the joint
-/// that connects it.
+/// Chooses the names of all bodies of the tree. If a body of the mechanism is split, each further part is named after
+/// the body and the joint that connects the part.
 pub(super) fn named(home: &Home<'_>, tree: &Tree) -> Vec<NamedPart> {
     let mechanism = &home.model.mechanism;
     let (mut bodies, mut joints) = (Names::default(), Names::default());

@@ -1,29 +1,29 @@
-//! Sites: frames at the ends of springs and at loop closures. Sites in both bodies make a
-//! constraint independent of the position in which a program reads the file and of the places of
-//! its joints.
+//! Sites: frames fixed to bodies, at the ends of springs and at loop closures. A constraint between sites of both
+//! bodies does not depend on the position in which a program reads the file, nor on the locations of the joints.
 
 use super::tree::{Closing, Part, Tree};
 use crate::exchange::names::Names;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Pose;
 
-/// Frame marked on a body.
+/// Frame fixed to a body.
 #[derive(Clone, Debug)]
 pub(super) struct Site {
     pub(super) name: String,
     pub(super) pose: Pose<f64>,
-    /// Joint of the further part of the body that carries the site; `None` for the body itself.
+    /// Joint of the further part to which the site is fixed, if the body is split; `None` for the first part of the
+    /// body.
     pub(super) part: Option<usize>,
 }
 
-/// All sites (named points of bodies) of the exported model.
+/// All sites of the exported model.
 #[derive(Clone, Debug)]
 pub(super) struct Sites {
     /// Sites of each body of the mechanism.
     pub(super) of_body: Vec<Vec<Site>>,
     /// Names of the two sites of each spring.
     pub(super) of_spring: Vec<[String; 2]>,
-    /// Names of the two sites that coincide for each joint outside the tree.
+    /// For each joint outside the tree, names of the two sites that the loop closure makes coincide.
     pub(super) of_closing: Vec<[String; 2]>,
 }
 

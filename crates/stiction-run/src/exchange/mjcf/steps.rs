@@ -13,14 +13,14 @@ pub(super) enum Kind {
     Ball,
 }
 
-/// One MJCF joint of the sequence that replaces a joint of the mechanism.
+/// One MJCF joint of the sequence that together replaces a joint of the mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Step {
     pub(super) kind: Kind,
-    /// Suffix appended to the name of the joint.
+    /// Suffix that distinguishes this MJCF joint; it is appended to the name of the mechanism's joint.
     pub(super) suffix: &'static str,
-    /// Degree of freedom of the mechanism's joint that it represents, of a ball the first of three;
-    /// `None` for the advance of a screw, which the angle determines.
+    /// Degree of freedom of the mechanism's joint that this MJCF joint represents; for a ball the first of three.
+    /// `None` for the advance of a screw, which follows from the angle.
     pub(super) dof: Option<usize>,
     /// Position in the frame of the child, m.
     pub(super) position: Vec3<f64>,
@@ -30,7 +30,7 @@ pub(super) struct Step {
     pub(super) home: f64,
 }
 
-/// Sequence of elementary joints from J to K: kind, axis, suffix and degree of freedom.
+/// Elementary joints that lead from frame J to frame K, in order: kind, axis, suffix and degree of freedom.
 fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Option<usize>)] {
     use Kind::{Ball, Hinge, Slide};
     match joint_type {
@@ -53,8 +53,9 @@ fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Opti
     }
 }
 
-/// MJCF joints that replace a joint, in the order in which they move the child: its successor, or
-/// its predecessor if `reversed`. Coordinates are those of the mechanism's joint in both cases.
+/// Lists the MJCF joints that replace a joint of the mechanism, in the order in which they move the child. The child is
+/// the successor of the joint, or the predecessor if `reversed`. The coordinates are those of the mechanism's joint in
+/// both cases.
 ///
 /// The MJCF joints of one body act in sequence. Their positions and axes refer to the child in the
 /// reference position of the file, which is the home position. With `X_JK = A1(q1) A2(q2) ..`,
@@ -105,7 +106,7 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
     steps
 }
 
-/// Frame of the joint in its child.
+/// Frame of the joint in its child body.
 fn child_frame(joint: &Joint, reversed: bool) -> Pose<f64> {
     if reversed { joint.frame_j } else { joint.frame_k }
 }

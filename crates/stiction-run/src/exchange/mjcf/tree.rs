@@ -1,43 +1,43 @@
-//! Spanning tree of nested bodies, and the loop closures of the remaining joints.
+//! Spanning tree of nested MJCF bodies, and loop closures for the joints outside the tree.
 
 use super::Unfit;
 use std::cmp::Reverse;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 
-/// Body of the file: a body of the mechanism, or a part of one.
+/// MJCF body: a body of the mechanism, or one part of a split body.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Part {
-    /// Index of the body.
+    /// Index of the body in the mechanism.
     pub(super) body: usize,
-    /// Index of the parent body.
+    /// Index of the parent body in the mechanism.
     pub(super) parent: usize,
-    /// Nesting depth: number of enclosing bodies, the ground included; zero for a free body.
+    /// Nesting depth: number of enclosing bodies including the ground; zero for a free body.
     pub(super) depth: usize,
     /// True for a body connected to the world by a free joint, with six coordinates.
     pub(super) is_free: bool,
     /// Joint that connects the part to its parent.
     pub(super) joint: usize,
-    /// True if the body is the predecessor of that joint.
+    /// True if the body is the predecessor of `joint`, so that the joint is reversed.
     pub(super) reversed: bool,
-    /// True for a further part of a body, welded to the first part.
+    /// True for each further part of a split body, which is welded to the first part.
     pub(super) is_further: bool,
 }
 
-/// Replacement of a joint outside the tree.
+/// Element that replaces a joint outside the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Closing {
     /// Makes two points coincide.
     Connect,
     /// Welds two bodies.
     Weld,
-    /// Splits a body: the joint carries a further part, welded to the body.
+    /// Splits a body: the joint carries a further part, which is welded to the first part of the body.
     Part,
-    /// Omits the joint, which transmits no force.
+    /// No element: the joint transmits no force.
     Nothing,
 }
 
-/// Child of a body at the other end of one of its joints.
+/// Neighbour of a body, reached through one of its joints.
 #[derive(Clone, Copy, Debug)]
 struct Hanging {
     joint: usize,
@@ -48,17 +48,17 @@ struct Hanging {
 /// Spanning tree and loop closures.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
-    /// All bodies of the file, parents before children, depth first.
+    /// All MJCF bodies, parents before children, depth first.
     pub(super) parts: Vec<Part>,
-    /// Joints outside the tree.
+    /// Joints outside the tree, each with the element that replaces it.
     pub(super) closings: Vec<(usize, Closing)>,
-    /// Number of parts of each body of the mechanism.
+    /// Number of MJCF bodies for each body of the mechanism.
     pub(super) count: Vec<usize>,
 }
 
 impl Tree {
-    /// Chooses the tree. Loops are closed preferably at spherical joints, by three equations
-    /// between points, then at fixed joints, then at the last of all others.
+    /// Chooses the tree and the loop closures. Loops are closed preferably at spherical joints, where three equations
+    /// between points suffice, then at fixed joints, and only then at other joints.
     pub(super) fn new(mechanism: &Mechanism) -> Result<Self, Unfit> {
         let joints = mechanism.joints();
         let mut order: Vec<usize> = (0..joints.len()).collect();
@@ -103,7 +103,7 @@ impl Tree {
     }
 }
 
-/// Rank of a joint; joints of lower rank enter the tree first.
+/// Rank of a joint: joints of lower rank enter the tree first.
 fn rank(mechanism: &Mechanism, joint: &Joint) -> (usize, Reverse<usize>) {
     let ends = [joint.predecessor, joint.successor].map(|end| has_mass(mechanism, end));
     let rank = match (closing_of(joint.joint_type), ends) {
@@ -131,7 +131,7 @@ fn has_mass(mechanism: &Mechanism, body: BodyId) -> bool {
     mechanism.bodies()[body.0].mass > 0.0
 }
 
-/// Orders the parts depth first from the ground, without recursion because chains may be long.
+/// Orders the bodies depth first from the ground. It does not recurse, because chains may be long.
 fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
     let joints = mechanism.joints();
     let mut parts = Vec::new();

@@ -1,4 +1,4 @@
-//! Writer of the file: its head and its bodies.
+//! Writer of the MJCF file: its head and its bodies.
 
 use super::parts::{NamedPart, NamedStep, named};
 use super::sites::Sites;
@@ -10,11 +10,10 @@ use crate::exchange::xml::{Xml, numbers};
 use stiction_core::mechanism::{BodyId, GROUND_NAME, Joint};
 use stiction_core::spatial::{Pose, Quaternion};
 
-/// Time step of a simulation, s: half the time constant of the equality constraints, as MuJoCo
-/// requires.
+/// Time step of a simulation in the file, s: half the time constant of the equality constraints, as MuJoCo requires.
 const TIMESTEP: f64 = 0.001;
 
-/// State of the file while it is written.
+/// State of the writer.
 pub(super) struct Writer<'a> {
     pub(super) home: &'a Home<'a>,
     pub(super) tree: &'a Tree,
@@ -176,7 +175,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes the sites of a body, or of a further part of it.
+    /// Writes the sites of a body; `part` selects a further part of a split body by its joint.
     fn write_sites(&mut self, body: usize, part: Option<usize>) {
         for site in self.sites.of_body[body].iter().filter(|site| site.part == part) {
             let mut attributes = vec![("name", site.name.clone())];
@@ -186,7 +185,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Explicit zero inertia; some programs require an inertia for every body.
+/// Attributes of a zero inertia, which is written explicitly because some programs require an inertia for every body.
 fn massless() -> [(&'static str, String); 3] {
     let zeros = numbers(&[0.0; 3]);
     [("pos", zeros.clone()), ("mass", numbers(&[0.0])), ("diaginertia", zeros)]

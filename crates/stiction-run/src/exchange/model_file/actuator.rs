@@ -1,9 +1,9 @@
-//! Drive trains in a model file.
+//! Tables of drive trains in a model file.
 
 use stiction_core::mechanism::{DriveTrain, GearLoss, GearedDof, Mechanism, RotorAxis};
 use toml::{Table, Value};
 
-/// Name and table of a drive train.
+/// Returns the name and the table of a drive train.
 pub(in crate::exchange) fn table(mechanism: &Mechanism, train: &DriveTrain) -> (String, Table) {
     let name = |driven: &GearedDof| mechanism.joints()[driven.joint.0].dof_name(driven.dof);
     let mut table = Table::new();

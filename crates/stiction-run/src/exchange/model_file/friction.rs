@@ -1,4 +1,4 @@
-//! Friction of a joint in the model file.
+//! Tables of joint friction in a model file.
 
 use super::Unwritable;
 use stiction_core::friction::{
@@ -7,7 +7,7 @@ use stiction_core::friction::{
 use stiction_core::mechanism::Joint;
 use toml::{Table, Value};
 
-/// Table of all friction interfaces of a joint; `None` without friction.
+/// Returns the table of all friction interfaces of a joint; `None` if the joint has no friction.
 pub(in crate::exchange) fn table(joint: &Joint) -> Result<Option<Table>, Unwritable> {
     if joint.friction.is_empty() {
         return Ok(None);
@@ -33,7 +33,7 @@ pub(in crate::exchange) fn table(joint: &Joint) -> Result<Option<Table>, Unwrita
     Ok(Some(all))
 }
 
-/// Friction interface without friction in a joint that has friction elsewhere.
+/// Table of an interface without friction, in a joint whose other interfaces have friction.
 fn frictionless(shape: InterfaceShape) -> Table {
     let mut table = Table::from_iter([("mu".to_owned(), Value::from(0.0))]);
     if shape.turns() {
@@ -94,8 +94,8 @@ fn law_table(law: &Law) -> Table {
     table
 }
 
-/// Table of the law for backward sliding; missing keys take the forward values. `None` if the file
-/// cannot express the difference.
+/// Table of the law for backward sliding; a missing key means the value for forward sliding. `None` if the file cannot
+/// express the difference.
 fn backward_table(forward: &Law, backward: &Law) -> Option<Table> {
     let shared = (forward.bristles, forward.regularisation);
     if shared != (backward.bristles, backward.regularisation) {
@@ -156,8 +156,8 @@ fn load(table: &mut Table, joint: &Joint, interface: &JointFriction) {
     };
 }
 
-/// Converts the flank angle normal to the thread, given by its cosine, to the angle in an axial
-/// section, which drawings give, rad: `tan normal = tan axial cos lead`.
+/// Flank angle in an axial section of a thread, rad, as drawings give it, from the cosine of the angle normal to the
+/// thread: `tan normal = tan axial cos lead`.
 fn flank_angle(cosine: f64, pitch: f64, radius: f64) -> f64 {
     let lead = (pitch / radius).atan();
     (cosine.acos().tan() / lead.cos()).atan()

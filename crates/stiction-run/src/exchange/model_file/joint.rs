@@ -1,4 +1,4 @@
-//! Joint in the model file.
+//! Tables of joints in a model file.
 
 use super::{Unwritable, friction, pose, rotation, vector};
 use stiction_core::joint::JointType;
@@ -60,7 +60,7 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
     Ok(table)
 }
 
-/// Ranges: that of the only degree of freedom, or all by name.
+/// Ranges of a joint: that of its only degree of freedom, or a table of ranges by name.
 pub(in crate::exchange) fn range(joint: &Joint) -> Option<Value> {
     let pair = |range: &JointRange| -> Value {
         let (least, greatest) = range.limits;
@@ -89,8 +89,8 @@ fn column(matrix: &Mat3<f64>, j: usize) -> Vec3<f64> {
     Vec3::from(std::array::from_fn(|i| matrix.at(i, j)))
 }
 
-/// Start coordinates for the assembly; those of joints without axes refer to the rotated frames in
-/// which the joint is written.
+/// Start coordinates of a joint for the assembly. Those of joints without axes refer to the rotated frames with which
+/// the joint is written.
 fn start(joint: &Joint) -> Option<Value> {
     let axes = joint.frame_j.rotation;
     let turned = |x: &[f64]| axes * Quaternion::from_coordinates(x).rotation() * axes.transpose();

@@ -1,4 +1,4 @@
-//! Model file of a given mechanism: legs written out, expressions evaluated.
+//! Model file of a given mechanism: all legs are written out, and expressions are replaced by their values.
 
 pub(super) mod actuator;
 pub(super) mod friction;
@@ -12,8 +12,7 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 use thiserror::Error;
 use toml::{Table, Value};
 
-/// Error: the model file cannot express this friction. Mechanisms read from a model file never
-/// cause it.
+/// Error: a model file cannot express this friction. It cannot occur for mechanisms that were read from a model file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
     "the backward friction of `{joint}` differs in kind from its forward friction, which a model \
@@ -24,28 +23,28 @@ pub struct Unwritable {
     pub joint: String,
 }
 
-/// State written to a model file with its mechanism.
+/// Motion, loads and friction mode that a model file contains in addition to the mechanism.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Instant<'a> {
-    /// Prescribed coordinates. The motion `here` of the file starts with them: a polynomial of
-    /// second order in time, of zero duration.
+    /// Prescribed coordinates. They define the motion `here` of the file: a polynomial of second order in time, with
+    /// zero duration.
     pub motion: &'a [(Coordinate, Target<f64>)],
-    /// External loads, written as the load case `here`.
+    /// External loads, which the file contains as the load case `here`.
     pub loads: &'a [AppliedLoad<f64>],
-    /// Default friction mode of the file; `None` leaves it out.
+    /// Default friction mode of the file; `None` omits it.
     pub friction: Option<FrictionMode>,
 }
 
-/// Text of a model file. Numbers are in SI units and read back unchanged. The joints'
-/// [`start`](stiction_core::mechanism::Joint::start) gives the initial guesses;
+/// Writes the text of a model file. Numbers are in SI units and read back unchanged. The
+/// [`start`](stiction_core::mechanism::Joint::start) of each joint is its initial guess for the assembly;
 /// [`Mechanism::starting_at`] sets it to an assembled position.
 ///
-/// Spherical, fixed and free joints have no axes. Their frames are written with frame J parallel to
-/// its body, so that the components of their reactions refer to other axes. In a joint with several
-/// friction interfaces, one without friction is written with a coefficient of zero.
+/// Spherical, fixed and free joints have no axes. The file describes them with frame J parallel to its body, so that
+/// the components of their reactions refer to other axes. In a joint with several friction interfaces, one without
+/// friction is written with a coefficient of zero.
 ///
 /// # Errors
-/// The backward friction differs in a way that a model file cannot express.
+/// [`Unwritable`] if backward friction differs in a way that a model file cannot express.
 pub fn model_file(
     mechanism: &Mechanism,
     title: &str,
@@ -106,7 +105,7 @@ pub fn model_file(
     Ok(file.to_string())
 }
 
-/// Name and table of a gearing.
+/// Returns the name and the table of a gearing.
 pub(super) fn gearing_table(mechanism: &Mechanism, gearing: &Gearing) -> (String, Table) {
     let each = gearing.dofs.iter().map(|geared| {
         let name = mechanism.joints()[geared.joint.0].dof_name(geared.dof);
@@ -125,7 +124,7 @@ fn vector(v: Vec3<f64>) -> Value {
     Value::Array(v.to_array().map(Value::from).into())
 }
 
-/// Rotation as axis and angle.
+/// Describes a rotation by axis and angle.
 fn rotation(rotation: Mat3<f64>) -> Value {
     let turn = rotation.rotation_vector();
     let angle = turn.norm();

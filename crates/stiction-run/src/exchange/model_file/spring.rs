@@ -1,4 +1,4 @@
-//! Springs and bushings of a model file.
+//! Tables of springs and bushings in a model file.
 
 use super::{pose, vector};
 use stiction_core::mechanism::{Bushing, JointSpring, Mechanism, SixBySix, Spring};
@@ -8,7 +8,7 @@ fn table(entries: impl IntoIterator<Item = (&'static str, Value)>) -> Table {
     entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
-/// Springs between points and on joints, by name.
+/// Lists the tables of the springs between points and on joints, with their names.
 pub(in crate::exchange) fn tables(mechanism: &Mechanism) -> Vec<(String, Table)> {
     let name = |body: stiction_core::mechanism::BodyId| {
         Value::from(mechanism.bodies()[body.0].name.as_str())
@@ -59,7 +59,7 @@ pub(in crate::exchange) fn tables(mechanism: &Mechanism) -> Vec<(String, Table)>
     springs.chain(mechanism.joint_springs().iter().map(on_joint)).collect()
 }
 
-/// Bushings by name.
+/// Lists the tables of the bushings, with their names.
 pub(in crate::exchange) fn bushing_tables(mechanism: &Mechanism) -> Vec<(String, Table)> {
     let matrix = |matrix: &SixBySix| {
         let row = |row: &[f64; 6]| Value::Array(row.map(Value::from).into());

@@ -1,4 +1,4 @@
-//! Report of a simulation as a self-contained page with a moving robot.
+//! Report of a simulation as a self-contained HTML page with a moving robot.
 
 mod tables;
 mod verdicts;
@@ -13,8 +13,8 @@ use stiction_core::forward::EventKind;
 use stiction_draw::figure::Figure;
 use stiction_draw::numbers::number;
 
-/// Writes the report of a simulation: headline figures, the moving robot, plots, peaks, events,
-/// verdicts, and the options to repeat it. `command` is the command line, if there is one.
+/// Writes the report of a simulation: headline figures, the moving robot, plots, peaks, events, verdicts, and the
+/// options to repeat it. `command` is the command line that produced the results, if any.
 pub fn draw_report(
     job: &Job<'_>,
     (summary, outcome): (&Summary, &Outcome),
@@ -68,7 +68,7 @@ fn about(job: &Job<'_>, summary: &Summary) -> String {
     )
 }
 
-/// Headline figures.
+/// Cards with the headline figures.
 fn cards(summary: &Summary, outcome: &Outcome) -> String {
     let names = &summary.layout.names;
     let mut all = Vec::new();

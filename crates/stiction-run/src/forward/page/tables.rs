@@ -1,4 +1,4 @@
-//! Tables of the report: motion and efforts, motors, friction, events, energy.
+//! Tables in the report: motion and efforts, motors, friction, events, energy.
 
 use crate::forward::events::DescribedEvent;
 use crate::forward::outcome::Outcome;
@@ -7,15 +7,15 @@ use crate::report::html::{Column, instant, long_table, table, table_of, text};
 use crate::report::{LISTED, by_joint};
 use stiction_draw::numbers::{number, percent};
 
-/// Largest number of events listed; `events.csv` has all.
+/// Largest number of events in the table; `events.csv` contains all.
 const EVENTS: usize = 200;
 
-/// Formats a position or rate; rounding errors relative to 1 m or 1 rad become zero.
+/// Formats a position or rate; values that are rounding errors compared with 1 m or 1 rad become zero.
 fn settled(x: f64) -> String {
     if x.abs() < 1e-14 { "0".to_owned() } else { number(x) }
 }
 
-/// Efforts, positions at the end and tracking errors of the actuators.
+/// Table of efforts, final positions and tracking errors of the actuators.
 pub(super) fn motion(summary: &Summary) -> String {
     let layout = &summary.layout;
     if summary.last.forward.is_empty() || layout.names.drives.is_empty() {
@@ -59,7 +59,7 @@ pub(super) fn motion(summary: &Summary) -> String {
     long_table(&head, &rows, 2 * LISTED)
 }
 
-/// Peaks of the motors.
+/// Table of the peaks of the motors.
 pub(super) fn motors(summary: &Summary) -> String {
     let trains = summary.layout.motors.trains().zip(&summary.motors);
     let rows: Vec<Vec<String>> = trains
@@ -89,7 +89,7 @@ pub(super) fn motors(summary: &Summary) -> String {
     table_of(&head, &rows)
 }
 
-/// Dissipation and sticking of the friction interfaces, the greatest dissipation first.
+/// Table of dissipation and sticking time of the friction interfaces, the largest dissipation first.
 pub(super) fn friction(summary: &Summary, outcome: &Outcome) -> String {
     let names = &summary.layout.names.interfaces;
     let account = summary.account();
@@ -127,7 +127,7 @@ pub(super) fn friction(summary: &Summary, outcome: &Outcome) -> String {
     long_table(&head, &rows, LISTED) + &by_joint(&summary.layout.names.joints, amounts, "J")
 }
 
-/// Events in the order of time.
+/// Table of the events in the order of time.
 pub(super) fn events(summary: &Summary, outcome: &Outcome) -> String {
     let described = summary.described(&outcome.events);
     let row = |event: &DescribedEvent| {
@@ -148,7 +148,7 @@ pub(super) fn events(summary: &Summary, outcome: &Outcome) -> String {
     long_table(&head, &rows, LISTED) + &more
 }
 
-/// Terms of the energy balance at the end.
+/// Table of the terms of the energy balance at the end.
 pub(super) fn energy(summary: &Summary) -> String {
     let account = summary.account();
     let rounding = summary.rounding();

@@ -1,4 +1,4 @@
-//! Verdicts of a simulation with their meaning and what to do.
+//! Verdicts on a simulation, with their meaning and advice.
 
 use crate::forward::events::methods;
 use crate::forward::job::Job;
@@ -22,8 +22,8 @@ pub(super) fn of(job: &Job<'_>, summary: &Summary, outcome: &Outcome) -> Vec<Fin
     }
     if outcome.coarsest > COARSE {
         all.push(Finding::bad(
-            format!("Near a singular position steps have a relative error of {:.0e} only", outcome.coarsest),
-            "Rounding allows no smaller ones there; the motion after it is that uncertain, or more.",
+            format!("Near a singular position the relative error of steps is {:.0e}", outcome.coarsest),
+            "Rounding allows no smaller error there; the motion after that position is at least as uncertain.",
         ));
     }
     let statement = match methods(&outcome.events, summary.span()) {
@@ -63,7 +63,7 @@ fn ending(job: &Job<'_>, summary: &Summary, outcome: &Outcome, all: &mut Vec<Fin
     if outcome.rates_changed {
         all.push(Finding::bad(
             "The initial rates differ from the requested ones",
-            "Locked or prescribed joints do not allow those. Give rates that satisfy them, or release a joint.",
+            "Locked or prescribed joints do not allow the requested rates. Give rates that satisfy them, or release a joint.",
         ));
     }
 }
@@ -101,7 +101,7 @@ fn events(summary: &Summary, outcome: &Outcome, all: &mut Vec<Finding>) {
             format!("Jamming: no acceleration satisfies the friction laws {count} times, first at t = {time} s"),
             format!(
                 "The largest normal load is in {at}. Velocities jump there to values that satisfy all laws; a real \
-                 mechanism takes an impact. Reduce the friction or the arm that presses this joint."
+                 mechanism takes an impact. Reduce the friction, or the lever arm of the force on this joint."
             ),
         ));
     }

@@ -1,4 +1,5 @@
-//! Effect of the filter on the efforts of the model: what a motion with frequencies near the cut-off loses.
+//! Effect of the filter on the predicted efforts: the filter attenuates the parts of the motion near the cut-off
+//! frequency.
 //!
 //! Equation (I8) of the book's theory.
 
@@ -9,9 +10,9 @@ use stiction_core::dynamics::Status;
 use stiction_identify::Kind;
 
 impl Prepared {
-    /// Change of the predicted efforts when the filter acts on the filtered motion once more, for the rows of each
-    /// actuator: efforts of this motion less those of the motion after the filter. `None` for steady motions, and
-    /// where the model has no efforts.
+    /// Computes the change of the predicted efforts when the filtered motion is filtered once more, for the rows of
+    /// each actuator: efforts of the filtered motion minus efforts of the motion filtered twice. `None` for steady
+    /// motions, and if the model has no forces at some instant.
     pub(in crate::identify) fn filter_error(
         &self,
         values: &[f64],

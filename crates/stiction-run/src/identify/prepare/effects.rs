@@ -1,42 +1,45 @@
-//! Signals of efforts that a model may lack, for each actuator.
+//! Signals of effects that a model may lack, for the efforts of each actuator.
 //!
 //! The test of such a signal is equation (I7) of the book's theory.
 
 use super::Prepared;
 use nalgebra::DVector;
 
-/// Effort that a model may lack. Its signal has the magnitude one where it is greatest, so its coefficient is
-/// an effort.
+/// Effect on the effort of an actuator that a model may lack. The largest magnitude of its signal is one, so that its
+/// coefficient is an effort.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::identify) enum Effect {
     /// Constant error of the effort.
     Offset,
-    /// Delay of the effort after the positions, s.
+    /// Delay of the effort relative to the positions; its coefficient is a time, s.
     Delay,
-    /// Friction at low speed that differs from that at high speed; with this part of the highest speed.
+    /// Friction at low speed that differs from friction at high speed. The number is the speed at which the difference
+    /// has fallen to 1/e, as a fraction of the highest speed.
     SlowFriction(f64),
     /// Friction that grows with the square of the rate.
     FastFriction,
-    /// Effort that depends on the position: the sine of an angle, or the distance from the middle.
+    /// Effort that depends on the position: on the sine of an angle, or on the distance from the middle of the range.
     Position,
-    /// The same with the cosine of an angle, or the square of the distance.
+    /// Effort that depends on the position: on the cosine of an angle, or on the square of the distance from the middle
+    /// of the range.
     PositionSquare,
-    /// Friction that depends on the position.
+    /// Friction proportional to the distance from the middle of the range.
     PositionFriction,
-    /// Friction that depends on the magnitude of the effort.
+    /// Friction proportional to the magnitude of the frictionless effort.
     LoadFriction,
-    /// Constant friction that changes during the log.
+    /// Constant friction that changes linearly during the log.
     FrictionDrift,
-    /// Viscous friction that changes during the log.
+    /// Viscous friction that changes linearly during the log.
     ViscousDrift,
-    /// Effort that changes during the log.
+    /// Constant effort that changes linearly during the log.
     EffortDrift,
 }
 
-/// Parts of the highest speed at which friction of low speed has fallen to 1/e.
+/// Speeds at which the low-speed friction has fallen to 1/e, as fractions of the highest speed.
 const SLOW: [f64; 2] = [0.05, 0.2];
 
-/// Effects whose signals are not linear in filtered ones; these are filtered themselves.
+/// Effects whose signals are nonlinear functions of the motion. The signals are computed at each instant and then
+/// filtered like the efforts.
 pub(super) const FILTERED: [Effect; 7] = [
     Effect::SlowFriction(SLOW[0]),
     Effect::SlowFriction(SLOW[1]),
@@ -47,7 +50,7 @@ pub(super) const FILTERED: [Effect; 7] = [
     Effect::LoadFriction,
 ];
 
-/// All effects, the simplest first.
+/// All effects, in the order of increasing complexity.
 pub(in crate::identify) const ALL: [Effect; 12] = [
     Effect::Offset,
     Effect::Delay,
@@ -63,18 +66,18 @@ pub(in crate::identify) const ALL: [Effect; 12] = [
     Effect::EffortDrift,
 ];
 
-/// Motion and effort of one actuator at an instant.
+/// Motion and frictionless effort of one actuator at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct State {
     pub(super) direction: f64,
     pub(super) rate: f64,
-    /// Position; `None` if it is not prescribed.
+    /// Position, rad or m; `None` if the actuator's coordinate is not prescribed.
     pub(super) position: Option<f64>,
-    /// Effort of the model without friction.
+    /// Effort of the model without friction, N or N m.
     pub(super) known: f64,
 }
 
-/// Magnitudes over a log, to which signals are relative.
+/// Magnitudes over a whole log that make the signals dimensionless.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     rate: f64,
@@ -102,7 +105,7 @@ impl Scales {
         }
     }
 
-    /// Signals of [`FILTERED`] at an instant.
+    /// Computes the signals of the effects in [`FILTERED`] at an instant.
     pub(super) fn signals(&self, state: &State) -> [f64; FILTERED.len()] {
         let State { direction, known, .. } = *state;
         let speed = state.rate / self.rate;
@@ -121,7 +124,7 @@ impl Scales {
 }
 
 impl Prepared {
-    /// Signal of an effect in the rows of an actuator; `None` if these rows cannot show it.
+    /// Computes the signal of an effect in the rows of an actuator; `None` if these rows cannot show the effect.
     pub(in crate::identify) fn effect(
         &self,
         channel: usize,

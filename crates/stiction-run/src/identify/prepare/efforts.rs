@@ -1,27 +1,28 @@
-//! Measured efforts of a log, at any time, and their delay after the positions.
+//! Measured efforts of a log at any time, with correction of their delay relative to the positions.
 
 use super::filter::RowFilter;
 use super::{Prepared, gaps};
 use nalgebra::DVector;
 
-/// Greatest delay, in periods of the cut-off frequency; rows keep one period from the ends of a piece.
+/// Largest delay that can be corrected, in periods of the cut-off frequency. It is less than one, because the rows keep
+/// a distance of one period from the ends of a piece.
 const MOST: f64 = 0.75;
-/// Step of central differences of filtered efforts, in periods of the cut-off frequency: the filter removes what
-/// changes faster.
+/// Step of central differences of filtered efforts, in periods of the cut-off frequency. The filter removes faster
+/// changes.
 const STEP: f64 = 0.02;
 
-/// Efforts of a recording before the filter.
+/// Efforts of a recording before filtering, with their filter.
 pub(super) struct Efforts {
     pub(super) times: Vec<f64>,
     pub(super) raw: Vec<Vec<f64>>,
     pub(super) filter: RowFilter,
     pub(super) cutoff: f64,
-    /// Delay of each effort after the positions that is taken back, s.
+    /// Delay of each effort that is corrected, s.
     pub(super) delays: Vec<f64>,
 }
 
 impl Efforts {
-    /// Filtered effort of an actuator at these times, a delay later.
+    /// Filtered effort of an actuator at `delay`, s, after each of `times`, s.
     fn at(&self, channel: usize, times: &[f64], delay: f64) -> Vec<f64> {
         let later: Vec<f64> = times.iter().map(|time| time + delay).collect();
         let values = &self.raw[channel];
@@ -29,7 +30,7 @@ impl Efforts {
         rows.into_iter().map(|row| row[0]).collect()
     }
 
-    /// Rate of a filtered effort in rows; `None` if a row lies outside the pieces.
+    /// Time derivative of the filtered effort in the given rows; `None` if a row lies outside the filtered pieces.
     pub(super) fn slope(
         &self,
         channel: usize,
@@ -46,12 +47,12 @@ impl Efforts {
 }
 
 impl Prepared {
-    /// Greatest delay that can be taken back, s; zero for tables of steady motions.
+    /// Largest delay that can be corrected, s; zero for tables of steady motions.
     pub(in crate::identify) fn greatest_delay(&self) -> f64 {
         self.cutoff.map_or(0.0, |cutoff| MOST.min(gaps::PERIODS) / cutoff)
     }
 
-    /// Takes back the delay of each effort after the positions, s.
+    /// Corrects the given delay of each effort, s, in the rows of the regression.
     pub(in crate::identify) fn set_delays(&mut self, delays: &[f64]) {
         let Some(efforts) = &mut self.efforts else { return };
         for (channel, delay) in delays.iter().enumerate() {

@@ -2,18 +2,18 @@
 
 use stiction_format::LowPass;
 
-/// Filter of the rows of a log; those of steady motions remain as they are.
+/// Filter for the rows of a log. Rows of steady motions are not filtered.
 #[derive(Clone, Debug)]
 pub(super) enum RowFilter {
-    /// Low-pass filters without phase shift, one for each piece without gaps, with its ends, s.
+    /// Low-pass filters without phase shift: one for each piece without gaps, with start and end of the piece, s.
     LowPass(Vec<(LowPass, (f64, f64))>),
     /// No filter.
     Unfiltered,
 }
 
 impl RowFilter {
-    /// Filters signals that `row` writes for each of `times`, and returns their values at other times; without
-    /// a filter these are some of `times`. Both times increase.
+    /// Filters signals and returns their values at other times. `row` writes the signals for each of `times`, s.
+    /// Without a filter the other times must be among `times`. Both lists of times must increase.
     pub(super) fn apply(
         &self,
         times: &[f64],
@@ -44,7 +44,7 @@ impl RowFilter {
     }
 }
 
-/// Indices of the times from one end to the other, both included.
+/// Range of the indices of the times from `start` to `end`, both included.
 pub(super) fn within(times: &[f64], (start, end): (f64, f64)) -> std::ops::Range<usize> {
     times.partition_point(|t| *t < start)..times.partition_point(|t| *t <= end)
 }

@@ -1,21 +1,23 @@
-//! Gaps of a log: times without samples.
+//! Gaps in a log: intervals without samples.
 
 use super::motion::Used;
 
-/// Time between samples, relative to the usual one, from which samples are missing.
+/// Interval between samples, as a multiple of the usual one, above which samples count as missing.
 pub(super) const SAMPLES: f64 = 5.0;
-/// Periods of the cut-off frequency that the filter of a piece needs.
+/// Shortest piece that the filter can process, in periods of the cut-off frequency.
 pub(super) const PERIODS: f64 = 4.0;
 
-/// Part of the times between samples that may be long; more are bursts of samples, not gaps.
+/// Largest fraction of the intervals that may be long. If more are long, the samples arrive in bursts, and the log has
+/// no gaps.
 const LONG: f64 = 0.05;
 
-/// True if a piece is long enough for the filter; a cut-off frequency may be chosen for its length.
+/// Returns whether a piece is long enough for the filter. A piece of exactly the shortest length passes, since the
+/// cut-off frequency may have been chosen for its length.
 pub(super) fn is_long((start, end): (f64, f64), cutoff: f64) -> bool {
     (end - start) * cutoff >= PERIODS * (1.0 - 1e-9)
 }
 
-/// Samples per second where none are missing.
+/// Sampling rate outside gaps, 1/s.
 pub(super) fn rate(times: &[f64]) -> f64 {
     let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
     let mut sorted: Vec<f64> = steps().collect();
@@ -30,7 +32,7 @@ pub(super) fn rate(times: &[f64]) -> f64 {
     count / sum
 }
 
-/// First and last time of each piece between gaps longer than this time.
+/// Start and end, s, of each piece between gaps; a gap is an interval longer than `gap`, s.
 pub(super) fn pieces(times: &[f64], gap: f64) -> Vec<(f64, f64)> {
     times
         .chunk_by(|before, after| after - before <= gap)
@@ -38,12 +40,12 @@ pub(super) fn pieces(times: &[f64], gap: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Duration of the longest piece.
+/// Duration of the longest piece, s.
 pub(super) fn longest(pieces: &[(f64, f64)]) -> f64 {
     pieces.iter().map(|(start, end)| end - start).fold(0.0, f64::max)
 }
 
-/// Caution that names the longest gap and the pieces that are left out.
+/// Composes a caution that names the longest gap and the pieces that are left out; `None` if there is no gap.
 pub(super) fn caution(used: &Used<'_>, pieces: &[(f64, f64)], cutoff: f64) -> Option<String> {
     let gaps = || pieces.windows(2).map(|pair| (pair[0].1, pair[1].0));
     let (from, until) = gaps().max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;

@@ -1,4 +1,5 @@
-//! Columns of coefficients of friction, linearised about normal loads that depend on them.
+//! Regression columns of the friction coefficients, linearised about the normal loads, which depend on the
+//! coefficients.
 //!
 //! Equation (I6) of the book's theory.
 
@@ -9,20 +10,22 @@ use nalgebra::DVector;
 use stiction_core::parameters::Parameters;
 use stiction_identify::{Kind, Parameter, Regressor};
 
-/// Step of forward differences, relative to a coefficient, and the least coefficient that it counts for.
+/// Step of forward differences as a fraction of a coefficient, and the smallest coefficient to which the fraction
+/// refers.
 const STEP: f64 = 1e-5;
 const LEAST: f64 = 0.01;
 
-/// Data of the columns of coefficients of friction.
+/// Data for the regression columns of the friction coefficients.
 pub(super) struct MuColumns {
-    /// Columns of the matrix, with the friction interface of each.
+    /// Index of each friction coefficient's column in the matrix of the regression, and its friction interface.
     columns: Vec<(usize, usize)>,
-    /// Friction in each effort for unit loads: `column * actuators + channel`, at each instant.
+    /// Contribution to each effort of the friction under unit normal load, at each instant; the index is `column *
+    /// actuators + channel`.
     unit: Vec<Vec<f64>>,
     /// Times of all rows, s.
     at: Vec<f64>,
     pub(super) filter: RowFilter,
-    /// Right-hand sides with all friction, of each actuator.
+    /// Right-hand sides of the regression that contain all friction, for each actuator.
     rights: Vec<DVector<f64>>,
 }
 
@@ -49,19 +52,19 @@ impl MuColumns {
 }
 
 impl MuColumns {
-    /// Adds the change of the measured efforts of an actuator.
+    /// Adds a change of the measured efforts of an actuator to its right-hand side.
     pub(super) fn shift(&mut self, channel: usize, change: &DVector<f64>) {
         self.rights[channel] += change;
     }
 }
 
 impl Prepared {
-    /// Linearises the friction that depends on the load about these values: columns are derivatives of the
-    /// efforts with converged normal loads, and the right-hand side contains what remains of the friction
-    /// itself. `groups` are the parameters that change together; members of none are held.
+    /// Linearises the load-dependent friction about the parameter values `values`. The columns become derivatives of
+    /// the efforts with converged normal loads, and the right-hand side contains the remaining constant part.
+    /// Parameters in one of `groups` change together; parameters in none of them are held.
     ///
     /// # Errors
-    /// The first time at which there are no forces, with the reason.
+    /// The first time at which the forces have no solution, with the reason, if too many instants fail.
     pub(in crate::identify) fn update_loads(
         &mut self,
         values: &[f64],
@@ -147,7 +150,7 @@ impl Prepared {
         Ok(())
     }
 
-    /// Normal loads at all instants; `None` where there are no forces.
+    /// Normal loads at all instants, N; `None` for an instant at which the forces have no solution.
     fn loads(&self, engine: &Parameters<f64>) -> Result<Vec<Option<Vec<f64>>>, String> {
         let mut data = self.regressor.engine_data();
         let mut failed: Option<String> = None;

@@ -1,4 +1,4 @@
-//! From a log to rows of the regression: filtered positions, efforts and columns.
+//! Preparation of a log for the regression: filtered positions and efforts, and the columns of the model.
 
 mod bias;
 mod effects;
@@ -28,51 +28,51 @@ use stiction_identify::{Block, Choice, Regressor};
 pub struct MeasuredLog {
     /// Name in results.
     pub name: String,
-    /// Its rows.
+    /// Content of the log file.
     pub log: Log,
-    /// Its options.
+    /// Options that apply to this log.
     pub settings: LogSettings,
 }
 
-/// Part of the instants that may fail.
+/// Largest fraction of the instants at which the computation of forces may fail.
 const MAY_FAIL: f64 = 0.05;
 
-/// A prepared log.
+/// Log prepared for the regression.
 pub(super) struct Prepared {
     pub(super) name: String,
     pub(super) predict: bool,
     pub(super) block: Block,
     pub(super) regressor: Regressor,
-    /// Instants of the regressor: time, then positions, rates, accelerations.
+    /// Instants at which the regressor is evaluated: time, s, then positions, rates and accelerations.
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
     /// Times of the rows, s.
     pub(super) times: Vec<f64>,
-    /// Columns of coefficients of friction.
+    /// Data for the columns of the friction coefficients.
     mu: MuColumns,
-    /// Direction and rate of each actuator, filtered as its rows.
+    /// Direction and rate of motion of each actuator, filtered like its rows.
     pub(super) directions: Vec<Vec<[f64; 2]>>,
-    /// Efforts of the model without friction, N or N m, for the rows of each actuator.
+    /// Efforts of the model without friction in the rows of each actuator, N or N m.
     pub(super) known: Vec<Vec<f64>>,
-    /// Cut-off frequency, Hz; none for steady motions.
+    /// Cut-off frequency of the filter, Hz; `None` for steady motions.
     pub(super) cutoff: Option<f64>,
-    /// Standard deviation of white noise of each effort after the filter, N or N m; none for steady motions.
+    /// Standard deviation of the white noise that remains in each filtered effort, N or N m; `None` for steady motions.
     pub(super) effort_noise: Option<Vec<f64>>,
     pub(super) cautions: Vec<String>,
-    /// Efforts of the recording; none for steady motions.
+    /// Efforts before filtering; `None` for steady motions.
     efforts: Option<Efforts>,
-    /// Filtered signals of efforts that the model may lack, for the rows of each actuator.
+    /// Filtered signals of effects that the model may lack, for the rows of each actuator.
     effects: Vec<Vec<Vec<f64>>>,
-    /// Efforts of the model as it was, for the rows of each actuator; see [`Self::keep_prior`].
+    /// Efforts that the unchanged model predicts in the rows of each actuator, N or N m; see [`Self::keep_prior`].
     pub(super) by_model: Vec<DVector<f64>>,
 }
 
 impl Prepared {
-    /// Efforts that these values predict, for the rows of each actuator.
+    /// Predicts the efforts in the rows of each actuator for given parameter values.
     pub(super) fn predicted(&self, at: &DVector<f64>) -> Vec<DVector<f64>> {
         self.block.channels.iter().map(|rows| rows.predicted(at)).collect()
     }
 
-    /// Largest range of a coordinate, as an angle in turns.
+    /// Largest range of a coordinate, in turns if its values are angles in rad.
     pub(super) fn turns(&self) -> f64 {
         let count = self.instants.first().map_or(0, |(_, [q, ..])| q.len());
         let range = |k: usize| {
@@ -85,7 +85,7 @@ impl Prepared {
         (0..count).map(range).fold(0.0, f64::max)
     }
 
-    /// Keeps the efforts of these values, those of the model, before a fit changes the columns of friction.
+    /// Stores the efforts that the values of the unchanged model predict, before a fit changes the columns of friction.
     pub(super) fn keep_prior(&mut self, at: &DVector<f64>) {
         self.by_model = self.predicted(at);
     }
@@ -109,7 +109,7 @@ impl Prepared {
             };
             if is_still {
                 cautions.push(format!(
-                    "{}: `{name}` is constant: nothing that needs its motion can be identified",
+                    "{}: `{name}` is constant: parameters that need its motion cannot be identified",
                     log.name
                 ));
             } else if chosen.position.is_none() && !log.log.is_steady {

@@ -1,4 +1,4 @@
-//! Motion of the coordinates of a log: filtered positions or rates, or steady motions.
+//! Motion of the coordinates in a log: from filtered positions or rates, or steady motions.
 
 use super::filter::{self, RowFilter};
 use super::spikes::{self, Spikes};
@@ -9,38 +9,38 @@ use std::f64::consts::{PI, TAU};
 use stiction_core::kinematics::Target;
 use stiction_format::{LowPass, Signal};
 
-/// Samples of the regressor per period of the cut-off frequency.
+/// Number of evaluations of the regressor per period of the cut-off frequency.
 const PER_PERIOD: f64 = 16.0;
-/// Rows of the regression per period of the cut-off frequency.
+/// Number of rows of the regression per period of the cut-off frequency.
 pub(super) const ROWS_PER_PERIOD: f64 = 4.0;
-/// Rows of each of several parts of a log from which a cut-off frequency is suggested.
+/// Number of samples in each part of a log, and number of parts, from which a cut-off frequency is suggested.
 const EXAMINED: usize = 20_000;
 const PARTS: usize = 4;
-/// Samples per second below which the motion of a robot is not seen.
+/// Sampling rate below which the motion of a robot cannot be resolved, 1/s.
 const SLOWEST: f64 = 2.0;
-/// Scatter of the time steps, over their mean, that is named.
+/// Standard deviation of the time steps, relative to their mean, above which a caution names it.
 const JITTER: f64 = 0.1;
-/// Lines of spikes that are named.
+/// Largest number of lines with spikes that a caution names.
 const NAMED: usize = 10;
 
-/// Motion of the coordinates of a log at the instants of the regressor.
+/// Motion of the coordinates in a log at the instants of the regressor.
 pub(super) struct Motion {
     /// Times of the instants, s.
     pub(super) times: Vec<f64>,
-    /// Each coordinate at each instant.
+    /// Position, rate and acceleration of each coordinate at each instant.
     pub(super) targets: Vec<Vec<Target<f64>>>,
-    /// Standard deviation that noise leaves in the rate of each coordinate.
+    /// Standard deviation of the noise that remains in the rate of each coordinate, rad/s or m/s.
     pub(super) rate_noise: Vec<f64>,
     pub(super) filter: RowFilter,
-    /// Cut-off frequency, Hz; none for steady motions.
+    /// Cut-off frequency of the filter, Hz; `None` for steady motions.
     pub(super) cutoff: Option<f64>,
     /// Times of the rows of the regression, s.
     pub(super) rows: Vec<f64>,
 }
 
 impl Motion {
-    /// Filters these pieces, from one time to another, one by one, and leaves out the others; rows keep a period
-    /// of the cut-off frequency from the ends of each.
+    /// Chooses the pieces that are filtered, each from start to end, s; the others are left out. Rows of the regression
+    /// keep a distance of one period of the cut-off frequency from the ends of each piece.
     fn set_pieces(&mut self, pieces: &[(f64, f64)]) {
         let Some(cutoff) = self.cutoff else { return };
         let (spacing, margin) = ((ROWS_PER_PERIOD * cutoff).recip(), cutoff.recip());
@@ -53,7 +53,8 @@ impl Motion {
         self.filter = RowFilter::LowPass(filters.collect());
     }
 
-    /// Leaves out the surroundings of instants that the model cannot reach, given those that it reaches.
+    /// Leaves out the neighbourhood of instants whose positions the model cannot reach; `reached` are the instants that
+    /// it reaches.
     pub(super) fn keep(&mut self, reached: &[f64]) {
         let (Some(cutoff), RowFilter::LowPass(pieces)) = (self.cutoff, &self.filter) else {
             return;
@@ -75,16 +76,16 @@ impl Motion {
     }
 }
 
-/// Rows of a log that are used.
+/// Part of a log that is used.
 pub(super) struct Used<'a> {
     pub(super) log: &'a MeasuredLog,
-    /// Their numbers.
+    /// Indices of the used rows in the log.
     pub(super) rows: Vec<usize>,
-    /// Their times, s.
+    /// Times of the used rows, s.
     pub(super) times: Vec<f64>,
-    /// Samples per second where none are missing.
+    /// Sampling rate outside gaps, 1/s.
     pub(super) rate: f64,
-    /// First and last time of each stretch without missing samples.
+    /// Start and end, s, of each stretch without missing samples.
     pub(super) stretches: Vec<(f64, f64)>,
 }
 
@@ -116,7 +117,7 @@ impl<'a> Used<'a> {
         self.rows.iter().map(|&k| self.log.log.columns[column].values[k]).collect()
     }
 
-    /// Caution on time steps that scatter; `None` if they are regular.
+    /// Composes a caution on irregular time steps; `None` if they are regular.
     fn jitter_caution(&self) -> Option<String> {
         let steps = self.samples().into_iter().flat_map(|own| {
             self.times[own].windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>()
@@ -136,12 +137,12 @@ impl<'a> Used<'a> {
         })
     }
 
-    /// Indices of the samples of each stretch.
+    /// Range of the sample indices of each stretch.
     pub(super) fn samples(&self) -> Vec<std::ops::Range<usize>> {
         self.stretches.iter().map(|ends| filter::within(&self.times, *ends)).collect()
     }
 
-    /// Caution that names spikes of a column; `None` without any.
+    /// Composes a caution that names the spikes of a column; `None` if there are none.
     pub(super) fn spikes_caution(&self, column: &str, spikes: &Spikes) -> Option<String> {
         let first = spikes.samples.first()?;
         let lines = spikes.samples.iter().take(NAMED);
@@ -160,7 +161,8 @@ impl<'a> Used<'a> {
     }
 }
 
-/// Each row is a motion of constant rate at the position of the log, or at that of the model.
+/// Converts a table of steady motions: each row is a motion with constant rates at the logged position, or at the
+/// position of the model if none is logged.
 pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
     let columns: Vec<[Option<Vec<f64>>; 2]> =
         chosen.iter().map(|c| [c.position, c.rate].map(|one| one.map(|k| used.pick(k)))).collect();
@@ -182,8 +184,9 @@ pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
     }
 }
 
-/// Filtered positions; a coordinate without one is integrated from its filtered rate, from its position in
-/// the model. Nothing is interpolated where samples are missing: the pieces between are filtered one by one.
+/// Computes the motion from filtered positions. A coordinate without a position column is integrated from its filtered
+/// rate, starting at its position in the model. Gaps are not interpolated: each piece between gaps is filtered on its
+/// own.
 pub(super) fn filtered(
     used: &Used<'_>,
     chosen: &[Chosen],
@@ -304,7 +307,8 @@ pub(super) fn filtered(
     Ok(motion)
 }
 
-/// Highest of the cut-off frequencies that suit parts of a log, spread evenly over it: a motion may begin slowly.
+/// Suggests a cut-off frequency, Hz: the highest one that suits any of several parts spread evenly over the log, since
+/// a motion may begin slowly. `None` if no part suggests one.
 fn suggested(times: &[f64], measured: &[Vec<f64>], stretches: &[(f64, f64)]) -> Option<f64> {
     let count = times.len().min(EXAMINED);
     let parts = if times.len() > EXAMINED { PARTS } else { 1 };
@@ -322,7 +326,7 @@ fn suggested(times: &[f64], measured: &[Vec<f64>], stretches: &[(f64, f64)]) -> 
     (0..parts).filter_map(part).max_by(f64::total_cmp)
 }
 
-/// Adds turns where an angle jumps by more than half of one; returns the number of jumps.
+/// Adds full turns so that an angle never jumps by more than half a turn; returns the number of jumps removed.
 fn unwrap(values: &mut [f64]) -> usize {
     let (mut turns, mut count) = (0.0, 0);
     for k in 1..values.len() {
@@ -336,7 +340,7 @@ fn unwrap(values: &mut [f64]) -> usize {
     count
 }
 
-/// Positions from a rate, by the trapezoidal rule.
+/// Integrates a rate by the trapezoidal rule, starting at the position `home`.
 fn integrated(rate: &Signal, times: &[f64], home: f64) -> Vec<Target<f64>> {
     let mut value = home;
     let mut last: Option<(f64, f64)> = None;

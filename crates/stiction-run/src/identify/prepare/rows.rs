@@ -1,4 +1,4 @@
-//! Rows of the regression: columns of the model and measured efforts, through the same filter.
+//! Rows of the regression: columns of the model and measured efforts, which pass through the same filter.
 
 use super::effects::{self, Scales, State};
 use super::filter::{RowFilter, within};
@@ -11,31 +11,31 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{Drives, ModelFile};
 use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
 
-/// Share of friction at rest, or of saturated samples, in a filtered row above which it is left out.
+/// Largest fraction of friction at rest, or of saturated samples, in a filtered row that is kept.
 const RESTING: f64 = 0.02;
-/// Part of an effort's variation below which a single sample that stands out does no harm.
+/// Height of a spike in an effort, relative to the effort's standard deviation, up to which it is not replaced.
 const HARMLESS: f64 = 0.05;
-/// Signals of each actuator beside its columns: known effort, two kinds of rest, direction, rate, and those of
-/// efforts that the model may lack.
+/// Number of signals of each actuator in addition to its columns: frictionless effort, certain and possible rest,
+/// direction, rate, and the signals of effects that the model may lack.
 const EXTRA: usize = 5 + effects::FILTERED.len();
 
-/// Columns of the model at the instants of the regressor.
+/// Columns of the model at the instants of the regressor, before filtering.
 pub(super) struct Computed {
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
-    /// Columns of coefficients of friction for unit loads, column by column.
+    /// Columns of the friction coefficients under unit normal loads, column by column.
     pub(super) unit_friction: Vec<Vec<f64>>,
-    /// Indices of coefficients of friction.
+    /// Indices of the friction coefficients among the parameters.
     pub(super) mu: Vec<usize>,
-    /// For each actuator its columns, then the [`EXTRA`] signals.
+    /// For each instant and actuator, its columns and then its [`EXTRA`] signals.
     signals: Vec<Vec<f64>>,
     actuators: usize,
     width: usize,
     pub(super) caution: Option<String>,
 }
 
-/// Measured efforts at the rows of the regression.
+/// Measured efforts in the rows of the regression.
 pub(super) struct Measured {
-    /// Each effort, then the share of saturated samples.
+    /// For each row the filtered efforts, then the fraction of saturated samples.
     rows: Vec<Vec<f64>>,
     pub(super) noise: Option<Vec<f64>>,
     /// Efforts before the filter.
@@ -47,13 +47,13 @@ pub(super) struct Assembled {
     pub(super) block: Block,
     pub(super) directions: Vec<Vec<[f64; 2]>>,
     pub(super) known: Vec<Vec<f64>>,
-    /// Signals of efforts that the model may lack, for the rows of each actuator.
+    /// Signals of effects that the model may lack, for the rows of each actuator.
     pub(super) effects: Vec<Vec<Vec<f64>>>,
     /// Times of all rows, s.
     pub(super) at: Vec<f64>,
 }
 
-/// Computes the columns along a motion.
+/// Computes the columns of the model along a motion.
 pub(super) fn computed(
     regressor: &mut Regressor,
     motion: &Motion,
@@ -162,8 +162,8 @@ pub(super) fn computed(
     Ok(Computed { instants, unit_friction, mu, signals, actuators, width, caution })
 }
 
-/// For each instant, whether an effort is certainly at rest there, and whether it may be. A short time within
-/// the noise is a reversal, in which friction changes its sign once.
+/// Decides for each instant whether the friction of an effort is certainly at rest, and whether it may be at rest. A
+/// short interval of rates within the noise is a reversal instead, at which friction changes its sign once.
 fn dwells(times: &[f64], rest: &[Rest], shortest: f64) -> Vec<[bool; 2]> {
     let mut all: Vec<[bool; 2]> = rest.iter().map(|rest| [*rest == Rest::Resting; 2]).collect();
     let mut from = 0;
@@ -177,7 +177,7 @@ fn dwells(times: &[f64], rest: &[Rest], shortest: f64) -> Vec<[bool; 2]> {
     all
 }
 
-/// Filters the measured efforts.
+/// Filters the measured efforts and marks saturated samples.
 pub(super) fn measured(
     used: &Used<'_>,
     efforts: &[(usize, f64)],
@@ -233,7 +233,7 @@ pub(super) fn measured(
     Ok(Measured { rows, noise, raw })
 }
 
-/// Joins columns and measured efforts, without the rows at rest.
+/// Combines columns and measured efforts, leaving out the rows with friction at rest.
 pub(super) fn assembled(
     computed: &Computed,
     measured: &Measured,
@@ -304,7 +304,7 @@ pub(super) fn assembled(
     Assembled { block: Block { channels, independence }, directions, known, effects, at }
 }
 
-/// Writes the column of a formula.
+/// Writes the column of an effort term that the options give as a formula.
 fn write_term(
     drives: &Drives,
     time: f64,

@@ -1,11 +1,11 @@
-//! Efforts at the limit of a drive, and their white noise.
+//! Saturation of measured efforts at the limit of a drive, and their white noise.
 
-/// Samples of one extreme value in a row that mean saturation.
+/// Number of successive samples with the same extreme value that indicate saturation.
 const SATURATED: usize = 5;
 
-/// Marks samples that stay at the greatest or least value; the first of them and their number. Signals that
-/// stay constant at other values, too, are coarse or piecewise constant: these are not saturated. No drive is
-/// limited at zero.
+/// Marks samples that stay at the largest or smallest value; returns the first of them and their number, `None` without
+/// saturation. A signal that is constant at other values too is coarsely resolved or piecewise constant, not saturated,
+/// and a value of zero is never a limit.
 pub(super) fn mark(values: &[f64], marks: &mut [bool]) -> Option<(usize, usize)> {
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -35,7 +35,7 @@ pub(super) fn mark(values: &[f64], marks: &mut [bool]) -> Option<(usize, usize)>
     at_limit.first().map(|(first, _)| (*first, count))
 }
 
-/// Standard deviation of white noise, from third differences.
+/// Standard deviation of white noise in a signal, estimated from third differences.
 pub(super) fn roughness(values: &[f64]) -> f64 {
     let sum: f64 = values.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)).sum();
     (sum / (20.0 * values.len().max(4) as f64 - 60.0).max(1.0)).sqrt()

@@ -1,28 +1,31 @@
-//! Single samples that stand out from their neighbours: lost packets, disturbed converters, values edited by hand.
+//! Spikes: single samples far from their neighbours, due to lost packets, disturbed converters or values edited by
+//! hand.
 
-/// Samples on either side that a sample is compared with.
+/// Number of samples on either side with which a sample is compared.
 const SIDE: usize = 3;
-/// Distance from the median of the neighbourhood, in robust standard deviations of all such distances.
+/// Smallest distance of a spike from the median of its neighbourhood, in robust standard deviations of this distance
+/// over all samples.
 const SIGMAS: f64 = 8.0;
-/// The same distance over the range of the neighbours without the farthest of them: a step, a peak of a fast
-/// motion or noise of the sensor does not stand out so far.
+/// Smallest distance of a spike from that median, relative to the range of its neighbours without the farthest of them.
+/// A step, a peak of a fast motion, or sensor noise does not reach this distance.
 const RANGES: f64 = 3.0;
-/// Part of the samples above which they are a property of the signal, such as pulses.
+/// Largest fraction of the samples that can be spikes. If there are more, they are a property of the signal, such as
+/// pulses.
 const MOST: f64 = 0.1;
-/// Passes: a second spike in a neighbourhood shows without the first.
+/// Number of passes: a second spike in a neighbourhood becomes visible after the first one is replaced.
 const PASSES: usize = 3;
 
-/// Spikes of a signal.
+/// Spikes that were found in a signal.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Spikes {
-    /// Their indices, increasing.
+    /// Indices of the samples, in increasing order.
     pub(super) samples: Vec<usize>,
-    /// Greatest distance from the neighbours.
+    /// Largest distance of a spike from its neighbourhood.
     pub(super) largest: f64,
 }
 
-/// Replaces spikes by interpolation between their neighbours in time, within stretches of samples.
-/// `least` is the part of the signal's root mean square about its mean below which a spike does no harm.
+/// Replaces spikes by interpolation between their neighbours in time, within each stretch of samples. A spike below
+/// `least`, relative to the standard deviation of the signal, is not replaced.
 pub(super) fn replace(
     times: &[f64],
     values: &mut [f64],
@@ -67,7 +70,8 @@ pub(super) fn replace(
     Spikes { samples, largest }
 }
 
-/// Distance of a sample from the median of its neighbourhood, and the range of its neighbours without the farthest.
+/// Distance of a sample from the median of its neighbourhood, and the range of its neighbours without the farthest of
+/// them.
 fn distance(values: &[f64], stretch: &std::ops::Range<usize>, k: usize) -> (f64, f64) {
     let from = k.saturating_sub(SIDE).max(stretch.start);
     let until = (k + SIDE + 1).min(stretch.end);
@@ -88,7 +92,7 @@ fn distance(values: &[f64], stretch: &std::ops::Range<usize>, k: usize) -> (f64,
     ((values[k] - middle).abs(), range)
 }
 
-/// Standard deviation by the median of magnitudes.
+/// Robust standard deviation: from the median of the magnitudes.
 fn robust_deviation(mut magnitudes: Vec<f64>) -> f64 {
     if magnitudes.is_empty() {
         return 0.0;
@@ -98,13 +102,13 @@ fn robust_deviation(mut magnitudes: Vec<f64>) -> f64 {
     *median / 0.6745
 }
 
-/// Least difference between samples that follow each other: the step of a coarse signal.
+/// Smallest nonzero difference between successive samples: the resolution of a coarse signal.
 fn quantum(values: &[f64]) -> f64 {
     let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
     steps.min_by(f64::total_cmp).unwrap_or(0.0)
 }
 
-/// Interpolates spikes between the nearest other samples of a stretch.
+/// Interpolates spikes between the nearest samples of a stretch that are no spikes.
 fn interpolate(times: &[f64], values: &mut [f64], is_spike: &[bool], own: &std::ops::Range<usize>) {
     for k in own.clone().filter(|&k| is_spike[k]) {
         let before = (own.start..k).rev().find(|&i| !is_spike[i]);

@@ -1,15 +1,15 @@
-//! The motion that the mechanism gains near a singular position, for the moving robot.
+//! Motion that the mechanism gains near a singular position, shown by the moving robot.
 
 use crate::instants::Instants;
 use crate::job::Job;
 use stiction_core::spatial::Vec3;
 use stiction_draw::viewer::Ghost;
 
-/// Largest number of samples in a step along the motion.
+/// Largest number of samples that a step along the motion passes.
 const STRIDE: usize = 16;
 
-/// Least constrained motion with the actuators held at an instant, s. `None` if the mechanism cannot be followed
-/// there, or has no such motion.
+/// Determines the least-constrained motion with locked actuators at a time, s. `None` if the mechanism cannot follow
+/// the motion to that time, or has no such motion.
 pub(super) fn least_constrained(job: &Job<'_>, time: f64, index: f64) -> Option<Ghost> {
     let instants: Instants = job.instants().ok()?;
     let mut follower = job.assemble(instants.at(0)).ok()?;

@@ -1,4 +1,4 @@
-//! Report of a run of inverse dynamics as a self-contained page with a moving robot.
+//! Report of a run of inverse dynamics as a self-contained HTML page with a moving robot.
 
 mod ghost;
 mod tables;
@@ -14,8 +14,8 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_draw::figure::Figure;
 use stiction_draw::numbers::number;
 
-/// Writes the report of a run: headline figures, the moving robot, plots, peaks, verdicts, and the
-/// options to repeat it. `command` is the command line, if there is one.
+/// Writes the report of a run: headline figures, the moving robot, plots, peaks, verdicts, and the options to repeat
+/// it. `command` is the command line that produced the results, if any.
 pub fn draw_report(
     job: &Job<'_>,
     (summary, verdict): (&Summary, &Verdict),
@@ -84,7 +84,7 @@ fn caption(job: &Job<'_>) -> String {
     format!("{title}. Click a joint for its reaction and friction.")
 }
 
-/// Headline figures.
+/// Cards with the headline figures.
 fn cards(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> String {
     let mut all = Vec::new();
     for unit in ["N", "N m"] {

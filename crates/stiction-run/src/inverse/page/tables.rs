@@ -1,4 +1,4 @@
-//! Tables of the report: efforts, intervals at rest, motors, friction.
+//! Tables in the report: efforts, intervals at rest, motors, friction.
 
 use crate::inverse::summary::Summary;
 use crate::inverse::verdict::Verdict;
@@ -7,7 +7,7 @@ use crate::report::html::{Column, instant, long_table, note, paragraph, table_of
 use crate::report::{LISTED, by_joint};
 use stiction_draw::numbers::{number, percent};
 
-/// Peaks and root mean squares of the efforts.
+/// Table of peaks and root mean squares of the efforts.
 pub(super) fn efforts(job: &Job<'_>, summary: &Summary) -> String {
     if summary.drives.is_empty() {
         return paragraph("No joint is actuated: there are no efforts.");
@@ -49,7 +49,7 @@ pub(super) fn efforts(job: &Job<'_>, summary: &Summary) -> String {
     long_table(&head, &rows, 2 * LISTED)
 }
 
-/// Widest intervals of the efforts at rest.
+/// Table of the widest interval of each effort at rest.
 pub(super) fn rest(summary: &Summary) -> String {
     if summary.resting_samples == 0 {
         return String::new();
@@ -81,7 +81,7 @@ pub(super) fn rest(summary: &Summary) -> String {
     )) + &table_of(&head, &rows)
 }
 
-/// Peaks of the motors.
+/// Table of the peaks of the motors.
 pub(super) fn motors(summary: &Summary) -> String {
     let rows: Vec<Vec<String>> = summary
         .motors
@@ -115,7 +115,7 @@ pub(super) fn motors(summary: &Summary) -> String {
     table_of(&head, &rows)
 }
 
-/// Dissipation and normal load of the friction interfaces, the greatest dissipation first.
+/// Table of dissipation and normal load of the friction interfaces, the largest dissipation first.
 pub(super) fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> String {
     if !summary.has_friction(job) {
         return String::new();

@@ -1,4 +1,4 @@
-//! Verdicts of a run with their meaning and what to do.
+//! Verdicts on a run, with their meaning and advice.
 
 use crate::inverse::certainty::{MOST_MARGIN, Margin};
 use crate::inverse::summary::{Summary, weighting_words};
@@ -10,7 +10,7 @@ use crate::report::Finding;
 use crate::undetermined::by_components;
 use stiction_draw::numbers::{number, order};
 
-/// Residuals above this deserve attention: rounding leaves about 1e-12 of what is exchanged.
+/// Relative residual above which a verdict warns; rounding leaves about 1e-12.
 const CLOSED: f64 = 1e-6;
 /// Largest number of names in a sentence.
 const NAMED: usize = 6;
@@ -160,7 +160,7 @@ fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec<F
              friction. Less friction or longer guides make it unique.",
         )),
         None => all.push(Finding::open(
-            "With friction there may be other solutions: whether there are is not known here",
+            "With friction there may be other solutions; their existence is not decided here",
             "The reported solution is continued from zero friction.",
         )),
     }
@@ -175,7 +175,7 @@ fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec<F
             ),
             format!(
                 "At t = {} s another one is {}. The mechanism may take either, depending on its history: reduce \
-                 the friction, or shorten the arm that presses its guide.",
+                 the friction, or shorten the lever arm of the force on its guide.",
                 number(others.time),
                 listed(&drives, NAMED)
             ),
