@@ -66,7 +66,7 @@ fn execute(options: &Check) -> Result<(), Failure> {
     let names = outputs.complete(&[report::FILE])?;
     if !options.json {
         let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-        note!("{}", folded(&format!("\nwrote {}", names.join(", "))));
+        note!("\nwrote {}", names.join(", "));
     }
     options.report.show(folder.as_deref());
     Ok(())

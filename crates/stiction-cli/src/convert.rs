@@ -2,7 +2,6 @@
 
 use crate::arguments::{Convert, Format};
 use crate::failure::Failure;
-use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::sources::{self, warn};
@@ -13,7 +12,7 @@ use stiction::{Conversion, Converted, Robot};
 pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     let text = sources::model_text(&options.model, &options.reading.import())?;
     for remark in text.notes() {
-        note!("{}", folded(&format!("note: {}", remark.line())));
+        note!("note: {}", remark.line());
     }
     let is_import = text.is_imported();
     let own = text.as_text().to_owned();
@@ -81,7 +80,7 @@ fn converted(options: &Convert, robot: &Robot, format: Format) -> Result<Convert
         Format::Sdf => Conversion::Sdf,
     })?;
     for note in &converted.notes {
-        note!("{}", folded(&format!("note: {note}")));
+        note!("note: {note}");
     }
     Ok(converted)
 }

@@ -5,7 +5,6 @@ mod plant;
 
 use crate::arguments::{Export, Function, Language, Precision, Tunable};
 use crate::failure::Failure;
-use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::sources::{self, warn};
 
@@ -58,6 +57,6 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
 /// Prints a note on effects that `inverse` includes by default and the code does not.
 fn note_remarks(export: &stiction::Export) {
     for remark in export.remarks() {
-        note!("{}", folded(&format!("note: {remark}")));
+        note!("note: {remark}");
     }
 }

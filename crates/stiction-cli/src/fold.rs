@@ -23,7 +23,13 @@ pub(crate) fn folded(text: &str) -> String {
     out
 }
 
-/// Breaks long messages of diagnostics and their help texts; quoted lines of the user's file stay unchanged.
+/// Breaks a text between words into lines, the first behind `first` and all others behind `indent`.
+pub(crate) fn folded_as(text: &str, first: &str, indent: &str) -> String {
+    let options = textwrap::Options::new(WIDTH).initial_indent(first).subsequent_indent(indent);
+    textwrap::fill(text, options)
+}
+
+/// Breaks long messages of diagnostics and their help; lines of the text that they show stay as they are.
 pub(crate) fn folded_diagnostics(text: &str) -> String {
     let plain = |line: &str| -> String {
         // Escape sequences of colours end with `m`.

@@ -2,7 +2,6 @@
 
 use crate::arguments::Identify;
 use crate::failure::Failure;
-use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::report;
@@ -96,7 +95,7 @@ fn write(
         outputs.write(MODEL, text.as_bytes())?;
     } else {
         let text = format!("note: the fit failed, so {MODEL} is not written; --force writes it");
-        note!("{}", folded(&text));
+        note!("{text}");
     }
     let files = outputs.complete(&[MODEL, RESULT, EFFORTS, report::FILE])?;
     if !options.json {

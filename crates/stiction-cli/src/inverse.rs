@@ -29,9 +29,9 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     let robot = sources::filtered_robot(&options.model, &options.filter)?;
     if options.model.name.is_none() {
         note!(
-            "No model given: running `{DEFAULT_MODEL}`, a built-in robot whose three driven legs lift and tilt a\n\
-             platform; `stiction models` lists all. It is the regular twin of a published robot that is\n\
-             singular as printed; `stiction study zhang2018` shows how.\n"
+            "No model given: running `{DEFAULT_MODEL}`, whose three driven legs lift and tilt a platform.\n\
+             `stiction models` lists all built-in robots. This one is the regular twin of a published robot,\n\
+             which is singular as printed; `stiction study zhang2018` shows how.\n"
         );
     }
     warn(robot.warnings());
@@ -194,7 +194,7 @@ pub(crate) fn along(
     progress.clear();
     let verdict = outcome.map_err(|error| Outputs::explain(outputs.as_ref(), error))?;
     for note in &verdict.assembly_notes {
-        note!("{}\n", folded(&format!("note: {note}")));
+        note!("note: {note}\n");
     }
     if choice.friction_margin && verdict.friction_margin.is_none() {
         let why = match friction {

@@ -13,11 +13,11 @@ macro_rules! message {
     }};
 }
 
-/// Prints a line to standard error, unless `--quiet` is given.
+/// Prints a text that `--quiet` omits, in lines that fit on a terminal.
 macro_rules! note {
     ($($what:tt)*) => {{
         if !$crate::manners::is_quiet() {
-            message!($($what)*);
+            message!("{}", $crate::fold::folded(&format!($($what)*)));
         }
     }};
 }
@@ -128,6 +128,10 @@ fn refuse(error: &clap::Error) -> ! {
         Some(command) if error.kind() == ArgumentConflict && command != first => {
             Failure::input(format!("there is no command `{first}`"))
                 .help(format!("did you mean `stiction {command}`?"))
+        }
+        None if error.kind() == ArgumentConflict && sources::is_neither_file_nor_model(&first) => {
+            Failure::input(format!("there is no command and no model `{first}`"))
+                .help("`stiction --help` lists the commands, `stiction models` the built-in models")
         }
         _ if matches!(error.kind(), DisplayHelp | DisplayVersion) => {
             match written(error.print().and_then(|()| std::io::stdout().flush())) {

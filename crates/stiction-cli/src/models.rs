@@ -38,7 +38,10 @@ fn list(options: &Models) -> Result<(), Failure> {
     let wide = models.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
     let mut out = String::new();
     for (name, model) in &models {
-        out += &format!("{name:wide$}  {}\n", model.title());
+        let indent = " ".repeat(wide + 2);
+        let name = format!("{name:wide$}  ");
+        out += &crate::fold::folded_as(model.title(), &name, &indent);
+        out.push('\n');
     }
     out += "\n`stiction models NAME` prints a model's file, `stiction inverse NAME` runs it.\n";
     print(&out)

@@ -93,7 +93,7 @@ fn linearize(options: &Linearize) -> Result<(), Failure> {
     let names = outputs.complete(&[])?;
     if !options.json {
         let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-        note!("{}", folded(&format!("\nwrote {}", names.join(", "))));
+        note!("\nwrote {}", names.join(", "));
     }
     Ok(())
 }

@@ -116,7 +116,12 @@ fn tolerance(known: &str, name: &str) -> usize {
     1 + known.len() / 3 + usize::from(known.chars().next() == name.chars().next())
 }
 
-/// Creates a failure for a name that is neither a file nor a built-in model.
+/// True for a name, no option, that is neither a file nor a built-in model.
+pub(crate) fn is_neither_file_nor_model(name: &str) -> bool {
+    !name.starts_with('-') && gallery::get(name).is_none() && !Path::new(name).exists()
+}
+
+/// A failure for a name that is neither a file nor a built-in model.
 pub(crate) fn unknown_model(name: &str) -> Failure {
     // A misspelt command is parsed as a model.
     let command = near_command(name);
@@ -135,11 +140,19 @@ pub(crate) fn unknown_model(name: &str) -> Failure {
     Failure::input(format!("there is no built-in model and no file named `{name}`")).help(help)
 }
 
-/// Finds the command with the most similar name, if one is similar enough.
+/// The command with the most similar name, if one is similar, or the only one that begins with the name.
 pub(crate) fn near_command(name: &str) -> Option<String> {
+    /// Fewest letters that abbreviate a command.
+    const SHORTEST: usize = 3;
     let program = Arguments::command();
-    let commands = program.get_subcommands().map(clap::Command::get_name).chain(["help"]);
-    commands
+    let commands = || program.get_subcommands().map(clap::Command::get_name).chain(["help"]);
+    let mut longer = commands().filter(|command| command.starts_with(name));
+    if name.len() >= SHORTEST
+        && let (Some(command), None) = (longer.next(), longer.next())
+    {
+        return Some(command.to_owned());
+    }
+    commands()
         .map(|command| {
             let other_letter = command.chars().next() != name.chars().next();
             (strsim::damerau_levenshtein(command, name), other_letter, command)

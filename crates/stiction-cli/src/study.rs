@@ -109,7 +109,9 @@ fn list(for_programs: bool) -> Result<(), Failure> {
     }
     let mut out = String::new();
     for (name, title) in STUDIES {
-        out += &format!("{name}  {title}\n");
+        let indent = " ".repeat(name.len() + 2);
+        out += &crate::fold::folded_as(title, &format!("{name}  "), &indent);
+        out.push('\n');
     }
     out += "\n`stiction study NAME` runs one and writes its report.\n";
     print(&out)

@@ -1,6 +1,5 @@
 //! Notes on the files that a run wrote.
 
-use crate::fold::folded;
 use std::io::{IsTerminal, stderr};
 use std::path::{Path, PathBuf};
 
@@ -16,7 +15,7 @@ pub(crate) fn note_folder(folder: Option<&Path>, files: usize) {
 pub(crate) fn note_files(files: &[PathBuf], is_asked: bool) {
     if is_asked {
         let names: Vec<String> = files.iter().map(|name| name.display().to_string()).collect();
-        note!("{}", folded(&format!("\nwrote {}", names.join(", "))));
+        note!("\nwrote {}", names.join(", "));
     } else if stderr().is_terminal() {
         note!("\nTables and plots: add -o DIR");
     }

@@ -20,7 +20,7 @@ pub fn order(x: f64) -> String {
 /// Formats a ratio in percent; a dash for `None`.
 pub fn percent(ratio: Option<f64>) -> String {
     ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
-        percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
+        percent if percent.abs() < 1e5 => format!("{} %", fixed(percent, 1)),
         percent => format!("{percent:.1e} %"),
     })
 }
@@ -74,6 +74,14 @@ mod tests {
         assert_eq!(fixed(2.5, 3), "2.500");
         assert_eq!(fixed(-10.0, 0), "-10");
         assert_eq!(fixed(-1e300, 3), "-1.000e300");
+    }
+
+    #[test]
+    fn zero_percent_has_no_sign() {
+        assert_eq!(percent(Some(-0.0)), "0.0 %");
+        assert_eq!(percent(Some(-1e-6)), "0.0 %");
+        assert_eq!(percent(Some(-0.123)), "-12.3 %");
+        assert_eq!(percent(Some(2e3)), "2.0e5 %");
     }
 
     /// Agrees with the standard library.

@@ -3,14 +3,20 @@
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::Forces;
-use stiction_core::mechanism::{DriveTrain, MotorMap};
+use stiction_core::mechanism::{DriveTrain, Motor, MotorMap};
+use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
+
+/// Fraction of the largest joint force or moment below which an effort is a rounding error.
+const ROUNDING: f64 = 1e-13;
 
 /// Means that hold the shaft of one motor at rest with power off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PowerOff {
     /// Friction holds the shaft.
     Held,
+    /// Neither a load nor friction acts on the shaft.
+    Unloaded,
     /// A brake on the shaft of the motor is needed, with at least this torque, N m.
     Brake(f64),
     /// Static friction can hold the shaft, but perhaps not together with those of all other motors.
@@ -20,14 +26,22 @@ pub(crate) enum PowerOff {
 /// Determines for each drive train the means that hold its motor with power off, given the forces of the mechanism at
 /// rest.
 pub(crate) fn of(trains: &[DriveTrain], maps: &[MotorMap], forces: &Forces) -> Vec<PowerOff> {
+    let largest = |size: fn(&(Vec3<f64>, Vec3<f64>)) -> f64| {
+        forces.reactions.iter().map(size).fold(0.0, f64::max)
+    };
+    let rounding = [largest(|(force, _)| force.norm()), largest(|(_, moment)| moment.norm())];
     let each = trains.iter().zip(maps).map(|(train, map)| {
         let effort = map.effort(&forces.efforts);
         let at = |bounds| train.motor(effort, bounds, None, 0.0, 0.0);
-        let most = at(map.effort_bounds(&forces.effort_bounds));
-        if !most.holds_without_power() {
-            let (low, high) = most.torque_bounds;
+        let bounds = map.effort_bounds(&forces.effort_bounds);
+        let error = ROUNDING * rounding[usize::from(!train.translates())];
+        let holds = |(low, high)| at((low - error, high + error)).holds_without_power();
+        if !holds(bounds) {
+            let (low, high) = at(bounds).torque_bounds;
             PowerOff::Brake(low.abs().min(high.abs()))
-        } else if at((effort, effort)).holds_without_power() || forces.efforts.len() == 1 {
+        } else if is_nothing(at(bounds), error / train.transmission().abs()) {
+            PowerOff::Unloaded
+        } else if holds((effort, effort)) || forces.efforts.len() == 1 {
             // Joints without friction are one possible state of all of them.
             PowerOff::Held
         } else {
@@ -37,10 +51,16 @@ pub(crate) fn of(trains: &[DriveTrain], maps: &[MotorMap], forces: &Forces) -> V
     each.collect()
 }
 
+/// True if no torque but rounding errors can act on the motor at rest.
+fn is_nothing(motor: Motor, error: f64) -> bool {
+    let (low, high) = motor.torque_bounds;
+    low.abs().max(high.abs()) <= error
+}
+
 impl PowerOff {
     pub(crate) fn json(&self) -> Value {
         match self {
-            Self::Held => json!({ "held": true, "brake_torque": 0.0 }),
+            Self::Held | Self::Unloaded => json!({ "held": true, "brake_torque": 0.0 }),
             Self::Brake(torque) => json!({ "held": false, "brake_torque": torque }),
             Self::Undecided => json!({ "held": null, "brake_torque": null }),
         }
@@ -55,6 +75,7 @@ pub(crate) fn write(
     for (train, found) in trains.iter().zip(found) {
         match found {
             PowerOff::Held => writeln!(out, "  {} is held by friction", train.name)?,
+            PowerOff::Unloaded => writeln!(out, "  {} carries no load in this pose", train.name)?,
             PowerOff::Brake(torque) => writeln!(
                 out,
                 "  {} needs a brake of at least {} N m on the motor's shaft",

@@ -3,7 +3,6 @@
 use crate::arguments::Export as Options;
 use crate::convert;
 use crate::failure::Failure;
-use crate::fold::folded;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -29,10 +28,7 @@ pub(super) fn write(
     match binary(&fmu, fmi) {
         Ok(binary) => files.push(binary),
         Err(why) => note!(
-            "{}",
-            folded(&format!(
-                "note: the FMU has source code only: {why}; tools that compile it accept it, others need a binary"
-            ))
+            "note: the FMU has source code only: {why}; tools that compile it accept it, others need a binary"
         ),
     }
     convert::write(&options.output, &archive(&files)?, files_read)

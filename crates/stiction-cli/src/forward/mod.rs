@@ -84,8 +84,8 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     if !options.json {
         if options.model.name.is_none() {
             note!(
-                "No model given: running the built-in `{DEFAULT_MODEL}`. A controller that knows the robot, but \
-                 not its friction, follows\nthe robot's own motion.\n"
+                "No model given: running the built-in `{DEFAULT_MODEL}`.\n\
+                 A controller that knows the robot, but not its friction, follows the robot's own motion.\n"
             );
         }
         warn(robot.warnings());
@@ -297,7 +297,7 @@ fn single(
         if !options.json && !is_one_of_many {
             let names: Vec<String> =
                 written.iter().map(|name| name.display().to_string()).collect();
-            note!("{}", folded(&format!("\nwrote {}", names.join(", "))));
+            note!("\nwrote {}", names.join(", "));
         }
         if !is_one_of_many {
             options.report.show(folder);

@@ -2,14 +2,25 @@
 
 use super::{Document, Key, Node, Table, Text, Value, convert};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
-use crate::fields::tables::MODEL;
+use crate::fields::tables::{LEGS, MODEL};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use toml::de::DeTable;
 
 /// Tables of named parts. A change never adds a part, because a misspelt name would otherwise add one.
-const NAMED: &[&str] =
-    &["parameters", "bodies", "joints", "springs", "bushings", "actuators", "motions", "loads"];
+const NAMED: &[&str] = &[
+    "parameters",
+    "bodies",
+    "joints",
+    "springs",
+    "bushings",
+    "actuators",
+    "gearings",
+    "motions",
+    "loads",
+];
+/// Tables of named parts of legs that a path may leave out.
+const NAMED_IN_LEGS: &[&str] = &["bodies", "joints", "springs"];
 
 /// Applies the changes of the source ([`Source::with_changes`]) to its document, in order.
 pub(crate) fn apply(source: &Arc<Source>, document: &mut Document, out: &mut Diagnostics) {
@@ -37,22 +48,22 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
     let span = at..at + path.trim().len();
     let names = segments(path.trim());
     let target = Target { path: &names, span: &span, value: &value };
-    let outcome = match target.in_model(root) {
+    let outcome = target.in_model(root);
+    let (name, known, error) = match outcome {
+        Outcome::Unknown { name, known } => {
+            let message = format!("the model has no {}", quoted(&name));
+            let error = Diagnostic::error("unknown-key", message);
+            (name, known, error.at(Place::new(source, span), "unknown key"))
+        }
+        Outcome::NotATable { name, others } => {
+            let message = format!("{} is a value, which has no keys", quoted(&name));
+            let error = Diagnostic::error("change", message);
+            (name, others, error.at(Place::new(source, span), "ends before"))
+        }
         Outcome::Set => return None,
-        outcome => outcome,
-    };
-    let Outcome::Unknown { name, known } = outcome else {
-        return Some(
-            Diagnostic::error("change", "a value in this path has no keys")
-                .at(Place::new(source, span), "ends before"),
-        );
     };
     let known = known.iter().map(String::as_str);
-    Some(
-        Diagnostic::error("unknown-key", format!("the model has no {}", quoted(&name)))
-            .at(Place::new(source, span), "unknown key")
-            .maybe_help(did_you_mean(&name, "known here", known)),
-    )
+    Some(error.maybe_help(did_you_mean(&name, "known here", known)))
 }
 
 /// Components of a key path, separated by points; a quoted component may contain points.
@@ -119,8 +130,11 @@ enum Outcome {
         name: String,
         known: Vec<String>,
     },
-    /// The path leads to a value that has no keys.
-    NotATable,
+    /// The path leads to a value that has no keys; lists other names at the place of its name.
+    NotATable {
+        name: String,
+        others: Vec<String>,
+    },
 }
 
 /// A value and the path at which it is to be placed.
@@ -139,20 +153,26 @@ impl Target<'_> {
             return self.in_table(root, !NAMED.contains(&first) && first != "legs", first);
         }
         let mut known: Vec<String> = Vec::new();
-        let mut no_table = false;
+        let mut value = None;
         for kind in NAMED {
             let Some(table) = table_of(root, kind) else { continue };
             match self.in_table(table, false, kind) {
                 Outcome::Set => return Outcome::Set,
                 // A parameter may have the name of a body.
-                Outcome::NotATable => no_table = true,
+                Outcome::NotATable { name, .. } => value = Some(name),
                 Outcome::Unknown { .. } => {
                     known.extend(table.entries.iter().map(|(key, _)| key.name.clone()));
                 }
             }
         }
-        if no_table {
-            return Outcome::NotATable;
+        if let Some((_, legs)) = root.entries.iter_mut().find(|(key, _)| key.name == "legs") {
+            match self.in_legs(legs) {
+                Outcome::Unknown { known: of_legs, .. } => known.extend(of_legs),
+                outcome => return outcome,
+            }
+        }
+        if let Some(name) = value {
+            return Outcome::NotATable { name, others: known };
         }
         known.extend(MODEL.iter().map(|field| field.key.to_owned()));
         Outcome::Unknown { name: first.to_owned(), known }
@@ -173,19 +193,19 @@ impl Target<'_> {
             let open = !(NAMED.contains(&name.as_str()) && parent == name);
             return inner.in_value(&mut entry.1, open, &name);
         }
-        // Joints and bodies of legs, by name.
         if parent == "legs" {
-            for kind in ["bodies", "joints"] {
-                if let Some(inner) = table_of(table, kind)
-                    && let Outcome::Set = self.in_table(inner, false, kind)
-                {
-                    return Outcome::Set;
-                }
+            let Outcome::Unknown { name, mut known } = self.in_parts_of_legs(table) else {
+                return Outcome::Set;
+            };
+            // A single key, or one that leads to a table, may be new; a part may not.
+            if !open || self.path.len() > 1 && LEGS.iter().all(|field| field.key != name) {
+                known.extend(names(table));
+                return Outcome::Unknown { name, known };
             }
         }
         match self.path {
             [first, ..] if !open => Outcome::Unknown { name: first.clone(), known: names(table) },
-            [] => Outcome::NotATable,
+            [] => Outcome::NotATable { name: parent.to_owned(), others: Vec::new() },
             [name] => {
                 let key = Key { name: name.clone(), span: self.span.clone() };
                 table.entries.push((key, self.value.clone()));
@@ -202,6 +222,43 @@ impl Target<'_> {
         }
     }
 
+    /// Sets the value of a part of one or all groups of legs, given by the name of the part alone.
+    fn in_legs(&self, legs: &mut Value) -> Outcome {
+        match &mut legs.node {
+            Node::Table(group) => self.in_parts_of_legs(group),
+            Node::List(groups) => {
+                let mut last = self.unknown(Vec::new());
+                let mut set = false;
+                for group in groups {
+                    let Node::Table(group) = &mut group.node else { continue };
+                    match self.in_parts_of_legs(group) {
+                        Outcome::Set => set = true,
+                        outcome => last = outcome,
+                    }
+                }
+                if set { Outcome::Set } else { last }
+            }
+            _ => self.unknown(Vec::new()),
+        }
+    }
+
+    /// Sets the value of a part of a group of legs.
+    fn in_parts_of_legs(&self, group: &mut Table) -> Outcome {
+        let mut known = Vec::new();
+        for kind in NAMED_IN_LEGS {
+            let Some(parts) = table_of(group, kind) else { continue };
+            if let Outcome::Set = self.in_table(parts, false, kind) {
+                return Outcome::Set;
+            }
+            known.extend(parts.entries.iter().map(|(key, _)| key.name.clone()));
+        }
+        self.unknown(known)
+    }
+
+    fn unknown(&self, known: Vec<String>) -> Outcome {
+        Outcome::Unknown { name: self.path.first().cloned().unwrap_or_default(), known }
+    }
+
     fn in_value(&self, value: &mut Value, open: bool, parent: &str) -> Outcome {
         if self.path.is_empty() {
             *value = self.value.clone();
@@ -210,7 +267,7 @@ impl Target<'_> {
         match &mut value.node {
             Node::Table(table) => self.in_table(table, open, parent),
             Node::List(list) => self.in_list(list, parent),
-            _ => Outcome::NotATable,
+            _ => Outcome::NotATable { name: parent.to_owned(), others: Vec::new() },
         }
     }
 
@@ -229,7 +286,7 @@ impl Target<'_> {
                 },
             };
         }
-        let mut last = Outcome::NotATable;
+        let mut last = Outcome::NotATable { name: parent.to_owned(), others: Vec::new() };
         let mut set = false;
         for entry in list {
             match self.in_value(entry, count == 1, parent) {

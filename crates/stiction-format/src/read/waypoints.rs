@@ -1,5 +1,6 @@
 //! Reader of motions through waypoints.
 
+mod blend;
 mod curve;
 mod fastest;
 mod joints;

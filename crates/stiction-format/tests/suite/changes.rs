@@ -62,9 +62,49 @@ fn a_defective_change_is_shown() {
         ("tool.mass.x=1", "has no keys"),
         ("=", "the model has no ``"),
         ("legs.rod.mass=1", "legs"),
+        ("cranc.mass=1", "did you mean `crank`?"),
     ] {
         let message = message(change);
         assert!(message.contains(says), "{change}: {message}");
         assert!(message.contains("--set:2:"), "{change}: {message}");
     }
+}
+
+/// A part of legs has the name of the chain, with or without `legs`; other names are refused with those that exist.
+#[test]
+fn parts_of_legs_are_named_as_in_the_chain() {
+    for change in ["legs.tube.mass=2kg", "tube.mass=2kg", "legs.bodies.tube.mass=2kg"] {
+        let model = changed("gough", &[change]).unwrap();
+        assert_eq!(mass(&model, "leg4.tube"), 2.0, "{change}");
+    }
+    let model = changed("delta", &["rod.mass=2kg"]).unwrap();
+    assert_eq!(mass(&model, "leg2.rod"), 2.0);
+    assert_eq!(mass(&model, "twin2.rod"), 2.0);
+    for (change, says) in [
+        ("legs.tubes.mass=2kg", "did you mean `tube`?"),
+        ("legs.rod.mass=2kg", "known here: `tube`, `screw`, `U`, `P`, `S`"),
+        ("tubes.mass=2kg", "did you mean `tube`?"),
+    ] {
+        let message = changed("gough", &[change]).unwrap_err();
+        assert!(message.contains(says), "{change}: {message}");
+    }
+    // The name of a parameter leads no further; the parts of similar names do.
+    let message = changed("delta", &["arm_mass.com=2kg"]).unwrap_err();
+    assert!(message.contains("`arm_mass` is a value, which has no keys"), "{message}");
+}
+
+/// A misspelt gearing is refused, not added.
+#[test]
+fn gearings_are_changed_by_name() {
+    let text = "gravity = [0, 0, 0]\n[bodies.a]\n[bodies.b]\n\
+        [joints.p]\ntype = \"R\"\nfrom = \"ground\"\nto = \"a\"\naxis = \"z\"\n\
+        [joints.q]\ntype = \"R\"\nfrom = \"ground\"\nto = \"b\"\naxis = \"z\"\n\
+        [gearings.belt]\njoints = { p = 1, q = -2 }\n";
+    let read = |change: &str| {
+        let source = Source::new("gears.toml", text).with_changes(&[change]);
+        read(&source, &|_| Err("no files".to_owned())).map_err(|defects| defects.to_string())
+    };
+    assert!(read("gearings.belt.offset=30 deg").is_ok());
+    assert!(read("belt.offset=30 deg").is_ok());
+    assert!(read("gearings.bellt.offset=30 deg").unwrap_err().contains("did you mean `belt`?"));
 }

@@ -18,6 +18,29 @@ fn all_models_are_read_without_warnings() {
     }
 }
 
+/// Slips that leave the text valid: an inertia ten times too large, masses in g, an inertia in kg mm^2.
+#[test]
+fn unlikely_inertias_and_masses_are_doubted() {
+    for (name, change, says) in [
+        ("gough", "platform.inertia=[26, 26, 41]", "the inertia of body `platform`"),
+        ("gough", "tube.inertia=[3, 3, 0.12]", "the inertia of body `leg1.tube`"),
+        ("gough", "tube_mass=9000", "body `leg1.tube` has 9000 kg, more than a cube of gold"),
+        ("gough", "tube_mass=5000", "the inertia of body `leg1.tube`"),
+        ("gough", "platform.inertia=[2.6e6, 2.6e6, 4.1e6]", "the inertia of body `platform`"),
+        (
+            "five-bar",
+            r#"left_crank.inertia={ yy = "3.5 kg*crank^2/12", zz = "3.5 kg*crank^2/12" }"#,
+            "the inertia of body `left_crank`",
+        ),
+        ("slider-crank", "slider.mass=2000", "body `slider` has 2000 kg, more than a cube of gold"),
+    ] {
+        let source = Source::new(format!("{name}.toml"), gallery::get(name).unwrap());
+        let changed = source.with_changes(&[change]);
+        let warnings = read(&changed, &|_| Err("no files".into())).unwrap().warnings.to_string();
+        assert!(warnings.contains(says), "{name}, {change}: {warnings}");
+    }
+}
+
 mod reference {
     use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
     use stiction_format::{ModelFile, Source, gallery, read};

@@ -271,27 +271,45 @@ fn joint_limits_along_a_radius() {
     }
 }
 
-/// Greatest rate, acceleration and jerk of degrees of freedom of a hexapod along a motion, and of its platform's origin.
+/// Motion of degrees of freedom of a gallery's robot that follows prescribed coordinates.
+struct Along<'a> {
+    solver: InverseDynamics,
+    motion: &'a Motion,
+    dofs: &'a [(JointId, usize)],
+    now: f64,
+}
+
+impl<'a> Along<'a> {
+    fn new(name: &str, motion: &'a Motion, dofs: &'a [(JointId, usize)]) -> Self {
+        let model = model(name);
+        let coordinates: Vec<Coordinate> = motion.coordinates.iter().map(|(c, _)| *c).collect();
+        let start: Vec<Target<f64>> = motion.at(0.0).collect();
+        let (mechanism, settings) = (model.mechanism.clone(), Settings::default());
+        let poses = &model.initial_poses;
+        let solver =
+            InverseDynamics::new(mechanism, poses, &coordinates, &start, settings).unwrap();
+        Self { solver, motion, dofs, now: 0.0 }
+    }
+
+    fn at(&mut self, time: f64) -> Vec<Target<f64>> {
+        let motion = self.motion;
+        let at = |t: f64, out: &mut [Target<f64>]| {
+            out.iter_mut().zip(motion.at(t)).for_each(|(out, target)| *out = target);
+        };
+        self.solver.follow(self.now, time, at).unwrap();
+        self.now = time;
+        self.dofs.iter().map(|(joint, dof)| self.solver.joint_motion(*joint, *dof)).collect()
+    }
+}
+
+/// Greatest rate, acceleration and jerk of degrees of freedom of a hexapod along a motion.
 fn greatest(motion: &Motion, dofs: &[(JointId, usize)], count: u32) -> [f64; 3] {
-    let model = model("gough");
-    let coordinates: Vec<Coordinate> = motion.coordinates.iter().map(|(c, _)| *c).collect();
-    let start: Vec<Target<f64>> = motion.at(0.0).collect();
-    let (mechanism, settings) = (model.mechanism.clone(), Settings::default());
-    let poses = &model.initial_poses;
-    let mut solver =
-        InverseDynamics::new(mechanism, poses, &coordinates, &start, settings).unwrap();
+    let mut along = Along::new("gough", motion, dofs);
     let step = motion.duration / f64::from(count);
     let mut most = [0.0_f64; 3];
     let mut before: Vec<f64> = Vec::new();
     for k in 0..=count {
-        let t = step * f64::from(k);
-        let from = step * f64::from(k.saturating_sub(1));
-        let at = |t: f64, out: &mut [Target<f64>]| {
-            out.iter_mut().zip(motion.at(t)).for_each(|(out, target)| *out = target);
-        };
-        solver.follow(from, t, at).unwrap();
-        let now: Vec<Target<f64>> =
-            dofs.iter().map(|(joint, dof)| solver.joint_motion(*joint, *dof)).collect();
+        let now = along.at(step * f64::from(k));
         for (leg, target) in now.iter().enumerate() {
             most[0] = most[0].max(target.rate.abs());
             most[1] = most[1].max(target.acceleration.abs());
@@ -300,6 +318,33 @@ fn greatest(motion: &Motion, dofs: &[(JointId, usize)], count: u32) -> [f64; 3] 
             }
         }
         before = now.iter().map(|target| target.acceleration).collect();
+    }
+    most
+}
+
+/// Greatest rate or acceleration, by golden-section search about the greatest sample of each degree of freedom.
+fn greatest_between(motion: &Motion, dofs: &[(JointId, usize)], of_rate: bool) -> f64 {
+    const SAMPLES: u32 = 2_000;
+    let mut most = 0.0_f64;
+    for dof in dofs {
+        let mut along = Along::new("gough", motion, std::slice::from_ref(dof));
+        let mut value = |time: f64| {
+            let target = along.at(time)[0];
+            if of_rate { target.rate.abs() } else { target.acceleration.abs() }
+        };
+        let step = motion.duration / f64::from(SAMPLES);
+        let samples: Vec<f64> = (0..=SAMPLES).map(|k| value(step * f64::from(k))).collect();
+        let greatest = samples.iter().copied().fold(0.0, f64::max);
+        most = most.max(greatest);
+        let place = samples.iter().position(|sample| *sample == greatest).unwrap() as f64;
+        let (mut low, mut high) =
+            ((place - 1.0).max(0.0) * step, ((place + 1.0) * step).min(motion.duration));
+        for _ in 0..45 {
+            let third = 0.381_966_011_25 * (high - low);
+            let (a, b) = (value(low + third), value(high - third));
+            most = most.max(a).max(b);
+            if a > b { high -= third } else { low += third }
+        }
     }
     most
 }
@@ -384,4 +429,53 @@ fn paths_of_bodies_that_follow_from_joints() {
     });
     let most = most.fold(0.0_f64, f64::max);
     assert!((most / 2.0 - 1.0).abs() < 1e-9, "{most}");
+}
+
+/// Limits of legs are reached by every law: the greatest speed and acceleration equal the limits to 1e-9, found between
+/// samples by search. A trapezoid's acceleration jumps, so that a search finds its greatest value only to one side.
+#[test]
+fn legs_of_a_hexapod_reach_their_limits() {
+    let model = model("gough");
+    let legs: Vec<_> = model.mechanism.actuators().collect();
+    for law in ["quintic", "cycloid", "modified-sine", "trapezoid", "s-curve"] {
+        for of_rate in [true, false] {
+            // The other limits are far away, but a trapezoid and an s-curve need them.
+            let limits = match (law, of_rate) {
+                ("trapezoid", true) => "speed = 0.2, acceleration = 50",
+                ("s-curve", true) => "speed = 0.2, acceleration = 50, jerk = 9000",
+                ("s-curve", false) => "acceleration = 4, jerk = 9000",
+                (_, true) => "speed = 0.2",
+                (_, false) => "acceleration = 4",
+            };
+            let limit = if of_rate { 0.2 } else { 4.0 };
+            let text = format!("law = \"{law}\"\nlimits.actuators = {{ {limits} }}\n{WAYS}");
+            let motion = motion_of("gough", &text).unwrap();
+            let ratio = greatest_between(&motion, &legs, of_rate) / limit;
+            assert!((ratio - 1.0).abs() < 1e-9, "{law}, {limits}: {ratio}");
+        }
+    }
+}
+
+/// A blend that adds two moves to more than a limit is refused with the longest one that does not, if there is one.
+#[test]
+fn a_blend_that_is_too_long_names_the_longest() {
+    let text = |law: &str, limits: &str, blend: &str| {
+        format!(
+            "law = \"{law}\"\nlimits.{limits}\nwaypoints = [{{ tool.x = -0.08, tool.y = 0.34 }},\n\
+             {{ tool.y = 0.38, blend = {blend} }}, {{ tool.x = 0.08 }}]"
+        )
+    };
+    for limits in ["tool = { acceleration = 20 }", "actuators = { acceleration = 90 }"] {
+        let message = motion(&text("cycloid", limits, "0.03")).unwrap_err();
+        let (_, rest) = message.split_once("the longest blend within the limits takes ").unwrap();
+        let longest = rest.split(' ').next().unwrap();
+        assert!(longest.parse::<f64>().unwrap() < 0.03, "{message}");
+        motion(&text("cycloid", limits, longest)).unwrap();
+        let longer = format!("{}", 1.02 * longest.parse::<f64>().unwrap());
+        assert!(motion(&text("cycloid", limits, &longer)).is_err(), "{limits}: {longest}");
+    }
+    let limits = "tool = { acceleration = 20, jerk = 900 }";
+    let message = motion(&text("s-curve", limits, "0.01")).unwrap_err();
+    assert!(message.contains("no blend is short enough"), "{message}");
+    assert!(message.contains("their greatest jerk at this waypoint"), "{message}");
 }

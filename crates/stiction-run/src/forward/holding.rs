@@ -103,7 +103,7 @@ impl Job<'_> {
         at_start.rates.fill(0.0);
         let mut holding =
             Holding { rests_at_start: self.rests(&forward, at_start), ..Holding::default() };
-        match self.ranges(&forward, &found.state) {
+        match self.ranges(&found.state) {
             Ok(ranges) => holding.ranges = ranges,
             Err(error) => holding.unknown = Some(error.to_string()),
         }
@@ -126,8 +126,11 @@ impl Job<'_> {
         )
     }
 
-    /// Ranges of the efforts that hold a position of rest.
-    fn ranges(&self, forward: &Forward, state: &State<f64>) -> Result<Vec<HoldingRange>, Error> {
+    /// Ranges of the efforts at a position of rest, found without friction.
+    fn ranges(&self, state: &State<f64>) -> Result<Vec<HoldingRange>, Error> {
+        // The tree of that state: simulations of friction may have shafts in addition.
+        let tree = Forward::new(self.model.mechanism.without_friction(), &[]);
+        let forward = &tree;
         let mut bodies = Bodies::new(forward.topology());
         bodies.place(forward.topology(), forward.parameters(), &state.coordinates);
         let rest = State {
@@ -149,9 +152,9 @@ impl Job<'_> {
         let forces = model.solve(&loads).map_err(Error::ControllerForces)?;
         let (mut low, mut high): (Vec<f64>, Vec<f64>) =
             forces.effort_bounds.iter().copied().unzip();
-        let motors = Motors::new(forward.mechanism());
+        let motors = Motors::new(&self.model.mechanism);
         motors.widen(&mut low, &mut high);
-        let names = Names::new(forward.mechanism()).drives.into_iter();
+        let names = Names::new(&self.model.mechanism).drives.into_iter();
         let ranges = names.zip(low.into_iter().zip(high));
         Ok(ranges.map(|((name, unit), range)| HoldingRange { name, unit, range }).collect())
     }

@@ -118,47 +118,45 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
         return write_dofs(out, summary);
     }
     let names = &layout.names.drives;
-    let wide = width(names.iter().map(|(name, _)| name.as_str()), 13);
-    let follows = layout.reference.contains(&true);
-    write!(out, "{:wide$}  {:>23}  {:>13}  {:>13}", "", "effort", "position", "rate")?;
+    let wide = width(names.iter().map(|(name, _)| name.as_str()), 14);
+    writeln!(out, "{:wide$}  {:>23}  {:>15}  {:>17}", "", "effort", "position", "rate")?;
     writeln!(
         out,
-        "{}",
-        if follows { format!("  {:>25}", "tracking error") } else { String::new() }
-    )?;
-    write!(
-        out,
-        "{:wide$}  {:>11} {:>11}  {:>13}  {:>13}",
+        "{:wide$}  {:>11} {:>11}  {:>15}  {:>17}",
         "actuator", "peak", "rms", "at the end", "at the end"
-    )?;
-    writeln!(
-        out,
-        "{}",
-        if follows { format!("  {:>12} {:>12}", "peak", "rms") } else { String::new() }
     )?;
     for (k, (name, unit)) in names.iter().enumerate() {
         let dof = layout.dof_of_actuator[k];
         let motion = layout.motion_in(&summary.last.forward, dof);
         let [place, speed, _] = layout.dofs[dof].units();
         let size = &summary.drives[k];
-        let (position, rate) = (settled(motion[0]), settled(motion[1]));
-        write!(
+        writeln!(
             out,
-            "{name:wide$}  {:>11} {:>11}  {:>13}  {:>13}",
+            "{name:wide$}  {:>11} {:>11}  {:>15}  {:>17}  {unit}",
             number(size.peak),
             number(size.rms()),
-            format!("{position} {place}"),
-            format!("{rate} {speed}"),
+            format!("{} {place}", settled(motion[0])),
+            format!("{} {speed}", settled(motion[1])),
         )?;
-        if layout.reference[k] {
-            let error = &summary.errors[k];
-            let small = if place == "m" { ("mm", 1e3) } else { ("mrad", 1e3) };
-            let amount = |x: f64| format!("{} {}", number(x * small.1), small.0);
-            write!(out, "  {:>12} {:>12}", amount(error.peak), amount(error.rms()))?;
-        } else if follows {
-            write!(out, "  {:>12} {:>12}", "-", "-")?;
-        }
-        writeln!(out, "  {unit}")?;
+    }
+    writeln!(out)?;
+    write_errors(out, summary, wide)
+}
+
+/// Writes the tracking errors of the actuators that follow the motion.
+fn write_errors(out: &mut impl Write, summary: &Summary, wide: usize) -> fmt::Result {
+    let layout = &summary.layout;
+    if !layout.reference.contains(&true) {
+        return Ok(());
+    }
+    writeln!(out, "{:wide$}  {:>11} {:>11}", "tracking error", "peak", "rms")?;
+    let names = layout.names.drives.iter().zip(&layout.reference).zip(&summary.errors);
+    for (k, (((name, _), _), error)) in names.enumerate().filter(|(_, ((_, follows), _))| **follows)
+    {
+        let translates = layout.dofs[layout.dof_of_actuator[k]].translates;
+        let unit = if translates { "mm" } else { "mrad" };
+        let [peak, rms] = [error.peak, error.rms()].map(|x| number(1e3 * x));
+        writeln!(out, "{name:wide$}  {peak:>11} {rms:>11}  {unit}")?;
     }
     writeln!(out)
 }
@@ -322,8 +320,8 @@ fn write_verdicts(
     if outcome.open_drives > 0 {
         writeln!(
             out,
-            "CAUTION: efforts are not unique: {} more joints are prescribed or locked than \
-             necessary; the efforts with the least sum of squares are reported",
+            "CAUTION: efforts are not unique: {} prescribed or locked more than necessary; the \
+             efforts with the least sum of squares are reported",
             match outcome.open_drives {
                 1 => "one joint is".to_owned(),
                 n => format!("{n} joints are"),

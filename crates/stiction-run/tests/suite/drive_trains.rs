@@ -315,6 +315,37 @@ fn torques_that_hold() {
     assert!((brake + high).abs() < 1e-12, "{brake} {high}");
 }
 
+/// A pin along gravity carries the weight without effort. The rounding error that remains needs no brake.
+#[test]
+fn rounding_errors_need_no_brake() {
+    let model = with(&["
+gravity = [1.1, 2.3, -3.7]
+[bodies.arm]
+mass = 3
+com = [0.3, 0.2, 0.1]
+inertia = [0.05, 0.05, 0.05]
+[joints.pin]
+type = \"R\"
+from = \"ground\"
+to = \"arm\"
+axis = [1.1, 2.3, -3.7]
+[actuators.motor]
+joint = \"pin\"
+ratio = 10
+efficiency = 0.8
+[loads.none]
+[motions.m]
+duration = 0
+pin = 0.3
+"]);
+    let job = job_of(&model);
+    let (inverse, _, summary) = run(&job);
+    let effort = inverse.column("pin.drive [N m]")[0];
+    assert!(effort != 0.0 && effort.abs() < 1e-13, "{effort}");
+    let power_off = &summary["actuators"]["motor"]["power_off"];
+    assert_eq!((&power_off["held"], &power_off["brake_torque"]), (&true.into(), &0.0.into()));
+}
+
 #[test]
 fn limits_of_the_motor() {
     // rms of an inertia of 0.05 kg m^2 on a sine of 1 rad at 1 Hz: 0.05 (2 pi)^2 / sqrt 2.

@@ -223,9 +223,9 @@ impl fmt::Display for Compared {
         if self.resolution > 0.0 || self.noise > 0.0 || self.delay > 0.0 {
             writeln!(
                 f,
-                "encoders with steps of {:e}, noise {:e} (m or rad), delay {}",
-                self.resolution,
-                self.noise,
+                "encoders with steps of {}, noise {} (m or rad), delay {}",
+                digits(self.resolution),
+                digits(self.noise),
                 small(self.delay, "s")
             )?;
         }

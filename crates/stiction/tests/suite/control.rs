@@ -625,3 +625,49 @@ fn equilibrium_with_static_friction() {
     let frozen = frozen.drives("pivot = 1 N m*cos(t/1 s)").unwrap().run().unwrap();
     assert!(frozen.findings().notes[0].contains("change with time"), "{frozen}");
 }
+
+/// A hanging double pendulum whose two motors move both joints, with constant friction c of each motor: the greatest
+/// efforts 25 c of the motors act together on both joints.
+#[test]
+fn equilibrium_with_motors_of_several_joints() {
+    let text = r#"
+gravity = [0, 0, -9.81]
+[bodies.upper]
+mass = 2
+com = [0, 0, -0.2]
+inertia = [0.02, 0.02, 0.002]
+[bodies.lower]
+mass = 1
+com = [0, 0, -0.1]
+inertia = [0.005, 0.005, 0.001]
+[joints.pitch]
+type = "R"
+from = "ground"
+to = "upper"
+axis = "y"
+[joints.roll]
+type = "R"
+from = "upper"
+to = "lower"
+at = [0, 0, -0.4]
+axis = "y"
+[actuators.left]
+joints = { pitch = 1, roll = 1 }
+ratio = 25
+motor_friction = { constant = 0.01 }
+[actuators.right]
+joints = { pitch = 1, roll = -1 }
+ratio = 25
+motor_friction = { constant = 0.01 }
+"#;
+    let robot = Robot::parse(text).unwrap();
+    let rests = robot.equilibrium().unwrap().from("pitch = 0.5 rad; roll = -0.2 rad").unwrap();
+    let rests = rests.run().unwrap();
+    assert!(rests.position("pitch").unwrap().abs() < 1e-9);
+    let holding = rests.findings().holding.as_ref().unwrap();
+    assert_eq!((holding.rests_at_start, holding.ranges.len()), (Some(false), 2), "{holding:?}");
+    for range in &holding.ranges {
+        let (low, high) = range.range;
+        assert!((low + 0.5).abs() < 1e-9 && (high - 0.5).abs() < 1e-9, "{range:?}");
+    }
+}

@@ -1,11 +1,10 @@
 //! Durations of the moves between waypoints.
 
 use super::Channel;
-use super::curve::{Curve, largest};
-use super::fastest::{fastest, magnitudes};
-use super::limits::{Limited, LimitedPath};
-use super::trace::{self, Goals};
-use crate::diagnostic::{Diagnostic, number, quoted};
+use super::curve::Curve;
+use super::fastest::fastest;
+use super::limits::Limited;
+use crate::diagnostic::{Diagnostic, number};
 use crate::document::Table;
 use crate::fields::tables::WAYPOINT;
 use crate::read::context::Record;
@@ -16,7 +15,7 @@ use crate::source::Span;
 use std::sync::Arc;
 
 /// Relative tolerance of limits, for the rounding of durations.
-const ROUNDING: f64 = 1e-9;
+pub(super) const ROUNDING: f64 = 1e-9;
 
 /// Determines the durations of the moves.
 pub(super) struct Timing<'a> {
@@ -164,89 +163,6 @@ impl Timing<'_> {
             Some(fastest) => fastest.stretched(duration),
             None => Profile::lasting(law, duration),
         })
-    }
-
-    /// Checks if neighbouring moves may overlap, and that their sum stays within the limits.
-    fn check_blend(
-        &self,
-        (moves, start): (&Arc<Moves>, f64),
-        waypoint: usize,
-        blend: f64,
-        span: &Span,
-    ) -> Option<()> {
-        let context = self.reader.context;
-        let [before, after] = moves.0.get(waypoint.checked_sub(1)?..=waypoint)? else {
-            return None;
-        };
-        let most = before.profile.duration.min(after.profile.duration) / 2.0;
-        let refuse = |message: String| {
-            context.push(
-                Diagnostic::error("range", message)
-                    .at(context.place(span), "too long")
-                    .help("shorten the blend, or stop at this waypoint"),
-            );
-        };
-        if blend > most {
-            refuse(format!(
-                "the blend takes {} s; it can be half of the shorter of both moves, {} s",
-                number(blend),
-                number(most)
-            ));
-            return None;
-        }
-        // Between corners, both moves are smooth.
-        let mut corners = vec![after.begin, before.end()];
-        for each in [before, after] {
-            let own = each.profile.phases().into_iter().map(|time| each.begin + time);
-            corners.extend(own.filter(|time| *time > after.begin && *time < before.end()));
-        }
-        corners.sort_by(f64::total_cmp);
-        corners.dedup_by(|a, b| *a - *b <= ROUNDING * blend);
-        let state = |each: &Move, interval: usize, t: f64| {
-            let middle = 0.5 * (corners[interval] + corners[interval + 1]);
-            each.profile.in_phase(each.profile.phase(middle - each.begin), t - each.begin)
-        };
-        let has_joints =
-            self.limited.iter().any(|limited| matches!(limited.way, LimitedPath::Followed(_)));
-        let curves = match has_joints {
-            true => {
-                let goals = Goals::new(self.channels, moves);
-                let way = trace::between(self.reader, &goals, self.limited, (start, &corners));
-                if way.is_none() {
-                    refuse("the mechanism cannot follow the blend".to_owned());
-                }
-                way?
-            }
-            false => Vec::new(),
-        };
-        let mut joint = 0;
-        for limited in self.limited {
-            let (one, two) = (limited.step(waypoint - 1), limited.step(waypoint));
-            let peaks = match &limited.way {
-                LimitedPath::Straight(_) => largest(&corners, true, |interval, t| {
-                    let [_, v1, a1, j1] = state(before, interval, t);
-                    let [_, v2, a2, j2] = state(after, interval, t);
-                    [(v1, v2), (a1, a2), (j1, j2)].map(|(a, b)| (one * a + two * b).norm())
-                }),
-                LimitedPath::Followed(_) => {
-                    joint += 1;
-                    largest(&corners, true, |interval, t| {
-                        magnitudes(curves[interval][joint - 1].iter().map(|curve| curve.at(t)))
-                    })
-                }
-            };
-            let over = (0..3).find(|&k| peaks[k] > limited.limits[k] * (1.0 + ROUNDING));
-            if let Some(k) = over {
-                let what = ["speed", "acceleration", "jerk"][k];
-                let factor = peaks[k] / limited.limits[k];
-                refuse(format!(
-                    "in the blend the {what} of {} reaches {factor:.3} times its limit",
-                    quoted(&limited.path)
-                ));
-                return None;
-            }
-        }
-        Some(())
     }
 }
 

@@ -1,0 +1,184 @@
+//! Blends: neighbouring moves that overlap, and whose sum keeps the limits.
+
+use super::curve::largest;
+use super::fastest::magnitudes;
+use super::limits::LimitedPath;
+use super::timing::{ROUNDING, Timing};
+use super::trace::{self, Goals};
+use crate::diagnostic::{Diagnostic, number, quoted};
+use crate::document::{Key, Value};
+use crate::signal::waypoints::{Move, Moves};
+use crate::source::Span;
+use std::sync::Arc;
+
+/// Steps of the search for the longest blend within the limits, which halve its error.
+const HALVINGS: usize = 12;
+/// Parts of a blend that are tried first: if the shortest exceeds a limit, so does any blend. On very short intervals
+/// rounding may hide the motion of joints.
+const SHORTEST: [f64; 2] = [1e-3, 0.03];
+/// Help without a number.
+const SHORTEN: &str = "shorten the blend, or stop at this waypoint";
+
+/// A limit that a blend exceeds.
+struct Excess {
+    path: String,
+    /// Order of the derivative less one: speed, acceleration, jerk.
+    what: usize,
+    /// Largest value over the limit.
+    factor: f64,
+}
+
+impl Timing<'_> {
+    /// Checks if neighbouring moves may overlap, and that their sum stays within the limits.
+    pub(super) fn check_blend(
+        &self,
+        (moves, start): (&Arc<Moves>, f64),
+        waypoint: usize,
+        blend: f64,
+        span: &Span,
+    ) -> Option<()> {
+        let context = self.reader.context;
+        let refuse = |message: String, help: &str| {
+            context.push(
+                Diagnostic::error("range", message).at(context.place(span), "too long").help(help),
+            );
+        };
+        let [before, after] = moves.0.get(waypoint.checked_sub(1)?..=waypoint)? else {
+            return None;
+        };
+        let most = before.profile.duration.min(after.profile.duration) / 2.0;
+        if blend > most {
+            let (blend, most) = (number(blend), number(most));
+            refuse(
+                format!(
+                    "the blend takes {blend} s; it can be half of the shorter of both moves, {most} s"
+                ),
+                SHORTEN,
+            );
+            return None;
+        }
+        match self.excess((moves, start), waypoint) {
+            Ok(None) => Some(()),
+            Ok(Some(Excess { path, what, factor })) => {
+                let what = ["speed", "acceleration", "jerk"][what];
+                // A time of arrival would make the next move shorter with the blend.
+                let arrives = |(key, _): &(Key, Value)| key.name == "at";
+                let fixed = self.tables.get(waypoint + 1)?.entries.iter().any(arrives);
+                let help = match self.longest((moves, start), waypoint, blend) {
+                    Ok(Some(_)) if fixed => SHORTEN.to_owned(),
+                    Ok(Some(longest)) => {
+                        format!("the longest blend within the limits takes {longest} s")
+                    }
+                    Err(()) => SHORTEN.to_owned(),
+                    Ok(None) => format!(
+                        "no blend is short enough: both moves have their greatest {what} at this waypoint; use a \
+                         smoother `law`, raise the limit, or stop here"
+                    ),
+                };
+                let path = quoted(&path);
+                refuse(
+                    format!(
+                        "in the blend the {what} of {path} reaches {factor:.3} times its limit"
+                    ),
+                    &help,
+                );
+                None
+            }
+            Err(()) => {
+                refuse("the mechanism cannot follow the blend".to_owned(), SHORTEN);
+                None
+            }
+        }
+    }
+
+    /// Longest blend at a waypoint that keeps all limits, s, rounded down to three digits; `None` if even a very short
+    /// one exceeds a limit.
+    ///
+    /// # Errors
+    /// It is not known.
+    fn longest(
+        &self,
+        (moves, start): (&Arc<Moves>, f64),
+        waypoint: usize,
+        blend: f64,
+    ) -> Result<Option<String>, ()> {
+        let keeps = |shorter: f64| {
+            let later = |(k, each): (usize, &Move)| {
+                let delay = if k < waypoint { 0.0 } else { blend - shorter };
+                Move { begin: each.begin + delay, profile: each.profile.clone() }
+            };
+            let moves = Arc::new(Moves(moves.0.iter().enumerate().map(later).collect()));
+            self.excess((&moves, start), waypoint).map(|excess| excess.is_none())
+        };
+        let [shortest, short] = SHORTEST.map(|part| part * blend);
+        let mut low = match keeps(shortest) {
+            Ok(true) => shortest,
+            Ok(false) => return Ok(None),
+            Err(()) if keeps(short)? => short,
+            Err(()) => return Err(()),
+        };
+        let mut high = blend;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if keeps(middle)? { low = middle } else { high = middle }
+        }
+        let places = 10f64.powf(2.0 - low.log10().floor());
+        Ok(Some(number((low * places).floor() / places)))
+    }
+
+    /// The first limit that is exceeded where the moves to and from a waypoint overlap.
+    ///
+    /// # Errors
+    /// The mechanism cannot follow there.
+    fn excess(
+        &self,
+        (moves, start): (&Arc<Moves>, f64),
+        waypoint: usize,
+    ) -> Result<Option<Excess>, ()> {
+        let (before, after) = (&moves.0[waypoint - 1], &moves.0[waypoint]);
+        // Between corners, both moves are smooth.
+        let mut corners = vec![after.begin, before.end()];
+        for each in [before, after] {
+            let own = each.profile.phases().into_iter().map(|time| each.begin + time);
+            corners.extend(own.filter(|time| *time > after.begin && *time < before.end()));
+        }
+        corners.sort_by(f64::total_cmp);
+        let blend = before.end() - after.begin;
+        corners.dedup_by(|a, b| *a - *b <= ROUNDING * blend);
+        let state = |each: &Move, interval: usize, t: f64| {
+            let middle = 0.5 * (corners[interval] + corners[interval + 1]);
+            each.profile.in_phase(each.profile.phase(middle - each.begin), t - each.begin)
+        };
+        let has_joints =
+            self.limited.iter().any(|limited| matches!(limited.way, LimitedPath::Followed(_)));
+        let curves = match has_joints {
+            true => {
+                let goals = Goals::new(self.channels, moves);
+                trace::between(self.reader, &goals, self.limited, (start, &corners)).ok_or(())?
+            }
+            false => Vec::new(),
+        };
+        let mut joint = 0;
+        for limited in self.limited {
+            let (one, two) = (limited.step(waypoint - 1), limited.step(waypoint));
+            let peaks = match &limited.way {
+                LimitedPath::Straight(_) => largest(&corners, true, |interval, t| {
+                    let [_, v1, a1, j1] = state(before, interval, t);
+                    let [_, v2, a2, j2] = state(after, interval, t);
+                    [(v1, v2), (a1, a2), (j1, j2)].map(|(a, b)| (one * a + two * b).norm())
+                }),
+                LimitedPath::Followed(_) => {
+                    joint += 1;
+                    largest(&corners, true, |interval, t| {
+                        magnitudes(curves[interval][joint - 1].iter().map(|curve| curve.at(t)))
+                    })
+                }
+            };
+            if let Some(what) = (0..3).find(|&k| peaks[k] > limited.limits[k] * (1.0 + ROUNDING)) {
+                let factor = peaks[what] / limited.limits[what];
+                return Ok(Some(Excess { path: limited.path.clone(), what, factor }));
+            }
+        }
+        Ok(None)
+    }
+}
