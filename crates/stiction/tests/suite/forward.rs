@@ -119,3 +119,62 @@ fn prescribed_actuators_need_the_efforts_of_inverse_dynamics() {
         }
     }
 }
+
+/// A prescribed motion that pauses brings the joints to rest: in the pause friction holds, and does not act as if the
+/// joints slid on in the last direction.
+#[test]
+fn joints_stick_while_a_prescribed_motion_pauses() {
+    // A cart on a slope of 0.1 rad, moved through its mass centre.
+    let cart = r#"
+        gravity = ["-9.81 m/s^2*sin(0.1)", 0, "-9.81 m/s^2*cos(0.1)"]
+        bodies.cart = { mass = "2 kg", com = [0, 0, 0], inertia = [0.01, 0.01, 0.01] }
+        [joints.g]
+        type = "P"
+        from = "ground"
+        to = "cart"
+        axis = "x"
+        actuated = true
+        friction = { mu = 0.2 }
+        [motions.go]
+        law = "quintic"
+        waypoints = [{ g = 0 }, { at = "1 s", g = "100 mm" }, { at = "2 s", g = "100 mm" }, { at = "3 s", g = 0 }]
+    "#;
+    let robot = Robot::parse(cart).unwrap();
+    let run = robot.forward().prescribe("g").unwrap().step(0.25).run().unwrap();
+    let (weight, load) = (2.0 * 9.81 * 0.1_f64.sin(), 2.0 * 9.81 * 0.1_f64.cos());
+    let effort = |index: usize| run.samples()[index].effort("g").unwrap();
+    for index in [5, 6, 7] {
+        let friction = run.samples()[index].friction("g").unwrap();
+        assert!(friction.sticks, "{index}");
+        // The cart can be held by its motor alone, and the rule of least static friction says so.
+        assert!((effort(index) - weight).abs() < 1e-12, "{}", effort(index));
+    }
+    // Half-way through both moves the acceleration is zero.
+    assert!((effort(2) - weight - 0.2 * load).abs() < 1e-9, "{}", effort(2));
+    assert!((effort(10) - weight + 0.2 * load).abs() < 1e-9, "{}", effort(10));
+    let times = |wanted: fn(&EventKind) -> bool| -> Vec<f64> {
+        run.events().iter().filter(|event| wanted(&event.kind)).map(|event| event.time).collect()
+    };
+    let sticks = times(|kind| matches!(kind, EventKind::Sticks { .. }));
+    let slides = times(|kind| matches!(kind, EventKind::Slides { .. }));
+    assert!(sticks.len() == 2 && (sticks[0] - 1.0).abs() < 1e-9, "{sticks:?}");
+    assert!(slides.last().is_some_and(|time| (time - 2.0).abs() < 1e-3), "{slides:?}");
+
+    // Joints that follow through a loop rest with it.
+    let source = stiction::gallery::get("slider-crank").unwrap();
+    let motion = r#"
+        [motions.pause]
+        law = "quintic"
+        waypoints = [{ A = 1 }, { at = "1 s", A = 2 }, { at = "2 s", A = 2 }, { at = "3 s", A = 1 }]
+    "#;
+    let robot = Robot::parse(&format!("{source}{motion}")).unwrap();
+    let request = robot.forward().motion("pause").unwrap().prescribe("A").unwrap();
+    let run = request.step(0.25).run().unwrap();
+    for index in [5, 6, 7] {
+        for joint in ["A", "B", "C", "guide"] {
+            let friction = run.samples()[index].friction(joint).unwrap();
+            assert!(friction.sticks, "{joint} at sample {index}");
+        }
+    }
+    assert!(!run.samples()[10].friction("B").unwrap().sticks);
+}

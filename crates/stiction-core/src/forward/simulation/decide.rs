@@ -25,8 +25,11 @@ impl Simulation<'_> {
             Ending::Smooth => {
                 self.stalled = 0;
                 self.look_for_others(inputs)?;
-                if leaves { self.reconsider(inputs, None) } else { Ok(()) }
+                let changes = leaves || self.rests_as_prescribed(inputs);
+                if changes { self.reconsider(inputs, None) } else { Ok(()) }
             }
+            // Rounding can give the slip velocity a sign where the prescribed motion comes to rest.
+            Ending::Stops(_) if self.rests_as_prescribed(inputs) => self.reconsider(inputs, None),
             Ending::Stops(interface) => self.reconsider(inputs, Some(interface)),
             Ending::SlipOnset | Ending::Passes(_) => self.reconsider(inputs, None),
         }

@@ -4,6 +4,7 @@ use super::{REST, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::inputs::Inputs;
+use crate::forward::instant::InterfaceSample;
 use crate::kinematics::Target;
 
 /// Time, s, after which the direction of a prescribed motion that starts from rest is sampled.
@@ -69,12 +70,39 @@ impl Forward {
         self.is_prescribed_interface(interface).then_some(InterfaceMode::Sticks)
     }
 
+    /// Returns whether all prescribed coordinates stay at rest from this time on, which excludes the instant of a reversal.
+    /// `false` without prescribed coordinates.
+    fn is_prescribed_at_rest(&self, (time, fastest): (f64, f64), inputs: &mut dyn Inputs) -> bool {
+        let least = self.least_prescribed_speed(fastest);
+        !self.prescribed.is_empty()
+            && [0.0, AHEAD].iter().all(|ahead| {
+                let targets = self.targets(time + ahead, inputs);
+                let speeds = self.prescribed.iter().zip(&targets).map(|(&actuator, target)| {
+                    let at = self.topology.actuators[actuator];
+                    let translates =
+                        self.topology.joint_types[at.joint].dofs()[at.dof].translates();
+                    target.rate.abs() * if translates { 1.0 } else { self.parameters.length }
+                });
+                speeds.fold(0.0, f64::max) <= least
+            })
+    }
+
     fn least_prescribed_speed(&self, fastest: f64) -> f64 {
         (REST * fastest).max(MOVES * self.parameters.length)
     }
 }
 
 impl Simulation<'_> {
+    /// Returns whether an interface that is recorded as sliding rests because the prescribed motion has come to rest.
+    /// Its slip velocity then reaches zero without a change of sign.
+    pub(super) fn rests_as_prescribed(&self, inputs: &mut dyn Inputs) -> bool {
+        let rests = |(mode, state): (&InterfaceMode, &InterfaceSample)| {
+            matches!(mode, InterfaceMode::Slides(_)) && norm(state.velocity) <= REST * self.fastest
+        };
+        self.modes.iter().zip(&self.now.interfaces).any(rests)
+            && self.model.is_prescribed_at_rest((self.now.time, self.fastest), inputs)
+    }
+
     /// Finds the fraction of a step at which an interface in a prescribed joint begins to slip; `None` if it does not
     /// slip at the end of the step.
     pub(super) fn prescribed_slip_onset(
