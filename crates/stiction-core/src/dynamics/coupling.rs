@@ -464,17 +464,16 @@ impl FrictionCoupling {
         for ((&unknown, gradient), weight) in unknowns.iter().zip(&self.gradients).zip(&*weights) {
             gains[at.joint(unknown)] += *gradient * *weight;
         }
+        let powers = &mut self.packed;
+        responses.powers(gains, powers);
         slopes.clear();
         for component in 0..responses.len() {
             let interface = responses.interface(component);
             let acting = &acting[interface];
             let wrench = self.start[at.joint(interface)];
             let load = at.normal_load(interface, wrench, OwnFriction::none()).value;
-            let changes = gains.iter().enumerate();
-            let slope = responses.effort(component, actuator)
-                + changes
-                    .map(|(joint, gain)| gain.power(responses.wrench(component, joint)))
-                    .sum::<f64>();
+            let change = powers[component / WIDTH].0[component % WIDTH];
+            let slope = responses.effort(component, actuator) + change;
             slopes.push(slope * acting.resistance.force(load));
         }
         Some(())

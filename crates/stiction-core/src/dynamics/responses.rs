@@ -5,7 +5,8 @@ use super::inverse::Inverse;
 use super::model::Model;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
-use crate::spatial::{Vec3, Wrench};
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Vec3, Wrench};
 use core::ops::Range;
 
 /// Responses at one position, for the sliding directions at that position. A sliding interface has one
@@ -142,6 +143,20 @@ impl Responses {
             let [u, v, w] = change.moment.to_array().map(sum);
             *wrench += Wrench { force: Vec3::new(x, y, z), moment: Vec3::new(u, v, w) };
         }
+    }
+
+    /// Computes, for each component in blocks of four, the sum of the powers of its joint wrenches per newton on these
+    /// twists, one for each joint; requires stored wrenches.
+    pub(super) fn powers(&self, twists: &[Twist<f64>], powers: &mut Vec<Four>) {
+        powers.clear();
+        let blocks = self.wrenches.chunks_exact(twists.len().max(1));
+        powers.extend(blocks.map(|wrenches| {
+            let mut sum = Four::zero();
+            for (twist, wrench) in twists.iter().zip(wrenches) {
+                sum += twist.lift::<Four>().power(*wrench);
+            }
+            sum
+        }));
     }
 
     /// Change of an effort per newton of a component.
