@@ -225,8 +225,7 @@ impl SingularityDistances {
     ) -> bool {
         self.place(parameters, bodies);
         let largest = self.largest();
-        // NaN permits no conclusion.
-        if !(value > SMALL * largest) {
+        if value.is_nan() || value <= SMALL * largest {
             return false;
         }
         let by = value * value + ROUNDED * largest * largest;
