@@ -4,6 +4,8 @@ pub use stiction_core::words::significant;
 
 /// Magnitude above which fixed decimals show more digits than a double has.
 const LONGEST: f64 = 1e15;
+/// Magnitude from which exact numbers have a power of ten.
+const PLAIN: f64 = 1e16;
 /// Largest number of significant decimal digits of a double.
 const MOST_DIGITS: usize = 17;
 
@@ -43,13 +45,14 @@ pub fn fixed(x: f64, decimals: usize) -> String {
 pub fn exact(out: &mut String, x: f64) {
     let mut buffer = zmij::Buffer::new();
     let text = buffer.format(x);
-    match text.split_once('+') {
-        // Positive powers of ten are written without their sign.
-        Some((digits, power)) => {
-            out.push_str(digits);
-            out.push_str(power);
-        }
-        None => out.push_str(text.strip_suffix(".0").unwrap_or(text)),
+    // Positive powers of ten are written without their sign; looking for it takes as long as the digits.
+    if x.abs() >= PLAIN
+        && let Some((digits, power)) = text.split_once('+')
+    {
+        out.push_str(digits);
+        out.push_str(power);
+    } else {
+        out.push_str(text.strip_suffix(".0").unwrap_or(text));
     }
 }
 

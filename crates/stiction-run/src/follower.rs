@@ -12,6 +12,8 @@ pub struct Follower<'a> {
     /// The mechanism at [`Self::time`].
     pub solver: InverseDynamics,
     time: f64,
+    /// Values of the motion at another instant.
+    ahead: Vec<Target<f64>>,
 }
 
 impl<'a> Follower<'a> {
@@ -29,7 +31,17 @@ impl<'a> Follower<'a> {
         let solver =
             InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, settings)
                 .map_err(|error| Error::Assembly { time, error })?;
-        Ok(Self { motion, solver, time })
+        Ok(Self { motion, solver, time, ahead: targets })
+    }
+
+    /// Reads the values of the motion at an instant, s, into [`Self::ahead`].
+    fn read(&mut self, time: f64) -> Result<(), Error> {
+        self.ahead.clear();
+        for signal in self.motion.signals() {
+            let value = signal.checked_at(time);
+            self.ahead.push(value.map_err(|fault| Error::NotFinite(Box::new(fault)))?);
+        }
+        Ok(())
     }
 
     /// Present instant, s.
@@ -42,9 +54,11 @@ impl<'a> Follower<'a> {
     /// # Errors
     /// As [`Follower::new`].
     pub fn go_to(&mut self, time: f64) -> Result<(), Error> {
-        check_finite(self.motion.signals(), time)?;
-        let targets_at = |t: f64, targets: &mut [Target<f64>]| {
-            targets.iter_mut().zip(self.motion.at(t)).for_each(|(target, at)| *target = at);
+        self.read(time)?;
+        let Self { motion, ahead, .. } = self;
+        let targets_at = |t: f64, targets: &mut [Target<f64>]| match t == time {
+            true => targets.copy_from_slice(ahead),
+            false => targets.iter_mut().zip(motion.at(t)).for_each(|(target, at)| *target = at),
         };
         let followed = self.solver.follow(self.time, time, targets_at);
         followed.or_else(|error| {
@@ -59,9 +73,8 @@ impl<'a> Follower<'a> {
     /// Moves to another instant, s, at which the coordinates, rates and accelerations of the tree are known from an
     /// earlier visit. Returns false, without a move, if they do not satisfy the constraints.
     pub(crate) fn return_to(&mut self, time: f64, known: [&[f64]; 3]) -> bool {
-        let targets: Vec<Target<f64>> = self.motion.at(time).collect();
-        let finite = check_finite(self.motion.signals(), time).is_ok();
-        let arrived = finite && self.solver.return_to(known, &targets);
+        let finite = self.read(time).is_ok();
+        let arrived = finite && self.solver.return_to(known, &self.ahead);
         if arrived {
             self.time = time;
         }
@@ -70,8 +83,9 @@ impl<'a> Follower<'a> {
 
     /// Moves to another instant, s, in a single step. Returns false if the step is too long.
     pub(crate) fn step_to(&mut self, time: f64) -> bool {
-        let targets: Vec<Target<f64>> = self.motion.at(time).collect();
-        let arrived = self.solver.follow_in_one_step(time - self.time, &targets);
+        self.ahead.clear();
+        self.ahead.extend(self.motion.at(time));
+        let arrived = self.solver.follow_in_one_step(time - self.time, &self.ahead);
         if arrived {
             self.time = time;
         }

@@ -37,8 +37,8 @@ pub enum Indices {
     /// All samples.
     #[default]
     All,
-    /// Samples that may have the least index of the motion; the indices of all other samples are NaN. This suffices for
-    /// summaries.
+    /// Samples that may have the least index of the motion. Elsewhere the indices are NaN, and the couplings of friction
+    /// are upper bounds that do not exceed the greatest one. Enough for summaries.
     Least,
 }
 

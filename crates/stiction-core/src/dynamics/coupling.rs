@@ -3,6 +3,7 @@
 //!
 //! Equations (F6), (F7) and (D3) of the book's theory.
 
+use super::balance::{Four, UnitFriction, UnitResponses, WIDTH, lane_of};
 use super::interfaces::InterfaceState;
 use super::inverse::Inverse;
 use super::load_history::LoadHistory;
@@ -11,9 +12,10 @@ use super::responses::Responses;
 use crate::friction::{OwnFriction, Resistance};
 use crate::friction_problem::influence::Influence;
 use crate::friction_problem::load_problem::{LoadProblem, LoadWorkspace};
-use crate::friction_problem::newton::{UNBOUNDED, largest};
+use crate::friction_problem::newton::{Accepted, UNBOUNDED, largest};
 use crate::friction_problem::normal_load::Configuration;
-use crate::friction_problem::uniqueness::{self, BoundWorkspace};
+use crate::friction_problem::small_system::pack;
+use crate::friction_problem::uniqueness::{self, BoundStart, BoundWorkspace};
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::spatial::{Twist, Wrench};
@@ -21,6 +23,10 @@ use crate::spatial::{Twist, Wrench};
 /// Largest number of interfaces for which all responses are stored and the normal loads solved as a
 /// dense problem, the cost of which grows with the cube of the number of interfaces.
 const DENSE: usize = 64;
+
+/// Error of the normal loads, relative to the largest, at which extrapolated loads need no Newton step. A fixed-point step
+/// reduces it by the coupling.
+const ERROR: f64 = 1e-13;
 
 /// Friction that acts at one interface.
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +95,13 @@ pub(super) struct FrictionCoupling {
     problem: LoadProblem,
     workspace: LoadWorkspace,
     bound: BoundWorkspace,
+    /// See [`FrictionCoupling::accept_up_to`].
+    accepted: f64,
+    /// Friction of each component per newton of normal load, and in N, in blocks of four components.
+    factors: Vec<Four>,
+    packed: Vec<Four>,
+    /// Bound of the last [`Self::begin`], or of the opposite motion.
+    strength: f64,
     /// Sensitivities to the normal loads.
     weights: Vec<f64>,
     gradients: Vec<Twist<f64>>,
@@ -136,15 +149,18 @@ impl Influence for ComputedInfluence<'_> {
         let Configuration { parameters, bodies } = *at;
         // Components and unknowns are in the order of the interfaces.
         let mut column = 0;
-        responses.update(inverse, model, parameters, bodies, false, |interface, response| {
-            if unknowns.get(column) != Some(&interface) {
-                return;
+        responses.update(inverse, model, parameters, bodies, false, |_, units, responses| {
+            for (lane, unit) in units.iter().enumerate() {
+                if unknowns.get(column) != Some(&unit.interface) {
+                    continue;
+                }
+                let coefficient = inverse.interfaces()[unit.interface].resistance.coefficient;
+                for (row, &to) in unknowns.iter().enumerate() {
+                    let wrench = lane_of(&responses.wrenches[at.joint(to)], lane);
+                    put(row, column, wrench * coefficient);
+                }
+                column += 1;
             }
-            let coefficient = inverse.interfaces()[interface].resistance.coefficient;
-            for (row, &to) in unknowns.iter().enumerate() {
-                put(row, column, response.wrenches[at.joint(to)] * coefficient);
-            }
-            column += 1;
         });
     }
 }
@@ -174,7 +190,8 @@ impl FrictionCoupling {
         with_wrenches: bool,
     ) -> &Responses {
         if !self.is_current || with_wrenches && !self.is_stored {
-            self.responses.update(inverse, model, parameters, bodies, with_wrenches, |_, _| {});
+            let ignore = |_: usize, _: &[UnitFriction], _: &UnitResponses| {};
+            self.responses.update(inverse, model, parameters, bodies, with_wrenches, ignore);
             (self.is_current, self.is_stored) = (true, with_wrenches);
         }
         &self.responses
@@ -195,7 +212,8 @@ impl FrictionCoupling {
         if states.len() <= DENSE {
             self.responses(inverse, model, parameters, bodies, true);
             self.act(states.iter().map(|state| Acting::of(state, [0.0; 3])), at);
-            return self.problem.coupling_bound(at, &mut self.workspace);
+            self.strength = self.coupling_bound(at);
+            return self.strength;
         }
         let Self { unknowns, responses, bound, .. } = self;
         unknowns.clear();
@@ -206,30 +224,43 @@ impl FrictionCoupling {
         let each =
             unknowns.iter().map(|&unknown| (unknown, states[unknown].resistance.coefficient));
         let mut influence = ComputedInfluence { responses, inverse, model, at, unknowns };
+        bound.accept_up_to(self.accepted);
         let strength = uniqueness::coupling_bound(at, each, &mut influence, bound);
         (self.is_current, self.is_stored) = (!self.unknowns.is_empty(), false);
         strength
     }
 
+    /// Bound on the coupling of the acting friction.
+    fn coupling_bound(&mut self, at: Configuration<'_>) -> f64 {
+        let Self { problem, workspace, keeps_history, accepted, .. } = self;
+        let start = if *keeps_history { BoundStart::Last } else { BoundStart::New };
+        problem.coupling_bound(at, (start, *accepted), workspace)
+    }
+
+    /// Accepts any bound on the coupling of [`Self::begin`] up to this value in place of the least one.
+    pub(super) fn accept_up_to(&mut self, bound: f64) {
+        self.accepted = bound;
+    }
+
     /// Sets the friction that acts at each interface.
     pub(super) fn act(&mut self, acting: impl Iterator<Item = Acting>, at: Configuration<'_>) {
-        let Self { responses, wrenches, start, problem, unknowns, .. } = self;
+        let Self { responses, wrenches, start, problem, unknowns, frictions, .. } = self;
         self.acting.clear();
         self.acting.extend(acting);
         start.clone_from(wrenches);
         unknowns.clear();
         problem.clear();
+        frictions.clear();
         for (interface, acting) in self.acting.iter().enumerate() {
             let constant = acting.resistance.constant;
-            if constant != 0.0 {
-                for (component, part) in responses.components(interface).zip(acting.parts) {
-                    add_multiple(start, responses, component, part * constant);
-                }
-            }
+            let components = responses.components(interface).zip(acting.parts);
+            frictions.extend(components.map(|(_, part)| part * constant));
             if acting.is_coupled() {
                 unknowns.push(interface);
             }
         }
+        pack(frictions, &mut self.packed);
+        responses.add_to(start, &self.packed);
         for &interface in &*unknowns {
             let Acting { resistance: Resistance { coefficient, constant }, sense, .. } =
                 self.acting[interface];
@@ -237,6 +268,21 @@ impl FrictionCoupling {
             problem.add(interface, own, start[at.joint(interface)]);
         }
         let (acting, parameters) = (&*self.acting, at.parameters);
+        if unknowns.len() == responses.len() {
+            // All interfaces are coupled and have one component: the blocks are those of the responses.
+            let factor = |acting: &Acting| acting.parts[0] * acting.resistance.coefficient;
+            let factors = &mut self.factors;
+            factors.clear();
+            factors.extend(
+                acting
+                    .chunks(WIDTH)
+                    .map(|acting| Four::from_fn(|lane| acting.get(lane).map_or(0.0, factor))),
+            );
+            problem.set_influence_in_blocks(|row, block| {
+                *responses.block(block, at.joint(row)) * factors[block]
+            });
+            return;
+        }
         problem.set_influence(&mut StoredInfluence { responses, acting, unknowns, parameters });
     }
 
@@ -245,7 +291,7 @@ impl FrictionCoupling {
     pub(super) fn settle(&mut self, at: Configuration<'_>, start: Start<'_>) -> bool {
         let found = match start {
             Start::Last if self.loads.len() == self.unknowns.len() => {
-                self.newton(at) || self.newton_from_uncoupled(at, None)
+                self.newton(at, 0.0) || self.newton_from_uncoupled(at, None)
             }
             Start::Expected => {
                 self.newton_from_expected(at, 0) || self.newton_from_uncoupled(at, None)
@@ -291,8 +337,10 @@ impl FrictionCoupling {
 
     /// Runs Newton's method from the normal loads extrapolated from previous positions.
     fn newton_from_expected(&mut self, at: Configuration<'_>, history: usize) -> bool {
-        let Self { history: all, unknowns, loads, .. } = self;
-        all[history].predict(unknowns, loads) && self.newton(at)
+        let Self { history: all, unknowns, loads, strength, .. } = self;
+        // The residual bounds the error: a map that contracts by the coupling.
+        let residual = ERROR * (1.0 - *strength);
+        all[history].predict(unknowns, loads) && self.newton(at, residual)
     }
 
     /// Solves for the present motion after [`Self::begin`], if the bound proves the solution unique;
@@ -338,31 +386,28 @@ impl FrictionCoupling {
                 *load = (2.0 * *load - opposite[interface].load()).max(0.0);
             }
         }
-        self.newton(at)
+        self.newton(at, 0.0)
     }
 
-    /// Runs Newton's method from the present normal loads.
-    fn newton(&mut self, at: Configuration<'_>) -> bool {
+    /// Runs Newton's method from the present normal loads; see [`Accepted::residual`].
+    fn newton(&mut self, at: Configuration<'_>, residual: f64) -> bool {
         let Self { problem, loads, workspace, .. } = self;
-        let limit = UNBOUNDED * largest(loads).max(f64::MIN_POSITIVE);
-        problem.solve_from(at, loads, limit, workspace)
+        let most = UNBOUNDED * largest(loads).max(f64::MIN_POSITIVE);
+        problem.solve_from(at, loads, Accepted { most, residual }, workspace)
     }
 
     /// Computes the wrenches of all joints with the friction of [`Self::settle`].
     pub(super) fn joint_wrenches(&mut self) -> &[Wrench<f64>] {
         self.start.clone_from(&self.wrenches);
-        for (component, friction) in self.frictions.iter().enumerate() {
-            if *friction != 0.0 {
-                add_multiple(&mut self.start, &self.responses, component, *friction);
-            }
-        }
+        pack(&self.frictions, &mut self.packed);
+        self.responses.add_to(&mut self.start, &self.packed);
         &self.start
     }
 
     /// Computes the effort of an actuator with the friction of [`Self::settle`].
     pub(super) fn effort(&self, actuator: usize) -> f64 {
         let each = self.frictions.iter().enumerate();
-        let change = each.map(|(k, friction)| self.responses.efforts(k)[actuator] * friction);
+        let change = each.map(|(k, friction)| self.responses.effort(k, actuator) * friction);
         self.efforts[actuator] + change.sum::<f64>()
     }
 
@@ -381,8 +426,11 @@ impl FrictionCoupling {
         self.act(pairs.map(|(state, interface)| Acting::reversed(state, interface)), at);
         // With a separate law for backward sliding, the opposite motion has other coefficients.
         let has_other_law = interfaces.iter().any(|interface| interface.backward.is_some());
-        if has_other_law && self.problem.coupling_bound(at, &mut self.workspace) >= 1.0 {
-            return None;
+        if has_other_law {
+            self.strength = self.coupling_bound(at);
+            if self.strength >= 1.0 {
+                return None;
+            }
         }
         let settled = self.settle(at, Start::Opposite(states));
         let efforts = (0..self.efforts.len()).map(|actuator| self.effort(actuator));
@@ -405,7 +453,7 @@ impl FrictionCoupling {
         weights.extend(unknowns.iter().map(|&interface| {
             let Acting { resistance, parts, .. } = acting[interface];
             let components = responses.components(interface).zip(parts);
-            let sum = components.map(|(k, part)| responses.efforts(k)[actuator] * part);
+            let sum = components.map(|(k, part)| responses.effort(k, actuator) * part);
             sum.sum::<f64>() * resistance.coefficient
         }));
         problem.adjoint(at, &self.loads, weights, &mut self.gradients, workspace)?;
@@ -416,15 +464,16 @@ impl FrictionCoupling {
         for ((&unknown, gradient), weight) in unknowns.iter().zip(&self.gradients).zip(&*weights) {
             gains[at.joint(unknown)] += *gradient * *weight;
         }
+        let powers = &mut self.packed;
+        responses.powers(gains, powers);
         slopes.clear();
         for component in 0..responses.len() {
             let interface = responses.interface(component);
             let acting = &acting[interface];
             let wrench = self.start[at.joint(interface)];
             let load = at.normal_load(interface, wrench, OwnFriction::none()).value;
-            let changes = gains.iter().zip(responses.wrenches(component));
-            let slope = responses.efforts(component)[actuator]
-                + changes.map(|(gain, wrench)| gain.power(*wrench)).sum::<f64>();
+            let change = powers[component / WIDTH].0[component % WIDTH];
+            let slope = responses.effort(component, actuator) + change;
             slopes.push(slope * acting.resistance.force(load));
         }
         Some(())
@@ -433,12 +482,5 @@ impl FrictionCoupling {
     /// Components of an interface.
     pub(super) fn components(&self, interface: usize) -> core::ops::Range<usize> {
         self.responses.components(interface)
-    }
-}
-
-/// Adds the effect of a friction component of `amount` (N) to the wrenches of all joints.
-fn add_multiple(wrenches: &mut [Wrench<f64>], of: &Responses, component: usize, amount: f64) {
-    for (wrench, unit) in wrenches.iter_mut().zip(of.wrenches(component)) {
-        *wrench += *unit * amount;
     }
 }

@@ -176,7 +176,8 @@ impl<T: Scalar> InterfaceState<T> {
         wrench: Wrench<T>,
     ) -> Load<T> {
         let own = self.own_friction();
-        normal_load_between(&interface.load, interface, pitch, j, k, wrench, own)
+        let surface = (interface.shape, interface.radius);
+        normal_load_between(&interface.load, surface, pitch, (j, k), wrench, own)
     }
 
     /// Constant and slope of the linearised friction force, `friction = constant + slope.power(wrench)`,

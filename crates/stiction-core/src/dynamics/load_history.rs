@@ -1,7 +1,17 @@
 //! Normal loads at the last positions of a motion, and their prediction for the next position.
 
-/// Number of positions kept: the prediction is a parabola through them.
-const KEPT: usize = 3;
+/// Number of positions kept: the prediction is a polynomial of the fourth degree through them. Higher degrees amplify
+/// round-off.
+const KEPT: usize = 5;
+
+/// Coefficients of the polynomials through one to five equidistant positions, newest first.
+const COEFFICIENTS: [&[f64]; KEPT] = [
+    &[1.0],
+    &[2.0, -1.0],
+    &[3.0, -3.0, 1.0],
+    &[4.0, -6.0, 4.0, -1.0],
+    &[5.0, -10.0, 10.0, -5.0, 1.0],
+];
 
 /// Normal loads at the last positions.
 #[derive(Clone, Debug, Default)]
@@ -21,15 +31,10 @@ impl LoadHistory {
             return false;
         }
         loads.clone_from(&self.loads[0]);
-        let [last, before, first] = &self.loads;
-        // Coefficients of the polynomial through equidistant positions.
+        let coefficients = COEFFICIENTS[self.count - 1];
         for (k, load) in loads.iter_mut().enumerate() {
-            let expected = match self.count {
-                1 => last[k],
-                2 => 2.0 * last[k] - before[k],
-                _ => 3.0 * (last[k] - before[k]) + first[k],
-            };
-            *load = expected.max(0.0);
+            let kept = self.loads.iter().zip(coefficients);
+            *load = kept.map(|(kept, factor)| factor * kept[k]).sum::<f64>().max(0.0);
         }
         true
     }
@@ -64,16 +69,21 @@ mod tests {
     use super::LoadHistory;
 
     #[test]
-    fn parabolas_are_continued_exactly() {
+    fn polynomials_of_the_fourth_degree_are_continued_exactly() {
         let mut history = LoadHistory::default();
-        let load = |t: f64| vec![1.0 + 2.0 * t + 3.0 * t * t, 5.0 - t];
+        let load = |t: f64| vec![1.0 + 2.0 * t + 3.0 * t.powi(4), 7.0 - t];
         let mut found = Vec::new();
         assert!(!history.predict(&[4, 7], &mut found));
-        for t in 0..3 {
+        for t in 0..5 {
+            // Straight lines are continued from two positions on.
+            if t >= 2 {
+                assert!(history.predict(&[4, 7], &mut found));
+                assert_eq!(found[1], load(f64::from(t))[1]);
+            }
             history.add(&[4, 7], &load(f64::from(t)));
         }
         assert!(history.predict(&[4, 7], &mut found));
-        assert_eq!(found, load(3.0));
+        assert_eq!(found, load(5.0));
         // With other slipping interfaces nothing is known.
         assert!(!history.predict(&[4], &mut found));
         history.add(&[4], &[2.0]);

@@ -1,11 +1,12 @@
 //! Responses of all forces to unit friction forces, from one factorisation of the frictionless balance.
 
-use super::balance::{Balance, LaneWorkspace, UnitFriction, UnitResponse};
+use super::balance::{Balance, Four, LaneWorkspace, UnitFriction, UnitResponses, WIDTH, lane_of};
 use super::inverse::Inverse;
 use super::model::Model;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
-use crate::spatial::Wrench;
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Vec3, Wrench};
 use core::ops::Range;
 
 /// Responses at one position, for the sliding directions at that position. A sliding interface has one
@@ -20,10 +21,11 @@ pub(super) struct Responses {
     workspace: LaneWorkspace,
     /// Numbers of joints, actuators and local degrees of freedom.
     counts: [usize; 3],
-    /// Joint wrenches for all components; empty unless stored.
-    wrenches: Vec<Wrench<f64>>,
-    efforts: Vec<f64>,
-    spins: Vec<f64>,
+    /// Joint wrenches for all components, in blocks of four components; empty unless stored.
+    wrenches: Vec<Wrench<Four>>,
+    /// Efforts and accelerations of local degrees of freedom, in the same blocks.
+    efforts: Vec<Four>,
+    spins: Vec<Four>,
 }
 
 impl Responses {
@@ -70,8 +72,8 @@ impl Responses {
         balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
     }
 
-    /// Computes all responses; calls `take` with each component and its response, and stores joint
-    /// wrenches as well if `store`.
+    /// Computes all responses; calls `take` with the number of each block of four components and its
+    /// responses, and stores joint wrenches as well if `store`.
     pub(super) fn update(
         &mut self,
         inverse: &Inverse<f64>,
@@ -79,19 +81,22 @@ impl Responses {
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
         store: bool,
-        mut take: impl FnMut(usize, &UnitResponse),
+        mut take: impl FnMut(usize, &[UnitFriction], &UnitResponses),
     ) {
         self.begin(inverse, model, parameters, bodies);
         let Self { balance, units, workspace, wrenches, efforts, spins, .. } = self;
         let Some(balance) = balance else { return };
         let plan = &*model.balance;
-        balance.respond(plan, parameters, bodies, units, workspace, |component, response| {
+        let mut blocks = units.chunks(WIDTH).enumerate();
+        balance.respond(plan, parameters, bodies, units, workspace, |responses| {
             if store {
-                wrenches.extend_from_slice(&response.wrenches);
+                wrenches.extend_from_slice(&responses.wrenches);
             }
-            efforts.extend_from_slice(&response.efforts);
-            spins.extend_from_slice(&response.spins);
-            take(component, response);
+            efforts.extend_from_slice(&responses.efforts);
+            spins.extend_from_slice(&responses.spins);
+            if let Some((block, units)) = blocks.next() {
+                take(block, units, responses);
+            }
         });
     }
 
@@ -110,23 +115,65 @@ impl Responses {
         self.units[component].interface
     }
 
+    /// Changes of a joint's wrench per newton of the components of a block of four; requires stored
+    /// wrenches.
+    pub(super) fn block(&self, block: usize, joint: usize) -> &Wrench<Four> {
+        &self.wrenches[block * self.counts[0] + joint]
+    }
+
     /// Change of a joint's wrench per newton of a component; requires stored wrenches.
     pub(super) fn wrench(&self, component: usize, joint: usize) -> Wrench<f64> {
-        self.wrenches(component)[joint]
+        lane_of(self.block(component / WIDTH, joint), component % WIDTH)
     }
 
-    /// Changes of the wrenches of all joints per newton of a component; requires stored wrenches.
-    pub(super) fn wrenches(&self, component: usize) -> &[Wrench<f64>] {
-        &self.wrenches[component * self.counts[0]..][..self.counts[0]]
+    /// Adds the changes of all joint wrenches by these amounts of all components, N, in blocks of four;
+    /// requires stored wrenches.
+    pub(super) fn add_to(&self, wrenches: &mut [Wrench<f64>], amounts: &[Four]) {
+        if amounts.iter().all(|amounts| amounts.0 == [0.0; WIDTH]) {
+            return;
+        }
+        let joints = self.counts[0];
+        for (joint, wrench) in wrenches.iter_mut().enumerate() {
+            let mut change = Wrench::zero();
+            let blocks = self.wrenches[joint..].iter().step_by(joints);
+            for (block, amounts) in blocks.zip(amounts) {
+                change += *block * *amounts;
+            }
+            let [x, y, z] = change.force.to_array().map(sum);
+            let [u, v, w] = change.moment.to_array().map(sum);
+            *wrench += Wrench { force: Vec3::new(x, y, z), moment: Vec3::new(u, v, w) };
+        }
     }
 
-    /// Changes of all efforts per newton of a component.
-    pub(super) fn efforts(&self, component: usize) -> &[f64] {
-        &self.efforts[component * self.counts[1]..][..self.counts[1]]
+    /// Computes, for each component in blocks of four, the sum of the powers of its joint wrenches per newton on these
+    /// twists, one for each joint; requires stored wrenches.
+    pub(super) fn powers(&self, twists: &[Twist<f64>], powers: &mut Vec<Four>) {
+        powers.clear();
+        let blocks = self.wrenches.chunks_exact(twists.len().max(1));
+        powers.extend(blocks.map(|wrenches| {
+            let mut sum = Four::zero();
+            for (twist, wrench) in twists.iter().zip(wrenches) {
+                sum += twist.lift::<Four>().power(*wrench);
+            }
+            sum
+        }));
     }
 
-    /// Changes of the accelerations of local degrees of freedom per newton of a component.
-    pub(super) fn spins(&self, component: usize) -> &[f64] {
-        &self.spins[component * self.counts[2]..][..self.counts[2]]
+    /// Change of an effort per newton of a component.
+    pub(super) fn effort(&self, component: usize, actuator: usize) -> f64 {
+        let block = component / WIDTH * self.counts[1];
+        self.efforts[block + actuator].0[component % WIDTH]
     }
+
+    /// Change of the acceleration of a local degree of freedom per newton of a component.
+    pub(super) fn spin(&self, component: usize, spin: usize) -> f64 {
+        let block = component / WIDTH * self.counts[2];
+        self.spins[block + spin].0[component % WIDTH]
+    }
+}
+
+/// Sum of the lanes.
+fn sum(lanes: Four) -> f64 {
+    let [a, b, c, d] = lanes.0;
+    (a + b) + (c + d)
 }

@@ -15,7 +15,8 @@ use crate::friction_problem::continuation::{Lock, StepPolicy};
 use crate::friction_problem::fixed_point::FixedPoint;
 use crate::friction_problem::influence::Influence;
 use crate::friction_problem::load_problem::{LoadProblem, LoadWorkspace};
-use crate::friction_problem::newton::{UNBOUNDED, largest};
+use crate::friction_problem::newton::{Accepted, UNBOUNDED, largest};
+use crate::friction_problem::uniqueness::BoundStart;
 use crate::random::Random;
 use crate::spatial::{Vec3, Wrench};
 
@@ -237,7 +238,9 @@ impl Coupling {
     /// Returns the uniqueness bound: if it is below one, no other normal loads satisfy the friction laws in these
     /// modes.
     pub(super) fn bound(&mut self, model: &Forward, data: &Data) -> f64 {
-        self.problem.coupling_bound(model.configuration(data), &mut self.workspace)
+        // The bound must not depend on earlier ones, which a resumed simulation does not have.
+        let least = (BoundStart::New, 0.0);
+        self.problem.coupling_bound(model.configuration(data), least, &mut self.workspace)
     }
 
     /// Searches for solutions that differ from `known`, from many random starts.
@@ -259,7 +262,8 @@ impl Coupling {
             let reach = size * 3f64.powi(k as i32 / 4 + 1);
             let mut loads: Vec<f64> =
                 start.iter().map(|_| random.vector().x.abs() * reach).collect();
-            if !self.problem.solve_from(at, &mut loads, UNBOUNDED * size, &mut self.workspace) {
+            let accepted = Accepted::below(UNBOUNDED * size);
+            if !self.problem.solve_from(at, &mut loads, accepted, &mut self.workspace) {
                 continue;
             }
             self.workspace.loads = loads;

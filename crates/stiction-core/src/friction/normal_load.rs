@@ -118,7 +118,7 @@ impl<T: Scalar> NormalLoadMap<T> {
 
     /// Computes the load of a pin, a guide or the bore of a thread under `wrench` (about the reference point):
     /// a surface around the line along the unit vector `axis`, between the origins of J and K.
-    #[inline]
+    #[inline(always)]
     pub fn between(&self, wrench: Wrench<T>, j: Vec3<T>, k: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         let (middle, span) = match self.supports {
             Supports::Predecessor => (j, self.bending_span),
@@ -154,7 +154,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         Load { value: self.preload + effort * slope, gradient: unit * slope }
     }
 
-    #[inline]
+    #[inline(always)]
     fn across(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
         // Rare cases are not inlined, to keep kernels of dual numbers small.
         if self.combine == Combine::Sum && self.smoothing.is_none() {
@@ -165,7 +165,7 @@ impl<T: Scalar> NormalLoadMap<T> {
     }
 
     /// Sums all parts of the load.
-    #[inline]
+    #[inline(always)]
     fn sum(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
         let moment = wrench.moment_about(point);
         let mut sum = Sum { value: self.preload, by_force: Vec3::zero(), by_moment: Vec3::zero() };
@@ -259,7 +259,7 @@ impl<T: Scalar> NormalLoadMap<T> {
     }
 
     /// Computes the load of a ball at `point` under `wrench` (about the reference point).
-    #[inline]
+    #[inline(always)]
     pub fn at_point(&self, wrench: Wrench<T>, point: Vec3<T>) -> Load<T> {
         let resultant = self.norm(wrench.force);
         Sum {
@@ -271,7 +271,7 @@ impl<T: Scalar> NormalLoadMap<T> {
     }
 
     /// Norm of a force and its gradient, with smoothing if declared.
-    #[inline]
+    #[inline(always)]
     fn norm(&self, force: Vec3<T>) -> Part<T, Vec3<T>> {
         match self.smoothing {
             None => norm(force),
@@ -326,7 +326,7 @@ struct Part<T, D> {
 }
 
 /// Length of a vector and its gradient, the unit vector; zero for a zero vector.
-#[inline]
+#[inline(always)]
 fn norm<T: Scalar>(v: Vec3<T>) -> Part<T, Vec3<T>> {
     let value = v.norm();
     let safe = value.if_positive(value, T::one());
@@ -349,7 +349,7 @@ struct Sum<T> {
 impl<T: Scalar> Sum<T> {
     /// Converts a gradient with respect to the moment about `point` to one with respect to the
     /// wrench about the reference point.
-    #[inline]
+    #[inline(always)]
     fn load(self, point: Vec3<T>) -> Load<T> {
         Load {
             value: self.value,

@@ -38,6 +38,35 @@ impl InfluenceMatrix {
         });
     }
 
+    /// Stores an operator of `count` interfaces whose wrenches are given in blocks of four columns, for each row.
+    pub(super) fn store_blocks(&mut self, count: usize, of: impl Fn(usize, usize) -> Wrench<Four>) {
+        let width = blocks_of(count);
+        self.count = count;
+        self.blocks.resize(6 * count * width, Four::zero());
+        for (row, rows) in self.blocks.chunks_exact_mut(6 * width).enumerate() {
+            for block in 0..width {
+                let Wrench { force, moment } = of(row, block);
+                let components = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
+                for (row, component) in rows.chunks_exact_mut(width).zip(components) {
+                    row[block] = component;
+                }
+            }
+        }
+    }
+
+    /// Number of interfaces.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Wrenches at the joint of an interface for a block of four columns.
+    pub(super) fn block(&self, interface: usize, block: usize) -> Wrench<Four> {
+        let width = blocks_of(self.count);
+        let rows = &self.blocks[6 * width * interface + block..];
+        let [a, b, c, d, e, f] = core::array::from_fn(|k| rows[k * width]);
+        Wrench { force: Vec3::new(a, b, c), moment: Vec3::new(d, e, f) }
+    }
+
     /// The six rows of an interface, each in blocks of four columns.
     pub(super) fn rows(&self, interface: usize) -> impl Iterator<Item = &[Four]> {
         let width = blocks_of(self.count);
@@ -106,19 +135,5 @@ impl InfluenceMatrix {
                 }
             }
         );
-    }
-}
-
-impl Influence for &InfluenceMatrix {
-    fn visit(&mut self, mut put: impl FnMut(usize, usize, Wrench<f64>)) {
-        for interface in 0..self.count {
-            let mut rows: [&[Four]; 6] = [&[]; 6];
-            rows.iter_mut().zip(self.rows(interface)).for_each(|(row, own)| *row = own);
-            for column in 0..self.count {
-                let [a, b, c, d, e, f] = rows.map(|row| row[column / 4].0[column % 4]);
-                let (force, moment) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
-                put(interface, column, Wrench { force, moment });
-            }
-        }
     }
 }

@@ -4,9 +4,10 @@
 
 use super::continuation::{self, Branch, Lock, StepPolicy, fastest_growing};
 use super::influence::{Influence, InfluenceMatrix};
-use super::newton::{NewtonWorkspace, UNBOUNDED, largest};
+use super::newton::{Accepted, NewtonWorkspace, UNBOUNDED, largest};
 use super::normal_load::Configuration;
-use super::uniqueness::{BoundWorkspace, coupling_bound};
+use super::small_system::Four;
+use super::uniqueness::{BoundStart, BoundWorkspace, coupling_bound_in_blocks};
 use crate::friction::OwnFriction;
 use crate::spatial::{Twist, Wrench};
 
@@ -63,6 +64,12 @@ impl LoadProblem {
         self.influence.store(self.unknowns.len(), operator);
     }
 
+    /// Stores the influence as [`Self::set_influence`] does: `of` returns the wrenches at the joint of the interface of an
+    /// unknown, by its number, for a block of four unknowns; zero for those beyond the last.
+    pub(crate) fn set_influence_in_blocks(&mut self, of: impl Fn(usize, usize) -> Wrench<Four>) {
+        self.influence.store_blocks(self.unknowns.len(), of);
+    }
+
     /// Interfaces, in the order of the unknowns.
     pub(crate) fn interfaces(&self) -> impl Iterator<Item = usize> {
         self.unknowns.iter().map(|unknown| unknown.interface)
@@ -98,7 +105,7 @@ impl LoadProblem {
         }
         if let Some(known) = known {
             loads.extend(self.interfaces().map(|interface| known[interface]));
-            let limit = UNBOUNDED * largest(loads);
+            let limit = Accepted::below(UNBOUNDED * largest(loads));
             if self.newton(at, loads, (1.0, limit), newton).is_some_and(|positive| positive) {
                 return Ok(());
             }
@@ -119,10 +126,10 @@ impl LoadProblem {
         &self,
         at: Configuration<'_>,
         loads: &mut [f64],
-        limit: f64,
+        accepted: Accepted,
         workspace: &mut LoadWorkspace,
     ) -> bool {
-        self.newton(at, loads, (1.0, limit), &mut workspace.newton).is_some()
+        self.newton(at, loads, (1.0, accepted), &mut workspace.newton).is_some()
     }
 
     /// Computes the sensitivity of a function of the normal loads at a solution: converts its derivatives
@@ -140,16 +147,19 @@ impl LoadProblem {
         self.transposed(at, loads, weights, gradients, &mut workspace.newton)
     }
 
-    /// Bound on the coupling, see [`coupling_bound`].
+    /// Bound on the coupling, see [`coupling_bound`](super::uniqueness::coupling_bound); any bound up to
+    /// `accepted` is the result in place of the least one.
     pub(crate) fn coupling_bound(
         &self,
         at: Configuration<'_>,
+        (start, accepted): (BoundStart, f64),
         workspace: &mut LoadWorkspace,
     ) -> f64 {
         let each = self.unknowns.iter().map(|unknown| (unknown.interface, unknown.own.coefficient));
-        // The bound must not depend on earlier ones, which a resumed simulation does not have.
-        workspace.bound.forget();
-        coupling_bound(at, each, &mut &self.influence, &mut workspace.bound)
+        let bound = &mut workspace.bound;
+        bound.start(start);
+        bound.accept_up_to(accepted);
+        coupling_bound_in_blocks(at, each, &self.influence, bound)
     }
 }
 
@@ -168,7 +178,8 @@ impl Branch for LoadBranch<'_> {
     fn correct(&mut self, part: f64) -> bool {
         let Self { problem, at, limit, loads, trial, newton, .. } = self;
         trial.clone_from(loads);
-        problem.newton(*at, trial, (part, *limit), newton).is_some_and(|positive| positive)
+        let accepted = Accepted::below(*limit);
+        problem.newton(*at, trial, (part, accepted), newton).is_some_and(|positive| positive)
     }
 
     fn accept(&mut self) {

@@ -34,6 +34,6 @@ pub(crate) mod influence;
 pub(crate) mod load_problem;
 pub(crate) mod newton;
 pub(crate) mod normal_load;
-mod small_system;
+pub(crate) mod small_system;
 pub(crate) mod surface_vector;
 pub(crate) mod uniqueness;

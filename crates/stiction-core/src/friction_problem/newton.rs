@@ -23,33 +23,61 @@ pub(super) struct NewtonWorkspace {
     blocks: Vec<Four>,
     /// Residual; after the linear solve, change of the loads in the step.
     change: Vec<f64>,
+    /// Gradients of the loads.
+    gradients: Vec<Twist<f64>>,
     matrix: Vec<Four>,
+}
+
+/// Range in which a solution is accepted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Accepted {
+    /// Largest load, N.
+    pub(crate) most: f64,
+    /// Residual, relative to the largest load, at which the loads are a solution without a further step. Zero, unless the
+    /// solution is known to be unique: only then does a small residual imply a small error.
+    pub(crate) residual: f64,
+}
+
+impl Accepted {
+    /// Accepts loads below `most`, N, after a step that changes them by round-off.
+    pub(crate) fn below(most: f64) -> Self {
+        Self { most, residual: 0.0 }
+    }
 }
 
 impl LoadProblem {
     /// Solves from `loads`, which become the solution, with the given fraction of the friction
     /// coefficients. Returns `Some(true)` if the determinant is positive, as on the branch of the
-    /// frictionless solution, and `None` if no solution is found or a load exceeds `limit`.
+    /// frictionless solution and wherever the solution is unique, and `None` if no solution is found or a
+    /// load is too large.
     pub(super) fn newton(
         &self,
         at: Configuration<'_>,
         loads: &mut [f64],
-        (part, limit): (f64, f64),
+        (part, accepted): (f64, Accepted),
         workspace: &mut NewtonWorkspace,
     ) -> Option<bool> {
         let width = blocks_of(loads.len());
-        let NewtonWorkspace { blocks, change, matrix } = workspace;
+        let NewtonWorkspace { blocks, change, gradients, matrix } = workspace;
         let mut before = f64::INFINITY;
         for _ in 0..STEPS {
             pack(loads, blocks);
             change.clear();
-            matrix.resize(width * loads.len(), Four::zero());
-            for (k, row) in matrix.chunks_exact_mut(width).enumerate() {
-                let unknown = &self.unknowns[k];
+            gradients.clear();
+            for (k, unknown) in self.unknowns.iter().enumerate() {
                 let wrench = unknown.base + self.influence.apply(k, blocks) * part;
                 let state = at.normal_load(unknown.interface, wrench, unknown.own_at(part));
                 change.push(loads[k] - state.value);
-                let Twist { angular, linear } = state.gradient;
+                gradients.push(state.gradient);
+            }
+            if accepted.residual > 0.0 && largest(change) <= accepted.residual * largest(loads) {
+                // The loads of these frictions are closer to the solution.
+                loads.iter_mut().zip(&*change).for_each(|(load, change)| *load -= change);
+                return Some(true);
+            }
+            matrix.resize(width * loads.len(), Four::zero());
+            let rows = matrix.chunks_exact_mut(width).zip(&*gradients);
+            for (k, (row, Twist { angular, linear })) in rows.enumerate() {
                 let slopes = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
                 self.influence.combine(k, slopes.map(|slope| -part * slope), row);
                 row[k / 4].0[k % 4] += 1.0;
@@ -57,7 +85,7 @@ impl LoadProblem {
             let positive = solve_in_place(matrix, change)?;
             loads.iter_mut().zip(&*change).for_each(|(load, change)| *load -= change);
             let (size, largest) = (largest(change), largest(loads));
-            if !(size.is_finite() && largest < limit) {
+            if !(size.is_finite() && largest < accepted.most) {
                 return None;
             }
             let done = size <= SETTLED * largest
@@ -82,7 +110,7 @@ impl LoadProblem {
         workspace: &mut NewtonWorkspace,
     ) -> Option<()> {
         let width = blocks_of(loads.len());
-        let NewtonWorkspace { blocks, change, matrix } = workspace;
+        let NewtonWorkspace { blocks, change, matrix, .. } = workspace;
         pack(loads, blocks);
         gradients.clear();
         matrix.clear();

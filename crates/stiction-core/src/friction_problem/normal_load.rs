@@ -46,16 +46,35 @@ impl Configuration<'_> {
         wrench: Wrench<f64>,
         coefficient: f64,
     ) -> f64 {
+        self.largest_load_changes(interface, coefficient)(wrench)
+    }
+
+    /// Returns [`Self::largest_load_change`] as a function of wrenches in any scalar type.
+    pub(crate) fn largest_load_changes<T: Scalar>(
+        &self,
+        interface: usize,
+        coefficient: f64,
+    ) -> impl Fn(Wrench<T>) -> T + use<T> {
         let content = &self.parameters.interfaces[interface];
-        let pitch = self.parameters.pitch[content.joint];
-        let map = content.load.seminorm();
-        let bound = |direction: f64| {
-            let own = OwnFriction { coefficient, constant: 0.0, direction };
-            normal_load(&map, content, pitch, self.bodies, wrench, own).value
+        let (shape, radius) = (content.shape, T::from_f64(content.radius));
+        let pitch = T::from_f64(self.parameters.pitch[content.joint]);
+        let map = content.load.seminorm().lift::<T>();
+        let [j, k] = [&self.bodies.frame_j, &self.bodies.frame_k]
+            .map(|frames| frames[content.joint].lift::<T>());
+        let (coefficient, constant) = (T::from_f64(coefficient), T::zero());
+        let bound = move |wrench: Wrench<T>, direction: T| {
+            let own = OwnFriction { coefficient, constant, direction };
+            normal_load_between(&map, (shape, radius), pitch, (&j, &k), wrench, own).value
         };
-        match content.shape {
-            InterfaceShape::Thread | InterfaceShape::Shaft { .. } => bound(1.0).max(bound(-1.0)),
-            _ => bound(1.0),
+        move |wrench| {
+            let ahead = bound(wrench, T::one());
+            match shape {
+                InterfaceShape::Thread | InterfaceShape::Shaft { .. } => {
+                    let back = bound(wrench, -T::one());
+                    (ahead - back).if_positive(ahead, back)
+                }
+                _ => ahead,
+            }
         }
     }
 }
@@ -71,25 +90,26 @@ pub(crate) fn normal_load<T: Scalar>(
     own: OwnFriction<T>,
 ) -> Load<T> {
     let (j, k) = (&bodies.frame_j[interface.joint], &bodies.frame_k[interface.joint]);
-    normal_load_between(map, interface, pitch, j, k, wrench, own)
+    normal_load_between(map, (interface.shape, interface.radius), pitch, (j, k), wrench, own)
 }
 
-/// Computes the normal load from the joint frames `j` and `k`; `wrench` is in the frame in which these are given.
+/// Computes the normal load of a surface of this shape and radius from the joint frames `j` and `k`; `wrench` is in the
+/// frame in which these are given. Inlined, so that callers that need the value alone do not compute the gradient.
+#[inline(always)]
 pub(crate) fn normal_load_between<T: Scalar>(
     map: &NormalLoadMap<T>,
-    interface: &InterfaceParameters<T>,
+    (shape, radius): (InterfaceShape, T),
     pitch: T,
-    j: &Pose<T>,
-    k: &Pose<T>,
+    (j, k): (&Pose<T>, &Pose<T>),
     wrench: Wrench<T>,
     own: OwnFriction<T>,
 ) -> Load<T> {
-    let axis = match interface.shape {
+    let axis = match shape {
         InterfaceShape::Pin { axis, carrier: Carrier::Successor, .. } => k.rotation.columns[axis],
         InterfaceShape::Pin { axis, .. } => j.rotation.columns[axis],
         _ => j.rotation.columns[2],
     };
-    let load = match interface.shape {
+    let load = match shape {
         InterfaceShape::Ball => map.at_point(wrench, j.position),
         InterfaceShape::Plate => map.on_plane(wrench, k.position, axis),
         InterfaceShape::Shaft { dof, joint_type } => {
@@ -98,8 +118,8 @@ pub(crate) fn normal_load_between<T: Scalar>(
         }
         _ => map.between(wrench, j.position, k.position, axis),
     };
-    if interface.shape == InterfaceShape::Thread {
-        return Thread { radius: interface.radius, pitch }.load(map, load, wrench, axis, own);
+    if shape == InterfaceShape::Thread {
+        return Thread { radius, pitch }.load(map, load, wrench, axis, own);
     }
     load
 }

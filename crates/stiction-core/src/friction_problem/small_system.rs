@@ -3,7 +3,7 @@
 use crate::scalar::{Lanes, Scalar};
 
 /// Four numbers, computed side by side.
-pub(super) type Four = Lanes<f64, 4>;
+pub(crate) type Four = Lanes<f64, 4>;
 
 /// Number of blocks that hold `count` numbers, at least one.
 pub(super) fn blocks_of(count: usize) -> usize {
@@ -11,7 +11,7 @@ pub(super) fn blocks_of(count: usize) -> usize {
 }
 
 /// Stores numbers in blocks, padding the last one with zeros.
-pub(super) fn pack(numbers: &[f64], blocks: &mut Vec<Four>) {
+pub(crate) fn pack(numbers: &[f64], blocks: &mut Vec<Four>) {
     blocks.clear();
     let of = |chunk: &[f64]| Four::from_fn(|l| chunk.get(l).copied().unwrap_or(0.0));
     blocks.extend(numbers.chunks(4).map(of));

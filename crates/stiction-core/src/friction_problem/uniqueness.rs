@@ -2,7 +2,7 @@
 //!
 //! Equations (F6) and (F7) of the book's theory.
 
-use super::influence::Influence;
+use super::influence::{Influence, InfluenceMatrix};
 use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, solve_in_place};
 use crate::scalar::Scalar;
@@ -40,12 +40,30 @@ pub(crate) struct RadiusWorkspace {
     known: Vec<f64>,
     solution: Vec<f64>,
     shifted: Vec<Four>,
+    /// Any bound up to this value is accepted.
+    accepted: f64,
+}
+
+/// Vector from which the computation of a bound starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BoundStart {
+    /// A vector of ones: the bound does not depend on earlier ones.
+    New,
+    /// The eigenvector of the last bound.
+    Last,
 }
 
 impl BoundWorkspace {
-    /// Forgets the last eigenvector, so that the next bound does not depend on earlier bounds.
-    pub(crate) fn forget(&mut self) {
-        self.vectors.known.clear();
+    /// Sets the start of the next bound.
+    pub(crate) fn start(&mut self, start: BoundStart) {
+        if start == BoundStart::New {
+            self.vectors.known.clear();
+        }
+    }
+
+    /// Accepts any bound up to this value, so that the iteration may stop before it finds the least one.
+    pub(crate) fn accept_up_to(&mut self, bound: f64) {
+        self.vectors.accepted = bound;
     }
 }
 
@@ -78,6 +96,27 @@ pub(crate) fn coupling_bound(
     radius_bound(matrix, count, vectors)
 }
 
+/// Computes [`coupling_bound`] from a stored influence, four columns at a time.
+pub(crate) fn coupling_bound_in_blocks(
+    at: Configuration<'_>,
+    interfaces: impl Iterator<Item = (usize, f64)>,
+    influence: &InfluenceMatrix,
+    workspace: &mut BoundWorkspace,
+) -> f64 {
+    let BoundWorkspace { matrix, vectors, .. } = workspace;
+    let count = influence.count();
+    matrix.clear();
+    for (row, (interface, own)) in interfaces.enumerate() {
+        let change = at.largest_load_changes::<Four>(interface, own);
+        for block in 0..blocks_of(count) {
+            let Four { 0: changes } = change(influence.block(row, block));
+            let left = (count - 4 * block).min(4);
+            matrix.extend_from_slice(&changes[..left]);
+        }
+    }
+    radius_bound(matrix, count, vectors)
+}
+
 /// Computes a bound on the spectral radius of a matrix without negative entries: the largest ratio of `(matrix x)_i`
 /// to `x_i`, for any positive `x` (Collatz and Wielandt).
 pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusWorkspace) -> f64 {
@@ -93,7 +132,7 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
         return bound;
     }
     // Columns in blocks of four numbers; rows of zeros at the end have no effect.
-    let RadiusWorkspace { columns, x, next, .. } = workspace;
+    let RadiusWorkspace { columns, x, next, accepted, .. } = workspace;
     let width = blocks_of(count);
     columns.clear();
     columns.resize(width * count, Four::zero());
@@ -113,7 +152,7 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
             bound = bound.min(ratio);
             still = if (ratio - before).abs() <= STILL * ratio { still + 1 } else { 0 };
             before = ratio;
-            if stops && still == REPEATED {
+            if (stops && still == REPEATED) || bound <= *accepted {
                 break;
             }
         }
@@ -136,7 +175,7 @@ fn bound_by_inverse_iteration(
     count: usize,
     workspace: &mut RadiusWorkspace,
 ) -> Option<f64> {
-    let RadiusWorkspace { known, solution: x, shifted, .. } = workspace;
+    let RadiusWorkspace { known, solution: x, shifted, accepted, .. } = workspace;
     let width = blocks_of(count);
     x.clone_from(known);
     if x.len() != count {
@@ -151,7 +190,7 @@ fn bound_by_inverse_iteration(
             let ratio = product / own;
             (least, greatest) = (least.min(ratio), greatest.max(ratio));
         }
-        if greatest - least <= CONVERGED * greatest {
+        if greatest - least <= CONVERGED * greatest || greatest <= *accepted {
             known.clone_from(x);
             return Some(greatest);
         }

@@ -364,13 +364,10 @@ impl<T: Scalar> Bodies<T> {
             return Target { value, rate: T::zero(), acceleration: T::zero() };
         };
         let (predecessor, successor) = topology.ends[joint];
-        let bias = self.joint_bias(topology, parameters, joint);
+        let rates = self.joint_rates(topology, joint);
+        let bias = self.joint_bias_at(topology, parameters, joint, rates);
         let relative = self.acceleration[successor] - self.acceleration[predecessor] - bias;
-        Target {
-            value,
-            rate: self.joint_rates(topology, joint)[dof],
-            acceleration: relative.power(self.effort(own, joint)),
-        }
+        Target { value, rate: rates[dof], acceleration: relative.power(self.effort(own, joint)) }
     }
 
     /// Acceleration of a joint's successor relative to its predecessor due to the joint's rates
@@ -381,8 +378,18 @@ impl<T: Scalar> Bodies<T> {
         parameters: &Parameters<T>,
         joint: usize,
     ) -> Twist<T> {
+        self.joint_bias_at(topology, parameters, joint, self.joint_rates(topology, joint))
+    }
+
+    /// [`Self::joint_bias`] for known [`Self::joint_rates`].
+    fn joint_bias_at(
+        &self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        joint: usize,
+        rates: [T; MOST_DOFS],
+    ) -> Twist<T> {
         let (predecessor, successor) = topology.ends[joint];
-        let rates = self.joint_rates(topology, joint);
         let mut bias = Twist::zero();
         for (&rate, dof) in rates.iter().zip(topology.joint_types[joint].dofs()) {
             let carrier = match dof.carrier {

@@ -27,6 +27,8 @@ const SMALL: f64 = 1e-4;
 const TINY: f64 = 1e-6;
 /// Maximum number of refinement passes; for values at [`TINY`], each pass gains a factor of a hundred.
 const PASSES: usize = 10;
+/// Round-off of a product and its decomposition, relative to the squared largest entry, with a margin.
+const ROUNDED: f64 = 1e-11;
 /// Relative corrections below this are round-off.
 const REFINED: f64 = 1e-14;
 /// Relative residual at which eigenvectors from refined solutions have converged.
@@ -174,7 +176,8 @@ impl SingularityDistances {
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
     ) -> Distances {
-        let largest = self.place(parameters, bodies);
+        self.place(parameters, bodies);
+        let largest = self.largest();
         let actuation = self.between_bodies(largest);
         let constraint = actuation.and_then(|_| self.between_joints(largest));
         match (actuation, constraint) {
@@ -190,7 +193,8 @@ impl SingularityDistances {
         expected: Option<f64>,
         (mechanism, parameters, bodies): (&Mechanism, &Parameters<f64>, &Bodies<f64>),
     ) -> f64 {
-        let largest = self.place(parameters, bodies);
+        self.place(parameters, bodies);
+        let largest = self.largest();
         let prediction = match index {
             SingularityIndex::Actuation => &mut self.actuation,
             SingularityIndex::Constraint => &mut self.constraint,
@@ -209,6 +213,34 @@ impl SingularityDistances {
                 SingularityIndex::Constraint => distances.constraint,
             }
         })
+    }
+
+    /// Returns true if an index at the position of `bodies` is certainly greater than a value: a Cholesky decomposition of the
+    /// shifted product exists. It costs less than the index itself. Also false if round-off does not allow the decision.
+    pub fn exceeds(
+        &mut self,
+        index: SingularityIndex,
+        value: f64,
+        (parameters, bodies): (&Parameters<f64>, &Bodies<f64>),
+    ) -> bool {
+        self.place(parameters, bodies);
+        let largest = self.largest();
+        if value.is_nan() || value <= SMALL * largest {
+            return false;
+        }
+        let by = value * value + ROUNDED * largest * largest;
+        let matrix = match index {
+            SingularityIndex::Actuation => {
+                self.multiply_between_bodies();
+                &mut self.by_bodies
+            }
+            SingularityIndex::Constraint => {
+                self.multiply_between_joints(by);
+                &mut self.by_joints
+            }
+        };
+        matrix.shift(by);
+        matrix.factor()
     }
 
     /// Upper bounds on the changes of the indices since the last call. By Weyl's inequality a singular
@@ -299,9 +331,21 @@ impl SingularityDistances {
         found.or_else(|| self.smallest_between_joints_at(Some(Shift::NONE)))
     }
 
-    /// Writes the scaled balance at the position, joint by joint; returns its largest entry.
-    fn place(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
+    /// Largest entry of the scaled balance at the placed position.
+    fn largest(&self) -> f64 {
         let mut largest = 0.0_f64;
+        for (joint, on) in self.joints.iter().zip(&self.on) {
+            for (_, columns) in joint.ends.iter().zip(on).filter(|(body, _)| **body > 0) {
+                for entry in columns[..joint.unknowns].iter().flatten() {
+                    largest = if entry.abs() > largest { entry.abs() } else { largest };
+                }
+            }
+        }
+        largest
+    }
+
+    /// Writes the scaled balance at the position, joint by joint.
+    fn place(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) {
         let length = parameters.length;
         for (index, joint) in self.joints.iter().enumerate() {
             let (j, k) = (&bodies.frame_j[index], &bodies.frame_k[index]);
@@ -328,32 +372,17 @@ impl SingularityDistances {
                     for i in 0..3 {
                         (column[i], column[i + 3]) = (force[i], moment[i]);
                     }
-                    for entry in column {
-                        largest = if entry.abs() > largest { entry.abs() } else { largest };
-                    }
                 }
             }
         }
-        largest
     }
 
     /// Computes the actuation index by inverse iteration with the shifted matrix or, without a shift, with refined
     /// solutions.
     fn smallest_between_bodies_at(&mut self, shift: Option<Shift>) -> Option<f64> {
+        self.multiply_between_bodies();
         let (joints, on) = (&self.joints, &self.on);
         let matrix = &mut self.by_bodies;
-        matrix.clear();
-        for (index, joint) in self.joints.iter().enumerate() {
-            let [on_a, on_b] = &self.on[index];
-            let (on_a, on_b) = (&on_a[..joint.unknowns], &on_b[..joint.unknowns]);
-            let pairs = [(on_a, on_a), (on_b, on_b), (on_a, on_b)];
-            for (slot, (rows, columns)) in self.body_slots[index].iter().zip(pairs) {
-                let Some(slot) = slot else { continue };
-                let (block, transposed) = matrix.block(*slot);
-                let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
-                rows.iter().zip(columns).for_each(|(row, column)| add_outer(block, row, column));
-            }
-        }
         let all = (0..self.bodies).map(|_| BLOCK);
         let product = |x: &[Part], out: &mut [[Twofold; BLOCK]]| {
             for (joint, on) in joints.iter().zip(on) {
@@ -394,9 +423,26 @@ impl SingularityDistances {
         Some(square.sqrt())
     }
 
-    /// Computes the constraint index by inverse iteration with the shifted matrix or, without a shift, with refined
-    /// solutions.
-    fn smallest_between_joints_at(&mut self, shift: Option<Shift>) -> Option<f64> {
+    /// Computes the product over constraints and actuators between bodies, at the placed position.
+    fn multiply_between_bodies(&mut self) {
+        let matrix = &mut self.by_bodies;
+        matrix.clear();
+        for (index, joint) in self.joints.iter().enumerate() {
+            let [on_a, on_b] = &self.on[index];
+            let (on_a, on_b) = (&on_a[..joint.unknowns], &on_b[..joint.unknowns]);
+            let pairs = [(on_a, on_a), (on_b, on_b), (on_a, on_b)];
+            for (slot, (rows, columns)) in self.body_slots[index].iter().zip(pairs) {
+                let Some(slot) = slot else { continue };
+                let (block, transposed) = matrix.block(*slot);
+                let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
+                rows.iter().zip(columns).for_each(|(row, column)| add_outer(block, row, column));
+            }
+        }
+    }
+
+    /// Computes the product between the constraints of joints, at the placed position. Unit rows, with `shift` added,
+    /// decouple the components without a constraint.
+    fn multiply_between_joints(&mut self, shift: f64) {
         for ((joint, on), across) in self.joints.iter().zip(&self.on).zip(&mut self.across) {
             for (on, across) in on.iter().zip(across) {
                 for (k, column) in on[..joint.constraints].iter().enumerate() {
@@ -412,14 +458,20 @@ impl SingularityDistances {
             let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
             rows.iter().zip(columns).for_each(|(row, column)| add_outer(block, row, column));
         }
-        // Unit rows decouple the components without a constraint.
         for (index, joint) in self.joints.iter().enumerate() {
             let Some(slot) = matrix.slot(index, index) else { continue };
             let (block, _) = matrix.block(slot);
             for i in joint.constraints..BLOCK {
-                block[i][i] = 1.0 + shift.map_or(0.0, |shift| shift.by);
+                block[i][i] = 1.0 + shift;
             }
         }
+    }
+
+    /// Computes the constraint index by inverse iteration with the shifted matrix or, without a shift, with refined
+    /// solutions.
+    fn smallest_between_joints_at(&mut self, shift: Option<Shift>) -> Option<f64> {
+        self.multiply_between_joints(shift.map_or(0.0, |shift| shift.by));
+        let matrix = &mut self.by_joints;
         let (joints, on, bodies) = (&self.joints, &self.on, self.bodies);
         let sizes = joints.iter().map(|joint| joint.constraints);
         let product = |x: &[Part], out: &mut [[Twofold; BLOCK]]| {
@@ -568,6 +620,25 @@ mod tests {
             .unwrap()
     }
 
+    #[test]
+    fn lower_bounds_are_below_the_indices() {
+        let crank = Coordinate::Joint { joint: JointId(0), dof: 0 };
+        let still = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        let solver =
+            InverseDynamics::new(four_bar(), &[], &[crank], &[still], Settings::default()).unwrap();
+        let at = (solver.parameters(), solver.bodies());
+        let mut proximity = SingularityDistances::new(solver.mechanism()).unwrap();
+        let Distances { actuation, constraint } = proximity.measure(solver.mechanism(), at.0, at.1);
+        let both = [SingularityIndex::Actuation, SingularityIndex::Constraint];
+        for (index, value) in both.into_iter().zip([actuation, constraint]) {
+            // The margin for round-off is 1e-11 of a square.
+            assert!(proximity.exceeds(index, value * (1.0 - 1e-6), at), "{index:?} {value}");
+            assert!(!proximity.exceeds(index, value * (1.0 + 1e-6), at), "{index:?} {value}");
+            assert!(!proximity.exceeds(index, f64::NAN, at));
+            assert!(!proximity.exceeds(index, 0.0, at));
+        }
+    }
+
     /// With an unsuitable unit of length for moments, every position is nearly singular.
     #[test]
     fn small_values_are_found_by_refined_solutions() {
@@ -589,7 +660,8 @@ mod tests {
             let only_constraints = scaled.select_columns(&constraints);
 
             let mut proximity = SingularityDistances::new(mechanism).unwrap();
-            let largest = proximity.place(&parameters, solver.bodies());
+            proximity.place(&parameters, solver.bodies());
+            let largest = proximity.largest();
             let pairs = [
                 (proximity.smallest_between_bodies_at(None), Svd::new(&scaled)),
                 (proximity.smallest_between_joints_at(None), Svd::new(&only_constraints)),

@@ -70,16 +70,19 @@ impl Formula {
         self.run(t, &mut |_, _, _, _| true)
     }
 
-    /// Place and reason if the result is not finite at time `t`.
-    pub(crate) fn fault_at(&self, t: f64) -> Option<Fault> {
+    /// Value with its derivatives at time `t`.
+    ///
+    /// # Errors
+    /// Place and reason if the result of an operation is not finite.
+    pub(crate) fn checked_at(&self, t: f64) -> Result<Jet, Fault> {
         let mut fault = None;
-        self.run(t, &mut |op, arguments, span, value| {
+        let value = self.run(t, &mut |op, arguments, span, value| {
             if !value.is_finite() {
                 fault = Some(not_finite(op, arguments, span.clone(), span));
             }
             fault.is_none()
         });
-        fault
+        fault.map_or(Ok(value), Err)
     }
 
     /// Calls `visit` for every operation with its arguments at time `t`.

@@ -140,14 +140,29 @@ impl Signal {
 
     /// Diagnostic if the value or a derivative at time `t` (s) is not finite.
     pub fn fault_at(&self, t: f64) -> Option<Diagnostic> {
+        self.checked_at(t).err()
+    }
+
+    /// Value as [`Self::at`].
+    ///
+    /// # Errors
+    /// See [`Self::fault_at`].
+    pub fn checked_at(&self, t: f64) -> Result<Target<f64>, Diagnostic> {
         let written = match &self.shape {
             Shape::Constant(_) | Shape::Curve(_) | Shape::Course(_) | Shape::Turning(..) => {
-                return None;
+                return Ok(self.at(t));
             }
-            Shape::Recorded(recording, _) => return recording.fault_at(t),
+            Shape::Recorded(recording, _) => {
+                return recording.fault_at(t).map_or_else(|| Ok(self.at(t)), Err);
+            }
             Shape::Formula(written) => written,
         };
-        let fault = written.formula.fault_at(t)?;
+        let fault = match written.formula.checked_at(t) {
+            Ok(jet) => {
+                return Ok(Target { value: jet.value, rate: jet.first, acceleration: jet.second });
+            }
+            Err(fault) => fault,
+        };
         let span = match written.start {
             Some(start) => start + fault.span.start..start + fault.span.end,
             None => written.value.clone(),
@@ -157,7 +172,7 @@ impl Signal {
         let diagnostic = Diagnostic::error("not-finite", message)
             .at(Place::new(&written.source, span), fault.label)
             .maybe_help(fault.help);
-        Some(diagnostic)
+        Err(diagnostic)
     }
 }
 

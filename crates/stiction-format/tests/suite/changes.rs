@@ -101,7 +101,7 @@ fn gearings_are_changed_by_name() {
         [joints.q]\ntype = \"R\"\nfrom = \"ground\"\nto = \"b\"\naxis = \"z\"\n\
         [gearings.belt]\njoints = { p = 1, q = -2 }\n";
     let read = |change: &str| {
-        let source = Source::new("gears.toml", text).with_changes(&[change]);
+        let source = Source::new("gears.toml", text).with_changes([change]);
         read(&source, &|_| Err("no files".to_owned())).map_err(|defects| defects.to_string())
     };
     assert!(read("gearings.belt.offset=30 deg").is_ok());

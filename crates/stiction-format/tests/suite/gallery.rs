@@ -35,7 +35,7 @@ fn unlikely_inertias_and_masses_are_doubted() {
         ("slider-crank", "slider.mass=2000", "body `slider` has 2000 kg, more than a cube of gold"),
     ] {
         let source = Source::new(format!("{name}.toml"), gallery::get(name).unwrap());
-        let changed = source.with_changes(&[change]);
+        let changed = source.with_changes([change]);
         let warnings = read(&changed, &|_| Err("no files".into())).unwrap().warnings.to_string();
         assert!(warnings.contains(says), "{name}, {change}: {warnings}");
     }

@@ -71,7 +71,7 @@ pub(super) fn carry_out<W: Work>(
     // More threads than chunks would be idle.
     let threads = threads.min(instants.count().div_ceil(chunk));
     let mut collector = Collector { walk, last: None, receive: &mut receive };
-    let mut seeds = Seeds::new(&instants, start, chunk);
+    let mut seeds = Seeds::new((&instants, track), start, chunk);
     in_order(
         threads,
         || seeds.next(),
@@ -197,9 +197,11 @@ fn is_same(a: &[Pose<f64>], b: &[Pose<f64>]) -> bool {
     a.iter().zip(b).all(|(a, b)| entries(a).iter().zip(&entries(b)).all(near))
 }
 
-/// Start poses of the chunks, computed in large steps.
+/// Computes the start poses of chunks in large steps, unless they are known from an earlier pass.
 struct Seeds<'a> {
     instants: &'a Instants,
+    /// Positions known from an earlier pass.
+    track: &'a Track,
     /// Mechanism at the current sample; `None` after a failure.
     scout: Option<Follower<'a>>,
     at: usize,
@@ -210,8 +212,13 @@ struct Seeds<'a> {
 }
 
 impl<'a> Seeds<'a> {
-    fn new(instants: &'a Instants, start: &Follower<'a>, chunk: usize) -> Self {
-        Self { instants, scout: Some(start.clone()), at: 0, next: 0, chunk, stride: STRIDE }
+    fn new(
+        (instants, track): (&'a Instants, &'a Track),
+        start: &Follower<'a>,
+        chunk: usize,
+    ) -> Self {
+        let scout = Some(start.clone());
+        Self { instants, track, scout, at: 0, next: 0, chunk, stride: STRIDE }
     }
 
     /// Returns the index of the next chunk, and the mechanism in the pose of its first sample.
@@ -221,6 +228,12 @@ impl<'a> Seeds<'a> {
             return None;
         }
         let mut scout = self.scout.take()?;
+        if first > 0
+            && let Some(known) = self.track.at(first)
+            && scout.return_to(self.instants.at(first), known.state)
+        {
+            self.at = first;
+        }
         while self.at < first {
             self.advance(&mut scout, first)?;
         }

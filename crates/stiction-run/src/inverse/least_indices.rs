@@ -43,8 +43,17 @@ impl LeastIndices {
         self.postponed.push(Postponed { place, passed });
     }
 
-    /// Computes the indices of samples whose indices may be below `known`, the least indices before this chunk, and
-    /// updates `known`. The indices of all other samples remain NaN.
+    /// Postpones the indices of a sample at the position of the last one, `before`, if those were postponed.
+    pub(super) fn repeat(&mut self, before: usize, place: usize) {
+        if let Some(&Postponed { passed, place: last }) = self.postponed.last()
+            && last == before
+        {
+            self.postponed.push(Postponed { place, passed });
+        }
+    }
+
+    /// Computes the indices of all samples of the piece that may be less than the least of those before,
+    /// `known`, and updates it; those of the others remain NaN.
     pub(super) fn compute(
         &self,
         calculator: &mut SingularityDistances,
@@ -59,13 +68,21 @@ impl LeastIndices {
                 .map(|postponed| *of(index, &mut { postponed.passed }))
                 .collect();
             let known = of(index, known);
-            let found = least(&passed, known, |k, expected| {
+            let found = least(&passed, known, |k, question| {
                 // Only samples with forces are postponed.
-                let found = samples[self.postponed[k].place].found.as_ref();
-                found.map_or(f64::INFINITY, |solved| {
-                    let at = (mechanism, parameters, &solved.sample.bodies);
-                    calculator.measure_one(index, expected, at)
-                })
+                let Ok(solved) = samples[self.postponed[k].place].found.as_ref() else {
+                    return Some(f64::INFINITY);
+                };
+                let bodies = &solved.sample.bodies;
+                match question {
+                    Question::Exceeds(value) => {
+                        calculator.exceeds(index, value, (parameters, bodies)).then_some(value)
+                    }
+                    Question::Value(expected) => {
+                        let at = (mechanism, parameters, bodies);
+                        Some(calculator.measure_one(index, expected, at))
+                    }
+                }
             });
             for (postponed, found) in self.postponed.iter().zip(found) {
                 let solved = samples[postponed.place].found.as_mut();
@@ -83,14 +100,27 @@ fn of(index: SingularityIndex, distances: &mut Distances) -> &mut f64 {
     }
 }
 
-/// Evaluates a function at all places where it may be below `least`, and updates `least`. Between two places the
-/// function changes by at most the difference of their values in `passed`. `compute` evaluates it at a place; its
-/// second argument is the expected value, if there is one.
+/// Question about a function at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Question {
+    /// Its value, near the expected one if one is given.
+    Value(Option<f64>),
+    /// This number as a lower bound; no answer if the value may be less.
+    Exceeds(f64),
+}
+
+/// Fraction of the way from the least to the expected value up to which a lower bound is asked for: the expected value is
+/// an estimate.
+const ASKED: f64 = 0.98;
+
+/// Values of a function at all places where it may be less than `least`, which becomes the least value. It
+/// changes by at most the difference of `passed` between two places. `ask` answers questions about places.
 fn least(
     passed: &[f64],
     least: &mut f64,
-    mut compute: impl FnMut(usize, Option<f64>) -> f64,
+    mut ask: impl FnMut(usize, Question) -> Option<f64>,
 ) -> Vec<Option<f64>> {
+    let mut compute = |k: usize, question| ask(k, question).unwrap_or(f64::NEG_INFINITY);
     let mut found = vec![None; passed.len()];
     if passed.is_empty() {
         return found;
@@ -98,7 +128,7 @@ fn least(
     // From one value in the middle of the way, pieces far above the least value are left out.
     let half = 0.5 * passed[passed.len() - 1];
     let middle = passed.partition_point(|p| *p < half);
-    let value = compute(middle, None);
+    let value = compute(middle, Question::Value(None));
     found[middle] = Some(value);
     *least = least.min(value);
     let mut gaps = vec![
@@ -119,9 +149,18 @@ fn least(
             continue;
         }
         let (k, expected) = gap.next(passed);
-        let value = compute(k, Some(expected));
-        found[k] = Some(value);
-        *least = least.min(value);
+        // A lower bound above the least value costs less than the value.
+        let asked = *least + ASKED * (expected - *least);
+        let is_useful = asked > *least * (1.0 + 2.0 * CERTAIN);
+        let mut value = match is_useful {
+            true => compute(k, Question::Exceeds(asked)),
+            false => f64::NEG_INFINITY,
+        };
+        if value == f64::NEG_INFINITY {
+            value = compute(k, Question::Value(Some(expected)));
+            found[k] = Some(value);
+            *least = least.min(value);
+        }
         let known = Some((k, value));
         let parts = [
             Gap { from: gap.from, to: known, inner: gap.inner.start..k },
@@ -132,7 +171,7 @@ fn least(
     found
 }
 
-/// Range of places whose values are unknown, with the known values at its ends, at least one of which exists.
+/// Places without values, and the known values or lower bounds around them, of which one at least exists.
 #[derive(Clone, Debug)]
 struct Gap {
     from: Option<(usize, f64)>,
@@ -180,7 +219,15 @@ impl Gap {
 
 #[cfg(test)]
 mod tests {
-    use super::least;
+    use super::{Question, least};
+
+    /// Answers questions about known values.
+    fn answer(value: f64, question: Question) -> Option<f64> {
+        match question {
+            Question::Value(_) => Some(value),
+            Question::Exceeds(bound) => (value > bound).then_some(bound),
+        }
+    }
 
     /// The least value is among the computed ones, with its first place, and most values are not computed.
     #[test]
@@ -203,13 +250,17 @@ mod tests {
             let expected = values.iter().copied().fold(f64::INFINITY, f64::min);
             let first = values.iter().position(|value| *value == expected).unwrap();
             let mut known = f64::INFINITY;
-            let found = least(&passed, &mut known, |k, _| values[k]);
+            let mut questions = 0;
+            let found = least(&passed, &mut known, |k, question| {
+                questions += 1;
+                answer(values[k], question)
+            });
             assert_eq!((found[first], known), (Some(expected), expected), "{number}");
             let computed = found.iter().flatten().count();
-            assert!(computed < 200, "{number}: {computed}");
+            assert!(computed < 100 && questions < 200, "{number}: {computed} {questions}");
             // Where all is above a known value, one computation is enough to see it.
             let mut below = expected - 12.0 * passed[passed.len() - 1];
-            let found = least(&passed, &mut below, |k, _| values[k]);
+            let found = least(&passed, &mut below, |k, question| answer(values[k], question));
             assert_eq!(found.iter().flatten().count(), 1, "{number}");
         }
     }
@@ -221,11 +272,11 @@ mod tests {
         let mut known = f64::INFINITY;
         let found = least(&[1.0; 100], &mut known, |_, _| {
             calls += 1;
-            0.25
+            Some(0.25)
         });
         assert_eq!((calls, found), (1, vec![Some(0.25); 100]));
-        assert_eq!(least(&[], &mut known, |_, _| 0.0), []);
-        assert_eq!(least(&[0.0], &mut known, |_, _| 0.125), [Some(0.125)]);
+        assert_eq!(least(&[], &mut known, |_, _| None), []);
+        assert_eq!(least(&[0.0], &mut known, |_, _| Some(0.125)), [Some(0.125)]);
         assert_eq!(known, 0.125);
     }
 }

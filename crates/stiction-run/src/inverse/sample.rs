@@ -36,7 +36,9 @@ pub struct Sample {
     pub determined_loads: Vec<bool>,
     /// True for each actuator whose effort statics determines.
     pub determined_drives: Vec<bool>,
-    /// Uniqueness bound: below one no other solution satisfies the friction laws. `None` if unknown.
+    /// Coupling of friction and reactions; the solution is unique below one. `None` if unknown. With
+    /// [`Indices::Least`](crate::Indices::Least), an upper bound that does not exceed the greatest coupling of the
+    /// motion.
     pub coupling: Option<f64>,
     /// Factor on all friction coefficients at which the mechanism jams; infinite if it does not jam, `None` if not
     /// requested.

@@ -12,6 +12,7 @@ use crate::dofs::Dof;
 use crate::error::Error;
 use crate::job::{Indices, Job};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, InverseError, Mirror};
+use stiction_core::kinematics::State;
 use stiction_format::Side;
 
 /// Evaluation of chunks that computes forces and verdicts at each sample.
@@ -30,7 +31,18 @@ pub(super) struct ChunkResults {
     uniqueness: Uniqueness,
     pub(super) least: LeastIndices,
     mirror: Mirror,
+    solved: Option<SolvedAt>,
+    /// Greatest bound on the coupling so far.
+    coupling: f64,
     has_failed: bool,
+}
+
+/// Inputs of the last sample with forces. A mechanism that stays where it is under the same loads has the same forces.
+struct SolvedAt {
+    state: State<f64>,
+    loads: Vec<AppliedLoad<f64>>,
+    /// Index of its result in the chunk.
+    place: usize,
 }
 
 /// Result of one sample.
@@ -39,7 +51,8 @@ pub(super) struct SampleResult {
     pub(super) found: Result<Box<Solved>, InverseError>,
 }
 
-/// Complete result of a sample at which the forces have a solution.
+/// Complete result of a sample with forces.
+#[derive(Clone)]
 pub(super) struct Solved {
     pub(super) sample: Sample,
     pub(super) redundancy: usize,
@@ -58,6 +71,8 @@ impl Work for Solving<'_> {
             uniqueness: self.uniqueness.clone(),
             least: LeastIndices::default(),
             mirror: Mirror::default(),
+            solved: None,
+            coupling: 0.0,
             has_failed: false,
         }
     }
@@ -70,11 +85,19 @@ impl Work for Solving<'_> {
         time: f64,
     ) -> Result<(), Error> {
         // Forces jump where a part is picked up or placed; the results include both sides.
+        let postpones = self.job.indices == Indices::Least;
         let sides = [Side::Before, Side::After];
         let jumps = self.job.load.jumps_at(time);
         for side in sides.into_iter().skip(usize::from(!jumps)) {
             let mut loads = Vec::new();
             self.job.loads_of(solver, (time, side), &mut loads)?;
+            if let Some(found) = piece.known(solver, &loads, time) {
+                piece.samples.push(SampleResult { time, found: Ok(found) });
+                continue;
+            }
+            // Tables contain the bounds of all samples, summaries only the greatest.
+            let known = if postpones { piece.coupling } else { 0.0 };
+            solver.accept_coupling_up_to(known);
             match solver.solve(&loads) {
                 Err(error) => {
                     piece.has_failed = true;
@@ -83,12 +106,49 @@ impl Work for Solving<'_> {
                 // After a failure the other samples are unnecessary.
                 Ok(_) if piece.has_failed => {}
                 Ok(_) => {
+                    piece.remember(solver, &loads);
                     let found = self.find(piece, solver, loads, (sample, time));
                     piece.samples.push(SampleResult { time, found: Ok(Box::new(found)) });
                 }
             }
         }
         Ok(())
+    }
+}
+
+impl ChunkResults {
+    /// Returns the result of the last sample for another time, s, if state and loads are the same.
+    fn known(
+        &mut self,
+        solver: &InverseDynamics,
+        loads: &[AppliedLoad<f64>],
+        time: f64,
+    ) -> Option<Box<Solved>> {
+        let same = |last: &SolvedAt| last.loads == loads && last.state == *solver.state();
+        let last = self.solved.as_mut().filter(|last| same(last))?;
+        let mut found = self.samples.get(last.place)?.found.as_ref().ok()?.clone();
+        found.sample.time = time;
+        let place = self.samples.len();
+        self.least.repeat(last.place, place);
+        last.place = place;
+        Some(found)
+    }
+
+    /// Keeps the inputs of the sample whose result is added next.
+    fn remember(&mut self, solver: &InverseDynamics, loads: &[AppliedLoad<f64>]) {
+        let place = self.samples.len();
+        match &mut self.solved {
+            Some(last) => {
+                last.state.clone_from(solver.state());
+                last.loads.clear();
+                last.loads.extend_from_slice(loads);
+                last.place = place;
+            }
+            none => {
+                let (state, loads) = (solver.state().clone(), loads.to_vec());
+                *none = Some(SolvedAt { state, loads, place });
+            }
+        }
     }
 }
 
@@ -115,7 +175,8 @@ impl Solving<'_> {
         if let Some(travel) = uniqueness.observe(solver, time, postpones) {
             piece.least.postpone(piece.samples.len(), travel);
         }
-        let certainty = SampleCertainty::of(solver, &loads, self.job.friction_margin);
+        let asked = Asked::of(solver, &loads, self.job.friction_margin);
+        piece.coupling = piece.coupling.max(asked.coupling.unwrap_or(0.0));
         let sample = Sample {
             time,
             forces: solver.forces().clone(),

@@ -63,6 +63,80 @@ fn efforts_are_those_of_the_kernel() {
     assert!(compared > 100, "{compared}");
 }
 
+/// The greatest bound on the coupling is that of a run that computes the least bound of every sample, whatever is
+/// accepted in between. Samples so dense that extrapolated normal loads need no Newton step have the efforts of the
+/// kernel.
+#[test]
+fn dense_samples_agree_with_the_kernel_and_with_tables() {
+    for (name, step) in [("3rps", 2e-4), ("slider-crank", 1e-3), ("gough", 4e-3)] {
+        let model = model(name);
+        let job = default_job(&model, FrictionMode::Converged);
+        let all = Job { step: Some(step), ..job };
+        let least_job = Job { indices: Indices::Least, ..all.clone() };
+        let [(samples, all, rest_speed), (others, least, _)] = [run(&all), run(&least_job)];
+        let of = |summary: &Value| summary["verdicts"]["friction_coupling"].as_f64().unwrap();
+        let (expected, found) = (of(&all), of(&least));
+        // Bounds from both sides meet at 1e-13.
+        assert!((found - expected).abs() <= 1e-12 * expected, "{name}: {found} {expected}");
+        for (sample, other) in samples.iter().zip(&others) {
+            let [exact, bound] = [sample, other].map(|sample| sample.coupling.unwrap());
+            assert!(bound >= exact * (1.0 - 1e-12), "{name} {}: {bound} {exact}", sample.time);
+            assert!(bound <= expected * (1.0 + 1e-12), "{name} {}: {bound}", sample.time);
+        }
+        let mut follower = least_job.assemble(samples[0].time).unwrap();
+        for sample in samples.iter().step_by(samples.len() / 7) {
+            follower.go_to(sample.time).unwrap();
+            *follower.solver.settings_mut() =
+                Settings { friction: FrictionMode::Converged, rest_speed, ..Settings::default() };
+            let efforts = follower.solver.solve(&sample.loads).unwrap().efforts.clone();
+            let largest = efforts.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
+            for (expected, found) in efforts.iter().zip(&sample.forces.efforts) {
+                let error = (expected - found).abs() / largest;
+                assert!(error < 1e-12, "{name} {}: {error:.1e}", sample.time);
+            }
+        }
+    }
+}
+
+/// A dwell is solved once in each piece: its samples are equal, and are those of a mechanism that rests there.
+#[test]
+fn samples_of_a_dwell_are_those_of_rest() {
+    let still = "\n[motions.still]\nduration = \"1 s\"\nplatform.z = \"home_height\"\n\
+                 platform.rx = \"0 rad\"\nplatform.ry = \"0 rad\"\n";
+    let text = stiction_format::gallery::get("3rps").unwrap().to_owned() + still;
+    let model = model_of("3rps", &text);
+    let load = model.default_load.as_ref().unwrap();
+    for indices in [Indices::All, Indices::Least] {
+        let job = job(&model, "still", load, FrictionMode::Converged);
+        let job = Job { step: Some(2e-3), indices, ..job };
+        let (samples, _, rest_speed) = run(&job);
+        let instants = job.instants().unwrap();
+        assert_eq!(samples.len(), instants.count());
+        let mut follower = job.assemble(0.0).unwrap();
+        *follower.solver.settings_mut() =
+            Settings { friction: FrictionMode::Converged, rest_speed, ..Settings::default() };
+        let expected = follower.solver.solve(&samples[0].loads).unwrap().clone();
+        assert!(expected.effort_bounds.iter().all(|(low, high)| low < high));
+        for (k, sample) in samples.iter().enumerate() {
+            assert_eq!(sample.time, instants.at(k));
+            let pairs = expected.effort_bounds.iter().zip(&sample.forces.effort_bounds);
+            for (expected, found) in pairs {
+                let size = expected.0.abs() + expected.1.abs();
+                let error = (expected.0 - found.0).abs() + (expected.1 - found.1).abs();
+                assert!(error <= 1e-12 * size, "{k}: {found:?} {expected:?}");
+            }
+            assert_eq!(sample.forces.bounds, expected.bounds, "{k}");
+            if k > 0 {
+                // Pieces start anew, so that only round-off distinguishes them.
+                let same = sample.forces.efforts == samples[k - 1].forces.efforts;
+                assert!(same || k % 256 == 0, "{k}");
+            }
+        }
+        let known = |sample: &&Sample| sample.distances.actuation.is_finite();
+        assert_eq!(samples.iter().filter(known).count(), samples.len());
+    }
+}
+
 /// The least indices and their instants are those of a run that computes all of them.
 #[test]
 fn the_least_indices_are_those_of_all_samples() {

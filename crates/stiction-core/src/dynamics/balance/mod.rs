@@ -7,7 +7,9 @@ mod loading;
 mod system;
 mod unit_frictions;
 
-pub(in crate::dynamics) use unit_frictions::{LaneWorkspace, UnitFriction, UnitResponse};
+pub(in crate::dynamics) use unit_frictions::{
+    Four, LaneWorkspace, UnitFriction, UnitResponses, WIDTH, lane_of,
+};
 
 use super::plan::BalancePlan;
 use super::structure::BalanceStructure;

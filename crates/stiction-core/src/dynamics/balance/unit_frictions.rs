@@ -12,8 +12,10 @@ use crate::spatial::Wrench;
 use crate::topology::{Link, Role};
 
 /// Four right-hand sides, computed side by side.
-const WIDTH: usize = 4;
-type Four = Lanes<f64, WIDTH>;
+pub(in crate::dynamics) const WIDTH: usize = 4;
+/// Residual of a solution, relative to the right-hand side, that is round-off.
+const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
+pub(in crate::dynamics) type Four = Lanes<f64, WIDTH>;
 
 /// Generalised friction force on each DOF of one interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,15 +24,15 @@ pub(in crate::dynamics) struct UnitFriction {
     pub(in crate::dynamics) against: [f64; 3],
 }
 
-/// Changes of all forces by one [`UnitFriction`].
+/// Changes of all forces by up to four [`UnitFriction`]s, one in each lane.
 #[derive(Clone, Debug, Default)]
-pub(in crate::dynamics) struct UnitResponse {
+pub(in crate::dynamics) struct UnitResponses {
     /// Changes of the complete wrenches of all joints, predecessor on successor, about the
     /// reference point.
-    pub(in crate::dynamics) wrenches: Vec<Wrench<f64>>,
-    pub(in crate::dynamics) efforts: Vec<f64>,
+    pub(in crate::dynamics) wrenches: Vec<Wrench<Four>>,
+    pub(in crate::dynamics) efforts: Vec<Four>,
     /// Changes of the accelerations of local degrees of freedom.
-    pub(in crate::dynamics) spins: Vec<f64>,
+    pub(in crate::dynamics) spins: Vec<Four>,
 }
 
 /// Buffers of [`Balance::respond`].
@@ -43,7 +45,9 @@ pub(in crate::dynamics) struct LaneWorkspace {
     constants: Vec<Four>,
     cut_wrenches: Vec<Wrench<Four>>,
     node_wrenches: Vec<Wrench<Four>>,
-    response: UnitResponse,
+    responses: UnitResponses,
+    /// Efforts for one friction force.
+    alone: Vec<f64>,
 }
 
 impl LaneWorkspace {
@@ -60,15 +64,17 @@ impl LaneWorkspace {
         }
         self.cut_wrenches.resize(topology.cuts.len(), Wrench::zero());
         self.node_wrenches.resize(topology.nodes.len(), Wrench::zero());
-        self.response.wrenches.resize(topology.joint_types.len(), Wrench::zero());
-        self.response.efforts.resize(actuators, 0.0);
-        self.response.spins.resize(structure.spin_nodes.len(), 0.0);
+        self.alone.resize(actuators, 0.0);
+        let UnitResponses { wrenches, efforts, spins } = &mut self.responses;
+        wrenches.resize(topology.joint_types.len(), Wrench::zero());
+        efforts.resize(actuators, Four::zero());
+        spins.resize(structure.spin_nodes.len(), Four::zero());
     }
 }
 
 impl Balance<f64> {
     /// Solves the balance of [`Self::factor_frictionless`] for each of these friction forces alone;
-    /// calls `take` with the index of each friction force and its response.
+    /// calls `take` with the responses to four friction forces at a time, in their order.
     pub(in crate::dynamics) fn respond(
         &mut self,
         plan: &BalancePlan,
@@ -76,29 +82,46 @@ impl Balance<f64> {
         bodies: &Bodies<f64>,
         units: &[UnitFriction],
         workspace: &mut LaneWorkspace,
-        mut take: impl FnMut(usize, &UnitResponse),
+        mut take: impl FnMut(&UnitResponses),
     ) {
         workspace.fit(plan, plan.topology.actuators.len());
-        if plan.is_one_matrix() {
-            for (block, units) in units.chunks(WIDTH).enumerate() {
+        for units in units.chunks(WIDTH) {
+            if plan.is_one_matrix() {
                 self.respond_side_by_side(plan, parameters, bodies, units, workspace);
-                for lane in 0..units.len() {
-                    self.read_lane(plan, parameters, bodies, workspace, lane);
-                    take(block * WIDTH + lane, &workspace.response);
-                }
+                self.read_lanes(plan, parameters, bodies, workspace);
+            } else {
+                self.respond_one_by_one(plan, parameters, bodies, units, workspace);
             }
-            return;
+            take(&workspace.responses);
         }
-        let response = &mut workspace.response;
+    }
+
+    /// Solves for up to four friction forces, one after the other.
+    fn respond_one_by_one(
+        &mut self,
+        plan: &BalancePlan,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        units: &[UnitFriction],
+        workspace: &mut LaneWorkspace,
+    ) {
+        let LaneWorkspace { responses, alone, .. } = workspace;
+        let UnitResponses { wrenches, efforts, spins } = responses;
         let first = plan.structure.wrench_columns;
-        for (index, unit) in units.iter().enumerate() {
+        wrenches.fill(Wrench::zero());
+        efforts.fill(Four::zero());
+        spins.fill(Four::zero());
+        for (lane, unit) in units.iter().enumerate() {
             let interface = &parameters.interfaces[unit.interface];
-            let (against, efforts) = (unit.against, &mut response.efforts);
-            self.apply_friction_alone(plan, parameters, bodies, interface, (against, 1.0), efforts);
-            response.wrenches.copy_from_slice(&self.joint_wrenches);
-            let spins = response.spins.len();
-            response.spins.copy_from_slice(&self.unknowns[first..first + spins]);
-            take(index, response);
+            let friction = (unit.against, 1.0);
+            self.apply_friction_alone(plan, parameters, bodies, interface, friction, alone);
+            for (lanes, wrench) in wrenches.iter_mut().zip(&self.joint_wrenches) {
+                set_lane(lanes, lane, *wrench);
+            }
+            efforts.iter_mut().zip(&*alone).for_each(|(lanes, effort)| lanes.0[lane] = *effort);
+            for (lanes, amount) in spins.iter_mut().zip(&self.unknowns[first..]) {
+                lanes.0[lane] = *amount;
+            }
         }
     }
 
@@ -133,6 +156,23 @@ impl Balance<f64> {
                 }
                 continue;
             }
+            if let Role::Cut { cut } = topology.role[interface.joint]
+                && structure.weighting == Weighting::Determined
+            {
+                // Friction at a cut joint loads the joints on the path around its loop.
+                let wrench = bodies.wrench_of(topology, interface, unit.against);
+                set_lane(&mut cut_wrenches[cut], lane, wrench);
+                for &(node, sign) in &topology.cuts[cut].path {
+                    for tree_dof in topology.nodes[node].tree_dofs.clone() {
+                        if let Ok(equation) = structure.passive.binary_search(&tree_dof) {
+                            let power = self.rows[tree_dof].power(wrench);
+                            let row = structure.first_balance_row() + equation;
+                            right[row].0[lane] -= if sign > 0.0 { power } else { -power };
+                        }
+                    }
+                }
+                continue;
+            }
             self.set_friction_alone(topology, bodies, interface, (unit.against, 1.0));
             self.begin_wrenches(topology);
             self.measure(plan, parameters, bodies);
@@ -150,16 +190,18 @@ impl Balance<f64> {
                 }
             }
         }
-        // The solution, refined once.
+        // The solution, refined once unless its residual is round-off.
         left.copy_from_slice(right);
         program.solve_lanes(&self.factors, left, solution);
         left.copy_from_slice(right);
         for (entry, value) in structure.entries.iter().zip(&self.entries) {
             left[entry.row] -= solution[entry.column] * Four::from_f64(*value);
         }
-        program.solve_lanes(&self.factors, left, correction);
-        for (solution, correction) in solution.iter_mut().zip(&*correction) {
-            *solution += *correction;
+        if !is_round_off(left, right) {
+            program.solve_lanes(&self.factors, left, correction);
+            for (solution, correction) in solution.iter_mut().zip(&*correction) {
+                *solution += *correction;
+            }
         }
         node_wrenches.fill(Wrench::zero());
         let cuts = topology.cuts.iter().zip(&structure.columns_of).zip(cut_wrenches);
@@ -183,52 +225,68 @@ impl Balance<f64> {
         }
     }
 
-    /// Copies one lane to the response.
-    fn read_lane(
+    /// Computes the responses from the unknowns and the wrenches of nodes and cut joints.
+    fn read_lanes(
         &self,
         plan: &BalancePlan,
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
         workspace: &mut LaneWorkspace,
-        lane: usize,
     ) {
         let BalancePlan { topology, structure, .. } = plan;
-        let LaneWorkspace { solution, constants, cut_wrenches, node_wrenches, response, .. } =
+        let LaneWorkspace { solution, constants, cut_wrenches, node_wrenches, responses, .. } =
             workspace;
-        for (wrench, role) in response.wrenches.iter_mut().zip(&topology.role) {
+        let UnitResponses { wrenches, efforts, spins } = responses;
+        for (wrench, role) in wrenches.iter_mut().zip(&topology.role) {
             *wrench = match *role {
-                Role::Cut { cut } => lane_of(&cut_wrenches[cut], lane),
+                Role::Cut { cut } => cut_wrenches[cut],
                 Role::Tree { node } => match topology.nodes[node].link {
-                    Link::Joint { reversed: true, .. } => -lane_of(&node_wrenches[node], lane),
-                    _ => lane_of(&node_wrenches[node], lane),
+                    Link::Joint { reversed: true, .. } => -node_wrenches[node],
+                    _ => node_wrenches[node],
                 },
             };
         }
         for (tree_dof, content) in topology.tree_dofs.iter().enumerate() {
             let Some(actuator) = content.actuator else { continue };
-            let wrench = lane_of(&node_wrenches[content.node], lane);
-            let friction = constants[tree_dof].0[lane];
-            response.efforts[actuator] = bodies.screws[tree_dof].power(wrench) - friction;
+            let unit = bodies.screws[tree_dof].lift::<Four>();
+            efforts[actuator] = unit.power(node_wrenches[content.node]) - constants[tree_dof];
         }
         for (index, gearing) in structure.gearings.iter().enumerate() {
-            let multiplier = solution[structure.first_gearing() + index].0[lane];
+            let multiplier = solution[structure.first_gearing() + index];
             let coefficients = &parameters.gearings[gearing.gearing].coefficients;
             for ((tree_dof, _), coefficient) in gearing.dofs.iter().zip(coefficients) {
                 if let Some(actuator) = topology.tree_dofs[*tree_dof].actuator {
-                    response.efforts[actuator] -= coefficient * multiplier;
+                    efforts[actuator] -= Four::from_f64(*coefficient) * multiplier;
                 }
             }
         }
         for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
-            response.efforts[actuator] = solution[topology.constraints + index].0[lane];
+            efforts[actuator] = solution[topology.constraints + index];
         }
-        for (spin, acceleration) in response.spins.iter_mut().enumerate() {
-            *acceleration = solution[structure.wrench_columns + spin].0[lane];
+        for (spin, acceleration) in spins.iter_mut().enumerate() {
+            *acceleration = solution[structure.wrench_columns + spin];
         }
     }
 }
 
-fn lane_of(wrench: &Wrench<Four>, lane: usize) -> Wrench<f64> {
+/// Returns true if each lane of a residual is small compared with the largest number of the same lane of the right-hand
+/// side, up to which a solution is exact for slightly different coefficients.
+fn is_round_off(residual: &[Four], right: &[Four]) -> bool {
+    let largest = |numbers: &[Four]| {
+        let mut largest = Four::zero();
+        for number in numbers {
+            let size = number.abs();
+            // A sum propagates NaN.
+            largest = (size - largest).if_positive(size, largest) + *number * Four::zero();
+        }
+        largest
+    };
+    let (residual, right) = (largest(residual), largest(right));
+    residual.0.iter().zip(right.0).all(|(residual, right)| *residual <= ROUND_OFF * right)
+}
+
+/// One lane of a wrench.
+pub(in crate::dynamics) fn lane_of(wrench: &Wrench<Four>, lane: usize) -> Wrench<f64> {
     let of = |vector: crate::spatial::Vec3<Four>| {
         crate::spatial::Vec3::new(vector.x.0[lane], vector.y.0[lane], vector.z.0[lane])
     };

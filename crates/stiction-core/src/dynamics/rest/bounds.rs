@@ -116,7 +116,7 @@ pub(in crate::dynamics) fn bound_efforts(
             let topology = model.topology();
             let released = &released;
             let mut search = Search { coupling, inverse, topology, at, settings, released };
-            goals.iter().map(|goal| search.extreme(*goal)).collect()
+            search.extremes(&goals, forces.efforts.len())
         })
         .flatten();
     let extremes = extremes.unwrap_or_else(|| {

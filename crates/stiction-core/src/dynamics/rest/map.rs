@@ -64,12 +64,12 @@ impl<'a> FrictionMap<'a> {
 
     /// Derivative of an effort with respect to each component.
     pub(super) fn slopes(&self, actuator: usize) -> Vec<f64> {
-        (0..self.len()).map(|component| self.responses.efforts(component)[actuator]).collect()
+        (0..self.len()).map(|component| self.responses.effort(component, actuator)).collect()
     }
 
     /// Derivative of the acceleration of a local degree of freedom with respect to each component.
     pub(super) fn spin_slopes(&self, spin: usize) -> Vec<f64> {
-        (0..self.len()).map(|component| self.responses.spins(component)[spin]).collect()
+        (0..self.len()).map(|component| self.responses.spin(component, spin)).collect()
     }
 
     /// Friction coefficients of an interface for forward and backward sliding (positive and negative friction).

@@ -26,16 +26,28 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Finds the largest (smallest) value that static friction can give to an effort. The slopes of
-    /// the effort are exact, from the adjoint of the coupled problem; friction forces that satisfy all
+    /// Finds the largest (smallest) values that static friction can give to efforts. The slopes of
+    /// the efforts are exact, from the adjoint of the coupled problem; friction forces that satisfy all
     /// friction laws attain each value. `None` if Newton's method fails.
-    pub(super) fn extreme(&mut self, goal: Goal) -> Option<Extreme> {
+    pub(super) fn extremes(&mut self, goals: &[Goal], efforts: usize) -> Option<Vec<Extreme>> {
+        // All searches begin without static friction.
+        self.settle(self.released, Start::Uncoupled)?;
+        let mut released = vec![Vec::new(); efforts];
+        for (actuator, slopes) in released.iter_mut().enumerate() {
+            self.coupling.slopes(actuator, self.at, slopes)?;
+        }
+        goals.iter().map(|goal| self.extreme(*goal, &released[goal.actuator])).collect()
+    }
+
+    /// Finds the largest (smallest) value of an effort, from its slopes without static friction.
+    fn extreme(&mut self, goal: Goal, released: &[f64]) -> Option<Extreme> {
         let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
         let mut frictions = self.released.to_vec();
-        let mut slopes = Vec::new();
-        self.settle(&frictions, Start::Uncoupled)?;
+        let mut slopes = released.to_vec();
         for round in 0..ROUNDS {
-            self.coupling.slopes(goal.actuator, self.at, &mut slopes)?;
+            if round > 0 {
+                self.coupling.slopes(goal.actuator, self.at, &mut slopes)?;
+            }
             let next: Vec<StaticFriction> = frictions
                 .iter()
                 .map(|friction| {

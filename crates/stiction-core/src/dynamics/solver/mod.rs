@@ -246,6 +246,13 @@ impl InverseDynamics {
         strength.is_finite().then_some(strength)
     }
 
+    /// Accepts bounds up to this value in place of the least ones in [`Self::coupling`], which saves time.
+    /// Bounds of one or more are always the least ones.
+    #[doc(hidden)]
+    pub fn accept_coupling_up_to(&mut self, bound: f64) {
+        self.friction_coupling.accept_up_to(bound.min(1.0 - f64::EPSILON));
+    }
+
     /// Inputs and results of the kernel at the present position; `None` if the position is singular, or
     /// constraints and actuators are both redundant.
     pub(super) fn parts(&mut self) -> Option<Parts<'_>> {
@@ -283,10 +290,18 @@ impl InverseDynamics {
         let mut matrix = DMatrix::zeros(count, count);
         for column in 0..count {
             kinematics.response_to_coordinate(model, column, &mut rates);
-            let bodies = &kinematics.bodies;
-            let twists = body_twists(topology, bodies, &rates);
-            for (row, actuator) in topology.actuators.iter().enumerate() {
-                matrix[(row, column)] = actuator_rate(topology, bodies, actuator, &twists);
+            for (tree_dof, content) in topology.tree_dofs.iter().enumerate() {
+                if let Some(actuator) = content.actuator {
+                    matrix[(actuator, column)] = rates[tree_dof];
+                }
+            }
+            if !topology.cut_actuators.is_empty() {
+                let bodies = &kinematics.bodies;
+                let twists = body_twists(topology, bodies, &rates);
+                for &row in &topology.cut_actuators {
+                    let actuator = &topology.actuators[row];
+                    matrix[(row, column)] = actuator_rate(topology, bodies, actuator, &twists);
+                }
             }
         }
         // The determinant of closures and actuators equals the determinant of this matrix times that of
@@ -306,19 +321,30 @@ impl InverseDynamics {
     /// between -pi and pi, except those of helical joints.
     pub fn joint_coordinates(&self, joint: JointId) -> Vec<f64> {
         let content = &self.mechanism.joints()[joint.0];
+        match content.joint_type.has_scalar_coordinates() {
+            true => (0..content.joint_type.dofs().len())
+                .map(|dof| self.joint_coordinate(joint, dof))
+                .collect(),
+            false => Vec::new(),
+        }
+    }
+
+    /// One of [`Self::joint_coordinates`]; zero if it does not exist.
+    fn joint_coordinate(&self, joint: JointId, dof: usize) -> f64 {
+        let content = &self.mechanism.joints()[joint.0];
         if !content.joint_type.has_scalar_coordinates() {
-            return Vec::new();
+            return 0.0;
         }
         let bodies = self.bodies();
         let relative = bodies.frame_j[joint.0].inverse() * bodies.frame_k[joint.0];
         let (_, coordinates) = content.joint_type.misfit(relative, content.pitch);
-        coordinates[..content.joint_type.dofs().len()].to_vec()
+        coordinates.get(dof).copied().unwrap_or(0.0)
     }
 
     /// Coordinate (m or rad, see [`Self::joint_coordinates`]), rate and acceleration of a joint's degree of freedom;
     /// the coordinate is zero for joints without scalar coordinates.
     pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
-        let value = self.joint_coordinates(joint).get(dof).copied().unwrap_or(0.0);
+        let value = self.joint_coordinate(joint, dof);
         self.bodies().joint_motion(&self.topology, &self.parameters, (joint.0, dof), value)
     }
 
@@ -349,10 +375,11 @@ impl InverseDynamics {
                 for (interface, state) in inverse.interfaces().iter().enumerate() {
                     // Interfaces at rest have no friction.
                     if state.sliding > 0.0 {
-                        let efforts = responses.efforts(responses.components(interface).start);
+                        let component = responses.components(interface).start;
                         let friction = state.friction();
-                        let shares = self.shares.row(interface).iter_mut().zip(efforts);
-                        shares.for_each(|(share, effort)| *share = effort * friction);
+                        for (actuator, share) in self.shares.row(interface).iter_mut().enumerate() {
+                            *share = responses.effort(component, actuator) * friction;
+                        }
                     }
                 }
             }
@@ -455,7 +482,7 @@ impl InverseDynamics {
         self.assembly.return_to(&self.parameters, known, targets)
     }
 
-    /// Enables extrapolation from the last two positions while following a motion, which saves Newton
+    /// Enables extrapolation from the last positions while following a motion, which saves Newton
     /// steps. Results then depend on the previous positions, within round-off.
     #[doc(hidden)]
     pub fn extrapolate(&mut self) {

@@ -1,4 +1,4 @@
-//! Extrapolation of a motion from two positions, and the accuracy of Newton steps with the matrix of the last position.
+//! Extrapolation of a motion from three positions, and the accuracy of Newton steps with the matrix of the last position.
 
 /// Factor by which a step with the matrix of the last position is expected to reduce the error, before
 /// the first such step.
@@ -11,14 +11,16 @@ const HOPE: f64 = 0.7;
 #[derive(Clone, Debug)]
 pub(super) struct Extrapolation {
     is_active: bool,
-    /// Duration of the last step, s, if the state before it is known.
-    step: Option<f64>,
+    /// Durations of the last two steps, s, newest first, if the states before them are known.
+    steps: [Option<f64>; 2],
+    /// Duration of the step before the present one, s.
+    passed: Option<f64>,
     reduction: f64,
 }
 
 impl Default for Extrapolation {
     fn default() -> Self {
-        Self { is_active: false, step: None, reduction: UNKNOWN }
+        Self { is_active: false, steps: [None; 2], passed: None, reduction: UNKNOWN }
     }
 }
 
@@ -31,19 +33,30 @@ impl Extrapolation {
         self.is_active = true;
     }
 
-    /// Forgets the last step, after the position has changed in another way.
+    /// Forgets the last steps, after the position has changed in another way.
     pub(super) fn forget(&mut self) {
-        self.step = None;
+        (self.steps, self.passed) = ([None; 2], None);
     }
 
-    /// Returns the duration of the last step, s, and forgets it.
-    pub(super) fn take(&mut self) -> Option<f64> {
-        self.step.take()
+    /// Begins a step of `step` seconds: returns the weights of the changes of the accelerations in the last
+    /// two steps, newest first, in the change of the coordinates, s^2. `None` if the last step is unknown. Unless
+    /// [`Self::stepped`] follows, the last steps are forgotten.
+    pub(super) fn weights(&mut self, step: f64) -> Option<[f64; 2]> {
+        let [last, before] = core::mem::take(&mut self.steps);
+        self.passed = last;
+        let last = last?;
+        // Integrals of the polynomial through the accelerations (Newton's divided differences).
+        let cubic = step * step * step / 6.0;
+        let Some(before) = before else { return Some([cubic / last, 0.0]) };
+        let quartic = (0.5 * step + last) * cubic / (last + before);
+        Some([(cubic + quartic) / last, -quartic / before])
     }
 
-    /// Records a step of this duration, s.
+    /// Records that the present step has succeeded; `step` is its duration, s.
     pub(super) fn stepped(&mut self, step: f64) {
-        self.step = (self.is_active && step != 0.0).then_some(step);
+        if self.is_active && step != 0.0 {
+            self.steps = [Some(step), self.passed];
+        }
     }
 
     /// True if a step with the matrix of the last position is expected to reduce the error to this limit.
@@ -62,5 +75,36 @@ impl Extrapolation {
             let reduction = after / before;
             self.reduction = if reduction < 1.0 { reduction } else { 1.0 };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Extrapolation;
+
+    /// Accelerations that are quadratic in time are continued exactly, for steps of different durations.
+    #[test]
+    fn quadratic_accelerations_are_continued_exactly() {
+        let mut extrapolation = Extrapolation::default();
+        extrapolation.activate();
+        let motion =
+            |t: f64| [t.powi(4) - t.powi(3), 4.0 * t.powi(3) - 3.0 * t * t, 12.0 * t * t - 6.0 * t];
+        let times = [0.0, 0.5, 0.75, 1.5];
+        for pair in times[..3].windows(2) {
+            let step = pair[1] - pair[0];
+            let _ = extrapolation.weights(step);
+            extrapolation.stepped(step);
+        }
+        let step = times[3] - times[2];
+        let [newest, oldest] = extrapolation.weights(step).unwrap();
+        let [q, v, a] = motion(times[2]);
+        let acceleration = |k: usize| motion(times[k])[2];
+        let found = q
+            + step * (v + 0.5 * step * a)
+            + newest * (acceleration(2) - acceleration(1))
+            + oldest * (acceleration(1) - acceleration(0));
+        assert!((found - motion(times[3])[0]).abs() < 1e-14, "{found}");
+        // A step that did not succeed leaves nothing to extrapolate from.
+        assert_eq!(extrapolation.weights(step), None);
     }
 }

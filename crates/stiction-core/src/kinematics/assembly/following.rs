@@ -134,20 +134,30 @@ impl Assembly {
         step: f64,
         may_search: bool,
     ) -> Result<(), AssemblyError> {
-        // The change of the accelerations in the last step gives the third derivatives.
-        let third = self.extrapolation.take();
-        let third = third.filter(|_| self.is_determined());
-        let third = third.map_or(0.0, |last| step * step * step / (6.0 * last));
+        // The changes of the accelerations in the last steps give higher derivatives.
+        let weights = self.extrapolation.weights(step).filter(|_| self.is_determined());
+        let weights = weights.unwrap_or([0.0; 2]);
         let motion = self.state.rates.iter().zip(&self.state.accelerations);
-        let motion = motion.zip(&self.before.accelerations);
-        for (move_by, ((v, a), a_before)) in self.step.iter_mut().zip(motion) {
-            *move_by = step * (v + 0.5 * step * a) + third * (a - a_before);
+        for (move_by, (v, a)) in self.step.iter_mut().zip(motion) {
+            *move_by = step * (v + 0.5 * step * a);
+        }
+        if weights[0] != 0.0 {
+            let changes = [(&self.state, &self.before), (&self.before, &self.before_last)];
+            for (weight, (now, before)) in weights.into_iter().zip(changes) {
+                let pairs = now.accelerations.iter().zip(&before.accelerations);
+                for (move_by, (a, a_before)) in self.step.iter_mut().zip(pairs) {
+                    *move_by += weight * (a - a_before);
+                }
+            }
         }
         let topology = &self.model.topology;
         let is_determined = self.is_determined();
         if is_determined {
             let turning = (&self.state.accelerations[..], &self.state.rates[..]);
             State::add_bracket(topology, &mut self.step, step * step * step / 12.0, turning);
+        }
+        if self.extrapolation.is_active() {
+            core::mem::swap(&mut self.before, &mut self.before_last);
         }
         self.before.clone_from(&self.state);
         if is_determined {

@@ -58,6 +58,8 @@ pub(crate) struct Assembly {
     state: State<f64>,
     /// The position before the last step.
     before: State<f64>,
+    /// State before [`Self::before`], while extrapolation is active.
+    before_last: State<f64>,
     /// Last state in Newton's method with finite coordinates.
     sound: State<f64>,
     predicted: State<f64>,
@@ -134,6 +136,7 @@ impl Assembly {
         let mut assembly = Self {
             kinematics,
             before: state.clone(),
+            before_last: state.clone(),
             sound: state.clone(),
             predicted: state.clone(),
             state,
@@ -159,7 +162,7 @@ impl Assembly {
         Ok(assembly)
     }
 
-    /// Enables extrapolation from the last two positions while following a motion. Results then depend on
+    /// Enables extrapolation from the last three positions while following a motion. Results then depend on
     /// the previous positions, within round-off.
     pub(crate) fn extrapolate(&mut self) {
         self.extrapolation.activate();
