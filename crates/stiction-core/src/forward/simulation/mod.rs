@@ -8,6 +8,7 @@ mod driven;
 mod economy;
 mod energies;
 mod event;
+mod extrapolated;
 mod input_change;
 mod linearisation;
 mod locate;
