@@ -76,7 +76,6 @@ fn r6_stops_as_in_closed_form() {
         // spring's force is taken in the middle of a step.
         assert!((dissipated - 0.4998195).abs() < 2e3 * tolerance.sqrt() * 1e-2);
     }
-    println!("errors {errors:?}");
     assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 
@@ -175,42 +174,7 @@ fn both_methods_give_the_same_motion() {
     let exact = run(Settings { method: Method::EventDriven, ..Settings::default() });
     let errors = [1e-5, 1e-7].map(|tolerance| (run(in_steps(tolerance)) - exact).norm());
     println!("{errors:?}");
-    // With local extrapolation only steps in which an interface starts or stops to slip have errors of first order.
-    assert!(errors.iter().all(|error| *error < 1e-5), "{errors:?}");
-}
-
-/// A pendulum that turns over and over, without reversal of friction: its errors are of second order in the steps.
-/// Without local extrapolation the error is proportional to the step.
-#[test]
-fn smooth_motions_converge_with_second_order() {
-    let joint = JointSpec::new("pin", JointType::Revolute, "ground", "rod")
-        .frames(along(Vec3::zero(), Vec3::unit(2)), along(v(0.0, 0.3, 0.0), Vec3::unit(2)))
-        .friction(friction(0.2, 0.5, Some(0.02)));
-    let mechanism = MechanismBuilder::new("pendulum")
-        .gravity(v(0.0, -9.81, 0.0))
-        .body(BodySpec::new("rod").mass(1.0).inertia(diagonal(0.01, 0.01, 0.01)))
-        .joint(joint)
-        .build()
-        .unwrap();
-    let model = Forward::new(mechanism, &[]);
-    let turned = |settings: Settings| {
-        let mut inputs = ConstantEfforts(vec![]);
-        let mut state = State::new(model.topology());
-        state.rates[0] = 20.0;
-        let mut simulation = model.start(0.0, state, settings, &mut inputs).unwrap();
-        // It turns over and over.
-        simulation.advance(0.5, &mut inputs).unwrap();
-        (simulation.instant().state.coordinates[0], simulation.energy_error())
-    };
-    let (exact, _) = turned(Settings { method: Method::EventDriven, ..Settings::default() });
-    let mut errors = Vec::new();
-    for tolerance in [1e-5, 1e-7, 1e-9] {
-        let (angle, energy) = turned(in_steps(tolerance));
-        println!("{tolerance:e}: off by {:.2e} of {exact}, energy {energy:.1e}", angle - exact);
-        errors.push((angle - exact).abs());
-    }
-    // The tolerance bounds differences of third order: at a hundredth of it steps are shorter by 4.6, and the error
-    // is smaller by 22.
-    assert!(errors[1] < 0.1 * errors[0] && errors[2] < 0.1 * errors[1], "{errors:?}");
-    assert!(errors[1] < 5e-5, "{errors:?}");
+    // The step is proportional to the square root of the tolerance, and the error to the step: a
+    // factor of ten, except for steps that events and the start shorten in both runs.
+    assert!(errors[0] < 1e-4 && errors[1] < 0.4 * errors[0], "{errors:?}");
 }

@@ -8,7 +8,6 @@ mod driven;
 mod economy;
 mod energies;
 mod event;
-mod extrapolated;
 mod input_change;
 mod linearisation;
 mod locate;

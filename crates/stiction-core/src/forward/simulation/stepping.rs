@@ -47,8 +47,8 @@ pub(super) struct Stepping {
 pub(super) struct StepResult {
     pub(super) time_step: TimeStep,
     pub(super) state: State<f64>,
-    pub(super) anchors: Vec<Anchor>,
-    pub(super) frozen: Vec<bool>,
+    anchors: Vec<Anchor>,
+    frozen: Vec<bool>,
 }
 
 impl Simulation<'_> {
@@ -290,12 +290,8 @@ impl Simulation<'_> {
             stepping.step = if shortened { next.max(stepping.step) } else { next };
             let to = if step == left { end } else { time + step };
             let before = self.modes.clone();
-            let end = match jumps || is_last_resort {
-                true => second,
-                false => self.extrapolated(to, (&whole, &first, second), inputs),
-            };
             self.add(&first.time_step.work);
-            self.settle(to, end, inputs);
+            self.settle(to, second, inputs);
             self.tell(&before);
             let same = before
                 .iter()
