@@ -12,9 +12,6 @@ use crate::signal::recorded::lines::{Cells, Delimiter, Digits, Line};
 use crate::source::Span;
 use stiction_core::kinematics::Coordinate;
 
-/// Cure of two columns with one meaning.
-const TWICE: &str = "remove one of the columns, or rename it if it has another meaning";
-
 /// Meaning of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
@@ -75,8 +72,7 @@ impl Header {
                 .any(|known| known.role == column.role && column.role != Role::Unknown);
             if again {
                 let message = format!("the column {} occurs twice", quoted(&column.name));
-                let help = Some(TWICE.to_owned());
-                messages.push_help("duplicate", message, column.span.clone(), "again here", help);
+                messages.push("duplicate", message, column.span.clone(), "again here");
             }
             columns.push(column);
         }
@@ -171,8 +167,7 @@ impl Header {
             let again = columns.iter().any(|known| known.role == column.role);
             if again {
                 let message = format!("the column {} occurs twice", quoted(name));
-                let help = Some(TWICE.to_owned());
-                messages.push_help("duplicate", message, cell, "again here", help);
+                messages.push("duplicate", message, cell, "again here");
             }
             columns.push(column);
         }
