@@ -241,8 +241,9 @@ impl Forward {
             let motion = self.robot.parse_state(&values)?;
             let each = motion.coordinates.iter().zip(motion.at(motion.start));
             let known = each.map(|(&(coordinate, _), target)| {
-                let (value, rate) = (Some(target.value), Some(target.rate));
-                Known { coordinate, value, rate }
+                // With rates apart a constant gives a position only.
+                let rate = (target.rate != 0.0).then_some(target.rate);
+                Known { coordinate, value: Some(target.value), rate }
             });
             self.task.start = Start::Known(known.collect());
         }

@@ -158,16 +158,17 @@ pub enum ForwardError {
     },
     /// The start values contradict each other or the loops.
     #[error(
-        "the start values contradict each other: {what} {is} off by {by:.3e} ({units}); give fewer values, or \
+        "the start values contradict each other: {what} {is} off by {by:.3e} {unit}; give fewer values, or \
          consistent ones",
         is = if what.starts_with("joint") { "and is" } else { "is" },
-        units = if *rates { "m/s or rad/s" } else { "m or rad" }
     )]
     Contradiction {
         /// The violated value or rate, in words.
         what: String,
-        /// Residual: m or rad; for rates m/s or rad/s.
+        /// Residual.
         by: f64,
+        /// Unit of the residual.
+        unit: &'static str,
         /// True if `by` is the residual of a rate, false if it is that of a value.
         rates: bool,
     },

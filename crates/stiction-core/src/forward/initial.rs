@@ -64,14 +64,21 @@ impl Forward {
                 }
                 What::Given(k) => self.in_words(&known[places[k]].coordinate),
             };
-            ForwardError::Contradiction { what, by: missed.by, rates }
+            let unit = match (missed.is_angle, rates) {
+                (false, false) => "m",
+                (true, false) => "rad",
+                (false, true) => "m/s",
+                (true, true) => "rad/s",
+            };
+            ForwardError::Contradiction { what, by: missed.by, unit, rates }
         };
         if let Some(bad) = known
             .iter()
             .find(|k| [k.value, k.rate].into_iter().flatten().any(|number| !number.is_finite()))
         {
             let what = self.in_words(&bad.coordinate);
-            return Err(ForwardError::Contradiction { what, by: f64::INFINITY, rates: false });
+            let (by, unit) = (f64::INFINITY, "m or rad");
+            return Err(ForwardError::Contradiction { what, by, unit, rates: false });
         }
         let mut state = assemble_partly(
             self.simulated(),
@@ -96,6 +103,7 @@ impl Forward {
                 let missed = Missed {
                     what: RateRows::what(topology, row),
                     by: (rate - right).abs() / rows.scales[row],
+                    is_angle: rows.are_angles[row],
                 };
                 return Err(contradiction(&missed, &places, true));
             }

@@ -128,10 +128,15 @@ pub struct Gap {
 
 impl core::fmt::Display for Gap {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let missed = amounts(self.missed_length, self.missed_angle, self.scale);
-        let open = amounts(self.length, self.angle, self.scale);
+        // A gap that is small altogether is reported in full.
+        let sizes = [self.length, self.missed_length].map(|length| length / self.scale);
+        let angles = [self.angle, self.missed_angle];
+        let largest = sizes.into_iter().chain(angles).fold(0.0, f64::max);
+        let negligible = NEGLIGIBLE.min(PART * largest);
+        let missed = amounts(self.missed_length, self.missed_angle, self.scale, negligible);
+        let open = amounts(self.length, self.angle, self.scale, negligible);
         match (&self.joint, missed.as_str(), open.as_str()) {
-            (_, "", "") => write!(f, "the prescribed position is just out of reach")?,
+            (_, "", "") | (None, "", _) => write!(f, "the loops do not close")?,
             (Some(gearing), "", open) if self.of_gearing => {
                 write!(f, "gearing `{gearing}` cannot be met: at best, it is off by {open}")?;
             }
@@ -171,18 +176,20 @@ impl core::fmt::Display for Gap {
 }
 
 /// Formats a length and an angle, omitting values negligible at the mechanism's scale.
-fn amounts(length: f64, angle: f64, scale: f64) -> String {
+fn amounts(length: f64, angle: f64, scale: f64, negligible: f64) -> String {
     let in_words = |length: f64| match length {
         length if length < 1.0 => format!("{} mm", significant(length * 1e3, 4)),
         length => format!("{} m", significant(length, 4)),
     };
-    let length = (length > NEGLIGIBLE * scale).then(|| in_words(length));
-    let angle = (angle > NEGLIGIBLE).then(|| format!("{} deg", significant(angle.to_degrees(), 4)));
+    let length = (length > negligible * scale).then(|| in_words(length));
+    let angle = (angle > negligible).then(|| format!("{} deg", significant(angle.to_degrees(), 4)));
     [length, angle].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
 /// Negligible gap, in rad or characteristic lengths.
 const NEGLIGIBLE: f64 = 1e-6;
+/// Fraction of the largest part of a gap below which another part is negligible.
+const PART: f64 = 1e-3;
 
 /// A motion left open by the loops and the prescribed coordinates.
 #[derive(Clone, Debug, PartialEq)]

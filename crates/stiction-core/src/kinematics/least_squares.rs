@@ -32,6 +32,8 @@ const SLOW: usize = 20;
 const BEND: f64 = 0.375;
 /// Fraction of a step for the finite difference of its curvature.
 const PROBE: f64 = 0.1;
+/// Maximum number of steps off stationary points that are not minima.
+const STEPS_OFF: usize = 3;
 
 /// Position equations of a mechanism, restricted to some rows and some degrees of freedom.
 pub(super) struct PositionEquations<'a> {
@@ -93,6 +95,10 @@ impl<'a> PositionEquations<'a> {
         self
     }
 
+    pub(super) fn topology(&self) -> &Topology {
+        self.topology
+    }
+
     /// Places the bodies and returns the scaled errors.
     pub(super) fn errors(
         &self,
@@ -146,7 +152,7 @@ impl<'a> PositionEquations<'a> {
     }
 
     /// Moves `state` until all scaled errors are below `close`, at most `most` steps, or until the
-    /// errors stop decreasing.
+    /// errors stop decreasing at a minimum of their sum.
     pub(super) fn solve(
         &self,
         kinematics: &mut Kinematics<f64>,
@@ -160,6 +166,8 @@ impl<'a> PositionEquations<'a> {
         let mut moved = vec![0.0; self.topology.dofs()];
         let mut is_undefined = false;
         let damped = DampedSteps::default();
+        let mut left = STEPS_OFF;
+        let mut stationary: Option<(State<f64>, DVector<f64>)> = None;
         for count in 0..most {
             if errors.is_empty() || self.columns.is_empty() || errors.amax() < close {
                 break;
@@ -207,9 +215,26 @@ impl<'a> PositionEquations<'a> {
                 *state = before;
                 damping *= TIGHTEN;
             }
-            if !improved {
-                break;
+            if improved {
+                continue;
             }
+            let step_off = match left {
+                0 => None,
+                _ => self.step_off(kinematics, state),
+            };
+            let Some(step) = step_off else { break };
+            left -= 1;
+            stationary = Some((state.clone(), errors));
+            let rates = self.unscaled(&step);
+            state.advance(self.topology, &rates);
+            moved.iter_mut().zip(&rates).for_each(|(sum, rate)| *sum += rate);
+            errors = self.errors(kinematics, state);
+            damping = DAMPING;
+        }
+        if let Some((before, least)) = stationary
+            && !(errors.norm() < least.norm())
+        {
+            *state = before;
         }
         let errors = self.errors(kinematics, state);
         let error = if errors.is_empty() { 0.0 } else { errors.amax() };

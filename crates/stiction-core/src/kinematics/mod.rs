@@ -21,13 +21,14 @@ mod motion_constraints;
 mod partial;
 mod random_configuration;
 mod rotation_vector;
+mod stationary;
 mod system;
 mod tracing;
 
 pub(crate) use assembly::Assembly;
 #[doc(hidden)]
 pub use assembly::locks;
-pub use assembly::{AssemblyReport, Conflict};
+pub use assembly::{AssemblyReport, Conflict, OpenMode};
 pub use bodies::{Bodies, State};
 pub use coordinate::{AngleOrder, Coordinate, Target};
 pub(crate) use dof::{actuator_rate, body_twists};

@@ -14,11 +14,16 @@ use crate::topology::Topology;
 use nalgebra::DVector;
 
 /// Tolerance of closed loops and given values (rad, or m divided by the characteristic length).
-const MET: f64 = 1e-12;
+pub(super) const MET: f64 = 1e-12;
 /// Error below which Newton's method with minimum-norm steps takes over.
 const NEAR: f64 = 1e-3;
 /// Error at which Newton's method stops.
 const ROUND_OFF: f64 = 1e-15;
+/// Error at which damped steps stop, relative to [`MET`].
+const FRACTION: f64 = 0.1;
+/// Longest step of Newton's method, rad and characteristic lengths. Errors below [`NEAR`] at a regular
+/// position need no longer one; near a singular position longer ones lead elsewhere.
+const LONGEST: f64 = 0.25;
 /// Maximum number of steps of either method.
 const STEPS: usize = 500;
 /// Relative size of the independent component of a row below which the row depends on others.
@@ -28,6 +33,7 @@ const DEPENDENT: f64 = 1e-10;
 pub(crate) struct Missed {
     pub(crate) what: What,
     pub(crate) by: f64,
+    pub(crate) is_angle: bool,
 }
 
 /// Kinds of conditions.
@@ -84,32 +90,56 @@ pub(crate) fn assemble_partly(
             (state, reached) = (other, error);
         }
     }
-    let mut errors = equations.errors(&mut kinematics, &state);
-    let mut space = RowSpace::default();
-    for _ in 0..if reached < NEAR { STEPS } else { 0 } {
-        if errors.is_empty() || errors.amax() <= ROUND_OFF {
-            break;
-        }
-        let by_rows: Vec<f64> =
-            equations.jacobian(&mut kinematics).transpose().to_dense().iter().copied().collect();
-        space.decompose(&by_rows, errors.len(), topology.dofs(), DEPENDENT);
-        let step = -DVector::from_vec(space.shortest(errors.as_slice()));
-        let mut next = state.clone();
-        next.advance(topology, &equations.unscaled(&step));
-        let next_errors = equations.errors(&mut kinematics, &next);
-        if next_errors.norm() >= errors.norm() {
-            break;
-        }
-        (state, errors) = (next, next_errors);
+    let mut errors = DVector::zeros(0);
+    if reached < NEAR {
+        errors = close(&equations, &mut kinematics, &mut state);
     }
-    let errors = equations.errors(&mut kinematics, &state);
+    if reached >= NEAR || errors.iter().any(|error| !(error.abs() <= MET)) {
+        // Near a singular position only damped steps converge. Where the loops cannot close, they end at
+        // the least error.
+        equations.solve(&mut kinematics, &mut state, FRACTION * MET, STEPS);
+        errors = close(&equations, &mut kinematics, &mut state);
+    }
     let size = |row: usize| if errors[row].is_nan() { f64::INFINITY } else { errors[row].abs() };
     // Report a contradictory value rather than the loop that this value opens.
     let worst = (0..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let Some(row) = worst.filter(|row| size(*row) > MET) else { return Ok(state) };
     let given = (topology.closures()..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let row = given.filter(|given| size(*given) > 0.1 * size(row)).unwrap_or(row);
-    Err(Missed { what: what(topology, row), by: size(row) / scales[row] })
+    let is_angle = motion_constraints.are_angles().nth(row).unwrap_or(false);
+    Err(Missed { what: what(topology, row), by: size(row) / scales[row], is_angle })
+}
+
+/// Closes the loops to round-off by Newton's method with minimum-norm steps as far as the errors decrease;
+/// returns the scaled errors.
+fn close(
+    equations: &PositionEquations<'_>,
+    kinematics: &mut Kinematics<f64>,
+    state: &mut State<f64>,
+) -> DVector<f64> {
+    let mut errors = equations.errors(kinematics, state);
+    let mut space = RowSpace::default();
+    for _ in 0..STEPS {
+        if errors.is_empty() || errors.amax() <= ROUND_OFF {
+            break;
+        }
+        let jacobian = equations.jacobian(kinematics);
+        let dofs = jacobian.ncols();
+        let by_rows: Vec<f64> = jacobian.transpose().to_dense().iter().copied().collect();
+        space.decompose(&by_rows, errors.len(), dofs, DEPENDENT);
+        let step = -DVector::from_vec(space.shortest(errors.as_slice()));
+        if !(step.norm() <= LONGEST) {
+            break;
+        }
+        let mut next = state.clone();
+        next.advance(equations.topology(), &equations.unscaled(&step));
+        let next_errors = equations.errors(kinematics, &next);
+        if !(next_errors.norm() < errors.norm()) {
+            break;
+        }
+        (*state, errors) = (next, next_errors);
+    }
+    equations.errors(kinematics, state)
 }
 
 /// Linear equations for the rates of the tree: first loops, then coordinates with given rates.
@@ -118,6 +148,7 @@ pub(crate) struct RateRows {
     pub(crate) matrix: Vec<f64>,
     pub(crate) rights: Vec<f64>,
     pub(crate) scales: Vec<f64>,
+    pub(crate) are_angles: Vec<bool>,
 }
 
 impl RateRows {
@@ -144,7 +175,8 @@ impl RateRows {
         let mut rights = vec![0.0; first];
         rights.extend(rates.iter().zip(&scales[first..]).map(|(rate, scale)| rate * scale));
         let matrix = jacobian.transpose().to_dense().iter().copied().collect();
-        Self { matrix, rights, scales }
+        let are_angles = motion_constraints.are_angles().collect();
+        Self { matrix, rights, scales, are_angles }
     }
 
     /// The condition that a row expresses.

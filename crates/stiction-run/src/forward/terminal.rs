@@ -320,11 +320,11 @@ fn write_verdicts(
     if outcome.open_drives > 0 {
         writeln!(
             out,
-            "CAUTION: efforts are not unique: {} prescribed or locked more than necessary; the \
-             efforts with the least sum of squares are reported",
+            "CAUTION: efforts are not unique: {} prescribed or locked than necessary; the efforts with the \
+             least sum of squares are reported",
             match outcome.open_drives {
-                1 => "one joint is".to_owned(),
-                n => format!("{n} joints are"),
+                1 => "one joint more is".to_owned(),
+                n => format!("{n} joints more are"),
             }
         )?;
     }
@@ -354,9 +354,11 @@ fn write_verdicts(
             out,
             "CAUTION: no acceleration satisfies the friction laws (jamming) {}, first at t = {} \
              s, with the largest normal load in {at}; velocities jump there to values that \
-             satisfy all laws",
+             satisfy all laws, and the motion after a jump can depend on the steps: compare a run with \
+             --tolerance {:.0e}",
             times(jumps),
-            number(*time)
+            number(*time),
+            0.1 * job.settings.relative
         )?;
     }
     let others = described.iter().filter(|event| event.what == "not-unique");

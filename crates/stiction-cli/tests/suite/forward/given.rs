@@ -36,6 +36,8 @@ fn rates_may_be_given_apart() {
     let whole = begin("A = -60 deg + 2 rad/s*t");
     let same = [
         "A = -60 deg; d(A) = 2 rad/s".to_owned(),
+        // The position of one coordinate, the rate of another.
+        format!("A = -60 deg; d(B) = {} rad/s", whole[3]),
         format!("d(B) = {} rad/s; A = -60 deg + 5 rad/s*t; d(A) = 2 rad/s", whole[3]),
     ];
     for from in same {

@@ -4,7 +4,7 @@ use super::super::bodies::State;
 use super::super::coordinate::{Coordinate, Target};
 use super::super::least_squares::PositionEquations;
 use super::super::motion_constraints::MotionConstraints;
-use super::super::partial::{Missed, assemble_partly};
+use super::super::partial::{MET, Missed, What, assemble_partly};
 use super::super::system::Kinematics;
 use super::super::{AssemblyError, Gap, dof};
 use super::reference::Given;
@@ -28,12 +28,8 @@ impl Given<'_> {
         let values: Vec<f64> = self.targets.iter().map(|target| target.value).collect();
         let prescribed = (self.coordinates, values.as_slice());
         let mut state =
-            assemble_partly(self.mechanism, topology, parameters, self.homes, prescribed).map_err(
-                |Missed { by, .. }| {
-                    let scale = parameters.length;
-                    AssemblyError::Gap(Gap { length: by, scale, ..Gap::default() })
-                },
-            )?;
+            assemble_partly(self.mechanism, topology, parameters, self.homes, prescribed)
+                .map_err(|missed| AssemblyError::Gap(self.gap_of(&missed)))?;
         self.refine_singular(&mut state);
         let candidates = self.candidates();
         let all = [self.coordinates, &candidates].concat();
@@ -65,6 +61,28 @@ impl Given<'_> {
             locks.push((candidates[chosen], kinematics.errors()[first + chosen]));
         }
         Ok(locks)
+    }
+
+    /// The gap that a violated condition leaves.
+    fn gap_of(&self, missed: &Missed) -> Gap {
+        let scale = self.parameters.length;
+        let (length, angle) = if missed.is_angle { (0.0, missed.by) } else { (missed.by, 0.0) };
+        let open = Gap { length, angle, scale, ..Gap::default() };
+        match missed.what {
+            What::Joint(joint) => {
+                Gap { joint: Some(self.mechanism.joints()[joint].name.clone()), ..open }
+            }
+            What::Gearing(gearing) => {
+                let joint = Some(self.mechanism.gearings()[gearing].name.clone());
+                Gap { joint, of_gearing: true, ..open }
+            }
+            What::Given(_) => {
+                let cut = self.topology.cuts.first();
+                let joint = cut.map(|cut| self.mechanism.joints()[cut.joint].name.clone());
+                let missed = Gap { missed_length: length, missed_angle: angle, ..Gap::default() };
+                Gap { joint, scale, ..missed }
+            }
+        }
     }
 
     /// Refines a singular position, which loop closure determines only to the square root of round-off.
@@ -119,13 +137,19 @@ impl Given<'_> {
             if step.norm().is_nan() || step.norm() >= DIFFERENCE {
                 return;
             }
-            *state = moved(state, &step);
+            let refined = moved(state, &step);
             // Close the loops across the near-null space.
-            let (errors, jacobian) = at(state);
+            let (errors, jacobian) = at(&refined);
             let by_rows: Vec<f64> = jacobian.transpose().iter().copied().collect();
             space.decompose(&by_rows, errors.len(), topology.dofs(), NEARLY_SINGULAR);
             let step = -DVector::from_vec(space.shortest(errors.as_slice()));
-            *state = moved(state, &step);
+            let refined = moved(&refined, &step);
+            // At a singular position beside the solutions, such as a stretched one between two elbows, loops
+            // stay open.
+            if !(at(&refined).0.amax() <= MET) {
+                return;
+            }
+            *state = refined;
         }
     }
 

@@ -1,6 +1,7 @@
 //! Distances between configurations: root mean square displacements of bodies.
 
 use super::super::bodies::Bodies;
+use super::search::SAME_MODE;
 use crate::spatial::{Mat3, Pose, Quaternion, Vec3};
 
 /// Metric of configurations, with passive spins ignored.
@@ -54,6 +55,17 @@ impl Metric<'_> {
     pub(super) fn between(&self, a: &Bodies<f64>, b: &Bodies<f64>) -> f64 {
         let pairs = a.pose.iter().zip(&b.pose).enumerate().skip(1);
         rms(pairs.map(|(body, (a, b))| self.displacement(body, a, b))).unwrap_or(0.0)
+    }
+
+    /// Tests if a centre of mass or a joint is elsewhere in another placement by more than [`SAME_MODE`].
+    pub(super) fn is_shape_other(&self, a: &Bodies<f64>, b: &Bodies<f64>) -> bool {
+        let centres = |bodies: &Bodies<f64>| -> Vec<Vec3<f64>> {
+            let com = bodies.pose.iter().zip(self.com).map(|(pose, com)| pose.apply(*com));
+            let joints = bodies.frame_j.iter().chain(&bodies.frame_k).map(|frame| frame.position);
+            com.chain(joints).collect()
+        };
+        let mut pairs = centres(a).into_iter().zip(centres(b));
+        pairs.any(|(a, b)| (b - a).norm() > SAME_MODE * self.length)
     }
 
     /// `found` turned about the axis of its passive spin to the angle nearest to `given`; `None`

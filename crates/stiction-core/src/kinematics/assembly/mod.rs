@@ -15,10 +15,11 @@ mod prescribed_pose;
 mod reference;
 mod report;
 mod search;
+mod ties;
 mod twin;
 
 pub(super) use reference::Given;
-pub use report::{AssemblyReport, Conflict};
+pub use report::{AssemblyReport, Conflict, OpenMode};
 
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
@@ -40,6 +41,9 @@ use std::sync::Arc;
 const CLOSED: f64 = 1e-14;
 /// Closure tolerance near a singular position, which magnifies round-off.
 const CLOSED_AT_WORST: f64 = 1e-12;
+/// Closure error above which a search has not ended at a singular position: there it stops near 1e-12, because errors
+/// decrease with the square of the distance.
+const SINGULAR: f64 = 1e-10;
 /// Error below which Newton's method converges quadratically.
 const NEAR: f64 = 1e-7;
 /// Error below which a step with the matrix of the previous step leaves an error of about the product of the
@@ -370,12 +374,24 @@ impl Assembly {
 
     /// Closes the loops to round-off by Newton's method with a new plan.
     fn complete(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
-        self.plan(parameters)?;
+        if let Err(error) = self.plan(parameters) {
+            // The search ends short of a closed position only where none is near.
+            return Err(match self.is_closed(parameters) {
+                true => error,
+                false => AssemblyError::Gap(self.gap(parameters)),
+            });
+        }
         if !self.newton(parameters) {
             return Err(AssemblyError::Gap(self.gap(parameters)));
         }
         // Singular positions are visible only with loops closed to round-off.
         self.plan(parameters)
+    }
+
+    /// Tests if the loops are closed and the prescribed values are met as nearly as at a singular position.
+    fn is_closed(&mut self, parameters: &Parameters<f64>) -> bool {
+        self.row_scales = self.model.constraints.row_scales(parameters.length);
+        self.place(parameters) < SINGULAR
     }
 
     fn differentiate(&mut self, parameters: &Parameters<f64>) {

@@ -37,6 +37,9 @@ pub(in crate::kinematics) struct Reference {
     /// Pose of each body relative to the reference point; `None` if the given data do not determine
     /// it.
     poses: Vec<Option<Pose<f64>>>,
+    /// Bodies with poses that the given data determine without the closure of loops, which may have several
+    /// solutions.
+    is_certain: Vec<bool>,
     /// Contradictions among homes, starts and prescribed coordinates.
     pub(super) conflicts: Vec<Conflict>,
 }
@@ -55,6 +58,7 @@ impl Given<'_> {
         let mut conflicts = Vec::new();
         let joints = self.joint_coordinates(prescribed, &mut conflicts);
         let mut bodies = self.body_poses(prescribed, &joints, &mut conflicts);
+        let is_certain = bodies.is_known.clone();
         self.close_loops(prescribed, &joints, &mut bodies);
         let mut state = State::new(self.topology);
         for node in &self.topology.nodes {
@@ -85,7 +89,7 @@ impl Given<'_> {
         }
         let poses = bodies.poses.into_iter().zip(bodies.is_known);
         let poses = poses.map(|(pose, is_known)| is_known.then_some(pose)).collect();
-        Reference { state, poses, conflicts }
+        Reference { state, poses, is_certain, conflicts }
     }
 
     /// The prescribed value of each scalar coordinate of a joint.
@@ -155,6 +159,21 @@ impl Reference {
         rms(pairs.filter_map(|(body, (given, found))| {
             Some(metric.displacement(body, given.as_ref()?, found))
         }))
+    }
+
+    /// Tests if the given data determine the pose of a body without the closure of loops.
+    pub(super) fn is_certain(&self, body: usize) -> bool {
+        self.is_certain[body]
+    }
+
+    /// Root mean square displacement of the bodies with certain poses; zero without such bodies.
+    pub(super) fn certain_distance(&self, bodies: &Bodies<f64>, metric: &Metric<'_>) -> f64 {
+        let pairs = self.poses.iter().zip(&bodies.pose).enumerate().skip(1);
+        let certain = pairs.filter(|(body, _)| self.is_certain[*body]);
+        rms(certain.filter_map(|(body, (given, found))| {
+            Some(metric.displacement(body, given.as_ref()?, found))
+        }))
+        .unwrap_or(0.0)
     }
 
     /// Finds the body farthest from its given pose; returns its index, and its displacement in m and rad.

@@ -1,5 +1,6 @@
 //! Comparison of the assembled configuration with the given one.
 
+use super::ties::TIE;
 use crate::words::significant;
 use core::fmt;
 
@@ -56,6 +57,43 @@ impl fmt::Display for Conflict {
     }
 }
 
+/// Assembly modes among which the given data do not choose: the joint coordinate that differs most between
+/// the assembled mode and another one.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct OpenMode {
+    /// The joint's coordinate.
+    pub coordinate: String,
+    /// Its value in the assembled mode, rad or m.
+    pub taken: f64,
+    /// Its value in another mode, rad or m.
+    pub other: f64,
+    /// True for an angle.
+    pub is_angle: bool,
+    /// Number of other modes found. More may exist.
+    pub count: usize,
+}
+
+impl fmt::Display for OpenMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { coordinate, count, is_angle, .. } = self;
+        let [taken, other] = [self.taken, self.other].map(|value| match is_angle {
+            true => format!("{} deg", significant(value.to_degrees(), 4)),
+            false => format!("{} mm", significant(value * 1e3, 4)),
+        });
+        let others = match count {
+            1 => "another mode".to_owned(),
+            count => format!("one of {count} other modes found"),
+        };
+        write!(
+            f,
+            "`home`, `start` and the prescribed coordinates do not decide the assembly mode: the mode \
+             with {coordinate} = {taken} is assembled, {others} has {coordinate} = {other} and agrees \
+             with them as well; give `home` or `start` of more bodies or joints to choose"
+        )
+    }
+}
+
 /// Comparison of the assembled configuration with the given one.
 ///
 /// Distances are root mean squares over all bodies with poses determined by `home`, `start` and
@@ -73,6 +111,8 @@ pub struct AssemblyReport {
     pub farthest: Option<(String, f64, f64)>,
     /// Contradictions in the given data.
     pub conflicts: Vec<Conflict>,
+    /// Modes among which the given data do not choose; `None` if no such modes were found.
+    pub open_mode: Option<OpenMode>,
 }
 
 impl AssemblyReport {
@@ -80,6 +120,7 @@ impl AssemblyReport {
     /// mode at a similar distance.
     pub fn notes(&self) -> Vec<String> {
         let mut notes: Vec<String> = self.conflicts.iter().map(ToString::to_string).collect();
+        notes.extend(self.open_mode.as_ref().map(ToString::to_string));
         let Some(distance) = self.distance else { return notes };
         let others: Vec<String> = self.other_modes.iter().map(|x| significant(*x, 2)).collect();
         let others = match others.as_slice() {
@@ -92,17 +133,20 @@ impl AssemblyReport {
         let found = significant(distance, 2);
         if distance > FAR {
             let body = self.farthest.as_ref().map_or_else(String::new, |(body, moved, turned)| {
-                format!(
-                    ", most of all {body} by {} mm and {} deg",
-                    significant(moved * 1e3, 3),
-                    significant(turned.to_degrees(), 3)
-                )
+                // A body that only turns, or only moves, keeps the rest within round-off.
+                let moved = (*moved > 1e-9).then(|| format!("{} mm", significant(moved * 1e3, 3)));
+                let turned = (*turned > 1e-9)
+                    .then(|| format!("{} deg", significant(turned.to_degrees(), 3)));
+                let by: Vec<String> = [moved, turned].into_iter().flatten().collect();
+                format!(", most of all {body} by {}", by.join(" and "))
             });
             notes.push(format!(
                 "the assembled configuration is far from that given by `home` and `start`: rms \
                  displacement of the bodies {found} characteristic lengths{body}{others}"
             ));
-        } else if self.other_modes.first().is_some_and(|next| *next < NEARLY_AS_NEAR * distance) {
+        } else if self.open_mode.is_none()
+            && self.other_modes.first().is_some_and(|next| *next < NEARLY_AS_NEAR * distance + TIE)
+        {
             notes.push(format!(
                 "another assembly mode is nearly as close to `home` and `start` as the assembled \
                  one: rms displacement of the bodies {found} characteristic lengths{others}"

@@ -12,6 +12,7 @@ use super::Assembly;
 use super::metric::Metric;
 use super::reference::{Given, Reference};
 use super::report::{FAR, NEARLY_AS_NEAR};
+use super::ties::TIE;
 use crate::linalg::{Decomposition, Limit, SparseMatrix};
 use crate::parameters::Parameters;
 use crate::random::Random;
@@ -20,9 +21,9 @@ use crate::topology::Topology;
 use std::sync::Arc;
 
 /// Maximum number of steps of a search.
-const SEARCH_STEPS: usize = 500;
+pub(super) const SEARCH_STEPS: usize = 500;
 /// Error at which a search stops: passive spins are visible only with closed loops.
-const CLOSELY: f64 = 1e-12;
+pub(super) const CLOSELY: f64 = 1e-12;
 /// A search has found a closed configuration if the largest weighted error is below this value.
 const FOUND: f64 = 1e-6;
 /// Maximum number of moves away from configurations at which the angles of a body have no rates.
@@ -35,11 +36,11 @@ const OVERSHOOT: f64 = 1.3;
 /// Maximum number of searches from random configurations.
 const RANDOM_STARTS: usize = 12;
 /// Degrees of freedom of the tree above which the number of searches decreases.
-const LARGE: usize = 150;
+pub(super) const LARGE: usize = 150;
 /// Factor for the estimated distance of another mode.
 const SAFETY: f64 = 1.5;
 /// Distance, rms in characteristic lengths, below which configurations belong to one assembly mode.
-const SAME_MODE: f64 = 1e-3;
+pub(super) const SAME_MODE: f64 = 1e-3;
 
 /// A closed configuration from a search.
 struct Mode {
@@ -49,16 +50,17 @@ struct Mode {
     distance: f64,
 }
 
-/// Moves all degrees of freedom of the tree by random steps up to `size`, rad and characteristic lengths.
-fn perturb(
+/// Moves the degrees of freedom of the tree by random steps up to the `size` of each, rad and characteristic
+/// lengths.
+pub(super) fn perturb(
     topology: &Topology,
     parameters: &Parameters<f64>,
     state: &mut State<f64>,
-    size: f64,
+    size: impl Fn(usize) -> f64,
     random: &mut Random,
 ) {
-    let columns = column_scales(topology, parameters.length);
-    let step: Vec<f64> = columns.iter().map(|scale| size * scale * random.number()).collect();
+    let columns = column_scales(topology, parameters.length).into_iter().enumerate();
+    let step: Vec<f64> = columns.map(|(dof, scale)| size(dof) * scale * random.number()).collect();
     state.advance(topology, &step);
 }
 
@@ -137,7 +139,7 @@ impl Assembly {
                     false => Err(AssemblyError::Gap(self.gap(parameters))),
                 };
             }
-            perturb(topology, parameters, &mut self.state, NUDGE, &mut random);
+            perturb(topology, parameters, &mut self.state, |_| NUDGE, &mut random);
         }
         Err(AssemblyError::Gap(self.gap(parameters)))
     }
@@ -172,6 +174,9 @@ impl Assembly {
                 self.compare(parameters, (&reference, &metric), &[]);
                 twin = self.near_twin(parameters, &reference, &metric);
                 if twin.is_none() && self.report.distance.is_none_or(|distance| distance < FAR) {
+                    if outcome.is_ok() {
+                        self.find_ties(parameters, (given, &reference, &metric));
+                    }
                     return outcome;
                 }
             }
@@ -179,6 +184,11 @@ impl Assembly {
         let metric = Metric { length: parameters.length, com: &parameters.com, spin_axes };
         let (mut modes, failure) =
             self.modes(parameters, (given, &reference, &metric), first, twin);
+        let least = modes.iter().map(|mode| mode.distance).fold(f64::INFINITY, f64::min);
+        // Of modes equally near within rounding, the first one found counts as the nearest.
+        for mode in modes.iter_mut().filter(|mode| mode.distance <= least + TIE) {
+            mode.distance = least;
+        }
         modes.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         let mut outcome = Err(failure);
         for mode in &modes {
@@ -193,6 +203,9 @@ impl Assembly {
             outcome = self.complete(parameters);
             if !matches!(outcome, Err(AssemblyError::Gap(_))) {
                 self.compare(parameters, (&reference, &metric), &modes);
+                if outcome.is_ok() {
+                    self.find_ties(parameters, (given, &reference, &metric));
+                }
                 return outcome;
             }
         }
@@ -269,7 +282,7 @@ impl Assembly {
             let nearest = modes.iter().map(|mode| mode.distance).fold(f64::INFINITY, f64::min);
             let size = if nearest < NUDGE { NUDGE } else { nearest.min(1.0) };
             let size = size * [1.0, 0.5, 2.0][attempt % 3];
-            perturb(topology, parameters, &mut self.state, size, &mut random);
+            perturb(topology, parameters, &mut self.state, |_| size, &mut random);
             let count = modes.len();
             if self.search(parameters).is_ok() {
                 self.add_mode(parameters, (reference, metric), &mut modes);
@@ -295,7 +308,7 @@ impl Assembly {
     }
 
     /// Places the bodies at the present coordinates.
-    fn placed(&self, parameters: &Parameters<f64>) -> Bodies<f64> {
+    pub(super) fn placed(&self, parameters: &Parameters<f64>) -> Bodies<f64> {
         let mut bodies = self.kinematics.bodies.clone();
         bodies.place(&self.model.topology, parameters, &self.state.coordinates);
         bodies

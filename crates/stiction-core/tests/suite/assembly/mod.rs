@@ -2,13 +2,14 @@
 //! one is at least three times as far away, elsewhere a note names both.
 
 mod dietmaier;
+mod near_singular;
 mod postures;
 
 use crate::common::v;
 use postures::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::joint::JointType::*;
-use stiction_core::kinematics::{AssemblyError, AssemblyReport};
+use stiction_core::kinematics::{AssemblyError, AssemblyReport, Coordinate, Target};
 use stiction_core::mechanism::BodyId;
 use stiction_core::random::Random;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
@@ -151,4 +152,47 @@ fn the_generating_mode_is_found_ten_thousand_times() {
 fn one() {
     let seed: u64 = std::env::var("SEED").unwrap().parse().unwrap();
     compare(seed..seed + 1);
+}
+
+/// A five-bar whose corner is prescribed, with homes of some bodies: either elbow of a chain without homes agrees
+/// with the given data as well, and a note names a coordinate of both modes.
+#[test]
+fn modes_that_agree_as_well_are_noted() {
+    let mut noted = 0;
+    for seed in 0..20 {
+        let mut random = Random::new(seed);
+        random.number();
+        let posture = five_bar(&mut random);
+        let mechanism = posture.mechanism(|_, _| None);
+        let corner = posture.poses[3].position;
+        let position = |axis| Coordinate::Position { body: BodyId(3), axis };
+        let at = |value| Target { value, rate: 0.0, acceleration: 0.0 };
+        let coordinates = [position(0), position(1)];
+        let targets = [at(corner.x), at(corner.y)];
+        let assembled = |bodies: &[usize]| {
+            let homes: Vec<_> = bodies.iter().map(|&b| (BodyId(b), posture.poses[b])).collect();
+            let (mechanism, settings) = (mechanism.clone(), Settings::default());
+            let solver =
+                InverseDynamics::new(mechanism, &homes, &coordinates, &targets, settings).unwrap();
+            solver.assembly_report().clone()
+        };
+        for bodies in [&[1, 2][..], &[3, 4]] {
+            let report = assembled(bodies);
+            let notes = report.notes();
+            let says = notes.iter().any(|note| note.contains("do not decide the assembly mode"));
+            assert!(says, "{seed} {bodies:?}: {report:?}");
+            let open = report.open_mode.unwrap();
+            // The chain without homes, joints 2 to 4 or 0 to 2, has two elbows.
+            let joints = if bodies[0] == 1 { ["j2", "j3", "j4"] } else { ["j0", "j1", "j2"] };
+            assert!(joints.contains(&open.coordinate.as_str()), "{seed} {bodies:?}: {open:?}");
+            assert_eq!(open.count, 1, "{seed} {bodies:?}: {open:?}");
+            noted += 1;
+        }
+        let report = assembled(&[1, 2, 3, 4]);
+        assert_eq!(report.open_mode, None, "{seed}: {report:?}");
+        let report = assembled(&[]);
+        let count = report.open_mode.map_or(0, |open| open.count);
+        assert!((1..=3).contains(&count), "{seed}: {count} other modes of three");
+    }
+    assert_eq!(noted, 40);
 }
