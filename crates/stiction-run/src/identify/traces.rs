@@ -8,8 +8,10 @@ use super::prepare::{MeasuredLog, Prepared};
 use super::run::{Identified, differences, parameters_of, read_terms};
 use super::selection::{free_groups, options};
 use crate::names::Names;
+use crate::report::animation::Animation;
 use nalgebra::DVector;
 use std::fmt::Write as _;
+use stiction_core::mechanism::Mechanism;
 use stiction_draw::numbers::exact;
 use stiction_format::ModelFile;
 use stiction_identify::{Choice, Kind, Parameter, Rows};
@@ -37,6 +39,8 @@ pub struct LogTrace {
     pub used_for_fit: bool,
     /// Times, s, with the samples of each effort; `None` where a row is left out.
     pub rows: Vec<(f64, Vec<Option<EffortSample>>)>,
+    /// The robot along the log; empty for steady motions.
+    pub(super) robot: Animation,
 }
 
 /// Effort at one instant, N or N m.
@@ -95,7 +99,7 @@ impl Traces {
             let _ = prepared.update_loads(&values, &groups);
             let at = differences(&parameters, &values);
             let after = prepared.predicted(&at);
-            traces.logs.push(log_trace(&prepared, &before, &after));
+            traces.logs.push(log_trace(mechanism, &prepared, &before, &after));
             if !prepared.predict {
                 add_friction(&prepared, &parameters, &at, &mut traces.friction);
             }
@@ -135,7 +139,14 @@ impl Traces {
     }
 }
 
-fn log_trace(prepared: &Prepared, before: &[DVector<f64>], after: &[DVector<f64>]) -> LogTrace {
+fn log_trace(
+    mechanism: &Mechanism,
+    prepared: &Prepared,
+    before: &[DVector<f64>],
+    after: &[DVector<f64>],
+) -> LogTrace {
+    let mut robot = Animation::of_motion(mechanism, prepared.poses.len());
+    prepared.poses.iter().for_each(|(time, poses)| robot.push_pose(*time, poses));
     let channels = &prepared.block.channels;
     let mut rows: Vec<(f64, Vec<Option<EffortSample>>)> =
         prepared.times.iter().map(|time| (*time, vec![None; channels.len()])).collect();
@@ -148,7 +159,7 @@ fn log_trace(prepared: &Prepared, before: &[DVector<f64>], after: &[DVector<f64>
             });
         }
     }
-    LogTrace { name: prepared.name.clone(), used_for_fit: !prepared.predict, rows }
+    LogTrace { name: prepared.name.clone(), used_for_fit: !prepared.predict, rows, robot }
 }
 
 /// Adds friction over speed. The columns of load-independent and of viscous friction differ by the magnitude of
