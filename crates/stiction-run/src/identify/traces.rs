@@ -11,7 +11,6 @@ use crate::names::Names;
 use crate::report::animation::Animation;
 use nalgebra::DVector;
 use std::fmt::Write as _;
-use stiction_core::mechanism::Mechanism;
 use stiction_draw::numbers::exact;
 use stiction_format::ModelFile;
 use stiction_identify::{Choice, Kind, Parameter, Rows};
@@ -99,7 +98,7 @@ impl Traces {
             let _ = prepared.update_loads(&values, &groups);
             let at = differences(&parameters, &values);
             let after = prepared.predicted(&at);
-            traces.logs.push(log_trace(mechanism, &prepared, &before, &after));
+            traces.logs.push(log_trace(model, &prepared, &before, &after));
             if !prepared.predict {
                 add_friction(&prepared, &parameters, &at, &mut traces.friction);
             }
@@ -140,12 +139,12 @@ impl Traces {
 }
 
 fn log_trace(
-    mechanism: &Mechanism,
+    model: &ModelFile,
     prepared: &Prepared,
     before: &[DVector<f64>],
     after: &[DVector<f64>],
 ) -> LogTrace {
-    let mut robot = Animation::of_motion(mechanism, prepared.poses.len());
+    let mut robot = Animation::of_motion(model, prepared.poses.len());
     prepared.poses.iter().for_each(|(time, poses)| robot.push_pose(*time, poses));
     let channels = &prepared.block.channels;
     let mut rows: Vec<(f64, Vec<Option<EffortSample>>)> =

@@ -17,7 +17,7 @@ impl Animation {
         let mechanism = &job.model.mechanism;
         let quantities = ["drive", "drive_low", "drive_high", "drive_frictionless"];
         let whole = ["distance.actuation [-]", "distance.constraint [-]"];
-        Self(Shared::new(mechanism, &Names::new(mechanism), &quantities, &whole, count))
+        Self(Shared::new(job.model, &Names::new(mechanism), &quantities, &whole, count))
     }
 
     /// The run for a page of `runs` runs; `None` without a sample.

@@ -13,7 +13,8 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Quaternion, Vec3};
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
-use stiction_draw::viewer::{Actuator, Film, Ghost, Shot, robot};
+use stiction_draw::viewer::{Actuator, Film, Ghost, Mesh, MeshFile, Shot, robot};
+use stiction_format::{MeshFormat, ModelFile};
 
 /// Size of the samples of a page, bytes of its text: a page that e-mail carries.
 const ROOM: usize = 2_000_000;
@@ -72,6 +73,7 @@ pub(crate) struct Animation {
     names: Names,
     columns: Vec<String>,
     actuators: Vec<Actuator>,
+    meshes: Vec<Mesh>,
     /// Poses at the first sample in the world, the ground first.
     first: Vec<Pose<f64>>,
     origin: Vec3<f64>,
@@ -94,12 +96,13 @@ impl Animation {
     /// Empty animation of `count` samples; `quantities` are those of each actuator, its effort first, and
     /// `whole` the singularity indices, if any.
     pub(crate) fn new(
-        mechanism: &Mechanism,
+        model: &ModelFile,
         names: &Names,
         quantities: &[&str],
         whole: &[&str],
         count: usize,
     ) -> Self {
+        let mechanism = &model.mechanism;
         let dofs = dofs_of(mechanism);
         let mut all = Vec::new();
         for (name, unit) in &names.drives {
@@ -119,6 +122,7 @@ impl Animation {
         let most = (ROOM * 3 / 4 / bytes).clamp(2, MOST);
         Self {
             mechanism: mechanism.clone(),
+            meshes: meshes_of(model),
             actuators: actuators.collect(),
             columns: all,
             first: Vec::new(),
@@ -139,8 +143,8 @@ impl Animation {
     }
 
     /// Empty animation of `count` samples without forces.
-    pub(crate) fn of_motion(mechanism: &Mechanism, count: usize) -> Self {
-        Self::new(mechanism, &Names::default(), &[], &[], count)
+    pub(crate) fn of_motion(model: &ModelFile, count: usize) -> Self {
+        Self::new(model, &Names::default(), &[], &[], count)
     }
 
     /// Adds a sample without forces, at the poses of a solver.
@@ -280,8 +284,36 @@ impl Animation {
             interfaces: self.names.interfaces.clone(),
             actuators: self.actuators.clone(),
             ghost: None,
+            meshes: self.meshes.clone(),
         }
     }
+}
+
+/// The loaded meshes of a model.
+fn meshes_of(model: &ModelFile) -> Vec<Mesh> {
+    // Visuals of one file share its content.
+    let mut files: Vec<(*const stiction_format::Mesh, Arc<MeshFile>)> = Vec::new();
+    let mut meshes = Vec::new();
+    for visual in &model.visuals {
+        let Some(mesh) = &visual.mesh else { continue };
+        let known = files.iter().find(|(known, _)| *known == Arc::as_ptr(mesh));
+        let file = known.map(|(_, file)| Arc::clone(file)).unwrap_or_else(|| {
+            let format = match mesh.format {
+                MeshFormat::Stl => "stl",
+                MeshFormat::Obj => "obj",
+                MeshFormat::Gltf => "gltf",
+            };
+            let (name, bytes) = (visual.file.clone(), mesh.bytes.clone());
+            let file = Arc::new(MeshFile { name, format, bytes });
+            files.push((Arc::as_ptr(mesh), Arc::clone(&file)));
+            file
+        });
+        let mut quaternion = [0.0; 4];
+        Quaternion::from_rotation(visual.pose.rotation).write(&mut quaternion);
+        let position = visual.pose.position.to_array();
+        meshes.push(Mesh { body: visual.body.0, scale: visual.scale, position, quaternion, file });
+    }
+    meshes
 }
 
 fn actuator(mechanism: &Mechanism, name: &str, unit: &'static str, dof: &Dof) -> Actuator {
