@@ -173,6 +173,38 @@ fn pages_of_all_commands_are_legible() {
     }
 }
 
+/// Tab goes through all controls, links and scrolling parts of every kind of page in the order of the page, each
+/// visible and marked while it has the focus.
+#[test]
+fn tab_walks_through_all_pages() {
+    let Some(browser) = Browser::find() else { return };
+    for (name, html) in pages("pages-tab") {
+        let mut person = browser.open(&format!("tab-{name}"), &html, 1000);
+        let stops = person.value(
+            "(window.stops = [...document.querySelectorAll('a[href],button,input,select,summary,[tabindex=\"0\"]')] \
+             .filter(one => one.checkVisibility())).length",
+        );
+        let stops = stops.as_u64().unwrap();
+        assert!(stops > 3, "{name}: {stops}");
+        for expected in 0..stops {
+            person.press("Tab", 9);
+            let found = person.value(
+                "(() => { const one = document.activeElement, box = one.getBoundingClientRect(), style = getComputedStyle(one); \
+                 return [stops.indexOf(one), box.width > 0 && box.bottom > 0 && box.top < innerHeight, \
+                 one.matches(':focus-visible') && style.outlineStyle !== 'none', one.outerHTML.slice(0, 200)]; })()",
+            );
+            assert_eq!(found[0], json!(expected), "{name}: {}", found[3]);
+            assert_eq!(
+                (&found[1], &found[2]),
+                (&json!(true), &json!(true)),
+                "{name}: {}",
+                found[3]
+            );
+        }
+        assert!(person.noise.is_empty(), "{name}: {:?}", person.noise);
+    }
+}
+
 /// The page of the playground, if it is built.
 fn playground() -> Option<(&'static str, String)> {
     let playground = Path::new(env!("CARGO_MANIFEST_DIR"))
