@@ -136,7 +136,7 @@ impl<'a> Renderer<'a> {
         let count = figure.panels.len();
         for (index, panel) in figure.panels.iter().enumerate() {
             let is_last = index + 1 == count;
-            self.panel(panel, top + NAME, is_last || count > SHARING);
+            self.panel(panel, top + NAME, (is_last || count > SHARING, is_last));
             bottom = top + NAME + self.height;
             top = bottom
                 + match () {
@@ -144,15 +144,6 @@ impl<'a> Renderer<'a> {
                     () if count > SHARING => NUMBERS,
                     () => 4.0,
                 };
-        }
-        if count > 0 {
-            self.text(
-                (0.5 * (self.left + self.right), bottom + 36.0),
-                "middle",
-                " font-size=\"13\"",
-                "soft",
-                &figure.x_label,
-            );
         }
         let (width, height) = (px(self.width), px(top.max(bottom + 4.0)));
         let over_time = figure.x_label.starts_with("time [s]");
@@ -225,7 +216,8 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    fn panel(&mut self, panel: &Panel, top: f64, has_numbers: bool) {
+    /// Draws a panel, with the numbers of its horizontal axis and the name of the axis where they are asked for.
+    fn panel(&mut self, panel: &Panel, top: f64, (has_numbers, has_name): (bool, bool)) {
         let (left, right, bottom) = (self.left, self.right, top + self.height);
         let y = self.y_of(panel);
         let at_y = |value: f64| bottom - self.height * y.place(value);
@@ -273,6 +265,10 @@ impl<'a> Renderer<'a> {
             for (place, label) in &ticks_x {
                 self.text((*place, bottom + 17.0), "middle", "", "ink", label);
             }
+        }
+        if has_name {
+            let (middle, name) = (0.5 * (left + right), &self.figure.x_label);
+            self.text((middle, bottom + 36.0), "middle", " font-size=\"13\"", "soft", name);
         }
         for band in &panel.bands {
             self.band(band, &y, bottom);

@@ -12,13 +12,22 @@ const unpacked = async data => {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Response(stream).arrayBuffer();
 };
-// Colours are those of the legs; the page loads no pictures.
-const withoutTextures = () => ({ name: "without textures", loadTexture: () => Promise.resolve(null) });
+// Nothing is loaded: colours are those of the legs, and data are in the file, those of a text in base 64.
+const selfContained = parser => {
+  const inFile = parser.loadBuffer.bind(parser);
+  parser.loadBuffer = async index => {
+    const [head, data] = (parser.json.buffers[index].uri ?? "").split(",", 2);
+    if (!head) return inFile(index);
+    if (!/^data:[^,]*;base64$/.test(head)) throw new Error("its data are not in base 64");
+    return Uint8Array.from(atob(data), letter => letter.charCodeAt(0)).buffer;
+  };
+  return { name: "self-contained", loadTexture: () => Promise.resolve(null) };
+};
 const parsed = async ({ format, data }) => {
   const buffer = await unpacked(data);
   if (format === "stl") return new Mesh(new STLLoader().parse(buffer));
   if (format === "obj") return new OBJLoader().parse(new TextDecoder().decode(buffer));
-  return (await new GLTFLoader().register(withoutTextures).parseAsync(buffer, "")).scene;
+  return (await new GLTFLoader().register(selfContained).parseAsync(buffer, "")).scene;
 };
 
 const begin = async view => {
