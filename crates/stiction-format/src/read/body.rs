@@ -37,7 +37,7 @@ fn visuals(context: &Context<'_>, value: &Value, what: &str) -> Vec<VisualDraft>
             context.wrong(item, "a table such as { mesh = \"arm.stl\" }");
             return None;
         };
-        let record = Record::new(context, table, VISUAL, &format!("`visual` of {what}"));
+        let record = Record::new(context, table, VISUAL, format!("`visual` of {what}"));
         let file = record.text("mesh")?.to_owned();
         let scale = record.vector("scale").map_or([1.0; 3], Vec3::to_array);
         let position = record.vector("position").unwrap_or(Vec3::zero());
