@@ -4,7 +4,7 @@
 //! everything that is linked into the program; `SHA256SUMS` has the checksums of all archives in the folder. The target of Linux is musl: such a
 //! program is static and runs on any distribution.
 
-use crate::{cargo, succeeds};
+use crate::{cargo, succeeds, viewer};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::env;
@@ -76,7 +76,9 @@ fn archive(target: &str, host: &str) -> Result<(), String> {
     }
     eprintln!("== {target}: building");
     let build = ["build", "--release", "--locked", "-p", "stiction-cli", "--target", target];
-    if !succeeds(&mut cargo(&build)) {
+    let mut build = cargo(&build);
+    viewer::include_in(&mut build);
+    if !succeeds(&mut build) {
         return Err("the build failed".to_owned());
     }
     let metadata = metadata(target)?;

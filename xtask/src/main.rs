@@ -1,6 +1,6 @@
 //! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask book`,
 //! `cargo xtask peers`, `cargo xtask counts`, `cargo xtask audit`, `cargo xtask dist`,
-//! `cargo xtask python`, `cargo xtask wheel`, `cargo xtask playground`, `cargo xtask fmu`.
+//! `cargo xtask python`, `cargo xtask wheel`, `cargo xtask playground`, `cargo xtask viewer`, `cargo xtask fmu`.
 
 mod audit;
 mod counts;
@@ -12,6 +12,7 @@ mod peers;
 mod playground;
 mod python;
 mod validate;
+mod viewer;
 
 use std::env;
 use std::process::{Command, ExitCode};
@@ -41,6 +42,7 @@ usage: cargo xtask COMMAND
              TARGET...       for these targets, by default a static one on Linux
   fmu        build the library of plant FMUs for this platform, beside the program in target/release
   playground build the engine for browsers and its page into target/playground
+  viewer     bundle the shaded view of meshes by npm into target/viewer; dist and wheel do so
 ";
 
 fn main() -> ExitCode {
@@ -62,6 +64,7 @@ fn main() -> ExitCode {
         Some("peers") => peers::peers(env::args().skip(2)),
         Some("fmu") => fmu::fmu(),
         Some("playground") => playground::playground(),
+        Some("viewer") => viewer::viewer(),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
             ExitCode::SUCCESS

@@ -160,6 +160,7 @@ fn build_and_try(profile: &str) -> Result<PathBuf, String> {
     let mut maturin = Command::new(&python);
     maturin.args(["-m", "maturin", "build", "--locked", "--profile", profile, "--manifest-path"]);
     maturin.arg(source().join("Cargo.toml")).arg("--out").arg(&fresh);
+    crate::viewer::include_in(&mut maturin);
     if !succeeds(&mut maturin) {
         return Err("maturin cannot build it".to_owned());
     }

@@ -20,6 +20,7 @@ use serde_json::{Value, json};
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 use stiction::{Robot, Study};
+use stiction_run::comparison::Reel;
 use stiction_run::forward::checksum;
 use stiction_run::sweep::{Findings, Pictures, draw_report};
 
@@ -111,7 +112,7 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
         ))
         .help("start again, and leave the table unchanged until the run ends"));
     }
-    results.finish(options, &robot_heading(&robot), &about, outputs, journal)?;
+    results.finish((options, Some(&study)), &robot_heading(&robot), &about, outputs, journal)?;
     options.report.show(folder.as_deref());
     Ok(())
 }
@@ -194,10 +195,23 @@ impl Results {
         self.pictures.add(settings, &row.values);
     }
 
-    /// Prints the results, gives the files their final names, and returns a failure if no design has results.
+    /// The robots of designs with an extreme of an objective, for the report.
+    fn reels(&self, study: &Study) -> Vec<(String, Reel)> {
+        let designs = self.findings.extreme_designs();
+        let count = designs.len();
+        let reel = |(row, settings, words): (u64, &[stiction_format::Setting], String)| {
+            // A row with a value had results; if its page is too large for them, it is left out there only.
+            let reel = study.reel(settings, count).ok().flatten()?;
+            Some((format!("row {row}: {words}"), reel))
+        };
+        designs.into_iter().filter_map(reel).collect()
+    }
+
+    /// Shows the results, gives the files their names, and fails if no design has results. Without the study, as of
+    /// merged parts, the report has no robot.
     fn finish(
         &self,
-        options: &Sweep,
+        (options, study): (&Sweep, Option<&Study>),
         heading: &str,
         about: &Value,
         outputs: Option<Outputs>,
@@ -231,7 +245,8 @@ impl Results {
             if options.report.is_on() {
                 let results = (&self.findings, &self.pictures);
                 let command = report::command_line();
-                let page = draw_report(heading, results, Some(&command), about);
+                let reels = study.map_or_else(Vec::new, |study| self.reels(study));
+                let page = draw_report(heading, results, reels, Some(&command), about);
                 outputs.write(report::FILE, page.as_bytes())?;
             }
             let others: Vec<String> = (1..=PICTURES).map(|k| format!("sweep-{k}.svg")).collect();

@@ -138,6 +138,7 @@ mod read;
 mod signal;
 mod source;
 mod variation;
+mod visual;
 
 pub use contents::{Contents, Store, not_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, did_you_mean};
@@ -159,3 +160,4 @@ pub use signal::filter::{LowPass, Smooth};
 pub use signal::samples::SampleTimes;
 pub use source::{Place, Source};
 pub use variation::{Key, Setting, Values, Variation};
+pub use visual::{Mesh, MeshFormat, Visual};

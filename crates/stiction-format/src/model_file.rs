@@ -5,6 +5,7 @@ use crate::law::Law;
 use crate::parameters::Parameters;
 use crate::signal::Signal;
 use crate::signal::samples::SampleTimes;
+use crate::visual::Visual;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{Body, BodyId, JointId, Mechanism};
@@ -35,6 +36,8 @@ pub struct ModelFile {
     pub default_friction: Option<FrictionMode>,
     /// Legs, if the model has any.
     pub legs: Vec<Leg>,
+    /// Meshes that show bodies in pages; [`Self::load_meshes`] reads their files.
+    pub visuals: Vec<Visual>,
     /// Warnings about suspicious input. They do not affect results.
     pub warnings: Diagnostics,
     pub(crate) parameters: Parameters,
@@ -55,6 +58,7 @@ impl From<Mechanism> for ModelFile {
             default_load: None,
             default_friction: None,
             legs: Vec::new(),
+            visuals: Vec::new(),
             warnings: Diagnostics::new(),
             parameters: Parameters::default(),
         }

@@ -11,8 +11,10 @@ pub(crate) struct ByLeg {
     panel_names: Vec<String>,
     panel_of_interface: Vec<usize>,
     traces: Vec<JumpTrace>,
-    /// Time and sliding velocity of each interface at the last sample.
+    /// Last sliding velocity of each interface with its time, and true where it was at rest.
     last: Vec<Option<(f64, f64)>>,
+    rested: Vec<bool>,
+    count: usize,
 }
 
 impl ByLeg {
@@ -36,18 +38,31 @@ impl ByLeg {
             panel_of_interface,
             traces: vec![JumpTrace::new(count); names.interfaces.len()],
             last: vec![None; names.interfaces.len()],
+            rested: vec![false; names.interfaces.len()],
+            count,
         }
     }
 
     /// Adds a point to the curve of each interface. `values` contains sliding velocity, plotted value, and true if the
     /// value is unknown because the interface is at rest.
     pub(crate) fn add(&mut self, time: f64, values: impl Iterator<Item = (f64, f64, bool)>) {
-        let each = self.traces.iter_mut().zip(&mut self.last).zip(values);
-        for ((trace, last), (velocity, value, rests)) in each {
-            let now = (time, velocity);
-            let crossing = last.and_then(|before| reversal(before, now));
-            trace.push(time, 0.0, value, rests, crossing);
-            *last = Some(now);
+        let values: Vec<_> = values.collect();
+        let crossings = self.last.iter().zip(&values);
+        let crossings: Vec<Option<f64>> = crossings
+            .map(|(last, (velocity, ..))| last.and_then(|last| reversal(last, (time, *velocity))))
+            .collect();
+        // Where friction jumps at one interface, normal loads and with them other friction forces may jump, too.
+        let first = crossings.iter().flatten().copied().reduce(f64::min);
+        // Unknown friction of an interface that comes to rest makes all others unknown at this instant.
+        let mut comes_to_rest = false;
+        for (rested, (_, _, rests)) in self.rested.iter_mut().zip(&values) {
+            comes_to_rest |= *rests && !*rested && self.count > 1;
+            *rested = *rests;
+        }
+        let each = self.traces.iter_mut().zip(&mut self.last).zip(values).zip(crossings);
+        for (((trace, last), (velocity, value, rests)), crossing) in each {
+            trace.push(time, 0.0, value, rests || comes_to_rest, crossing.or(first));
+            *last = Some((time, velocity));
         }
     }
 
@@ -56,15 +71,25 @@ impl ByLeg {
         self.traces.is_empty()
     }
 
-    /// Returns the panels of the curves; `unit` is the unit of the values.
+    /// Colour of each interface: its place among those of its leg.
+    pub(crate) fn colours(&self) -> Vec<usize> {
+        let mut counts = vec![0; self.panel_names.len()];
+        let next = |panel: &usize| {
+            counts[*panel] += 1;
+            counts[*panel] - 1
+        };
+        self.panel_of_interface.iter().map(next).collect()
+    }
+
+    /// Panels of the curves, whose unit is `unit`.
     pub(crate) fn panels(self, names: &Names, unit: &str) -> Vec<Panel> {
         let panel =
             |name: &String| Panel { y_label: format!("{name} [{unit}]"), ..Panel::default() };
         let mut panels: Vec<Panel> = self.panel_names.iter().map(panel).collect();
-        let traces = self.traces.into_iter().zip(&names.interfaces);
-        for ((trace, (name, _)), &panel) in traces.zip(&self.panel_of_interface) {
-            let lines = &mut panels[panel].lines;
-            lines.push(trace.line(name, lines.len(), false));
+        let colours = self.colours();
+        let traces = self.traces.into_iter().zip(&names.interfaces).zip(colours);
+        for (((trace, (name, _)), colour), &panel) in traces.zip(&self.panel_of_interface) {
+            panels[panel].lines.push(trace.line(name, colour, false));
         }
         panels
     }

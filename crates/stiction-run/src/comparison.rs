@@ -38,6 +38,13 @@ impl Headline {
     ) -> Self {
         Self { name, unit, value, time, scale, least_is_worst: false }
     }
+
+    /// The value for readers: zero for a rounding error of larger terms.
+    fn shown(&self) -> f64 {
+        // Some thousand roundings of the terms.
+        const ROUNDING: f64 = 1e-12;
+        if self.value.abs() < ROUNDING * self.scale { 0.0 } else { self.value }
+    }
 }
 
 /// Headline figures of each motor: torque, speed, power, and the used percentage of its limits.
@@ -91,9 +98,9 @@ impl Row {
         &self.headline
     }
 
-    /// The value of each run.
-    pub(super) fn values(&self) -> impl Iterator<Item = Option<f64>> {
-        self.values.iter().map(|value| Some(value.as_ref()?.value))
+    /// The values of all runs, for readers.
+    pub(super) fn shown_values(&self) -> impl Iterator<Item = Option<f64>> {
+        self.values.iter().map(|value| Some(value.as_ref()?.shown()))
     }
 
     /// Worst value, with the index of its run.
@@ -169,8 +176,8 @@ impl Comparison {
         writeln!(out, "  {:>13}", "difference")?;
         for row in &self.rows {
             write!(out, "{:wide$}", row.headline.name)?;
-            for value in &row.values {
-                let text = value.as_ref().map_or("-".to_owned(), |value| number(value.value));
+            for value in row.shown_values() {
+                let text = value.map_or("-".to_owned(), number);
                 write!(out, "  {text:>13}")?;
             }
             let (absolute, relative) = match row.difference() {
@@ -313,6 +320,9 @@ mod tests {
             Comparison::new(runs).json()["figures"][0]["relative_difference"].clone()
         };
         assert_eq!(relative(2e-15, -3e-15, 10.0), json!(null));
+        let shown = |value, scale| Comparison::new(vec![("A".to_owned(), work(value, scale))]);
+        let shown = |value, scale| shown(value, scale).rows[0].shown_values().next().unwrap();
+        assert_eq!((shown(2e-15, 10.0), shown(2e-9, 10.0)), (Some(0.0), Some(2e-9)));
         let half = |relative: serde_json::Value| (relative.as_f64().unwrap() - 0.5).abs() < 1e-12;
         assert!(half(relative(2.0, 3.0, 10.0)));
         assert!(half(relative(2e-15, 3e-15, 0.0)));

@@ -36,9 +36,11 @@ impl Comparison {
         let command = command.map_or(String::new(), |command| {
             format!("<pre class=\"wide\" tabindex=\"0\">{}</pre>\n", escape(command))
         });
+        let about: String =
+            about.lines().filter(|line| !line.trim().is_empty()).map(note).collect();
         let inner = [
             format!("<h1>{}</h1>\n", escape(title)),
-            note(about),
+            about,
             section("Figures side by side", &self.table()),
             match robots.as_str() {
                 "" => String::new(),
@@ -66,7 +68,7 @@ impl Comparison {
             .rows()
             .map(|row| {
                 let mut cells = vec![text(&row.headline().name), text(row.headline().unit)];
-                let values = row.values();
+                let values = row.shown_values();
                 cells.extend(values.map(|value| text(&value.map_or("-".to_owned(), number))));
                 if pair {
                     let (difference, relative) = match row.difference() {

@@ -36,7 +36,7 @@ impl Portrait {
         let start = follower.solver.clone();
         let mechanism = &job.model.mechanism;
         let count = instants.count();
-        let mut motion = (count > 1).then(|| Animation::of_motion(mechanism, count));
+        let mut motion = (count > 1).then(|| Animation::of_motion(job.model, count));
         if let Some(motion) = &mut motion {
             motion.push_motion(first, &start);
         }

@@ -30,7 +30,7 @@ pub fn draw_view(job: &Job<'_>) -> Result<View, Error> {
     let instants = job.instants()?;
     let count = instants.count();
     let mechanism = &job.model.mechanism;
-    let mut animation = Animation::of_motion(mechanism, count);
+    let mut animation = Animation::of_motion(job.model, count);
     let mut follower = job.assemble(instants.at(0))?;
     let mut frames: Vec<Vec<Pose<f64>>> = Vec::new();
     for (k, time) in instants.iter().enumerate() {

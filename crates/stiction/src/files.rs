@@ -45,6 +45,11 @@ impl Files {
         Self { packed: Some(Arc::new(places)), ..Self::default() }
     }
 
+    /// True if only packed files can be read.
+    pub(crate) fn is_packed(&self) -> bool {
+        self.packed.is_some()
+    }
+
     /// Paths of the files that models and options have named so far, as written there.
     pub(crate) fn named(&self) -> Vec<PathBuf> {
         self.named.lock().unwrap_or_else(PoisonError::into_inner).clone()

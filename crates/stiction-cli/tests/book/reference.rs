@@ -23,6 +23,7 @@ const SECTIONS: &[(&str, &str)] = &[
     ("The file", ""),
     ("Pose", "/$defs/pose"),
     ("Body", "/properties/bodies/additionalProperties"),
+    ("Visual", "/properties/bodies/additionalProperties/properties/visual/items"),
     ("Joint", "/properties/joints/additionalProperties"),
     ("Friction", "/properties/joints/additionalProperties/properties/friction"),
     (

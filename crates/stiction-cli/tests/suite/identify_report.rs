@@ -3,6 +3,7 @@
 use crate::excite::{ARM, columns, normal};
 use crate::program::{Folder, json};
 use std::fmt::Write as _;
+use stiction_draw::viewer::SCRIPT;
 
 const MOTION: &str = "shoulder = 40 deg*sin(2.1*t) + 20 deg*sin(4.7*t + 1); \
                       elbow = 30 deg*sin(3.3*t) + 25 deg*sin(5.9*t + 2); duration = 6 s";
@@ -70,8 +71,22 @@ fn the_report_shows_the_data_of_the_results() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    assert!(!page.contains("<script"), "the page needs no script");
-    assert!(!page.contains("NaN") && !efforts.contains("NaN"));
+    // The robot along the log, at some hundred of its instants.
+    let film =
+        page.split_once("class=\"film\">").and_then(|(_, rest)| rest.split_once("</script>"));
+    let film = json(film.expect("the robot").0);
+    assert_eq!(
+        (&film["label"], &film["scene"]["bodies"][1]["name"]),
+        (&"log.csv".into(), &"upper".into())
+    );
+    let rows = efforts.lines().count() - 1;
+    assert!(
+        (rows / 2..=600).contains(&(film["of"].as_u64().unwrap() as usize)),
+        "{rows} {}",
+        film["of"]
+    );
+    let data = page.replace(SCRIPT, "");
+    assert!(!data.contains("NaN") && !efforts.contains("NaN"));
 }
 
 #[test]

@@ -92,6 +92,36 @@ fn two_runs_are_laid_over_each_other() {
     assert!(person.noise.is_empty(), "{:?}", person.noise);
 }
 
+/// The report of a study shows the robots of its extreme designs, with the efforts that `inverse` computes for them.
+#[test]
+fn a_study_shows_its_extreme_designs() {
+    let folder = Folder::new("pages-extremes");
+    let vary = ["--vary", "crank = 180 mm..220 mm in 3", "--objective", "peak(left_motor.effort)"];
+    folder.stiction(&[&["sweep", "five-bar", "-o", "out"][..], &vary].concat()).succeeds();
+    for size in ["180", "220"] {
+        let set = format!("crank = {size} mm");
+        folder.stiction(&["inverse", "five-bar", "--set", &set, "-o", size]).succeeds();
+    }
+    let Some(browser) = Browser::find() else { return };
+    let mut person = browser.open("extremes", &folder.read("out/report.html"), 1000);
+    let texts = person.value(
+        "[...document.querySelectorAll('select[aria-label=overlay] option')].map(one => one.textContent)",
+    );
+    assert_eq!(texts[1], "overlay: row 3: greatest peak(left_motor.effort) [N m]");
+    assert_eq!(texts.as_array().unwrap().len(), 2);
+    person.value(
+        "(() => { const joints = document.querySelector('select[aria-label=joint]'); \
+         joints.value = [...joints.options].find(one => one.textContent === 'left_motor').value; \
+         joints.dispatchEvent(new Event('change')); })()",
+    );
+    let column_name = "left_motor.drive [N m]";
+    for (attribute, size) in [("data-column", "180"), ("data-other-column", "220")] {
+        let table = folder.read(&format!("{size}/inverse.csv"));
+        assert_eq!(shown(&mut person, attribute, column_name), column(&table, column_name)[0]);
+    }
+    assert!(person.noise.is_empty(), "{:?}", person.noise);
+}
+
 /// All kinds of pages, by name, written into a folder of this name.
 fn pages(folder: &str) -> Vec<(&'static str, String)> {
     let folder = Folder::new(folder);
@@ -140,6 +170,38 @@ fn pages_of_all_commands_are_legible() {
             true => look_at_with_script(name, &html, SCRIPT),
             false => look_at(name, &html),
         }
+    }
+}
+
+/// Tab goes through all controls, links and scrolling parts of every kind of page in the order of the page, each
+/// visible and marked while it has the focus.
+#[test]
+fn tab_walks_through_all_pages() {
+    let Some(browser) = Browser::find() else { return };
+    for (name, html) in pages("pages-tab") {
+        let mut person = browser.open(&format!("tab-{name}"), &html, 1000);
+        let stops = person.value(
+            "(window.stops = [...document.querySelectorAll('a[href],button,input,select,summary,[tabindex=\"0\"]')] \
+             .filter(one => one.checkVisibility())).length",
+        );
+        let stops = stops.as_u64().unwrap();
+        assert!(stops > 3, "{name}: {stops}");
+        for expected in 0..stops {
+            person.press("Tab", 9);
+            let found = person.value(
+                "(() => { const one = document.activeElement, box = one.getBoundingClientRect(), style = getComputedStyle(one); \
+                 return [stops.indexOf(one), box.width > 0 && box.bottom > 0 && box.top < innerHeight, \
+                 one.matches(':focus-visible') && style.outlineStyle !== 'none', one.outerHTML.slice(0, 200)]; })()",
+            );
+            assert_eq!(found[0], json!(expected), "{name}: {}", found[3]);
+            assert_eq!(
+                (&found[1], &found[2]),
+                (&json!(true), &json!(true)),
+                "{name}: {}",
+                found[3]
+            );
+        }
+        assert!(person.noise.is_empty(), "{name}: {:?}", person.noise);
     }
 }
 

@@ -33,6 +33,11 @@ impl Axis {
         Self { low, high, step: round_step(high - low, ticks) }
     }
 
+    /// The same with ticks at whole numbers only.
+    pub(super) fn of_counts(self) -> Self {
+        Self { step: self.step.max(1.0), ..self }
+    }
+
     /// Position of a value: 0 at the low end and 1 at the high end; infinite values lie at the ends.
     pub(super) fn place(&self, value: f64) -> f64 {
         ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0)

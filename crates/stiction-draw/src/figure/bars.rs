@@ -67,7 +67,10 @@ impl Bars {
         let letters = values.iter().map(|text| text.chars().count()).max().unwrap_or(0);
         let right = WIDTH - 12.0 - LETTER * letters as f64;
         let at = |x: f64| left + (right - left) * ((x - low) / (high - low)).clamp(0.0, 1.0);
-        let height = ROW * self.bars.len() as f64 + 8.0;
+        let foot = ROW * self.bars.len() as f64 + 8.0;
+        // Bars that do not begin at zero need its place named.
+        let are_intervals = self.bars.iter().any(|bar| bar.ends.0 != 0.0 && bar.ends.1 != 0.0);
+        let height = if are_intervals { foot + 16.0 } else { foot };
         let mut drawn = format!(
             "<svg class=\"curves\" viewBox=\"0 0 {WIDTH} {}\" font-family=\"Helvetica, Arial, sans-serif\" \
              font-size=\"12.5\">",
@@ -99,11 +102,17 @@ impl Bars {
                 );
             }
         }
+        let zero = px(at(0.0));
+        if are_intervals {
+            drawn += &format!(
+                "<text x=\"{zero}\" y=\"{}\" text-anchor=\"middle\" fill=\"var(--soft)\">0</text>",
+                px(foot + 12.0)
+            );
+        }
         drawn
             + &format!(
-                "<path d=\"M{0} 0V{1}\" stroke=\"var(--soft)\" stroke-width=\"1\"/></svg>",
-                px(at(0.0)),
-                px(height)
+                "<path d=\"M{zero} 0V{}\" stroke=\"var(--soft)\" stroke-width=\"1\"/></svg>",
+                px(foot)
             )
     }
 
@@ -123,6 +132,17 @@ impl Bars {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Amounts begin at zero; intervals do not, and their axis says where zero is.
+    #[test]
+    fn intervals_name_their_zero() {
+        let with = |ends| {
+            let bar = Bar { label: "a".into(), ends, mark: None, colour: 0 };
+            Bars { title: "t".into(), unit: "N".into(), bars: vec![bar] }.inline("l")
+        };
+        assert!(with((3.0, 5.0)).contains(">0</text>"));
+        assert!(!with((0.0, 5.0)).contains(">0</text>"));
+    }
 
     #[test]
     fn odd_bars_are_drawn() {

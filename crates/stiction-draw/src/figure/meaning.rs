@@ -14,3 +14,5 @@ pub const ENERGY: usize = 4;
 pub const POTENTIAL: usize = 5;
 /// Intervals, limits and errors.
 pub const LIMIT: usize = 6;
+/// Constraints of the loops.
+pub const CONSTRAINT: usize = 7;

@@ -36,6 +36,8 @@ pub struct Panel {
     pub lines: Vec<Line>,
     /// Intervals, drawn behind the curves.
     pub bands: Vec<Band>,
+    /// True if the values are counts, so that ticks are whole numbers.
+    pub is_count: bool,
 }
 
 /// Interval of a quantity as a function of x.
@@ -101,27 +103,34 @@ impl Figure {
     }
 
     /// True if the names of the lines are written at their ends; false if one legend serves all panels, because each
-    /// appearance (colour, and solid or dashed) has the same meaning in all panels.
+    /// appearance (colour, and solid or dashed) has the same meaning in all panels, and some name is in several.
     fn labels_lines(&self) -> bool {
         let all = || self.panels.iter().flat_map(Panel::labels).filter(|entry| !entry.0.is_empty());
         let entries: HashSet<_> = all().collect();
         let appearances: HashSet<_> =
             all().map(|(_, colour, dashed, is_band)| (colour, dashed, is_band)).collect();
-        let is_common = appearances.len() == entries.len() && self.panels.len() > 1;
+        let is_common = appearances.len() == entries.len() && entries.len() < all().count();
         let most = self.panels.iter().map(|panel| panel.labels().count()).max().unwrap_or(0);
         // More names than this do not fit beside a panel.
         !is_common && most <= 9
     }
 }
 
-/// Groups of panels that are visible at the same time; each group names its horizontal axis once, at the bottom.
-fn groups(panels: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
-    const SEEN: usize = 4;
-    let count = panels.div_ceil(SEEN);
-    (0..count).map(move |k| k * panels / count..(k + 1) * panels / count)
-}
-
 impl Panel {
+    /// Without the lines that are zero, up to rounding of the greatest one, all along.
+    #[must_use]
+    pub fn without_zeros(mut self) -> Self {
+        // As far above rounding as the axis of a constant, and invisible in any picture.
+        const ROUNDING: f64 = 1e-9;
+        let size = |line: &Line| {
+            let values = line.points.iter().map(|point| point.1.abs()).filter(|y| y.is_finite());
+            values.fold(0.0, f64::max)
+        };
+        let greatest = self.lines.iter().map(size).fold(0.0, f64::max);
+        self.lines.retain(|line| greatest == 0.0 || size(line) > ROUNDING * greatest);
+        self
+    }
+
     /// For each line and band: name, index of the colour, true if dashed, true for a band.
     fn labels(&self) -> impl Iterator<Item = (&str, usize, bool, bool)> {
         let lines = self.lines.iter();
@@ -145,7 +154,7 @@ mod tests {
         Figure {
             title: "title & <more>".into(),
             x_label: "time [s]".into(),
-            panels: vec![Panel { y_label: "force [N]".into(), lines, bands: Vec::new() }],
+            panels: vec![Panel { y_label: "force [N]".into(), lines, ..Panel::default() }],
         }
     }
 
@@ -189,14 +198,50 @@ mod tests {
         assert!(!scattered.is_empty() && svg.contains("stroke-linecap=\"round\""));
     }
 
-    /// In tall figures, an axis is visible for each panel without scrolling to the last one.
+    /// The axis has its name once; in tall figures each panel has its numbers, without scrolling to the last one.
     #[test]
-    fn tall_figures_name_their_axis_more_than_once() {
-        for (panels, names) in [(1, 1), (4, 1), (5, 2), (9, 3)] {
-            let mut tall = figure(vec![vec![(0.0, 0.0), (1.0, 1.0)]]);
+    fn tall_figures_number_the_axis_of_each_panel() {
+        for (panels, numbered) in [(1, 1), (4, 1), (5, 5), (9, 9)] {
+            let mut tall = figure(vec![vec![(0.0, 0.0), (1.0, 900.0)]]);
             tall.panels = vec![tall.panels[0].clone(); panels];
             let svg = tall.svg();
-            assert_eq!(svg.matches("time [s]").count(), names, "{panels}");
+            assert_eq!(svg.matches("time [s]").count(), 1, "{panels}");
+            // No vertical axis has this number.
+            assert_eq!(svg.matches(">0.8</text>").count(), numbered, "{panels}");
         }
+    }
+
+    /// One legend serves several panels only if they share a name.
+    #[test]
+    fn names_stand_at_their_lines_unless_panels_share_them() {
+        let mut pair = figure(vec![vec![(0.0, 0.0), (1.0, 1.0)], vec![(0.0, 1.0), (1.0, 0.0)]]);
+        assert!(pair.labels_lines(), "one panel");
+        pair.panels.push(pair.panels[0].clone());
+        assert!(!pair.labels_lines(), "the same names in both");
+        for (k, line) in pair.panels[1].lines.iter_mut().enumerate() {
+            line.label += " of another panel";
+            line.colour = 4 + k;
+        }
+        assert!(pair.labels_lines(), "other names in each");
+    }
+
+    #[test]
+    fn counts_have_whole_ticks() {
+        let mut counts = figure(vec![vec![(0.0, 0.0), (1.0, 1.0)]]);
+        assert!(counts.svg().contains(">0.4</text>"));
+        counts.panels[0].is_count = true;
+        counts.x_label = "row".into();
+        counts.panels[0].lines[0].points = vec![(0.0, 0.0), (10.0, 1.0)];
+        let svg = counts.svg();
+        assert!(!svg.contains(">0.4</text>") && svg.contains(">1</text>"), "{svg}");
+    }
+
+    /// What is zero all along, or a rounding error beside another line, is left out.
+    #[test]
+    fn lines_of_zeros_are_left_out() {
+        let line = |size: f64| vec![(0.0, -size), (1.0, size)];
+        let panel = |lines| figure(lines).panels.remove(0).without_zeros().lines.len();
+        assert_eq!(panel(vec![line(100.0), line(0.0), line(1e-14), line(0.1)]), 2);
+        assert_eq!(panel(vec![line(0.0), line(0.0)]), 2);
     }
 }

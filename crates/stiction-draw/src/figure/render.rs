@@ -13,6 +13,9 @@ const LETTER: f64 = 6.6;
 /// Heights of the name of a panel, of tick labels with the name of the axis, and of a row of a legend, px.
 const NAME: f64 = 26.0;
 const TICKS: f64 = 44.0;
+/// Height of tick labels alone, px, and the largest number of panels that share those of the last one.
+const NUMBERS: f64 = 18.0;
+const SHARING: usize = 4;
 const ROW: f64 = 22.0;
 /// Largest number of single points of a line that have large markers.
 const MANY: usize = 40;
@@ -74,7 +77,8 @@ impl<'a> Renderer<'a> {
         let lines = panel.lines.iter().flat_map(|line| line.points.iter().map(|point| point.1));
         let bands = panel.bands.iter().flat_map(|band| &band.points);
         let bands = bands.flat_map(|(_, low, high)| [*low, *high]);
-        Axis::padded(lines.chain(bands), (self.height / 30.0) as usize)
+        let axis = Axis::padded(lines.chain(bands), (self.height / 30.0) as usize);
+        if panel.is_count { axis.of_counts() } else { axis }
     }
 
     fn colour(&self, name: &str) -> String {
@@ -129,14 +133,17 @@ impl<'a> Renderer<'a> {
         }
         let begin = top + NAME;
         let mut bottom = begin;
-        for group in super::groups(figure.panels.len()) {
-            for index in group.clone() {
-                let panel = &figure.panels[index];
-                self.panel(panel, top + NAME, index + 1 == group.end);
-                bottom = top + NAME + self.height;
-                top = bottom + 4.0;
-            }
-            top += TICKS - 4.0;
+        let count = figure.panels.len();
+        for (index, panel) in figure.panels.iter().enumerate() {
+            let is_last = index + 1 == count;
+            self.panel(panel, top + NAME, (is_last || count > SHARING, is_last));
+            bottom = top + NAME + self.height;
+            top = bottom
+                + match () {
+                    () if is_last => TICKS,
+                    () if count > SHARING => NUMBERS,
+                    () => 4.0,
+                };
         }
         let (width, height) = (px(self.width), px(top.max(bottom + 4.0)));
         let over_time = figure.x_label.starts_with("time [s]");
@@ -209,7 +216,8 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    fn panel(&mut self, panel: &Panel, top: f64, is_last: bool) {
+    /// Draws a panel, with the numbers of its horizontal axis and the name of the axis where they are asked for.
+    fn panel(&mut self, panel: &Panel, top: f64, (has_numbers, has_name): (bool, bool)) {
         let (left, right, bottom) = (self.left, self.right, top + self.height);
         let y = self.y_of(panel);
         let at_y = |value: f64| bottom - self.height * y.place(value);
@@ -253,18 +261,14 @@ impl<'a> Renderer<'a> {
             "ink",
             &panel.y_label,
         );
-        if is_last {
+        if has_numbers {
             for (place, label) in &ticks_x {
                 self.text((*place, bottom + 17.0), "middle", "", "ink", label);
             }
-            let name = self.figure.x_label.clone();
-            self.text(
-                (0.5 * (left + right), bottom + 36.0),
-                "middle",
-                " font-size=\"13\"",
-                "soft",
-                &name,
-            );
+        }
+        if has_name {
+            let (middle, name) = (0.5 * (left + right), &self.figure.x_label);
+            self.text((middle, bottom + 36.0), "middle", " font-size=\"13\"", "soft", name);
         }
         for band in &panel.bands {
             self.band(band, &y, bottom);

@@ -72,47 +72,86 @@ impl Trace {
 
 /// Curve of a quantity with a smooth part and a friction part. The friction part jumps where sliding reverses and is
 /// an interval at rest. Samples alone would show jumps as slopes and rest as spikes.
+///
+/// Both sides of a jump are extrapolated linearly from the samples before and after it, so that a quantity that
+/// passes the reversal of another interface smoothly has no step.
 #[derive(Clone, Debug)]
 pub struct JumpTrace {
     trace: Trace,
-    /// Last sample: time, smooth part, friction part, true at rest.
-    last: Option<(f64, f64, f64, bool)>,
+    /// The last sample that is drawn, and the rate of the friction part before it.
+    drawn: Option<Sample>,
+    rate: f64,
+    /// The newest sample, drawn when the next one is known.
+    newest: Option<Sample>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    time: f64,
+    smooth: f64,
+    part: f64,
+    rests: bool,
+    /// Instant of a reversal since the sample before.
+    reversal: Option<f64>,
+}
+
+impl Sample {
+    /// Rate of the friction part from the sample before, zero where it is not known because of a jump or rest.
+    fn rate_since(&self, before: &Self) -> f64 {
+        let rate = (self.part - before.part) / (self.time - before.time);
+        let is_smooth = self.reversal.is_none() && !self.rests && !before.rests;
+        if is_smooth && rate.is_finite() { rate } else { 0.0 }
+    }
 }
 
 impl JumpTrace {
     /// Empty curve for `count` samples.
     pub fn new(count: usize) -> Self {
-        Self { trace: Trace::new(count), last: None }
+        Self { trace: Trace::new(count), drawn: None, rate: 0.0, newest: None }
     }
 
     /// Adds a sample: its smooth part, its friction part, true if the friction part is an interval because the
     /// mechanism rests, and the instant of a reversal since the last sample, if any.
     pub fn push(&mut self, time: f64, smooth: f64, part: f64, rests: bool, reversal: Option<f64>) {
-        match (self.last, rests) {
+        let next = Sample { time, smooth, part, rests, reversal };
+        if let Some(newest) = self.newest.replace(next) {
+            self.draw(newest, next.rate_since(&newest));
+        }
+    }
+
+    /// Draws a sample, from which the friction part continues at a rate.
+    fn draw(&mut self, now: Sample, rate: f64) {
+        let Sample { time, smooth, part, rests, reversal } = now;
+        match (self.drawn, rests) {
             (None, true) => {}
             (None, false) => self.trace.push(time, smooth + part),
             // The curve ends at the instant of rest with the last friction, and continues after it with the next.
-            (Some((.., last_part, false)), true) => self.trace.push(time, smooth + last_part),
-            (Some((.., true)), true) => self.trace.interrupt(),
-            (Some((before, last_smooth, _, true)), false) => {
-                self.trace.push(before, last_smooth + part);
+            (Some(last), true) if !last.rests => self.trace.push(time, smooth + last.part),
+            (Some(_), true) => self.trace.interrupt(),
+            (Some(last), false) if last.rests => {
+                self.trace.push(last.time, last.smooth + part);
                 self.trace.push(time, smooth + part);
             }
-            (Some((before, last_smooth, last_part, false)), false) => {
+            (Some(last), false) => {
                 if let Some(at) = reversal {
+                    let passed = at - last.time;
                     let between =
-                        last_smooth + (smooth - last_smooth) * (at - before) / (time - before);
-                    self.trace.push(at, between + last_part);
-                    self.trace.push(at, between + part);
+                        last.smooth + (smooth - last.smooth) * passed / (time - last.time);
+                    self.trace.push(at, between + last.part + self.rate * passed);
+                    self.trace.push(at, between + part - rate * (time - at));
                 }
                 self.trace.push(time, smooth + part);
             }
         }
-        self.last = Some((time, smooth, part, rests));
+        self.rate = self.drawn.map_or(0.0, |last| now.rate_since(&last));
+        self.drawn = Some(now);
     }
 
     /// Converts to a curve; see [`Trace::line`].
-    pub fn line(self, label: &str, colour: usize, dashed: bool) -> Line {
+    pub fn line(mut self, label: &str, colour: usize, dashed: bool) -> Line {
+        if let Some(newest) = self.newest.take() {
+            self.draw(newest, 0.0);
+        }
         self.trace.line(label, colour, dashed)
     }
 }
@@ -204,6 +243,23 @@ mod tests {
             points,
             [(0.0, 12.0), (1.0, 12.0), (1.5, 12.0), (1.5, 8.0), (2.0, 8.0), (3.0, 8.0)]
         );
+    }
+
+    /// Both sides of a jump follow the curve, and a quantity that does not jump has no step.
+    #[test]
+    fn jumps_join_sloping_curves() {
+        let run = |value: fn(f64) -> f64| {
+            let mut trace = JumpTrace::new(5);
+            for k in 0..5 {
+                let t = f64::from(k);
+                trace.push(t, 0.0, value(t), false, (k == 3).then_some(2.25));
+            }
+            trace.line("", 0, false).points
+        };
+        let jump = run(|t| t + if t < 2.25 { 0.0 } else { 10.0 });
+        assert_eq!(jump[3..5], [(2.25, 2.25), (2.25, 12.25)]);
+        let smooth = run(|t| 3.0 * t);
+        assert!(smooth.iter().all(|(t, y)| *y == 3.0 * t), "{smooth:?}");
     }
 
     /// A sample at rest does not cause a spike, and a dwell interrupts the curve.

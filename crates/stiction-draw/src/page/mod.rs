@@ -1,10 +1,11 @@
 //! Frame of all pages: self-contained, light or dark according to the reader's preference, black on white in print.
 //!
-//! The content security policy of a page permits only its own styles and, if it shows a moving robot, the script of
-//! [`crate::viewer`], identified by its digest. Markup smuggled in through a name or a title therefore cannot run.
+//! The content security policy of a page permits only its own styles and, if it shows a moving robot, the scripts of
+//! [`crate::viewer`], identified by their digests. Markup smuggled in through a name or a title therefore cannot run.
 
 use crate::drawing::{BRANCHES, BRANCHES_ON_DARK, tones};
 use crate::figure::{COLOURS, COLOURS_ON_DARK};
+use crate::viewer;
 use crate::xml::escape;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use sha2::{Digest, Sha256};
@@ -49,12 +50,15 @@ pub fn light() -> String {
 
 /// Complete page that runs no script; `inner` is markup, `style` is appended to the common style sheet.
 pub fn page(title: &str, style: &str, inner: &str) -> String {
-    frame(title, style, inner, None)
+    frame(title, style, inner, &[])
 }
 
-/// Complete page with the script of [`crate::viewer`], the only script that it may run.
+/// Complete page with the script of [`crate::viewer`], and that of its shaded view if the robot has meshes: the only
+/// scripts that it may run.
 pub fn page_with_viewer(title: &str, style: &str, inner: &str) -> String {
-    frame(title, style, inner, Some(crate::viewer::SCRIPT))
+    let scripts = [viewer::SCRIPT, viewer::SHADED];
+    let count = if viewer::has_meshes(inner) { 2 } else { 1 };
+    frame(title, style, inner, &scripts[..count])
 }
 
 /// Source expression for a script in a content security policy.
@@ -62,10 +66,12 @@ pub fn source_of(script: &str) -> String {
     format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(script)))
 }
 
-fn frame(title: &str, style: &str, inner: &str, script: Option<&str>) -> String {
-    let source = script.map_or("'none'".to_owned(), source_of);
-    let script = script.map_or(String::new(), |script| format!("<script>{script}</script>\n"));
-    let policy = format!("style-src 'unsafe-inline'; script-src {source}");
+fn frame(title: &str, style: &str, inner: &str, scripts: &[&str]) -> String {
+    let sources: Vec<String> = scripts.iter().map(|script| source_of(script)).collect();
+    let sources = if scripts.is_empty() { "'none'".to_owned() } else { sources.join(" ") };
+    let script: String =
+        scripts.iter().map(|script| format!("<script>{script}</script>\n")).collect();
+    let policy = format!("style-src 'unsafe-inline'; script-src {sources}");
     document(
         title,
         &policy,

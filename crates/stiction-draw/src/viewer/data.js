@@ -37,6 +37,11 @@ const open = (film, origin) => {
     const at = (frame * bodyCount + body) * 7;
     return plus([poses[at] + shift[0], poses[at + 1] + shift[1], poses[at + 2] + shift[2]], turned(frame, body, point));
   };
+  // Position and quaternion (w, x, y, z) of a body.
+  const poseAt = (frame, body) => {
+    const at = (frame * bodyCount + body) * 7;
+    return { position: plus(poses.slice(at, at + 3), shift), quaternion: poses.slice(at + 3, at + 7) };
+  };
   // Position of the symbol of a joint.
   const jointAt = (frame, joint) => {
     const from = placed(frame, joint.from, joint.at[0]), to = placed(frame, joint.to, joint.at[1]);
@@ -58,7 +63,7 @@ const open = (film, origin) => {
   };
   // Every so many samples, for sizes that need not be exact.
   const some = Array.from({ length: Math.min(frames, 160) }, (_, k) => Math.round(k * (frames - 1) / Math.max(1, Math.min(frames, 160) - 1)));
-  return { film, label: film.label, scene, times, frames, columnOf, unitOf, valueIn, valueAt, vectorAt, turned, placed, jointAt, frameOf, nearestFrame, some };
+  return { film, label: film.label, scene, times, frames, columnOf, unitOf, valueIn, valueAt, vectorAt, turned, placed, poseAt, jointAt, frameOf, nearestFrame, some };
 };
 
 // The run of the controls, and those that can be laid over it.

@@ -2,7 +2,11 @@
 
 use crate::xml::escape;
 use base64::prelude::{BASE64_STANDARD, Engine};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use serde_json::{Value, json};
+use std::io::Write as _;
+use std::sync::Arc;
 
 /// The script; the only one that a page with a moving robot may run.
 pub const SCRIPT: &str = concat!(
@@ -11,6 +15,7 @@ pub const SCRIPT: &str = concat!(
     include_str!("camera.js"),
     include_str!("shapes.js"),
     include_str!("ghost.js"),
+    include_str!("shading.js"),
     include_str!("stage.js"),
     include_str!("readout.js"),
     include_str!("saving.js"),
@@ -18,6 +23,18 @@ pub const SCRIPT: &str = concat!(
     include_str!("panel.js"),
     "})();\n"
 );
+
+/// The script of the shaded view, which draws meshes by three.js; empty in a program that was built without it. A page
+/// with meshes may run it, too. `cargo xtask viewer` bundles it, and `STICTION_SHADED` names it during a build.
+pub const SHADED: &str = include_str!(concat!(env!("OUT_DIR"), "/shaded.js"));
+
+/// Begin of the markup of a moving robot with meshes. Texts of users are escaped and do not contain it.
+const WITH_MESHES: &str = "<figure class=\"robot\" id=\"robot\" data-meshes=\"\">";
+
+/// True for markup with a robot whose meshes the shaded view draws.
+pub(crate) fn has_meshes(inner: &str) -> bool {
+    inner.contains(WITH_MESHES)
+}
 
 /// Style sheet of the moving robot.
 pub const STYLE: &str = include_str!("style.css");
@@ -44,6 +61,62 @@ pub struct Film {
     pub actuators: Vec<Actuator>,
     /// Least-constrained motion at one sample.
     pub ghost: Option<Ghost>,
+    /// Meshes of bodies.
+    pub meshes: Vec<Mesh>,
+}
+
+/// Mesh on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// Index of the body, the ground first.
+    pub body: usize,
+    /// Factors of the coordinates of the mesh.
+    pub scale: [f64; 3],
+    /// Position of the scaled mesh in the frame of the body, m.
+    pub position: [f64; 3],
+    /// Its orientation as a quaternion (w, x, y, z).
+    pub quaternion: [f64; 4],
+    /// Its file, shared by meshes with the same content.
+    pub file: Arc<MeshFile>,
+}
+
+/// Content of a mesh file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshFile {
+    /// Name for messages.
+    pub name: String,
+    /// `stl`, `obj` or `gltf`.
+    pub format: &'static str,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+impl MeshFile {
+    fn data(&self) -> Value {
+        let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+        // Writing to memory does not fail.
+        let _ = packed.write_all(&self.bytes);
+        let data = BASE64_STANDARD.encode(packed.finish().unwrap_or_default());
+        json!({ "name": self.name, "format": self.format, "data": data })
+    }
+}
+
+/// Meshes of a robot and their files, each once.
+fn mesh_data(meshes: &[Mesh]) -> (Vec<Value>, Vec<Arc<MeshFile>>) {
+    let mut files: Vec<Arc<MeshFile>> = Vec::new();
+    let mut place = |file: &Arc<MeshFile>| {
+        files.iter().position(|known| Arc::ptr_eq(known, file)).unwrap_or_else(|| {
+            files.push(Arc::clone(file));
+            files.len() - 1
+        })
+    };
+    let meshes = meshes.iter().map(|mesh| {
+        let Mesh { body, scale, position, quaternion, file } = mesh;
+        json!({
+            "body": body, "file": place(file), "scale": scale, "position": position, "quaternion": quaternion,
+        })
+    });
+    (meshes.collect(), files)
 }
 
 /// Motion with locked actuators that the constraints resist least; near a singular position, the motion that the
@@ -121,11 +194,31 @@ impl Shot {
 /// is its picture without a script and in print.
 pub fn robot(run: &Shot, others: &[Shot], still: &str, caption: &str) -> String {
     let mut data = run.data();
+    let mut caption = caption.to_owned();
+    let mut begin = "<figure class=\"robot\" id=\"robot\">";
+    let (mut meshes, files) = mesh_data(&run.film.meshes);
+    if SHADED.is_empty() && !meshes.is_empty() {
+        caption += " Its meshes are not shown: this program was built without the shaded view.";
+        meshes.clear();
+    } else if !meshes.is_empty() {
+        let files: Vec<Value> = files.iter().map(|file| file.data()).collect();
+        let size =
+            files.iter().filter_map(|file| file["data"].as_str()).map(str::len).sum::<usize>();
+        let count = if files.len() == 1 {
+            "one mesh file".to_owned()
+        } else {
+            format!("{} mesh files", files.len())
+        };
+        caption += &format!(" This page contains {count}, {} kB.", size.div_ceil(1000));
+        data["files"] = files.into();
+        begin = WITH_MESHES;
+    }
+    data["meshes"] = meshes.into();
     data["others"] = others.iter().map(Shot::data).collect();
     // Without the character `<`, no text in the data can end the element.
     let data = data.to_string().replace('<', "\\u003c");
     format!(
-        "<figure class=\"robot\" id=\"robot\">\n\
+        "{begin}\n\
          <div class=\"stage\"><canvas tabindex=\"0\" role=\"application\" aria-label=\"The moving robot: drag \
          or arrow keys turn it, + and - zoom, space plays, a click selects a joint\"></canvas></div>\n\
          <div class=\"still picture\">{still}</div>\n\
@@ -133,6 +226,6 @@ pub fn robot(run: &Shot, others: &[Shot], still: &str, caption: &str) -> String 
          <figcaption>{}<span class=\"kept\"></span></figcaption>\n\
          <div class=\"readout\" aria-live=\"polite\"></div>\n\
          <script type=\"application/json\" class=\"film\">{data}</script>\n</figure>\n",
-        escape(caption)
+        escape(&caption)
     )
 }

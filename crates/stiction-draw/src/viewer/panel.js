@@ -223,6 +223,20 @@ canvas.addEventListener("keydown", event => {
 
 document.documentElement.classList.add("live");
 const kept = figure.querySelector(".kept");
+// What the script of the shaded view needs, and how it joins.
+if (film.meshes.length) figure.shading = {
+  film, camera, room,
+  poseOf: body => run.poseAt(state.frame, body),
+  colourOf: body => legColour(scene.bodies[body].leg),
+  fail(text) { kept.append(` ${text}`); },
+  begin({ canvas: below, bodies, corners, draw: drawMeshes, image }) {
+    canvas.after(below);
+    Object.assign(shading, { draw: drawMeshes, image, bodies: new Set(bodies) });
+    for (const frame of some) for (const [body, point] of corners) extent.push(placed(frame, body, point));
+    controls.insertBefore(line(switchOf("shaded", "meshes")), meaning);
+    resize();
+  },
+};
 if (frames < film.of) kept.textContent = ` ${frames} of ${film.of} samples are kept here, among them all peaks of the tables; the cursor snaps to them.`;
 const resize = () => {
   const box = canvas.parentElement.getBoundingClientRect();

@@ -42,9 +42,10 @@ const pictureAsSvg = () => {
   const recording = recorder((font, words) => { canvasPen.font = font; return canvasPen.measureText(words); });
   pen = recording;
   try { draw(); } finally { pen = canvasPen; }
+  const meshes = shading.image && state.shaded ? `<image width="${room.width}" height="${room.height}" href="${shading.image()}"/>\n` : "";
   const box = `${room.width} ${room.height}`;
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${box}" width="${room.width}" height="${room.height}">\n`
-    + `<rect width="100%" height="100%" fill="${ink.paper}"/>\n${recording.parts.join("\n")}\n</svg>\n`;
+    + `<rect width="100%" height="100%" fill="${ink.paper}"/>\n${meshes}${recording.parts.join("\n")}\n</svg>\n`;
 };
 
 // Values of the selected joint, or all, at the kept samples, with full precision; of two runs one below the other.

@@ -1,5 +1,5 @@
 // The picture at a sample.
-const state = { frame: 0, joint: -1, hover: -1, colour: "legs", reactions: false, drives: true, loads: true, com: false, names: false, ghost: false, other: others.length ? 0 : -1 };
+const state = { frame: 0, joint: -1, hover: -1, colour: "legs", reactions: false, drives: true, loads: true, com: false, names: false, ghost: false, shaded: true, other: others.length ? 0 : -1 };
 let spots = [];
 
 // Largest values along all runs, to which arrows and colours are scaled.
@@ -58,6 +58,7 @@ const outlineOf = (own, k, frame, places) => {
   return { outline: hull(points), middle, alone };
 };
 const drawBody = (k, frame, places) => {
+  if (isShaded(k)) return;
   const body = scene.bodies[k], { outline, middle, alone } = outlineOf(run, k, frame, places), colour = legColour(body.leg);
   if (outline.length > 2) {
     trace(outline, true); fill(ink.hub, 0.5); pen.lineJoin = "round"; stroke(colour, 2);
@@ -199,6 +200,7 @@ const draw = () => {
   const ratio = Math.min(3, window.devicePixelRatio || 1), frame = state.frame;
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
   pen.clearRect(0, 0, room.width, room.height);
+  if (shading.draw) shading.draw(state.shaded);
   pen.lineCap = "butt";
   const places = scene.joints.map(joint => jointAt(frame, joint)), parts = [];
   if (!scene.planar) {

@@ -113,6 +113,12 @@ impl<'a> Context<'a> {
         std::mem::take(&mut *self.notes.borrow_mut())
     }
 
+    /// Tests if a mesh can be shown: its format is known, and its file can be read.
+    pub(super) fn has_mesh(&self, file: &str) -> bool {
+        let ending = file.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
+        ["stl", "obj", "glb", "gltf"].contains(&ending.as_str()) && (self.files)(file).is_ok()
+    }
+
     /// Reads the text of a further file as a source.
     pub(super) fn text(&self, name: &str) -> Result<Arc<Source>, String> {
         let bytes = (self.files)(name)?;

@@ -45,9 +45,21 @@ pub(super) struct Body {
     pub(super) com: Vec3<f64>,
     /// Inertia about the centre of mass, in the body's axes, kg m^2.
     pub(super) inertia: Mat3<f64>,
+    /// Meshes that show the body.
+    pub(super) visuals: Vec<VisualMesh>,
     pub(super) place: Option<Place>,
     /// Comment above the body's table.
     pub(super) comment: Option<String>,
+}
+
+/// A mesh that shows a body.
+#[derive(Clone, Debug)]
+pub(super) struct VisualMesh {
+    pub(super) file: String,
+    /// Factors of its coordinates.
+    pub(super) scale: [f64; 3],
+    /// Pose of the scaled mesh in the frame of the body.
+    pub(super) pose: Pose<f64>,
 }
 
 impl Body {
@@ -58,6 +70,7 @@ impl Body {
             mass: 0.0,
             com: Vec3::zero(),
             inertia: Mat3::zero(),
+            visuals: Vec::new(),
             place,
             comment: None,
         }

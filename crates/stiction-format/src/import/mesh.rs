@@ -3,13 +3,13 @@
 use super::inertia::Mass;
 use stiction_core::spatial::{Mat3, Vec3};
 
-type Triangle = [Vec3<f64>; 3];
+pub(crate) type Triangle = [Vec3<f64>; 3];
 
 /// Reads the triangles of a mesh file, whose format follows from the extension of its name.
 ///
 /// # Errors
 /// The reason, as the end of the sentence "the mesh cannot be read: ".
-pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Vec<Triangle>, String> {
+pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Vec<Triangle>, String> {
     let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
     let triangles = match ending.as_str() {
         "stl" => stl(bytes)?,

@@ -11,7 +11,7 @@ mod extension;
 mod inertia;
 mod joint_motors;
 mod meaning;
-mod mesh;
+pub(crate) mod mesh;
 mod mjcf;
 mod names;
 mod position;
@@ -79,6 +79,16 @@ pub fn import(
     match text {
         Some(text) if !out.has_errors() => Ok(Imported { text, notes: context.take_notes() }),
         _ => Err(out),
+    }
+}
+
+/// Remark on shapes that a model does not have; `is_shown` if meshes of some bodies are kept.
+fn left_out_shapes(is_shown: bool) -> &'static str {
+    match is_shown {
+        true => {
+            "of visual shapes only the meshes of moving bodies are kept; collision shapes are left out"
+        }
+        false => "visual and collision shapes are not needed and are left out",
     }
 }
 

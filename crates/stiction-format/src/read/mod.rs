@@ -42,6 +42,7 @@ use crate::fields::Field;
 use crate::fields::tables::{ACTUATOR, BODY, BUSHING, DEFAULT, GEARING, JOINT, MODEL, SPRING};
 use crate::model_file::{Leg, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source};
+use crate::visual::Visual;
 use actuator::ActuatorDraft;
 use body::BodyDraft;
 use context::{Context, Record};
@@ -164,6 +165,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         default_load,
         default_friction,
         legs: parts.legs(&names),
+        visuals: parts.visuals(),
         warnings: Diagnostics::new(),
         parameters: Parameters::default(),
     })
@@ -379,6 +381,21 @@ impl Parts {
     fn initial_poses(&self) -> Vec<(BodyId, stiction_core::spatial::Pose<f64>)> {
         let home = |(i, body): (usize, &BodyDraft)| Some((BodyId(i + 1), body.home?));
         self.bodies.iter().enumerate().filter_map(home).collect()
+    }
+
+    fn visuals(&self) -> Vec<Visual> {
+        let of_body = |(i, body): (usize, &BodyDraft)| {
+            let visual = |draft: &body::VisualDraft| Visual {
+                body: BodyId(i + 1),
+                file: draft.file.clone(),
+                scale: draft.scale,
+                pose: draft.pose,
+                mesh: None,
+                place: draft.place.clone(),
+            };
+            body.visuals.iter().map(visual).collect::<Vec<_>>()
+        };
+        self.bodies.iter().enumerate().flat_map(of_body).collect()
     }
 
     fn legs(&self, names: &Names) -> Vec<Leg> {

@@ -11,4 +11,5 @@ mod robust;
 mod schema;
 mod stored;
 mod variations;
+mod visuals;
 mod waypoints;

@@ -22,7 +22,7 @@ pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> St
         job.motion_name,
         job.load_name
     );
-    let mut still = Animation::of_motion(&job.model.mechanism, 1);
+    let mut still = Animation::of_motion(job.model, 1);
     still.push_pose(found.time, &found.poses);
     let inner = [
         header(job.model, &about),

@@ -100,11 +100,15 @@ impl Curves {
         }
         if !self.friction.is_empty() {
             let mut panels = self.friction.panels(&layout.names, "N");
-            panels.push(Panel {
-                y_label: "friction interfaces that stick".to_owned(),
-                lines: vec![sticking(summary, events).line("sticking", LIMIT, false)],
-                ..Panel::default()
-            });
+            let line = sticking(summary, events).line("sticking", LIMIT, false);
+            if line.points.iter().any(|point| point.1 > 0.0) {
+                panels.push(Panel {
+                    y_label: "friction interfaces that stick".to_owned(),
+                    lines: vec![line],
+                    is_count: true,
+                    ..Panel::default()
+                });
+            }
             let title = format!("Friction: {}", self.title);
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
         }
@@ -119,7 +123,7 @@ impl Curves {
         let lines =
             lines.map(|((label, colour), trace)| trace.line(label, *colour, false)).collect();
         let y_label = "energy since the start [J]".to_owned();
-        let panels = vec![Panel { y_label, lines, ..Panel::default() }];
+        let panels = vec![Panel { y_label, lines, ..Panel::default() }.without_zeros()];
         let title = format!("Energy balance: {}", self.title);
         figures.push(("energy", Figure { title, x_label, panels }));
         figures

@@ -2,6 +2,7 @@
 
 use super::run::{Identified, Named};
 use super::traces::{EffortSample, FrictionTrace, LogTrace, Traces};
+use crate::report::animation::together;
 use crate::report::html::{self, Column, card, long_table, note, section, table_of, text};
 use crate::report::{Finding, findings, footer, header, repeat};
 use serde_json::json;
@@ -43,10 +44,18 @@ impl Identified {
         let options = json!({
             "logs": logs.join(", "), "filter": cutoffs.join(", "), "prior_strength": self.strength,
         });
+        let reel = |log: &LogTrace| Some((log.name.clone(), log.robot.reel(traces.logs.len())?));
+        let caption = match traces.logs.len() {
+            1 => "The robot along the log.",
+            _ => "The robot along the first log; along the other ones it is dashed and orange.",
+        };
+        let robots = together(traces.logs.iter().filter_map(reel).collect(), caption);
+        let is_moving = !robots.is_empty();
         let inner = [
             header(model, &about),
             self.cards(),
             html::warnings(&self.cautions),
+            if is_moving { section("The robot", &robots) } else { robots },
             section(
                 "Efforts, measured and predicted",
                 &(self.errors() + &each.collect::<String>()),
@@ -57,7 +66,11 @@ impl Identified {
             repeat(command, &options),
             footer(model),
         ];
-        html::page(&format!("{}: identification", model.name), &inner.concat())
+        let (title, inner) = (format!("{}: identification", model.name), inner.concat());
+        match is_moving {
+            true => html::page_with_robot(&title, &inner),
+            false => html::page(&title, &inner),
+        }
     }
 
     fn cards(&self) -> String {
@@ -207,7 +220,11 @@ fn efforts(traces: &Traces, log: &LogTrace) -> String {
             let lines = curves.into_iter().zip(lines);
             let lines =
                 lines.map(|(curve, (label, colour, dashed))| curve.line(label, *colour, *dashed));
-            Panel { y_label: format!("{name} [{unit}]"), lines: lines.collect(), bands: Vec::new() }
+            Panel {
+                y_label: format!("{name} [{unit}]"),
+                lines: lines.collect(),
+                ..Panel::default()
+            }
         };
         let panels = traces.efforts.iter().enumerate().map(panel).collect();
         html::curves(&Figure { title, x_label: "time [s]".to_owned(), panels })
@@ -252,7 +269,7 @@ fn friction(trace: &FrictionTrace) -> Option<String> {
         line("data", dots.collect(), REFERENCE),
         line("identified law", law.collect(), FRICTION),
     ];
-    let panel = Panel { y_label: format!("friction [{}]", trace.unit), lines, bands: Vec::new() };
+    let panel = Panel { y_label: format!("friction [{}]", trace.unit), lines, ..Panel::default() };
     Some(html::curves(&Figure {
         title: trace.name.clone(),
         x_label: format!("rate [{}]", trace.rate_unit),

@@ -7,6 +7,7 @@ use super::prepare::{MeasuredLog, Prepared};
 use super::run::{Identified, differences, parameters_of, read_terms};
 use super::selection::{free_groups, options};
 use crate::names::Names;
+use crate::report::animation::Animation;
 use nalgebra::DVector;
 use std::fmt::Write as _;
 use stiction_draw::numbers::exact;
@@ -36,6 +37,8 @@ pub struct LogTrace {
     pub used_for_fit: bool,
     /// Times, s, with the sample of each effort; `None` for a row that was left out.
     pub rows: Vec<(f64, Vec<Option<EffortSample>>)>,
+    /// The robot along the log; empty for steady motions.
+    pub(super) robot: Animation,
 }
 
 /// Effort at one instant, N or N m.
@@ -94,7 +97,7 @@ impl Traces {
             let _ = prepared.update_loads(&values, &groups);
             let at = differences(&parameters, &values);
             let after = prepared.predicted(&at);
-            traces.logs.push(log_trace(&prepared, &before, &after));
+            traces.logs.push(log_trace(model, &prepared, &before, &after));
             if !prepared.predict {
                 add_friction(&prepared, &parameters, &at, &mut traces.friction);
             }
@@ -134,7 +137,14 @@ impl Traces {
     }
 }
 
-fn log_trace(prepared: &Prepared, before: &[DVector<f64>], after: &[DVector<f64>]) -> LogTrace {
+fn log_trace(
+    model: &ModelFile,
+    prepared: &Prepared,
+    before: &[DVector<f64>],
+    after: &[DVector<f64>],
+) -> LogTrace {
+    let mut robot = Animation::of_motion(model, prepared.poses.len());
+    prepared.poses.iter().for_each(|(time, poses)| robot.push_pose(*time, poses));
     let channels = &prepared.block.channels;
     let mut rows: Vec<(f64, Vec<Option<EffortSample>>)> =
         prepared.times.iter().map(|time| (*time, vec![None; channels.len()])).collect();
@@ -147,7 +157,7 @@ fn log_trace(prepared: &Prepared, before: &[DVector<f64>], after: &[DVector<f64>
             });
         }
     }
-    LogTrace { name: prepared.name.clone(), used_for_fit: !prepared.predict, rows }
+    LogTrace { name: prepared.name.clone(), used_for_fit: !prepared.predict, rows, robot }
 }
 
 /// Adds points of friction over speed. The ratio of the columns of viscous and load-independent friction is the

@@ -17,7 +17,7 @@ impl Animation {
         let mechanism = &job.model.mechanism;
         let quantities = ["drive", "drive_low", "drive_high", "drive_frictionless"];
         let whole = ["distance.actuation [-]", "distance.constraint [-]"];
-        Self(Shared::new(mechanism, &Names::new(mechanism), &quantities, &whole, count))
+        Self(Shared::new(job.model, &Names::new(mechanism), &quantities, &whole, count))
     }
 
     /// Returns the animation for a page that shows `runs` runs; `None` without samples.

@@ -6,7 +6,8 @@ use crate::statistics::Size;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::{Contributions, FrictionMode};
-use stiction_draw::figure::{Figure, Panel, Trace};
+use stiction_draw::figure::meaning::LIMIT;
+use stiction_draw::figure::{COLOURS, Figure, JumpTrace, Panel};
 use stiction_draw::numbers::number;
 
 /// Largest number of actuators, and of friction interfaces for each of them, that are listed.
@@ -14,8 +15,8 @@ const DRIVES_LISTED: usize = 3;
 const INTERFACES_LISTED: usize = 4;
 /// Contributions below this fraction of the largest one count as rounding errors and are not listed.
 const ROUNDING: f64 = 1e-9;
-/// Index of the colour for the total friction contribution.
-const ALL: usize = 6;
+/// Colour of the total friction contribution.
+const ALL: usize = LIMIT;
 
 impl Job<'_> {
     /// Returns whether friction contributions exist: friction acts, and a joint is actuated.
@@ -98,15 +99,15 @@ impl Ranking {
 #[derive(Clone, Debug)]
 pub(super) struct ShareCurves {
     ranking: Ranking,
-    all: Vec<Trace>,
-    traces: Vec<Vec<Trace>>,
+    all: Vec<JumpTrace>,
+    traces: Vec<Vec<JumpTrace>>,
 }
 
 impl ShareCurves {
     /// Creates empty curves with room for `count` samples.
     pub(super) fn new(names: &Names, count: usize) -> Self {
         let (drives, interfaces) = (names.drives.len(), names.interfaces.len());
-        let trace = Trace::new(count);
+        let trace = JumpTrace::new(count);
         Self {
             ranking: Ranking::new(drives, interfaces),
             all: vec![trace.clone(); drives],
@@ -114,29 +115,75 @@ impl ShareCurves {
         }
     }
 
-    pub(super) fn add(&mut self, time: f64, shares: &Contributions<f64>) {
+    /// Adds a sample: for each actuator, true if its effort is an interval because joints rest, and the first
+    /// reversal of an interface since the last sample.
+    pub(super) fn add(
+        &mut self,
+        time: f64,
+        shares: &Contributions<f64>,
+        rests: &[bool],
+        reversal: Option<f64>,
+    ) {
         self.ranking.add(time, shares);
-        for (drive, (all, traces)) in self.all.iter_mut().zip(&mut self.traces).enumerate() {
-            all.push(time, shares.of_actuator(drive).sum());
+        let each = self.all.iter_mut().zip(&mut self.traces).zip(rests);
+        for (drive, ((all, traces), rests)) in each.enumerate() {
+            all.push(time, 0.0, shares.of_actuator(drive).sum(), *rests, reversal);
             for (trace, share) in traces.iter_mut().zip(shares.of_actuator(drive)) {
-                trace.push(time, share);
+                trace.push(time, 0.0, share, *rests, reversal);
             }
         }
     }
 
-    /// Draws a figure with a panel for each actuator, which shows its largest contributions.
-    pub(super) fn figure(self, names: &Names, title: String, x_label: String) -> Figure {
+    /// Figure with a panel for each actuator and its largest contributions. An interface has its colour of
+    /// `colours` unless another one of the panel has it, too.
+    pub(super) fn figure(
+        self,
+        names: &Names,
+        colours: &[usize],
+        title: String,
+        x_label: String,
+    ) -> Figure {
         let mut panels = Vec::new();
         for (drive, (all, traces)) in self.all.into_iter().zip(self.traces).enumerate() {
             let mut lines = vec![all.line("all friction", ALL, true)];
             let ranked = self.ranking.ranked(drive);
-            for (place, &interface) in ranked.iter().take(INTERFACES_LISTED).enumerate() {
+            let ranked = &ranked[..ranked.len().min(INTERFACES_LISTED)];
+            for (&interface, colour) in ranked.iter().zip(distinct(ranked, colours)) {
                 let trace = traces[interface].clone();
-                lines.push(trace.line(&names.interfaces[interface].0, place, false));
+                lines.push(trace.line(&names.interfaces[interface].0, colour, false));
             }
             let (name, unit) = &names.drives[drive];
             panels.push(Panel { y_label: format!("{name} [{unit}]"), lines, ..Panel::default() });
         }
         Figure { title, x_label, panels }
+    }
+}
+
+/// Colours of some interfaces: their own ones, and free ones for those whose own one is taken by an earlier.
+fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
+    let own = |interface: &usize| colours[*interface] % COLOURS.len();
+    let mut taken = vec![ALL];
+    let mut chosen: Vec<Option<usize>> = Vec::new();
+    for interface in interfaces {
+        let free = !taken.contains(&own(interface));
+        taken.extend(free.then(|| own(interface)));
+        chosen.push(free.then(|| own(interface)));
+    }
+    let mut others = (0..COLOURS.len()).filter(|colour| !taken.contains(colour));
+    chosen.into_iter().map(|colour| colour.or_else(|| others.next()).unwrap_or(ALL)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Interfaces keep the colour of their own plot, and no two of a panel have the same one.
+    #[test]
+    fn colours_of_a_panel_are_distinct() {
+        assert_eq!(distinct(&[2, 0], &[0, 1, 2]), [2, 0]);
+        let shared = distinct(&[0, 1, 2, 3], &[3, 3, 0, ALL]);
+        assert_eq!((shared[0], shared[2]), (3, 0));
+        assert!(!shared.contains(&ALL));
+        assert!((0..4).all(|a| (0..a).all(|b| shared[a] != shared[b])), "{shared:?}");
     }
 }

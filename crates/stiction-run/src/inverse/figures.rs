@@ -8,7 +8,9 @@ use crate::job::Job;
 use crate::names::Names;
 use crate::{Sink, SinkError};
 use stiction_core::dynamics::{FrictionMode, InterfaceForce};
-use stiction_draw::figure::meaning::{ENERGY, FRICTION, LIMIT, LOAD, REFERENCE, RESULT};
+use stiction_draw::figure::meaning::{
+    CONSTRAINT, ENERGY, FRICTION, LIMIT, LOAD, REFERENCE, RESULT,
+};
 use stiction_draw::figure::{BandTrace, Figure, JumpTrace, Panel, Trace, reversal};
 
 /// Collector of the curves of a run, sample by sample.
@@ -66,7 +68,12 @@ impl Curves {
                 vec![without.line("effort", RESULT, false)]
             };
             let bands = interval.band("possible at rest", LIMIT).into_iter().collect();
-            panels.push(Panel { y_label: format!("{name} [{unit}]"), lines, bands });
+            panels.push(Panel {
+                y_label: format!("{name} [{unit}]"),
+                lines,
+                bands,
+                ..Panel::default()
+            });
         }
         if !panels.is_empty() {
             let title = format!("Actuator efforts: {}", self.title);
@@ -75,12 +82,13 @@ impl Curves {
 
         figures.extend(self.motors.figure(&self.title).map(|figure| ("motors", figure)));
         if self.has_friction {
+            let colours = self.friction.colours();
             let panels = self.friction.panels(&self.names, "N");
             let title = format!("Friction forces at the friction interfaces: {}", self.title);
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
             if !self.names.drives.is_empty() {
                 let title = format!("Friction contributions to the efforts: {}", self.title);
-                let figure = self.shares.figure(&self.names, title, x_label.clone());
+                let figure = self.shares.figure(&self.names, &colours, title, x_label.clone());
                 figures.push(("contributions", figure));
             }
         }
@@ -94,13 +102,14 @@ impl Curves {
         let lines = labels.iter().zip(self.power);
         let lines =
             lines.map(|((label, colour), trace)| trace.line(label, *colour, false)).collect();
-        let panels = vec![Panel { y_label: "power [W]".to_owned(), lines, ..Panel::default() }];
+        let panel = Panel { y_label: "power [W]".to_owned(), lines, ..Panel::default() };
+        let panels = vec![panel.without_zeros()];
         let title = format!("Power balance: {}", self.title);
         figures.push(("power", Figure { title, x_label: x_label.clone(), panels }));
         let [actuation, constraint] = self.distances;
         let lines = vec![
             actuation.line("actuation", RESULT, false),
-            constraint.line("constraint", REFERENCE, true),
+            constraint.line("constraint", CONSTRAINT, true),
         ];
         let panels =
             vec![Panel { y_label: "singularity index".to_owned(), lines, ..Panel::default() }];
@@ -121,19 +130,19 @@ impl Sink<Sample> for Curves {
             let all = pairs.filter_map(|(v0, v1)| reversal((*before, *v0), (time, *v1)));
             all.reduce(f64::min)
         });
+        let rests: Vec<bool> = forces.effort_bounds.iter().map(|(low, high)| high > low).collect();
         for (k, (with, without)) in self.drives.iter_mut().enumerate() {
             let smooth = forces.efforts_frictionless[k];
             let (low, high) = forces.effort_bounds[k];
-            let rests = high > low;
-            with.push(time, smooth, forces.efforts[k] - smooth, rests, crossing);
+            with.push(time, smooth, forces.efforts[k] - smooth, rests[k], crossing);
             without.push(time, smooth);
-            self.intervals[k].push(time, rests.then_some((low, high)));
+            self.intervals[k].push(time, rests[k].then_some((low, high)));
         }
         self.last = Some((time, velocities));
+        self.shares.add(time, &sample.shares, &rests, crossing);
         let rests = |interface: &InterfaceForce| !interface.slides && interface.limit > 0.0;
         let frictions = forces.interfaces.iter();
         self.friction.add(time, frictions.map(|own| (own.velocity, own.friction, rests(own))));
-        self.shares.add(time, &sample.shares);
         self.motors.add(&sample.motors);
         let power = &forces.power;
         for (trace, value) in self.power.iter_mut().zip([

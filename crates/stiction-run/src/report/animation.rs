@@ -13,7 +13,8 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Quaternion, Vec3};
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
-use stiction_draw::viewer::{Actuator, Film, Ghost, Shot, robot};
+use stiction_draw::viewer::{Actuator, Film, Ghost, Mesh, MeshFile, Shot, robot};
+use stiction_format::{MeshFormat, ModelFile};
 
 /// Largest size of the samples in a page, bytes of its text, so that the page can be sent by e-mail.
 const ROOM: usize = 2_000_000;
@@ -72,7 +73,8 @@ pub(crate) struct Animation {
     names: Names,
     columns: Vec<String>,
     actuators: Vec<Actuator>,
-    /// Poses of all bodies in the world at the first sample, the ground first.
+    meshes: Vec<Mesh>,
+    /// Poses at the first sample in the world, the ground first.
     first: Vec<Pose<f64>>,
     origin: Vec3<f64>,
     trail: Option<Trail>,
@@ -94,12 +96,13 @@ impl Animation {
     /// Creates an empty animation with room for `count` samples. `quantities` names the columns for each actuator, the
     /// effort first, and `whole` those of the singularity indices, if any.
     pub(crate) fn new(
-        mechanism: &Mechanism,
+        model: &ModelFile,
         names: &Names,
         quantities: &[&str],
         whole: &[&str],
         count: usize,
     ) -> Self {
+        let mechanism = &model.mechanism;
         let dofs = dofs_of(mechanism);
         let mut all = Vec::new();
         for (name, unit) in &names.drives {
@@ -119,6 +122,7 @@ impl Animation {
         let most = (ROOM * 3 / 4 / bytes).clamp(2, MOST);
         Self {
             mechanism: mechanism.clone(),
+            meshes: meshes_of(model),
             actuators: actuators.collect(),
             columns: all,
             first: Vec::new(),
@@ -138,9 +142,9 @@ impl Animation {
         }
     }
 
-    /// Creates an empty animation without forces, with room for `count` samples.
-    pub(crate) fn of_motion(mechanism: &Mechanism, count: usize) -> Self {
-        Self::new(mechanism, &Names::default(), &[], &[], count)
+    /// Empty animation of `count` samples without forces.
+    pub(crate) fn of_motion(model: &ModelFile, count: usize) -> Self {
+        Self::new(model, &Names::default(), &[], &[], count)
     }
 
     /// Adds a sample without forces; the poses are those of a solver.
@@ -281,8 +285,36 @@ impl Animation {
             interfaces: self.names.interfaces.clone(),
             actuators: self.actuators.clone(),
             ghost: None,
+            meshes: self.meshes.clone(),
         }
     }
+}
+
+/// The loaded meshes of a model.
+fn meshes_of(model: &ModelFile) -> Vec<Mesh> {
+    // Visuals of one file share its content.
+    let mut files: Vec<(*const stiction_format::Mesh, Arc<MeshFile>)> = Vec::new();
+    let mut meshes = Vec::new();
+    for visual in &model.visuals {
+        let Some(mesh) = &visual.mesh else { continue };
+        let known = files.iter().find(|(known, _)| *known == Arc::as_ptr(mesh));
+        let file = known.map(|(_, file)| Arc::clone(file)).unwrap_or_else(|| {
+            let format = match mesh.format {
+                MeshFormat::Stl => "stl",
+                MeshFormat::Obj => "obj",
+                MeshFormat::Gltf => "gltf",
+            };
+            let (name, bytes) = (visual.file.clone(), mesh.bytes.clone());
+            let file = Arc::new(MeshFile { name, format, bytes });
+            files.push((Arc::as_ptr(mesh), Arc::clone(&file)));
+            file
+        });
+        let mut quaternion = [0.0; 4];
+        Quaternion::from_rotation(visual.pose.rotation).write(&mut quaternion);
+        let position = visual.pose.position.to_array();
+        meshes.push(Mesh { body: visual.body.0, scale: visual.scale, position, quaternion, file });
+    }
+    meshes
 }
 
 fn actuator(mechanism: &Mechanism, name: &str, unit: &'static str, dof: &Dof) -> Actuator {

@@ -108,7 +108,8 @@ pub(crate) fn repeat(command: Option<&str>, options: &Value) -> String {
 fn shown(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
-        Value::Number(value) => value.as_f64().map_or(value.to_string(), number),
+        Value::Number(value) if value.is_f64() => value.as_f64().map_or(value.to_string(), number),
+        Value::Number(count) => count.to_string(),
         Value::Array(all) => all.iter().map(shown).collect::<Vec<_>>().join("; "),
         other => other.to_string(),
     }

@@ -1,6 +1,7 @@
 //! Plots of a study: curves over the varied key of a grid with one key, maps for a grid with two keys, and scatter
 //! plots over each key of other designs.
 
+use stiction_draw::figure::meaning::RESULT;
 use stiction_draw::figure::{Figure, Line, Panel};
 use stiction_draw::heat_map::HeatMap;
 use stiction_format::{Key, Setting};
@@ -123,8 +124,8 @@ impl Pictures {
             let panel = |(k, objective): (usize, &String)| {
                 let rows = self.settings.iter().zip(&self.values);
                 let points = rows.filter_map(|(x, values)| Some((x[key], values[k]?)));
-                let lines = vec![Line::of_marks(points, 0)];
-                Panel { y_label: objective.clone(), lines, bands: Vec::new() }
+                let lines = vec![Line::of_marks(points, RESULT)];
+                Panel { y_label: objective.clone(), lines, ..Panel::default() }
             };
             Figure {
                 title: format!("Over {}{part}", self.keys[key]),
@@ -143,8 +144,8 @@ impl Pictures {
         let panel = |(k, objective): (usize, &String)| {
             let points = self.settings.iter().zip(&self.values);
             let points = points.filter_map(|(x, values)| Some((x[0], values[k]?))).collect();
-            let line = Line { label: String::new(), points, colour: k, dashed: false };
-            Panel { y_label: objective.clone(), lines: vec![line], bands: Vec::new() }
+            let line = Line { label: String::new(), points, colour: RESULT, dashed: false };
+            Panel { y_label: objective.clone(), lines: vec![line], ..Panel::default() }
         };
         Figure {
             title: format!("Over {}", self.keys[0]),

@@ -2,6 +2,7 @@
 
 use super::row::{Row, Status};
 use crate::names::width;
+use crate::report::animation::MOST_RUNS;
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::number;
@@ -85,8 +86,25 @@ impl Findings {
         }
     }
 
-    /// Reason for which no row has results; the flag is true if all failures are due to unusable values. `None` if any
-    /// row has results.
+    /// Designs with the least or the greatest value of an objective, each once, with its row and what it is the
+    /// extreme of; at most as many as a page shows.
+    pub fn extreme_designs(&self) -> Vec<(u64, &[Setting], String)> {
+        let mut all: Vec<(u64, &[Setting], String)> = Vec::new();
+        for (objective, extremes) in self.objectives.iter().zip(&self.extremes) {
+            let named = ["least", "greatest"].into_iter().zip(extremes.iter().flatten());
+            for (what, extreme) in named {
+                let words = format!("{what} {objective}");
+                match all.iter_mut().find(|(row, ..)| *row == extreme.row) {
+                    Some((.., known)) => *known = format!("{known}, {words}"),
+                    None => all.push((extreme.row, &extreme.settings, words)),
+                }
+            }
+        }
+        all.truncate(MOST_RUNS);
+        all
+    }
+
+    /// Reason why no row has results, and true if all values cannot be used; `None` if some row has results.
     pub fn failure(&self) -> Option<(bool, String)> {
         let (row, reason) = self.remarks.first()?;
         (self.rows > 0 && self.failed == self.rows).then(|| {

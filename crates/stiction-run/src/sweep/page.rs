@@ -2,32 +2,51 @@
 
 use super::figures::{Picture, Pictures};
 use super::findings::{Findings, LISTED, cells};
+use crate::comparison::Reel;
+use crate::report::animation::together;
 use crate::report::html::{self, Column, card, note, section, table, warnings};
 use crate::report::repeat;
 use serde_json::Value;
 use stiction_draw::xml::escape;
 
-/// Writes the report of a study: counts, extremes of the objectives, plots, the first designs, and the options to
-/// repeat it.
+/// Writes the report of a study: counts, extremes of the objectives, the moving robots of `reels` laid over each
+/// other, each with its label, pictures, the first designs, and the options to repeat it.
 pub fn draw_report(
     title: &str,
     (findings, pictures): (&Findings, &Pictures),
+    reels: Vec<(String, Reel)>,
     command: Option<&str>,
     options: &Value,
 ) -> String {
     let about =
         "A study: inverse dynamics of each design along its motion, measured by the objectives.";
+    let caption = match reels.len() {
+        0 | 1 => "Click a joint for its reaction and friction.",
+        _ => {
+            "Designs with an extreme of an objective: the first is solid, the other, to be chosen, dashed, at the same \
+             time, with its own arrows. Click a joint for its values in both."
+        }
+    };
+    let robots = together(reels, caption);
     let inner = [
         format!("<h1>{}</h1>\n", escape(title)),
         note(about),
         cards(findings),
         warnings(&remarks(findings)),
         section("Extremes", &extremes(findings)),
+        match robots.as_str() {
+            "" => String::new(),
+            robots => section("The robots", robots),
+        },
         drawn(pictures),
         designs(findings),
         repeat(command, options),
     ];
-    html::page(&format!("{title}: study"), &inner.concat())
+    let (title, inner) = (format!("{title}: study"), inner.concat());
+    match robots.is_empty() {
+        true => html::page(&title, &inner),
+        false => html::page_with_robot(&title, &inner),
+    }
 }
 
 fn cards(findings: &Findings) -> String {

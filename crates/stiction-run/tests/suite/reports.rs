@@ -6,8 +6,9 @@ use crate::chromium::look_at_with_script;
 use crate::common::*;
 use serde_json::{Value, json};
 use stiction_core::dynamics::FrictionMode;
-use stiction_draw::viewer::SCRIPT;
-use stiction_format::{LoadCase, ModelFile};
+use stiction_draw::page::source_of;
+use stiction_draw::viewer::{SCRIPT, SHADED};
+use stiction_format::{LoadCase, ModelFile, Source};
 use stiction_run::inverse::{Animation, Curves, Summary, Tables, draw_report};
 use stiction_run::{Job, Sink};
 
@@ -335,6 +336,56 @@ fn hostile_names_stay_text() {
              document.body.append(s); })()",
         );
         assert_eq!(person.value("typeof window.hacked"), "undefined");
+    }
+}
+
+/// A page with meshes contains them, and a script that draws them; without the shaded view it says so. Names and
+/// contents of their files remain data.
+#[test]
+fn meshes_are_part_of_the_page() {
+    let name = "</script><img src=x onerror=window.hacked=1>.obj";
+    let visual = format!(
+        "[bodies.left_crank]\nvisual = [{{ mesh = {name:?}, scale = [0.05, 0.05, 0.05] }}, {{ mesh = \"bad.stl\" }}]"
+    );
+    let text = stiction_format::gallery::get("five-bar").unwrap();
+    let text = text.replacen("[bodies.left_crank]", &visual, 1);
+    let source = Source::new("five-bar.toml", text);
+    let mut model = stiction_format::read(&source, &|_| Err("no files".into())).unwrap();
+    assert_eq!(model.visuals.len(), 2);
+    let cube =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n# </script>\n";
+    // An STL that is not complete.
+    let flat = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nendloop\nendfacet\n";
+    model.load_meshes(&|file| Ok(if file == name { cube } else { flat }.as_bytes().to_vec()));
+    assert!(model.visuals.iter().all(|visual| visual.mesh.is_some()), "{:?}", model.warnings);
+    let html = report(&default_job(&model, FrictionMode::Converged)).html;
+    assert!(!html.contains("<img"));
+    if SHADED.is_empty() {
+        assert!(html.contains("this program was built without the shaded view"));
+        assert_eq!(html.matches("<script").count(), 2);
+        return;
+    }
+    assert!(html.contains("This page contains 2 mesh files, 1 kB."));
+    assert_eq!(html.matches("<script").count(), 3);
+    assert!(html.contains(&format!("{} {}", source_of(SCRIPT), source_of(SHADED))));
+    #[cfg(unix)]
+    if let Some(browser) = Browser::find() {
+        let mut person = browser.open("meshes", &html, 1000);
+        person.wait_for("document.querySelector('canvas.shaded') !== null");
+        // Without its last line, no reader of the page finds a facet; the other mesh is drawn.
+        let remark = person.value("document.querySelector('.kept').textContent");
+        assert_eq!(remark, " The mesh bad.stl cannot be shown: it has no extent.");
+        let painted = "(() => { const c = document.createElement('canvas'), from = document.querySelector('canvas.shaded'); \
+             c.width = from.width; c.height = from.height; const pen = c.getContext('2d'); \
+             document.querySelector('.robot input[type=checkbox]').click(); \
+             pen.drawImage(from, 0, 0); \
+             return pen.getImageData(0, 0, c.width, c.height).data.filter((x, k) => k % 4 === 3 && x > 0).length; })()";
+        let count = person.value(painted).as_u64().unwrap();
+        assert!(count > 300, "{count} pixels");
+        assert_eq!(person.value("typeof window.hacked"), "undefined");
+        // Reading the picture back is slow, as the driver says.
+        person.noise.retain(|noise| !noise.contains("GL Driver Message"));
+        assert!(person.noise.is_empty(), "{:?}", person.noise);
     }
 }
 

@@ -21,6 +21,13 @@ pub struct Import {
 }
 
 impl Import {
+    /// Content of the file that a robot file in `folder` names.
+    fn bytes(&self, folder: &Path, name: &str, files: &Files) -> Result<Vec<u8>, String> {
+        let paths = self.candidates(folder, name);
+        let path = paths.iter().find(|path| path.is_file()).or(paths.first());
+        path.map_or(Err("there is no such file".to_owned()), |path| files.bytes(path))
+    }
+
     /// Possible paths of the file that a robot file in `folder` names.
     fn candidates(&self, folder: &Path, name: &str) -> Vec<PathBuf> {
         let schemes = ["package://", "model://", "file://"];
@@ -70,8 +77,9 @@ pub struct ModelText {
     filter: Option<f64>,
     /// Remarks of the import of a robot file of another program.
     notes: Arc<Vec<Note>>,
-    /// True if the text was converted from a robot file of another program.
+    /// True if the text was converted from a robot file of another program, and the options of this.
     imported: bool,
+    import: Import,
 }
 
 /// Parts of a [`ModelText`], for storing it or sending it elsewhere.
@@ -127,17 +135,14 @@ impl ModelText {
         if !is_robot_file(&source.text) {
             return Ok(Self::new(source, Some(folder), files));
         }
-        let load = |name: &str| {
-            let paths = options.candidates(&folder, name);
-            let path = paths.iter().find(|path| path.is_file()).or(paths.first());
-            path.map_or(Err("there is no such file".to_owned()), |path| files.bytes(path))
-        };
+        let load = |name: &str| options.bytes(&folder, name, &files);
         let choices = ImportOptions { literal: options.literal };
         let imported = import(&source, choices, &load)?;
         let source = Source::new(format!("{} as a model file", source.name), imported.text);
         Ok(Self {
             notes: Arc::new(imported.notes),
             imported: true,
+            import: options.clone(),
             ..Self::new(source, Some(folder), files)
         })
     }
@@ -238,6 +243,7 @@ impl ModelText {
             filter: None,
             notes: Arc::default(),
             imported: false,
+            import: Import::default(),
         }
     }
 
@@ -262,7 +268,11 @@ impl ModelText {
     /// # Errors
     /// The text or a change is defective: the error lists all defects, each with its place.
     pub fn read(self) -> Result<Robot, Error> {
-        let model = stiction_format::read(&self.changed(), &|file| self.contents(file))?;
+        let mut model = stiction_format::read(&self.changed(), &|file| self.contents(file))?;
+        // Packed models are computed elsewhere, where nothing is drawn.
+        if !self.files.is_packed() {
+            model.load_meshes(&|file| self.mesh(file));
+        }
         Ok(Robot::of_text(model, self))
     }
 
@@ -279,6 +289,14 @@ impl ModelText {
     pub(crate) fn contents(&self, file: &str) -> Result<Contents, String> {
         match &self.folder {
             Some(folder) => self.files.contents(&folder.join(file)),
+            None => Err("a built-in model has no other files".to_owned()),
+        }
+    }
+
+    /// Content of a mesh that the model names, as the robot file does from which it was converted.
+    fn mesh(&self, file: &str) -> Result<Vec<u8>, String> {
+        match &self.folder {
+            Some(folder) => self.import.bytes(folder, file, &self.files),
             None => Err("a built-in model has no other files".to_owned()),
         }
     }

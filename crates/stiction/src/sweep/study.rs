@@ -8,9 +8,10 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use stiction_format::{Contents, Diagnostic, Diagnostics, Key, Place, Setting, Source};
-use stiction_run::Sink;
-use stiction_run::inverse::{Sample, Summary};
+use stiction_run::comparison::Reel;
+use stiction_run::inverse::{Animation, Sample, Summary};
 use stiction_run::sweep::{Objectives, Row, Status};
+use stiction_run::{Job, Sink};
 
 /// A checked study with the keys that it varies; see [`Sweep::study`].
 #[derive(Debug)]
@@ -141,6 +142,35 @@ impl Study {
     }
 
     fn computed(&self, design: &[Setting]) -> Result<Row, Error> {
+        self.with_job(design, |job| {
+            let mut objectives = Objectives::new(&self.sweep.objectives, job)?;
+            let mut summary = Summary::new(job);
+            let receive = |sample: &Sample| (&mut objectives, &mut summary).add(sample);
+            let verdict = job.run(receive, |_phase, _done, _of| true)?;
+            let mut doubts = summary.doubts(job, &verdict);
+            doubts.extend(objectives.doubts());
+            Ok(Row { values: objectives.values(), status: Status::Computed { doubts } })
+        })
+    }
+
+    /// Computes a design again for the moving robot of a page of `runs` designs; `None` without a sample.
+    ///
+    /// # Errors
+    /// The design has no results.
+    pub fn reel(&self, design: &[Setting], runs: usize) -> Result<Option<Reel>, Error> {
+        self.with_job(design, |job| {
+            let mut animation = Animation::new(job, job.instants()?.count());
+            job.run(|sample| animation.add(sample), |_phase, _done, _of| true)?;
+            Ok(animation.reel(runs))
+        })
+    }
+
+    /// Reads the model of a design with its motion and load, and passes the job on.
+    fn with_job<T>(
+        &self,
+        design: &[Setting],
+        use_job: impl FnOnce(&Job<'_>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
         let sweep = &self.sweep;
         let (mut changes, mut motion, mut load) =
             (Vec::new(), sweep.motion.clone(), sweep.load.clone());
@@ -163,14 +193,7 @@ impl Study {
             request = request.load(&load)?;
         }
         let request = self.with_options(request);
-        let job = request.job()?;
-        let mut objectives = Objectives::new(&sweep.objectives, &job)?;
-        let mut summary = Summary::new(&job);
-        let receive = |sample: &Sample| (&mut objectives, &mut summary).add(sample);
-        let verdict = job.run(receive, |_phase, _done, _of| true)?;
-        let mut doubts = summary.doubts(&job, &verdict);
-        doubts.extend(objectives.doubts());
-        Ok(Row { values: objectives.values(), status: Status::Computed { doubts } })
+        use_job(&request.job()?)
     }
 }
 

@@ -53,6 +53,8 @@ impl Browser {
             .args(&pipes)
             .arg(&self.program)
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe"])
+            // WebGL without a graphics card.
+            .args(["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
             .args(["--no-first-run", "--disable-background-networking", "--disable-dev-shm-usage"])
             .arg(format!("--user-data-dir={}", folder.join("profile").display()))
             .stdin(Stdio::null())

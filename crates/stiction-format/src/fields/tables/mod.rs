@@ -21,11 +21,11 @@ pub(crate) use motion::{ANGULAR_LIMITS, BODY_MOTION, LIMITS, MOTION, ORDERS, WAY
 pub(crate) use spring::{BUSHING, SPRING};
 
 use super::Shape::{
-    Choice, Inertia, Loads, Motions, Name, Named, OneOrMore, Parameters, Quantity, Rotation, Table,
-    Text, Vector,
+    Choice, Inertia, List, Loads, Motions, Name, Named, OneOrMore, Parameters, Quantity, Rotation,
+    Table, Text, Vector,
 };
 use super::{Field, field, required};
-use crate::expression::Measure::{Acceleration, Length, Mass};
+use crate::expression::Measure::{Acceleration, Length, Mass, Number};
 
 /// The whole file.
 pub(crate) const MODEL: &[Field] = &[
@@ -98,6 +98,27 @@ pub(crate) const BODY: &[Field] = &[
          mass.",
     ),
     HOME,
+    field(
+        "visual",
+        List(VISUAL),
+        "Meshes that pages show in place of the body's symbol. Results do not depend on them.",
+    ),
+];
+
+/// A mesh of a body.
+pub(crate) const VISUAL: &[Field] = &[
+    required(
+        "mesh",
+        Text,
+        "File of the mesh, relative to the model file: STL, OBJ, GLB, or glTF with its data embedded.",
+    ),
+    field(
+        "scale",
+        Vector(Number),
+        "Factors of its three coordinates; by default [1, 1, 1], for a mesh in metres.",
+    ),
+    field("position", Vector(Length), "Its origin in the frame of the body; by default [0, 0, 0]."),
+    field("rotation", Rotation, "Its orientation; by default none."),
 ];
 
 /// Defaults.

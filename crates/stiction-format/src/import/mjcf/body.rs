@@ -129,6 +129,10 @@ impl Reader<'_, '_> {
         let mass = self.mass_of(element, &name, &items);
         let mut body = Body::massless(name.clone(), Some(element.place()));
         (body.mass, body.com, body.inertia) = (mass.mass, mass.com, mass.inertia);
+        body.visuals = items
+            .iter()
+            .filter_map(|item| self.visual_of((item.element, item.frame), item.class))
+            .collect();
         let index = self.robot.bodies.len();
         self.robot.bodies.push(body);
         self.poses.push(pose);

@@ -1,5 +1,6 @@
 //! Masses of geoms.
 
+use super::super::description::VisualMesh;
 use super::super::inertia::Mass;
 use super::super::mesh;
 use super::super::solid::{capsule, cuboid, cylinder, ellipsoid};
@@ -93,6 +94,30 @@ impl Reader<'_, '_> {
             None => geom.number(context, "density").unwrap_or(DENSITY),
         };
         solid.scaled(factor).placed(pose)
+    }
+
+    /// Mesh of a geom that viewers of MuJoCo show, and whose file exists.
+    pub(super) fn visual_of(
+        &self,
+        (element, frame): (&Element, Pose<f64>),
+        class: Option<&str>,
+    ) -> Option<VisualMesh> {
+        // By default they show these groups.
+        const SHOWN: f64 = 2.0;
+        if element.tag != "geom" {
+            return None;
+        }
+        let context = self.context;
+        let geom = self.defaults.applied(context, element, class);
+        let mesh = self.meshes.found.get(geom.get("mesh")?)?;
+        let is_moved = mesh.get("refpos").is_some() || mesh.get("refquat").is_some();
+        if is_moved || geom.number(context, "group").unwrap_or(0.0) > SHOWN {
+            return None;
+        }
+        let file = self.settings.mesh_path(mesh.get("file")?);
+        let scale = mesh.numbers::<3>(context, "scale").unwrap_or([1.0; 3]);
+        let pose = frame * self.settings.pose(context, &geom);
+        context.has_mesh(&file).then_some(VisualMesh { file, scale, pose })
     }
 
     /// Solid of a mesh with density 1; a missing mesh is reported.

@@ -1,6 +1,6 @@
 //! Links of SDF.
 
-use super::super::description::Body;
+use super::super::description::{Body, VisualMesh};
 use super::super::inertia::{Mass, symmetric};
 use super::super::solid::{capsule, cuboid, cylinder, ellipsoid};
 use super::super::xml::Element;
@@ -35,6 +35,7 @@ impl Reader<'_, '_> {
             context.error("mass", message, &link.place(), "masses are at least 0 kg");
         }
         (body.mass, body.com, body.inertia) = (mass.mass, mass.com, mass.inertia);
+        body.visuals = link.all("visual").filter_map(|visual| self.mesh_of(visual)).collect();
         let index = self.robot.bodies.len();
         if self.bodies.insert(name.clone(), index).is_some() {
             let message = format!("there are two links named {}", quoted(&name));
@@ -44,6 +45,16 @@ impl Reader<'_, '_> {
         self.poses.push(self.frames.pose(&name));
         self.robot.bodies.push(body);
         Some(())
+    }
+
+    /// Mesh of a `visual` element whose file exists.
+    fn mesh_of(&self, visual: &Element) -> Option<VisualMesh> {
+        let mesh = visual.child("geometry")?.child("mesh")?;
+        let file = mesh.child("uri")?.text.trim().to_owned();
+        let scale = mesh.child("scale").and_then(|scale| scale.text_numbers::<3>(self.context));
+        let pose = pose(self.context, visual);
+        let scale = scale.unwrap_or([1.0; 3]);
+        self.context.has_mesh(&file).then_some(VisualMesh { file, scale, pose })
     }
 
     fn inertial(&self, inertial: &Element) -> Mass {

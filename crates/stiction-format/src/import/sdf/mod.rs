@@ -172,7 +172,8 @@ impl Reader<'_, '_> {
             }
         }
         if shapes {
-            let message = "visual and collision shapes are not needed and are left out";
+            let is_shown = self.robot.bodies.iter().any(|body| !body.visuals.is_empty());
+            let message = super::left_out_shapes(is_shown);
             self.context.note(message, None);
         }
     }

@@ -7,10 +7,11 @@ pub(super) mod numbers;
 mod spring;
 
 use super::context::{Context, Note};
-use super::description::{Body, Description, GROUND, Joint};
+use super::description::{Body, Description, GROUND, Joint, VisualMesh};
 use crate::source::Place;
 use numbers::{guess, inertia, lengths, quantity};
 use std::fmt::Write;
+use stiction_core::spatial::Vec3;
 
 /// Longest line of a comment, characters.
 const WIDTH: usize = 100;
@@ -97,12 +98,34 @@ fn write_body(out: &mut String, body: &Body) {
     }
     let _ =
         writeln!(out, "{}", line(body.place.as_ref(), &format!("[bodies.{}]", key(&body.name))));
-    if body.is_massless() {
-        return;
+    if !body.is_massless() {
+        let _ = writeln!(out, "mass = {}", quantity(body.mass, "kg"));
+        let _ = writeln!(out, "com = {}", lengths(body.com));
+        let _ = writeln!(out, "inertia = {}", inertia(body.inertia));
     }
-    let _ = writeln!(out, "mass = {}", quantity(body.mass, "kg"));
-    let _ = writeln!(out, "com = {}", lengths(body.com));
-    let _ = writeln!(out, "inertia = {}", inertia(body.inertia));
+    if !body.visuals.is_empty() {
+        let meshes = body.visuals.iter().map(|visual| format!("    {},\n", mesh(visual)));
+        let _ = writeln!(out, "visual = [\n{}]", meshes.collect::<String>());
+    }
+}
+
+/// Table of a mesh on one line.
+fn mesh(visual: &VisualMesh) -> String {
+    let VisualMesh { file, scale, pose } = visual;
+    let mut table = format!("{{ mesh = {}", text(file));
+    if *scale != [1.0; 3] {
+        let _ = write!(table, ", scale = [{}]", scale.map(|x| format!("{x:?}")).join(", "));
+    }
+    if pose.position != Vec3::zero() {
+        let _ = write!(table, ", position = {}", lengths(pose.position));
+    }
+    let turn = pose.rotation.rotation_vector();
+    if turn != Vec3::zero() {
+        let angle = turn.norm();
+        let axis = (turn * angle.recip()).to_array().map(|x| format!("{x:?}")).join(", ");
+        let _ = write!(table, ", rotation = {{ axis = [{axis}], angle = {angle:?} }}");
+    }
+    table + " }"
 }
 
 /// Writes the entries of a table, nested tables on one line each.

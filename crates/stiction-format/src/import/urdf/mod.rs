@@ -6,7 +6,7 @@ mod joint;
 mod motors;
 
 use super::context::Context;
-use super::description::{Body, Description, GROUND, Joint};
+use super::description::{Body, Description, GROUND, Joint, VisualMesh};
 use super::extension;
 use super::inertia::{symmetric, turned};
 use super::rotation;
@@ -66,7 +66,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element, companion: &str) -> Op
     let convention = convention::read(context, &tree, companion, &mut robot);
     motors::read(context, &tree, root, convention, &mut robot);
     robot.extensions = extension::entries(root);
-    note_unused(context, root);
+    note_unused(context, root, &robot);
     Some(robot)
 }
 
@@ -123,6 +123,7 @@ fn base_of(context: &Context<'_>, root: &Element) -> Option<String> {
 
 fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
     let mut body = Body::massless(name, Some(link.place()));
+    body.visuals = link.all("visual").filter_map(|visual| mesh_of(context, visual)).collect();
     let Some(inertial) = link.child("inertial") else { return body };
     let origin = origin(context, inertial);
     let mass = inertial.child("mass").and_then(|mass| mass.number(context, "value"));
@@ -138,6 +139,14 @@ fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
         context.error("mass", message, &inertial.place(), "masses are at least 0 kg");
     }
     body
+}
+
+/// Mesh of a `visual` element whose file exists.
+fn mesh_of(context: &Context<'_>, visual: &Element) -> Option<VisualMesh> {
+    let mesh = visual.child("geometry")?.child("mesh")?;
+    let file = mesh.get("filename").filter(|file| context.has_mesh(file))?.to_owned();
+    let scale = mesh.numbers::<3>(context, "scale").unwrap_or([1.0; 3]);
+    Some(VisualMesh { file, scale, pose: origin(context, visual) })
 }
 
 /// Identifies the root link with the ground.
@@ -199,10 +208,11 @@ fn check_tree(context: &Context<'_>, robot: &Description) -> Option<()> {
     Some(())
 }
 
-fn note_unused(context: &Context<'_>, root: &Element) {
+fn note_unused(context: &Context<'_>, root: &Element, robot: &Description) {
     let has = |tag: &str| root.all("link").any(|link| link.child(tag).is_some());
     if has("visual") || has("collision") {
-        context.note("visual and collision shapes are not needed and are left out", None);
+        let is_shown = robot.bodies.iter().any(|body| !body.visuals.is_empty());
+        context.note(super::left_out_shapes(is_shown), None);
     }
     for element in &root.children {
         match element.tag.as_str() {

@@ -20,6 +20,7 @@ use loads::MuColumns;
 use motion::{Motion, Used};
 use nalgebra::DVector;
 use stiction_core::kinematics::Coordinate;
+use stiction_core::spatial::Pose;
 use stiction_format::{Drives, Log, ModelFile};
 use stiction_identify::{Block, Choice, Regressor};
 
@@ -58,7 +59,9 @@ pub(super) struct Prepared {
     /// Standard deviation of the white noise that remains in each filtered effort, N or N m; `None` for steady motions.
     pub(super) effort_noise: Option<Vec<f64>>,
     pub(super) cautions: Vec<String>,
-    /// Efforts before filtering; `None` for steady motions.
+    /// Poses of all bodies in the world at some instants of a recorded motion; none of steady motions.
+    pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
+    /// Efforts of the recording; none for steady motions.
     efforts: Option<Efforts>,
     /// Filtered signals of effects that the model may lack, for the rows of each actuator.
     effects: Vec<Vec<Vec<f64>>>,
@@ -132,6 +135,7 @@ impl Prepared {
         let only: Vec<Coordinate> = chosen.iter().map(|chosen| chosen.coordinate).collect();
         let first: Vec<f64> = motion.targets[0].iter().map(|target| target.value).collect();
         let solver = assembled(model, log, &only, &first)?;
+        let origin = solver.parameters().origin;
         let mut regressor = Regressor::new(solver, choice).map_err(|unsuitable| {
             refuse(
                 format!("{}: {unsuitable}", log.name),
@@ -144,7 +148,7 @@ impl Prepared {
         }
         regressor.carry(&carried);
         regressor.set_rate_noise(&motion.rate_noise);
-        let computed = rows::computed(&mut regressor, &motion, (&only, terms), &log.name)?;
+        let computed = rows::computed(&mut regressor, &motion, (&only, terms), origin, &log.name)?;
         if let Some(caution) = &computed.caution {
             cautions.push(caution.clone());
             let reached: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();
@@ -174,6 +178,7 @@ impl Prepared {
             block: assembled.block,
             regressor,
             instants: computed.instants,
+            poses: if log.log.is_steady { Vec::new() } else { computed.poses },
             mu,
             cutoff,
             effort_noise: measured.noise,

@@ -4,10 +4,12 @@ use super::effects::{self, Scales, State};
 use super::filter::{RowFilter, within};
 use super::motion::{Motion, ROWS_PER_PERIOD, Used};
 use super::{saturation, spikes};
+use crate::bodies::poses_in_world;
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::refuse;
 use nalgebra::{DMatrix, DVector};
 use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::{Drives, ModelFile};
 use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
 
@@ -15,8 +17,10 @@ use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
 const RESTING: f64 = 0.02;
 /// Height of a spike in an effort, relative to the effort's standard deviation, up to which it is not replaced.
 const HARMLESS: f64 = 0.05;
-/// Number of signals of each actuator in addition to its columns: frictionless effort, certain and possible rest,
-/// direction, rate, and the signals of effects that the model may lack.
+/// Largest number of instants whose poses are kept, for the moving robot of the report.
+const SHOWN: usize = 600;
+/// Signals of each actuator beside its columns: known effort, two kinds of rest, direction, rate, and those of
+/// efforts that the model may lack.
 const EXTRA: usize = 5 + effects::FILTERED.len();
 
 /// Columns of the model at the instants of the regressor, before filtering.
@@ -24,7 +28,9 @@ pub(super) struct Computed {
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
     /// Columns of the friction coefficients under unit normal loads, column by column.
     pub(super) unit_friction: Vec<Vec<f64>>,
-    /// Indices of the friction coefficients among the parameters.
+    /// Poses of all bodies in the world, the ground first, at some of the instants.
+    pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
+    /// Indices of coefficients of friction.
     pub(super) mu: Vec<usize>,
     /// For each instant and actuator, its columns and then its [`EXTRA`] signals.
     signals: Vec<Vec<f64>>,
@@ -58,6 +64,7 @@ pub(super) fn computed(
     regressor: &mut Regressor,
     motion: &Motion,
     (coordinates, terms): (&[Coordinate], &[Drives]),
+    origin: Vec3<f64>,
     name: &str,
 ) -> Result<Computed, Error> {
     let parameters = regressor.parameters().to_vec();
@@ -66,6 +73,8 @@ pub(super) fn computed(
     let mu: Vec<usize> =
         (0..width).filter(|&k| matches!(parameters[k].kind, Kind::Mu(_))).collect();
     let (mut instants, mut unit_friction) = (Vec::new(), Vec::new());
+    let mut poses = Vec::new();
+    let stride = motion.times.len().div_ceil(SHOWN).max(1);
     // For each actuator, rest of all friction in its effort, and of its own joint.
     let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
     let mut signals = Vec::new();
@@ -125,6 +134,9 @@ pub(super) fn computed(
             states[channel].push(State { direction, rate, position, known });
         }
         signals.push(row);
+        if instants.len() % stride == 0 {
+            poses.push((time, poses_in_world(regressor.bodies(), origin).collect()));
+        }
         instants.push((time, [q, v, a]));
     }
     let count = motion.times.len();
@@ -159,7 +171,7 @@ pub(super) fn computed(
             row[base + 5..base + EXTRA].copy_from_slice(&scales.signals(state));
         }
     }
-    Ok(Computed { instants, unit_friction, mu, signals, actuators, width, caution })
+    Ok(Computed { poses, instants, unit_friction, mu, signals, actuators, width, caution })
 }
 
 /// Decides for each instant whether the friction of an effort is certainly at rest, and whether it may be at rest. A

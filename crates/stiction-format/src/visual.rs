@@ -1,0 +1,193 @@
+//! Meshes that show bodies in pages. Results do not depend on them.
+
+use crate::diagnostic::{Diagnostic, quoted};
+use crate::import::mesh;
+use crate::model_file::ModelFile;
+use crate::source::Place;
+use serde_json::Value;
+use std::collections::HashMap;
+use std::sync::Arc;
+use stiction_core::mechanism::BodyId;
+use stiction_core::spatial::Pose;
+
+/// Largest size of a mesh file, and of all mesh files of a model, bytes: a page contains them.
+const LARGEST: usize = 8 << 20;
+const LARGEST_SUM: usize = 16 << 20;
+/// Largest number of triangles, of elements of all accessors, and of nodes of a mesh: more would not turn smoothly.
+const MOST_TRIANGLES: usize = 1_000_000;
+const MOST_ELEMENTS: u64 = 4_000_000;
+const MOST_NODES: usize = 2000;
+/// Extensions of glTF that change only colours or the type of numbers.
+const EXTENSIONS: [&str; 3] = ["KHR_materials_", "KHR_texture_transform", "KHR_mesh_quantization"];
+
+/// Mesh on a body.
+#[derive(Clone, Debug)]
+pub struct Visual {
+    /// The body.
+    pub body: BodyId,
+    /// File of the mesh, as written in the model file.
+    pub file: String,
+    /// Factors of the coordinates of the mesh.
+    pub scale: [f64; 3],
+    /// Pose of the scaled mesh in the frame of the body.
+    pub pose: Pose<f64>,
+    /// Content of the file; `None` until it is loaded, or if it cannot be shown.
+    pub mesh: Option<Arc<Mesh>>,
+    pub(crate) place: Place,
+}
+
+/// Format of a mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// STL, text or binary.
+    Stl,
+    /// Wavefront OBJ.
+    Obj,
+    /// glTF 2.0 with embedded data, or GLB.
+    Gltf,
+}
+
+/// Checked content of a mesh file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mesh {
+    /// Format.
+    pub format: MeshFormat,
+    /// Content of the file.
+    pub bytes: Vec<u8>,
+}
+
+impl Mesh {
+    /// Checks the content of a mesh file, whose format follows from the extension of its name.
+    ///
+    /// # Errors
+    /// The reason why the mesh cannot be shown, as the end of the sentence "the mesh cannot be shown: ".
+    pub fn new(name: &str, bytes: Vec<u8>) -> Result<Self, String> {
+        if bytes.len() > LARGEST {
+            let (size, most) = (bytes.len() as f64 / 1e6, LARGEST as f64 / 1e6);
+            return Err(format!("it has {size:.1} MB; at most {most:.1} MB are shown"));
+        }
+        let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
+        let format = match ending.as_str() {
+            "stl" => MeshFormat::Stl,
+            "obj" => MeshFormat::Obj,
+            "gltf" | "glb" => MeshFormat::Gltf,
+            _ => return Err("only STL, OBJ, glTF and GLB files are shown".to_owned()),
+        };
+        if format == MeshFormat::Gltf {
+            check_gltf(&bytes)?;
+        } else {
+            let count = mesh::read(name, &bytes)?.len();
+            if count > MOST_TRIANGLES {
+                return Err(format!(
+                    "it has {count} triangles; at most {MOST_TRIANGLES} are shown"
+                ));
+            }
+        }
+        Ok(Self { format, bytes })
+    }
+}
+
+impl ModelFile {
+    /// Reads the files of the meshes; `files` returns the bytes of a file that the model names, or the reason for a
+    /// failure. A mesh that cannot be shown becomes a warning.
+    pub fn load_meshes(&mut self, files: &dyn Fn(&str) -> Result<Vec<u8>, String>) {
+        let mut known: HashMap<&str, Result<Arc<Mesh>, String>> = HashMap::new();
+        let mut sum = 0;
+        for visual in &mut self.visuals {
+            let Visual { file, mesh, place, .. } = visual;
+            let file: &str = file;
+            let is_new = !known.contains_key(file);
+            let loaded = known.entry(file).or_insert_with(|| {
+                let mesh = Mesh::new(file, files(file)?)?;
+                sum += mesh.bytes.len();
+                match sum > LARGEST_SUM {
+                    true => Err(format!(
+                        "with it the meshes have more than {:.1} MB",
+                        LARGEST_SUM as f64 / 1e6
+                    )),
+                    false => Ok(Arc::new(mesh)),
+                }
+            });
+            match loaded {
+                Ok(loaded) => *mesh = Some(Arc::clone(loaded)),
+                // Once for each file.
+                Err(why) if is_new => self.warnings.push(
+                    Diagnostic::warning(
+                        "visual",
+                        format!("the mesh {} cannot be shown: {why}", quoted(file)),
+                    )
+                    .at(place.clone(), "")
+                    .help("pages show the symbol of the body; results do not depend on meshes"),
+                ),
+                Err(_) => {}
+            }
+        }
+    }
+}
+
+/// Rejects glTF files that need other files, or that a page could not show in reasonable time and memory.
+fn check_gltf(bytes: &[u8]) -> Result<(), String> {
+    let text = match bytes.starts_with(b"glTF") {
+        true => {
+            let length = bytes.get(12..16).and_then(|length| length.try_into().ok());
+            let length = length.map_or(0, u32::from_le_bytes) as usize;
+            let kind = bytes.get(16..20);
+            let chunk = bytes.get(20..).and_then(|rest| rest.get(..length));
+            chunk.filter(|_| kind == Some(b"JSON")).ok_or("its first part is not complete")?
+        }
+        false => bytes,
+    };
+    let root: Value =
+        serde_json::from_slice(text).map_err(|error| format!("it is no glTF: {error}"))?;
+    if !root["asset"]["version"].as_str().is_some_and(|version| version.starts_with("2.")) {
+        return Err("it is no glTF 2.0".to_owned());
+    }
+    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    let names = list(&root["extensionsRequired"]);
+    let is_known = |name: &&str| EXTENSIONS.iter().any(|known| name.starts_with(known));
+    if let Some(name) = names.iter().filter_map(Value::as_str).find(|name| !is_known(name)) {
+        return Err(format!("it needs the extension {}", quoted(name)));
+    }
+    let uris =
+        list(&root["buffers"]).into_iter().filter_map(|one| Some(one["uri"].as_str()?.to_owned()));
+    if let Some(uri) = uris.into_iter().find(|uri| !uri.starts_with("data:")) {
+        let uri: String = uri.chars().take(60).collect();
+        return Err(format!("its data are in the file {}; save it as GLB", quoted(&uri)));
+    }
+    let counts = list(&root["accessors"]);
+    let elements = counts.iter().map(|one| one["count"].as_u64().unwrap_or(0));
+    let elements = elements.fold(0_u64, u64::saturating_add);
+    if elements > MOST_ELEMENTS {
+        return Err(format!("it has {elements} elements; at most {MOST_ELEMENTS} are shown"));
+    }
+    check_nodes(&list(&root["nodes"]), &list(&root["scenes"]))
+}
+
+/// Rejects nodes that do not form trees, which a reader would follow without end.
+fn check_nodes(nodes: &[Value], scenes: &[Value]) -> Result<(), String> {
+    if nodes.len() > MOST_NODES {
+        return Err(format!("it has {} nodes; at most {MOST_NODES} are shown", nodes.len()));
+    }
+    let mut has_parent = vec![false; nodes.len()];
+    let indices = |value: &Value| -> Vec<Option<usize>> {
+        let all = value.as_array().into_iter().flatten();
+        all.map(|index| usize::try_from(index.as_u64()?).ok()).collect()
+    };
+    for child in nodes.iter().flat_map(|node| indices(&node["children"])) {
+        let place = child.and_then(|child| has_parent.get_mut(child));
+        match place {
+            Some(true) => return Err("a node has two parents".to_owned()),
+            Some(known) => *known = true,
+            None => return Err("a node has a child that does not exist".to_owned()),
+        }
+    }
+    // Rings without a beginning are reached from no root.
+    for root in scenes.iter().flat_map(|scene| indices(&scene["nodes"])) {
+        match root.and_then(|root| has_parent.get(root)) {
+            Some(false) => {}
+            Some(true) => return Err("a root of a scene has a parent".to_owned()),
+            None => return Err("a scene has a root that does not exist".to_owned()),
+        }
+    }
+    Ok(())
+}
