@@ -4,11 +4,10 @@ use super::objective::{Objective, Sweep};
 use super::precision::{Confounded, pairs};
 use super::structure::structure;
 use super::{ExciteError, ExciteSettings};
-use crate::identify::fits;
 use crate::names::{Names, listed};
 use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
-use stiction_format::{ModelFile, did_you_mean};
+use stiction_format::{ModelFile, did_you_mean, fits};
 use stiction_identify::Parameter;
 
 /// Standard deviation of efforts without `noise`, as part of their root mean square.

@@ -1,12 +1,14 @@
 //! From a log to rows of the regression: filtered positions, efforts and columns.
 
 mod bias;
+mod dwells;
 mod effects;
 mod efforts;
 mod filter;
 mod gaps;
 mod loads;
 mod motion;
+mod reversals;
 mod rows;
 mod saturation;
 mod spikes;
@@ -14,6 +16,7 @@ mod spikes;
 use super::IdentifyError as Error;
 use super::chosen::{assembled, chosen_coordinates, chosen_efforts, refuse};
 use super::options::LogSettings;
+use dwells::Standstill;
 pub(super) use effects::{ALL as EFFECTS, Effect};
 use efforts::Efforts;
 use loads::MuColumns;
@@ -60,6 +63,8 @@ pub(super) struct Prepared {
     pub(super) cautions: Vec<String>,
     /// Efforts of the recording; none for steady motions.
     efforts: Option<Efforts>,
+    /// Times at which the mechanism stands still.
+    standstills: Vec<Standstill>,
     /// Filtered signals of efforts that the model may lack, for the rows of each actuator.
     effects: Vec<Vec<Vec<f64>>>,
     /// Efforts of the model as it was, for the rows of each actuator; see [`Self::keep_prior`].
@@ -90,11 +95,14 @@ impl Prepared {
         self.by_model = self.predicted(at);
     }
 
+    /// Prepares a log. Reversals of friction are placed as in efforts with these delays after the positions, s; `None` for
+    /// delays that are still to be estimated.
     pub(super) fn new(
         model: &ModelFile,
         log: &MeasuredLog,
         (filter, choice): (Option<f64>, Choice),
         terms: &[Drives],
+        delays: Option<&[f64]>,
     ) -> Result<Self, Error> {
         let chosen = chosen_coordinates(model, log)?;
         let (efforts, _) = chosen_efforts(&model.mechanism, log)?;
@@ -144,6 +152,8 @@ impl Prepared {
         }
         regressor.carry(&carried);
         regressor.set_rate_noise(&motion.rate_noise);
+        let delay = reversals::common_delay(delays, used.rate);
+        reversals::refine(&regressor, &mut motion, (&used.times, delay));
         let computed = rows::computed(&mut regressor, &motion, (&only, terms), &log.name)?;
         if let Some(caution) = &computed.caution {
             cautions.push(caution.clone());
@@ -179,6 +189,7 @@ impl Prepared {
             effort_noise: measured.noise,
             cautions,
             efforts: recorded,
+            standstills: assembled.standstills,
             effects: assembled.effects,
             by_model: Vec::new(),
         })
