@@ -56,6 +56,8 @@ pub(super) struct Prepared {
     pub(super) directions: Vec<Vec<[f64; 2]>>,
     /// Efforts of the model without friction, N or N m, for the rows of each actuator.
     pub(super) known: Vec<Vec<f64>>,
+    /// Time between samples of the recording, s.
+    pub(super) sample: f64,
     /// Cut-off frequency, Hz; none for steady motions.
     pub(super) cutoff: Option<f64>,
     /// Standard deviation of white noise of each effort after the filter, N or N m; none for steady motions.
@@ -185,6 +187,7 @@ impl Prepared {
             regressor,
             instants: computed.instants,
             mu,
+            sample: used.rate.recip(),
             cutoff,
             effort_noise: measured.noise,
             cautions,
