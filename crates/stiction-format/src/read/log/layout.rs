@@ -13,7 +13,9 @@ pub(super) fn with_separators(text: String) -> String {
     let lines: Vec<String> = text.lines().filter_map(content).take(SEARCHED).collect();
     let numbers = |line: &String| {
         let words = line.split_whitespace();
-        let all: Option<Vec<f64>> = words.map(parse_number).collect();
+        // A comma at the end of a word separates columns.
+        let number = |word: &str| parse_number(word).filter(|_| !word.ends_with(','));
+        let all: Option<Vec<f64>> = words.map(number).collect();
         all.map_or(0, |all| all.len())
     };
     let is_blank = lines.iter().any(|line| numbers(line) > 1)
