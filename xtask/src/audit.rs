@@ -24,7 +24,7 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 18] = [
+const STEPS: [Step; 19] = [
     ("features", "builds with and without optional features", features),
     ("platforms", "the program on other systems: cargo check for Windows and macOS", platforms),
     ("packages", "packages as they would be published: cargo package", packaging),
@@ -39,6 +39,7 @@ const STEPS: [Step; 18] = [
     ("export", "exported C code of all robots of the gallery, by gcc and clang", export),
     ("playground", "the engine in a browser: WebAssembly and its page", playground),
     ("accessibility", "pages of all commands, examined by axe-core (npm, Chromium)", accessibility),
+    ("coverage", "intervals of identified parameters over 200 logs of four robots", coverage),
     ("fmu", "functional mock-up units in FMPy", fmu),
     ("mcap", "logs in MCAP from and for other programs in Python", mcap),
     ("dask", "studies in Python on a local cluster of Dask", dask),
@@ -94,6 +95,13 @@ fn accessibility() -> Ended {
     let only = ["--", "--ignored", "axe_finds_nothing_serious"];
     let test = ["test", "--locked", "--workspace", "--test", "suite"];
     ended(succeeds(cargo(&[&test[..], &only].concat()).env("STICTION_AXE", axe)))
+}
+
+/// Identifies four robots from 200 logs each; in release mode, because it takes many minutes.
+fn coverage() -> Ended {
+    let test = ["test", "--locked", "--release", "-p", "stiction-cli", "--test", "suite", "--"];
+    let only = ["--ignored", "--nocapture", "two_hundred_seeds_of_four_robots"];
+    ended(succeeds(&mut cargo(&[&test[..], &only].concat())))
 }
 
 fn ended(good: bool) -> Ended {

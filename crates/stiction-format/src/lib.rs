@@ -133,6 +133,7 @@ mod model_file;
 #[cfg(not(target_arch = "wasm32"))]
 mod npz;
 mod parameters;
+mod pattern;
 mod quantity;
 mod read;
 mod signal;
@@ -153,6 +154,7 @@ pub use model_file::{
 };
 #[cfg(not(target_arch = "wasm32"))]
 pub use npz::csv_of_npz;
+pub use pattern::fits;
 pub use quantity::{Amount, hertz, length_or_angle, seconds};
 pub use read::{Draft, Log, LogColumn, LogFormat, LogRole, Renamed, Rows, read};
 pub use signal::Signal;

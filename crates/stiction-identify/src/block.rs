@@ -15,12 +15,27 @@ pub struct Rows {
     pub steps: Vec<usize>,
 }
 
+/// Bounds of the efforts of one actuator while the mechanism stands still, one row for each dwell: efforts that the
+/// parameters explain without friction lie within the limits of static friction about the measured ones.
+#[derive(Clone, Debug)]
+pub struct Dwells {
+    /// Effort without friction per unit of each parameter.
+    pub matrix: DMatrix<f64>,
+    /// Static friction limit per unit of each parameter, not negative.
+    pub limits: DMatrix<f64>,
+    /// Least and greatest measured effort less that of the model without friction, N or N m; widened by friction that
+    /// is not estimated.
+    pub bounds: Vec<[f64; 2]>,
+}
+
 /// Rows of one log.
 #[derive(Clone, Debug)]
 pub struct Block {
     /// Rows of each actuator.
     pub channels: Vec<Rows>,
-    /// Number of independent samples per row, at most one: rows closer than half a period of the filter are correlated.
+    /// Bounds at rest for each actuator; empty without dwells.
+    pub dwells: Vec<Dwells>,
+    /// Independent samples per row: rows closer than half a period of the filter repeat each other.
     pub independence: f64,
 }
 
@@ -29,6 +44,16 @@ impl Block {
     pub(crate) fn fold_length(&self, pieces: usize) -> usize {
         let last = self.channels.iter().filter_map(|rows| rows.steps.last()).max();
         last.map_or(1, |last| last + 1).div_ceil(pieces).max(1)
+    }
+}
+
+impl Dwells {
+    /// Keeps the dwells for which `keep` holds, by their index.
+    pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
+        let kept: Vec<usize> = (0..self.bounds.len()).filter(|&k| keep(k)).collect();
+        self.matrix = self.matrix.select_rows(&kept);
+        self.limits = self.limits.select_rows(&kept);
+        self.bounds = kept.iter().map(|&k| self.bounds[k]).collect();
     }
 }
 

@@ -18,7 +18,7 @@ mod verdict;
 
 pub use apply::applied;
 pub use base::{BaseParameters, Combination};
-pub use block::{Block, Rows};
+pub use block::{Block, Dwells, Rows};
 pub use estimate::{Candidate, Estimate, Extension, Options, Problem, Residuals};
 pub use parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 pub use regressor::{Columns, Regressor, Unsuitable};

@@ -8,7 +8,7 @@ use crate::slip::{Rest, Slip, sign};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use stiction_core::dynamics::{Data, FrictionMode, InverseDynamics, Model, Settings, Status};
 use stiction_core::kinematics::{Bodies, Target};
-use stiction_core::mechanism::Mechanism;
+use stiction_core::mechanism::{DriveTrain, Mechanism};
 use stiction_core::parameters::Parameters;
 use stiction_core::spatial::{Mat3, Twist, Vec3};
 use thiserror::Error;
@@ -39,8 +39,6 @@ pub struct Columns {
     pub known: DVector<f64>,
     /// State of the friction in each effort: friction at rest is bounded but not determined.
     pub rest: Vec<Rest>,
-    /// Sliding speed of each friction interface, m/s.
-    pub speeds: Vec<f64>,
 }
 
 /// Computation of [`Columns`] at instants of a motion.
@@ -175,6 +173,23 @@ impl Regressor {
         Ok(self.assembled(known, &lu))
     }
 
+    /// Sliding velocity of each friction interface, m/s, then the rate of each actuator as the first entry: where
+    /// one of them reverses, friction changes its sign. `None` where the model has no motion.
+    pub fn sliding(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Option<Vec<[f64; 3]>> {
+        self.unit.start_from(&self.data.state);
+        if !self.model.move_to(&mut self.unit, q, v, a).is_converged() {
+            return None;
+        }
+        self.data.start_from(&self.unit.state);
+        let (bodies, topology) = (&self.unit.kinematics.bodies, self.model.topology());
+        let interfaces = self.nominal.interfaces.iter().map(|interface| {
+            bodies.surface_velocity(topology, interface, self.nominal.pitch[interface.joint])
+        });
+        let actuators = self.mechanism().actuators();
+        let rates = actuators.map(|(id, dof)| [bodies.joint_rates(topology, id.0)[dof], 0.0, 0.0]);
+        Some(interfaces.chain(rates).collect())
+    }
+
     fn efforts_at(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Status {
         self.model.inverse_dynamics_with(&self.nominal, &mut self.data, q, v, a, &[])
     }
@@ -263,23 +278,13 @@ impl Regressor {
             }
         }
         self.add_motor_friction(&mut known, &mut rest);
-        let speeds = slips.iter().map(|slip| slip.speed).collect();
-        Columns { matrix, known, rest, speeds }
+        Columns { matrix, known, rest }
     }
 
     /// Adds the model's motor friction at joints that have friction of their own. Efforts measured at motors contain
     /// both frictions, and the regression cannot distinguish them.
     fn add_motor_friction(&self, known: &mut DVector<f64>, rest: &mut [Rest]) {
-        if !self.at_motors {
-            return;
-        }
-        for train in self.mechanism().drive_trains() {
-            let Some((joint, dof)) = train.only_dof() else { continue };
-            let Some(row) = self.actuator_of((joint.0, dof)) else { continue };
-            if self.mechanism().joints()[joint.0].friction.is_empty() || !train.has_motor_friction()
-            {
-                continue;
-            }
+        for (row, train) in self.motors_with_joint_friction() {
             let Some((rate, own)) = self.actuator_rate(row) else { continue };
             let (n, friction) = (train.transmission(), train.motor_friction);
             known[row] +=
@@ -374,6 +379,55 @@ impl Regressor {
         let twist = self.virtual_twists[k][body];
         let origin = self.data.kinematics.bodies.pose[body].position;
         force.dot(twist.velocity_at(origin)) + moment.dot(twist.angular)
+    }
+
+    /// Static friction limits at the position of the last [`Self::at`]: of each effort (rows) per unit of each
+    /// parameter (columns), for a coefficient of friction per unit of normal load; and those of friction that is not
+    /// estimated, N or N m.
+    pub fn limits(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let count = self.actuator_rates.len();
+        let actuation = DMatrix::from_fn(count, count, |k, row| self.actuator_rates[k][row]).lu();
+        let mut matrix = DMatrix::zeros(count, self.parameters.len());
+        for (column, parameter) in self.parameters.iter().enumerate() {
+            match parameter.kind {
+                Kind::Mu(i) | Kind::Coulomb(i) => {
+                    let mut squares = DVector::zeros(count);
+                    for dof in 0..3 {
+                        let power = self.surface_rates.iter().map(|rates| rates[i][dof]);
+                        let efforts = actuation.solve(&DVector::from_iterator(count, power))?;
+                        squares += efforts.map(|effort: f64| effort * effort);
+                    }
+                    let interface = &self.nominal.interfaces[i];
+                    let laws = [Some(&interface.law), interface.backward.as_ref()].into_iter();
+                    let laws = laws.flatten().filter(|law| law.mu > 0.0);
+                    let ratio = laws.map(|law| law.at_rest() / law.mu).fold(1.0, f64::max);
+                    let arm = match parameter.kind {
+                        Kind::Mu(_) => 1.0,
+                        _ => interface.arms(self.nominal.pitch[interface.joint])[0].abs(),
+                    };
+                    matrix.set_column(column, &squares.map(|s: f64| s.sqrt() * ratio / arm));
+                }
+                Kind::DriveCoulomb(row) => matrix[(row, column)] = 1.0,
+                _ => {}
+            }
+        }
+        let mut fixed = DVector::zeros(count);
+        for (row, train) in self.motors_with_joint_friction() {
+            fixed[row] += train.motor_friction.constant * train.transmission().abs();
+        }
+        Some((matrix, fixed))
+    }
+
+    /// Drive trains whose friction stays that of the model because their joints have friction of their own, with their
+    /// actuators; only for efforts at motors.
+    fn motors_with_joint_friction(&self) -> impl Iterator<Item = (usize, &DriveTrain)> {
+        let trains = self.mechanism().drive_trains().iter().filter(|_| self.at_motors);
+        trains.filter_map(|train| {
+            let (joint, dof) = train.only_dof()?;
+            let row = self.actuator_of((joint.0, dof))?;
+            let is_shared = !self.mechanism().joints()[joint.0].friction.is_empty();
+            (is_shared && train.has_motor_friction()).then_some((row, train))
+        })
     }
 
     /// Normal load of each friction interface, N, with friction and reactions converged. `engine` are

@@ -33,7 +33,12 @@ impl Robot {
     ) -> Result<MeasuredLog, Error> {
         let contents = self.log_contents(path)?;
         let own = settings.of_log(path);
-        let format = LogFormat { renamed: &settings.columns, is_steady: own.steady };
+        let format = LogFormat {
+            renamed: &settings.columns,
+            is_steady: own.steady,
+            header: &settings.header,
+            step: settings.step,
+        };
         let log: Log = self.model().read_log(path, contents, format)?;
         Ok(MeasuredLog { name: path.to_owned(), log, settings: own })
     }

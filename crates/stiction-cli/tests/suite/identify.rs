@@ -1,6 +1,7 @@
 //! The command `stiction identify`.
 
 mod arm;
+mod coverage;
 mod imperfect;
 mod missing;
 mod screws;

@@ -84,6 +84,7 @@ pub(crate) const UNITS: &[Unit] = &[
     unit("s", 1.0, 0, TIME),
     unit("ms", 1.0, -3, TIME),
     unit("us", 1.0, -6, TIME),
+    unit("ns", 1.0, -9, TIME),
     unit("min", 60.0, 0, TIME),
     unit("h", 3600.0, 0, TIME),
     unit("rad", 1.0, 0, ANGLE),

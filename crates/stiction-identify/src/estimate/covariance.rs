@@ -60,8 +60,24 @@ pub(crate) fn covariance(
     (&sum + sum.transpose()) * 0.5
 }
 
-/// Autocovariance of the residuals of one effort in all blocks, by lag; the number of lags depends on the
-/// autocorrelation.
+/// Samples of residuals that count as one: the sum of their autocorrelation over that of noise which the filter
+/// alone has coloured, at least one; the mean over all efforts.
+pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
+    let channels = blocks.first().map_or(0, |block| block.channels.len());
+    let each = (0..channels).map(|channel| {
+        let own = || blocks.iter().map(|block| &block.channels[channel]);
+        let steps: Vec<&[usize]> = own().map(|rows| &rows.steps[..]).collect();
+        let residuals: Vec<DVector<f64>> = own().map(|rows| rows.residuals(values)).collect();
+        let all = autocovariance(&steps, &residuals);
+        let taper = |lag: usize| 1.0 - lag as f64 / all.len() as f64;
+        let later: f64 = (1..all.len()).map(|lag| taper(lag) * all[lag]).sum();
+        (1.0 + 2.0 * later / all[0]) * blocks[0].independence
+    });
+    let finite = each.map(|samples| if samples > 1.0 { samples } else { 1.0 });
+    finite.sum::<f64>() / channels.max(1) as f64
+}
+
+/// Autocovariance of the residuals of one effort in all blocks, by lag: as many lags as their colour needs.
 pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> Vec<f64> {
     let longest = residuals.iter().map(|r| r.len()).max().unwrap_or(0);
     let most = (longest / 4).clamp(LAGS, MOST_LAGS);
@@ -83,7 +99,37 @@ pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> 
     all
 }
 
-/// Calls `take` with each pair of rows whose lag in steps is below `lags`, and with that lag.
+/// Covariance of errors where some values are held at their bound zero: that of a normal distribution without its negative part.
+/// `unbounded` are the values without the bound, for each of the coordinates that are `at_zero`.
+///
+/// One bound after the other, by the second moment about the bound.
+pub(super) fn bounded(
+    mut covariance: DMatrix<f64>,
+    at_zero: &[usize],
+    unbounded: &DVector<f64>,
+) -> DMatrix<f64> {
+    for &k in at_zero {
+        let variance = covariance[(k, k)];
+        if variance <= 0.0 {
+            continue;
+        }
+        let beyond = (-unbounded[k] / variance.sqrt()).max(0.0);
+        let left = 1.0 - beyond * (inverse_mills(beyond) - beyond);
+        let column = covariance.column(k).into_owned();
+        covariance.ger((left.clamp(0.0, 1.0) - 1.0) / variance, &column, &column, 1.0);
+    }
+    covariance
+}
+
+/// Density of the normal distribution over the probability beyond, at `x` >= 0, to one percent.
+///
+/// Source: A. V. Boyd, *Inequalities for Mills' ratio*, Rep. Stat. Appl. Res. JUSE 6 (1959).
+fn inverse_mills(x: f64) -> f64 {
+    let pi = std::f64::consts::PI;
+    ((pi - 1.0) * x + (x * x + 2.0 * pi).sqrt()) / pi
+}
+
+/// Pairs of rows with their lag in steps, below `lags`.
 pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, usize)) {
     for i in 0..steps.len() {
         for k in i..steps.len() {
@@ -100,6 +146,36 @@ pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize
 mod tests {
     use super::*;
     use stiction_core::random::Random;
+
+    /// Errors of the normal numbers that are not negative, by samples: the one at the bound and one that it drags along.
+    #[test]
+    fn values_at_their_bound_have_smaller_errors() {
+        let mut random = Random::new(5);
+        let mut normal = || (0..12).map(|_| 0.5 + 0.5 * random.number()).sum::<f64>() - 6.0;
+        for beyond in [0.0, 1.0, 2.0] {
+            let (mut sums, mut count) = ([0.0; 2], 0.0);
+            for _ in 0..200_000 {
+                // Correlated by 0.8, with the mean -beyond of the first and zero of the second.
+                let (a, b) = (normal(), normal());
+                let (x, y) = (a - beyond, 0.8 * a + 0.6 * b);
+                if x >= 0.0 {
+                    // About the mode at the bound: x = 0, where y is that of a = beyond.
+                    sums[0] += x * x;
+                    sums[1] += (y - 0.8 * beyond).powi(2);
+                    count += 1.0;
+                }
+            }
+            let full = DMatrix::from_row_slice(2, 2, &[1.0, 0.8, 0.8, 1.0]);
+            let found = bounded(full, &[0], &DVector::from_column_slice(&[-beyond, 0.0]));
+            for k in 0..2 {
+                let expected = sums[k] / count;
+                assert!(
+                    (found[(k, k)] / expected - 1.0).abs() < 0.08,
+                    "{beyond} {k}: {found} {sums:?}"
+                );
+            }
+        }
+    }
 
     /// White residuals need few lags, residuals that change every hundred rows more than these.
     #[test]

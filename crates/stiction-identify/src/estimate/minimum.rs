@@ -8,9 +8,9 @@ use crate::parameter::Kind;
 use crate::physical::{self, BodyPrior};
 use nalgebra::{DMatrix, DVector};
 
-/// Relative error of the model's inertias that the standard deviations assume.
-const PRIOR_ERROR: f64 = 0.3;
-/// Error of the factor of an effort term that the standard deviations assume.
+/// Relative error of the inertias of a model that intervals allow for.
+pub(super) const PRIOR_ERROR: f64 = 0.3;
+/// Error of the factor of a formula that intervals allow for.
 const TERM_ERROR: f64 = 0.5;
 /// Largest number of steps of Newton's method.
 const NEWTON_STEPS: usize = 60;
@@ -65,7 +65,7 @@ impl Problem<'_> {
         z.abs() / scale
     }
 
-    fn is_nonnegative(&self, map: &Map, column: usize) -> bool {
+    pub(super) fn is_nonnegative(&self, map: &Map, column: usize) -> bool {
         let first = &self.parameters[map.firsts[column]];
         // The divergence of a body keeps its mass positive.
         first.is_nonnegative() && first.body().is_none()
@@ -164,6 +164,9 @@ impl Problem<'_> {
         let mut value = 0.5 * data.cost(z);
         let mut gradient = &data.matrix * z - &data.right;
         let mut hessian = data.matrix.clone();
+        for limit in &data.limits {
+            limit.add(z, (&mut value, &mut gradient, &mut hessian));
+        }
         let thick = self.thickened(&values, priors);
         for body in priors {
             let members = body.first..body.first + 10;

@@ -4,15 +4,17 @@
 
 mod covariance;
 mod extension;
+mod limit;
 mod map;
 mod minimum;
 
 use crate::block::Block;
 use crate::parameter::Parameter;
-use covariance::covariance;
+use covariance::{bounded, colour, covariance};
 pub use extension::{Candidate, Extension, Residuals};
+use limit::HalfSpace;
 use map::{Map, transposed_product};
-use minimum::inverse_positive;
+use minimum::{PRIOR_ERROR, inverse_positive};
 use nalgebra::{DMatrix, DVector};
 
 /// Settings of the estimation.
@@ -76,16 +78,20 @@ const STRENGTHS: [f64; 13] =
     [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4];
 /// Largest strength of the prior with which the noise is estimated initially.
 const WEAK: f64 = 1.0;
-/// Residual, in standard deviations, beyond which a row gets less weight (Huber).
+/// Part of the squares of left-out residuals by which strengths do not differ. A pull beyond what the model's errors
+/// warrant costs more: standard deviations that the errors of the model determine, not the data.
+const LITTLE: f64 = 0.1;
+/// Residual, in standard deviations, beyond which a row loses weight (Huber).
 const HUBER: f64 = 2.5;
 
-/// Sums over one piece of the data: `sum w M^T M`, `sum w M^T y`, `sum w y^2`, and number of rows.
+/// Sums of one piece of the data: `sum w M^T M`, `sum w M^T y`, `sum w y^2`, rows; and bounds of efforts at rest.
 #[derive(Clone, Debug)]
 pub(crate) struct Normal {
     pub(crate) matrix: DMatrix<f64>,
     pub(crate) right: DVector<f64>,
     square: f64,
     rows: f64,
+    limits: Vec<HalfSpace>,
 }
 
 impl Normal {
@@ -95,6 +101,7 @@ impl Normal {
             right: DVector::zeros(size),
             square: 0.0,
             rows: 0.0,
+            limits: Vec::new(),
         }
     }
 
@@ -157,12 +164,14 @@ impl Problem<'_> {
         const ROUNDS: usize = 5;
         for round in 0..ROUNDS {
             let pieces = self.pieces(&map, &shift, &noise, &weights);
-            let mut total = Normal::zero(map.size());
-            pieces.iter().for_each(|piece| total.add(piece, 1.0));
+            let total = self.total(&map, &shift, &noise, &pieces);
             if round + 2 == ROUNDS {
                 let mut chosen = self.options.strength;
                 if compares {
-                    let (best, ratio, plain) = self.chosen_strength(&map, &pieces, &total);
+                    // That of a prior with the errors that intervals allow for.
+                    let samples = colour(self.blocks, &(&values - &shift));
+                    let own = samples / (PRIOR_ERROR * PRIOR_ERROR);
+                    let (best, ratio, plain) = self.chosen_strength(&map, (&pieces, &total), own);
                     chosen = chosen.or(Some(best));
                     ratios = (ratio, plain);
                 }
@@ -266,10 +275,23 @@ impl Problem<'_> {
         pieces
     }
 
-    /// Chooses the strength of the prior whose fits predict left-out pieces best; among the strengths within one
-    /// standard error of the best, the largest. Also returns the ratio of the mean squared residual of left-out pieces
-    /// to that of the fit, for this strength and for the weakest prior.
-    fn chosen_strength(&self, map: &Map, pieces: &[Normal], total: &Normal) -> (f64, f64, f64) {
+    /// Sums over all pieces, with the bounds of efforts at rest.
+    fn total(&self, map: &Map, shift: &DVector<f64>, noise: &[f64], pieces: &[Normal]) -> Normal {
+        let mut total = Normal::zero(map.size());
+        pieces.iter().for_each(|piece| total.add(piece, 1.0));
+        total.limits = self.limits(map, shift, noise);
+        total
+    }
+
+    /// The strength next to that of the `prior` among those whose fits predict left-out pieces as well as the best
+    /// one, within two standard errors or [`LITTLE`]. Also the mean square of left-out residuals over that of the fit, for it and
+    /// for the weakest prior.
+    fn chosen_strength(
+        &self,
+        map: &Map,
+        (pieces, total): (&[Normal], &Normal),
+        prior: f64,
+    ) -> (f64, f64, f64) {
         let scored = |strength: f64| -> Vec<f64> {
             let folds = pieces.len().clamp(1, FOLDS);
             // Pieces of all logs with the same place are left out together.
@@ -312,9 +334,12 @@ impl Problem<'_> {
                     let m = mean(&d);
                     let spread = d.iter().map(|x| (x - m).powi(2)).sum::<f64>();
                     let n = d.len() as f64;
-                    m <= (spread / (n * (n - 1.0).max(1.0))).sqrt()
+                    let error = (spread / (n * (n - 1.0).max(1.0))).sqrt();
+                    m <= (2.0 * error).max(LITTLE * mean(&all[best].1))
                 };
-                (best..all.len()).rev().find(|&k| is_as_good(k)).unwrap_or(best)
+                let away = |k: usize| (all[k].0 / prior).ln().abs();
+                let as_good = (0..all.len()).filter(|&k| is_as_good(k));
+                as_good.min_by(|&a, &b| away(a).total_cmp(&away(b))).unwrap_or(best)
             }
         };
         let strength = all[chosen].0;
@@ -334,19 +359,23 @@ impl Problem<'_> {
         (left_out_ratio, left_out_ratio_plain): (f64, f64),
     ) -> Estimate {
         let pieces = self.pieces(map, shift, &noise, weights);
-        let mut total = Normal::zero(map.size());
-        pieces.iter().for_each(|piece| total.add(piece, 1.0));
+        let total = self.total(map, shift, &noise, &pieces);
         let z = self.minimum(map, &total, strength);
         let (priors, precision) = (self.priors(), self.precision(strength));
-        let hessian = self
-            .objective(map, &total, strength, &priors, &precision, &z)
-            .map_or_else(|| total.matrix.clone(), |(.., hessian)| hessian);
         let size = z.len();
+        let (gradient, hessian) =
+            self.objective(map, &total, strength, &priors, &precision, &z).map_or_else(
+                || (DVector::zeros(size), total.matrix.clone()),
+                |(_, gradient, hessian)| (gradient, hessian),
+            );
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
         let meat = covariance(self.blocks, map, &(&values - shift), &noise, total.rows);
         let open = self.prior_errors(map, &values, strength, &priors, &precision);
-        let free = &inverse * (meat + open) * &inverse;
-        let resolved = (&inverse * &total.matrix).diagonal();
+        let free = &inverse * (meat + open + total.limit_errors(&z)) * &inverse;
+        let at_zero: Vec<usize> =
+            (0..size).filter(|&k| z[k] == 0.0 && self.is_nonnegative(map, k)).collect();
+        let free = bounded(free, &at_zero, &(&z - &inverse * gradient));
+        let by_data = &inverse * &total.matrix * &inverse;
         let full = map.spread(&free);
         let count = self.parameters.len();
         let sigmas: Vec<f64> = (0..count).map(|k| full[(k, k)].max(0.0).sqrt()).collect();
@@ -354,16 +383,19 @@ impl Problem<'_> {
             let size = sigmas[i] * sigmas[k];
             if size > 0.0 { full[(i, k)] / size } else { 0.0 }
         });
-        let resolution = (0..count)
-            .map(|k| map.entry(k).map_or(0.0, |(column, _)| resolved[column].clamp(0.0, 1.0)));
+        let resolution = (0..count).map(|k| {
+            map.entry(k).map_or(0.0, |(column, _)| {
+                let place = (column, column);
+                (by_data[place] / inverse[place].max(1e-300)).clamp(0.0, 1.0)
+            })
+        });
         Estimate {
             resolution: resolution.collect(),
             values: values.as_slice().to_vec(),
             sigmas,
             correlation,
             covariance: full,
-            inverse: [inverse.clone(), &inverse * &total.matrix * &inverse]
-                .map(|free| map.spread(&free)),
+            inverse: [&inverse, &by_data].map(|free| map.spread(free)),
             strength,
             noise,
             left_out_ratio,

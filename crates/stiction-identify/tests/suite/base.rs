@@ -1,10 +1,13 @@
 //! Numbers of base parameters.
 
 use super::robots::*;
+use nalgebra::{DMatrix, DVector};
 use stiction_core::Vec3;
 use stiction_core::linalg::Svd;
 use stiction_core::mechanism::Mechanism;
-use stiction_identify::{BaseParameters, Choice};
+use stiction_core::random::Random;
+use stiction_format::gallery;
+use stiction_identify::{BaseParameters, Choice, Parameter, Regressor};
 
 const INERTIA: Choice = Choice { friction: false, ..Choice::ALL };
 
@@ -50,39 +53,90 @@ fn puma_560_has_36_and_40() {
     assert_eq!(rank_of(&serial_with_motors(&rows, gravity), at_motors).rank(), 40);
 }
 
-/// The span of the combinations equals the row space of the columns, by an independent singular value
-/// decomposition, for closed chains of the gallery.
+/// Robots of the gallery whose efforts do not follow from a motion: singular ones.
+const WITHOUT_EFFORTS: [&str; 3] = ["3upu-singular", "griffis-duffy", "zhang2018"];
+
+/// Robots whose combinations are known less well, with the sine of the angle: `andrews` has one coordinate, and columns with
+/// a condition of 1e8; the rods of `delta` may spin, and their spin is that of the last position.
+const LOOSE: [(&str, f64); 2] = [("andrews", 2e-4), ("delta", 1e-7)];
+
+/// Matrix of columns at random motions about the first position of the default motion.
+fn columns(name: &str, seed: u64) -> Option<(DMatrix<f64>, Vec<Parameter>)> {
+    let model = gallery_model(name);
+    let (solver, home) = gallery_solver(&model);
+    let mut regressor = Regressor::new(solver, INERTIA).ok()?;
+    let parameters = regressor.parameters().to_vec();
+    // Of one coordinate a large part of a turn: small motions hardly distinguish its many combinations.
+    let size = match home.len() {
+        1 => 0.5,
+        _ => 0.1 * model.mechanism.characteristic_length().min(1.0),
+    };
+    let mut random = Random::new(seed);
+    let mut all = Vec::new();
+    // Several rows for each parameter.
+    let count = 4 * parameters.len() / home.len() + 20;
+    for _ in 0..4 * count {
+        let [q, v, a] = random_motion(&mut random, &home, size);
+        all.extend(regressor.at(&q, &v, &a).ok());
+        if all.len() == count {
+            break;
+        }
+    }
+    assert_eq!(all.len(), count, "{name}: too few positions are reached");
+    Some((stacked(&all), parameters))
+}
+
+/// The combinations span the row space of the columns at other random motions, found by singular value
+/// decomposition, for every robot of the gallery.
 #[test]
-fn closed_chains_against_singular_values() {
-    for name in ["3rps", "five-bar", "delta", "slider-crank", "four-bar", "gough"] {
-        let model = gallery_model(name);
-        let (solver, home) = gallery_solver(&model);
-        let (regressor, all) = random_columns(solver, INERTIA, &home, (0.05, 80));
-        let matrix = stacked(&all);
-        let parameters = regressor.parameters();
-        let base = BaseParameters::of(&matrix, parameters);
-        let norms: Vec<f64> = matrix.column_iter().map(|c| c.norm()).collect();
+fn every_gallery_robot_against_singular_values() {
+    let (mut refused, mut apart) = (Vec::new(), Vec::new());
+    for name in gallery::names() {
+        let Some((matrix, parameters)) = columns(name, 3) else {
+            refused.push(name);
+            continue;
+        };
+        let base = BaseParameters::of(&matrix, &parameters);
+        let (other, _) = columns(name, 11).unwrap();
+        let norms: Vec<f64> = other.column_iter().map(|c| c.norm()).collect();
         let largest = norms.iter().copied().fold(0.0, f64::max);
-        let mut scaled = matrix.clone();
+        let mut scaled = other.clone();
         for (mut column, norm) in scaled.column_iter_mut().zip(&norms) {
             // A column of round-off has no effect.
             column.scale_mut(if *norm > 1e-10 * largest { norm.recip() } else { 0.0 });
         }
-        let svd = Svd::new(&scaled.clone().qr().r());
+        let svd = Svd::new(&scaled.qr().r());
         let values: Vec<f64> = svd.singular_values.iter().copied().collect();
         let expected = values.iter().filter(|s| **s > 1e-8 * values[0]).count();
-        assert_eq!(base.rank(), expected, "{name}: {values:?}");
-        // Principal angles: every combination, as a row over scaled parameters, lies in the row space.
+        if base.rank() != expected || base.gap <= 10.0 {
+            apart.push(format!("{name}: {} {expected} {} {values:?}", base.rank(), base.gap));
+            continue;
+        }
+        let mut worst = 0.0_f64;
+        // Every combination, as a row over scaled parameters, lies in the row space.
         for combination in &base.combinations {
-            let mut row = nalgebra::DVector::zeros(parameters.len());
+            let mut row = DVector::zeros(parameters.len());
             row[combination.leader] = norms[combination.leader].recip();
             for (k, c) in &combination.others {
                 row[*k] = c * norms[*k].recip();
             }
             // In scaled columns x = norm * theta, a combination beta = row . x.
             let row = row.normalize();
-            let inside: f64 = (0..expected).map(|k| svd.v.column(k).dot(&row).powi(2)).sum();
-            assert!((1.0 - inside).max(0.0).sqrt() < 1e-6, "{name}: {}", 1.0 - inside);
+            let mut outside = row.clone();
+            for k in 0..expected {
+                let column = svd.v.column(k);
+                outside.axpy(-column.dot(&row), &column, 1.0);
+            }
+            worst = worst.max(outside.norm());
+        }
+        // The sine of the angle; two spaces of one dimension with each row of one in the other are one.
+        // Loops are closed to 1e-12, which the condition of the columns multiplies.
+        let condition = values[0] / values[expected - 1];
+        let known = LOOSE.iter().find(|(loose, _)| *loose == name);
+        if worst >= known.map_or(1e-8, |(_, bound)| *bound) {
+            apart.push(format!("{name}: {worst:e}, condition {condition:e}"));
         }
     }
+    assert_eq!(refused, WITHOUT_EFFORTS);
+    assert!(apart.is_empty(), "{apart:#?}");
 }

@@ -8,7 +8,7 @@ use stiction_core::random::Random;
 use stiction_core::spatial::Mat3;
 use stiction_identify::physical::{about_origin, bodies, central, is_physical};
 use stiction_identify::{
-    Block, Candidate, Choice, Kind, Options, Parameter, Problem, Regressor, Rows,
+    Block, Candidate, Choice, Dwells, Kind, Options, Parameter, Problem, Regressor, Rows,
 };
 
 const ROWS: usize = 500;
@@ -92,7 +92,7 @@ fn block(
         });
         Rows { measured: right.clone(), matrix, right, steps: (0..columns.len()).collect() }
     });
-    Block { channels: channels.collect(), independence: 1.0 }
+    Block { channels: channels.collect(), dwells: Vec::new(), independence: 1.0 }
 }
 
 fn options(count: usize) -> Options {
@@ -277,5 +277,51 @@ fn a_missing_column_is_found() {
             "{}",
             parameters[k].name
         );
+    }
+}
+
+/// Efforts at rest bound friction and weight from one side each: with dwells near the limits, a friction that the rows do
+/// not show is at least what held the arm, and dwells well within the limits change nothing.
+#[test]
+fn dwells_bound_the_estimate() {
+    let kind = |k: usize| if k == 0 { Kind::DriveCoulomb(0) } else { Kind::Offset(0) };
+    let parameters: Vec<Parameter> = (0..2)
+        .map(|k| Parameter {
+            name: format!("p{k}"),
+            unit: "N m",
+            kind: kind(k),
+            prior: if k == 0 { 0.5 } else { 0.0 },
+            scale: 1.0,
+        })
+        .collect();
+    let options = Options { strength: Some(1.0), ..options(2) };
+    let mut random = normal(5);
+    // Rows that contain the second parameter only, 0.2 N m.
+    let right = DVector::from_fn(200, |_, _| 0.2 + 0.01 * random());
+    let rows = Rows {
+        matrix: DMatrix::from_fn(200, 2, |_, k| if k == 1 { 1.0 } else { 0.0 }),
+        measured: right.clone(),
+        right,
+        steps: (0..200).collect(),
+    };
+    let solved = |bounds: Vec<[f64; 2]>| {
+        let dwells = Dwells {
+            matrix: DMatrix::from_fn(bounds.len(), 2, |_, k| if k == 1 { 1.0 } else { 0.0 }),
+            limits: DMatrix::from_fn(bounds.len(), 2, |_, k| if k == 0 { 1.0 } else { 0.0 }),
+            bounds,
+        };
+        let blocks =
+            [Block { channels: vec![rows.clone()], dwells: vec![dwells], independence: 1.0 }];
+        Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve()
+    };
+    let free = solved(Vec::new());
+    let inside = solved(vec![[-0.1, 0.5], [0.1, 0.2]]);
+    assert_eq!(free.values, inside.values);
+    // 2.2 N m above and 1.6 N m below the weight: friction of 2 N m at least, less two standard deviations of 0.01 N m.
+    for bounds in [[1.9, 2.2], [-1.8, 0.0]] {
+        let held = solved(vec![bounds]);
+        assert!((held.values[0] - 1.98).abs() < 0.01, "{bounds:?}: {:?}", held.values);
+        assert!((held.values[1] - 0.2).abs() < 0.01, "{bounds:?}: {:?}", held.values);
+        assert!(held.sigmas[0] < 0.02 && held.sigmas[0] > 0.005, "{:?}", held.sigmas);
     }
 }

@@ -4,10 +4,9 @@ use super::ExciteError;
 use super::coordinates::{Chosen, dof_value};
 use super::limits::{Limit, Moving, Of};
 use super::settings::{LimitSetting, Quantity};
-use crate::identify::fits;
 use crate::names::{Names, listed};
 use stiction_core::mechanism::{JointId, Mechanism};
-use stiction_format::{Amount, did_you_mean};
+use stiction_format::{Amount, did_you_mean, fits};
 
 /// Names of all moving quantities: first the coordinates of the motion, then the degrees of freedom of joints that are
 /// not among them.

@@ -4,11 +4,10 @@ use super::objective::{Objective, Sweep};
 use super::precision::{Confounded, pairs};
 use super::structure::structure;
 use super::{ExciteError, ExciteSettings};
-use crate::identify::fits;
 use crate::names::{Names, listed};
 use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
-use stiction_format::{ModelFile, did_you_mean};
+use stiction_format::{ModelFile, did_you_mean, fits};
 use stiction_identify::Parameter;
 
 /// Standard deviation of an effort if `noise` is not given, as a fraction of its root mean square.

@@ -72,7 +72,8 @@ fn constant_part(
         });
         let steps = log.block.channels[channel].steps.clone();
         let rows = Rows { matrix, measured: right.clone(), right, steps };
-        blocks.push(Block { channels: vec![rows], independence: log.block.independence });
+        let independence = log.block.independence;
+        blocks.push(Block { channels: vec![rows], dwells: Vec::new(), independence });
     }
     let rows = || blocks.iter().map(|block| &block.channels[0]);
     let count = rows().map(Rows::len).sum::<usize>() as f64;

@@ -6,6 +6,7 @@
 
 use super::delay::{CERTAIN, candidate};
 use super::prepare::{EFFECTS, Effect, Prepared};
+use nalgebra::DMatrix;
 use stiction_identify::{Block, Estimate, Extension, Kind, Options, Parameter, Problem};
 
 /// Effect that the model or the options lack.
@@ -80,13 +81,19 @@ impl Fit<'_> {
             let Some(column) = candidate(self.all, channel, effect) else { break };
             for (block, signal) in blocks.iter_mut().zip(&column.signal) {
                 for (k, rows) in block.channels.iter_mut().enumerate() {
-                    let end = rows.matrix.ncols();
-                    let matrix =
-                        std::mem::replace(&mut rows.matrix, nalgebra::DMatrix::zeros(0, 0));
-                    rows.matrix = matrix.insert_column(end, 0.0);
+                    rows.matrix = widened(&mut rows.matrix, 0.0);
                     if k == channel {
-                        rows.matrix.set_column(end, signal);
+                        rows.matrix.set_column(rows.matrix.ncols() - 1, signal);
                     }
+                }
+            }
+            for block in &mut blocks {
+                for (k, dwells) in block.dwells.iter_mut().enumerate() {
+                    // Of all effects, only a constant error of the effort acts at rest, too.
+                    let at_rest = effect == Effect::Offset && k == channel;
+                    let value = f64::from(u8::from(at_rest));
+                    dwells.matrix = widened(&mut dwells.matrix, value);
+                    dwells.limits = widened(&mut dwells.limits, 0.0);
                 }
             }
             let index = parameters.len();
@@ -107,8 +114,13 @@ impl Fit<'_> {
             }
             // The new fit explains the residuals by its parameters: they had been held by the prior.
             for rows in blocks.iter_mut().flat_map(|block| &mut block.channels) {
-                let matrix = std::mem::replace(&mut rows.matrix, nalgebra::DMatrix::zeros(0, 0));
+                let matrix = std::mem::replace(&mut rows.matrix, DMatrix::zeros(0, 0));
                 rows.matrix = matrix.remove_column(index);
+            }
+            for dwells in blocks.iter_mut().flat_map(|block| &mut block.dwells) {
+                for matrix in [&mut dwells.matrix, &mut dwells.limits] {
+                    *matrix = std::mem::replace(matrix, DMatrix::zeros(0, 0)).remove_column(index);
+                }
             }
             parameters.pop();
             options.held.pop();
@@ -182,7 +194,13 @@ impl Fit<'_> {
     }
 }
 
-/// Describes an effect in words, and advises how to account for it.
+/// A matrix with a last column of this value, without a copy of what it was.
+fn widened(matrix: &mut DMatrix<f64>, value: f64) -> DMatrix<f64> {
+    let end = matrix.ncols();
+    std::mem::replace(matrix, DMatrix::zeros(0, 0)).insert_column(end, value)
+}
+
+/// An effect in words, and its cure.
 fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (String, String) {
     let term = |formula: &str| {
         format!(

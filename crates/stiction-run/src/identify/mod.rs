@@ -4,6 +4,7 @@
 //! JSON object and the model file.
 
 mod asymmetry;
+mod at_rest;
 mod chosen;
 mod delay;
 mod missing;
@@ -23,7 +24,6 @@ pub use missing::Missing;
 pub use options::{IdentifySettings, LogSettings, TEMPLATE};
 pub use prepare::MeasuredLog;
 pub use run::{Combined, Identified, Named, Prediction, identify};
-pub(crate) use selection::fits;
 pub use traces::{EffortSample, FrictionTrace, LogTrace, Traces};
 
 use thiserror::Error;

@@ -34,12 +34,16 @@ hold = []                      # ["leg*.rod.i*"]
 # Groups of parameters with one common value.
 tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 
-# Columns with other headers than the model needs: the header that the column should have, or a table
-# with a factor and an offset in the unit of that header; "" for a column that is not used.
+# Names of the columns of logs without a header, and the time from row to row of logs without a time.
+# header = ["t", "q1", "i1"]
+# step = "1 ms"
+
+# Columns whose header does not say what they are: the header they should have, or a table with a
+# factor and an offset in that unit; "" for columns that are not used, in whose names * stands for any text.
 [columns]
 # q1 = "leg1.P [mm]"
 # i1 = { is = "A1.current [A]", factor = -1, offset = 0.02 }
-# spare = ""
+# "debug*" = ""
 
 # Efforts that the model lacks, as formulas over coordinates and rates; each gets a factor.
 [terms]
@@ -108,14 +112,20 @@ pub struct IdentifySettings {
     pub tie: Vec<Vec<String>>,
     /// Columns whose names in the logs differ from those of the model.
     pub columns: Vec<Renamed>,
-    /// Name and formula of each additional effort term, whose factor is estimated.
+    /// Names of the columns of logs without a header.
+    pub header: Vec<String>,
+    /// Time from one row to the next, s, in the place of a time column.
+    pub step: Option<f64>,
+    /// Names of terms with their assignments.
     pub terms: Vec<(String, String)>,
     /// Options that apply to single logs.
     pub logs: Vec<LogSettings>,
 }
 
-const KEYS: [&str; 10] =
-    ["filter", "estimate", "prior", "offsets", "delay", "hold", "tie", "columns", "terms", "logs"];
+const KEYS: [&str; 12] = [
+    "filter", "estimate", "prior", "offsets", "delay", "hold", "tie", "header", "step", "columns",
+    "terms", "logs",
+];
 const LOG_KEYS: [&str; 7] = ["file", "use", "from", "until", "steady", "load", "payload"];
 
 fn bad(key: &str, what: impl std::fmt::Display) -> Error {
@@ -159,6 +169,14 @@ impl IdentifySettings {
                         value.as_array().ok_or_else(|| bad(key, "should be a list of lists"))?;
                     settings.tie =
                         groups.iter().map(|group| texts(key, group)).collect::<Result<_, _>>()?;
+                }
+                "header" => settings.header = texts(key, value)?,
+                "step" => {
+                    let step = quantity(key, value, seconds)?;
+                    if step.is_nan() || step <= 0.0 {
+                        return Err(bad(key, "should be a positive time, such as \"1 ms\""));
+                    }
+                    settings.step = Some(step);
                 }
                 "columns" => settings.columns = columns(key, value)?,
                 "terms" => {

@@ -2,6 +2,7 @@
 
 use super::IdentifyError;
 use super::asymmetry::{self, Asymmetry};
+use super::at_rest;
 use super::chosen::{chosen_efforts, refuse};
 use super::delay::{self, Delay};
 use super::missing::{self, Missing};
@@ -142,7 +143,6 @@ pub fn identify(
     let (_, at_motors) = chosen_efforts(mechanism, first)?;
     let terms = read_terms(model, settings)?;
     let choice = Choice { at_motors, offsets: settings.offsets, terms: terms.len(), ..Choice::ALL };
-    let mut all = Vec::new();
     for log in logs {
         if chosen_efforts(mechanism, log)?.1 != at_motors {
             return Err(refuse(
@@ -150,27 +150,26 @@ pub fn identify(
                 "measure all at the motors or all at the joints",
             ));
         }
-        all.push(Prepared::new(model, log, (settings.filter, choice), &terms)?);
     }
+    let prepare = |delays: Option<&[f64]>| -> Result<Vec<Prepared>, IdentifyError> {
+        let each = logs
+            .iter()
+            .map(|log| Prepared::new(model, log, (settings.filter, choice), &terms, delays));
+        each.collect()
+    };
+    let actuators: Vec<String> =
+        mechanism.actuators().map(|(j, dof)| mechanism.joints()[j.0].actuator_name(dof)).collect();
+    let given = settings.delay.map(|delay| vec![delay; actuators.len()]);
+    let mut all = prepare(given.as_deref())?;
     let mut parameters = parameters_of(&all[0], settings);
     scale_by_data(&mut parameters, &all);
     let options = options(mechanism, &parameters, settings)?;
-    let actuators: Vec<String> =
-        mechanism.actuators().map(|(j, dof)| mechanism.joints()[j.0].actuator_name(dof)).collect();
     let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     let mut cautions: Vec<String> = all.iter().flat_map(|log| log.cautions.clone()).collect();
     cautions.extend(gear_losses(mechanism, at_motors));
     let groups = free_groups(&parameters, &options);
     for log in &mut all {
-        log.update_loads(&priors, &groups).map_err(|why| {
-            refuse(
-                format!(
-                    "{}: with the friction of the model, no forces can be computed {why}",
-                    log.name
-                ),
-                "give smaller coefficients of friction in the model; they are only the start",
-            )
-        })?;
+        log.update_loads(&priors, &groups).map_err(|why| without_forces(&log.name, &why))?;
     }
     enough(&all, &parameters, &options)?;
     let problem = Problem { parameters: &parameters, blocks: &[], options: &options };
@@ -195,9 +194,11 @@ pub fn identify(
     let structure = structure(&all, &parameters, held);
 
     let mut delays = vec![[settings.delay.unwrap_or(0.0), 0.0]; actuators.len()];
-    let given: Vec<f64> = delays.iter().map(|[delay, _]| *delay).collect();
-    all.iter_mut().for_each(|log| log.set_delays(&given));
-    let is_estimated = settings.delay.is_none();
+    if let Some(given) = &given {
+        all.iter_mut().for_each(|log| log.set_delays(given));
+    }
+    let is_estimated = given.is_none();
+    let mut said = Vec::new();
     if is_estimated {
         // With the normal loads of the model.
         delays = delay::take_back(&mut all, &delays, |all, take| {
@@ -205,21 +206,34 @@ pub fn identify(
             let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
             take(&problem, &problem.solve_weakly());
         });
+        if delays.iter().any(|[delay, _]| *delay != 0.0) {
+            // With those of the fit.
+            let fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
+            delays = delay::take_back(&mut all, &delays, |all, take| {
+                let blocks = fitted_blocks(all);
+                let problem =
+                    Problem { parameters: &parameters, blocks: &blocks, options: &options };
+                take(&problem, &problem.solve_fixed(&fit.0));
+            });
+            said.clear();
+        }
+        let known: Vec<f64> = delays.iter().map(|[delay, _]| *delay).collect();
+        // Both at once would take twice the memory.
+        all.clear();
+        all = prepare(Some(&known))?;
+        for log in &mut all {
+            log.update_loads(&priors, &groups).map_err(|why| without_forces(&log.name, &why))?;
+            log.keep_prior(&prior);
+            log.set_delays(&known);
+        }
     }
-    let mut said = Vec::new();
-    let mut fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
-    if is_estimated && delays.iter().any(|[delay, _]| *delay != 0.0) {
-        // With those of the fit.
-        delays = delay::take_back(&mut all, &delays, |all, take| {
-            let blocks = fitted_blocks(all);
-            let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
-            take(&problem, &problem.solve_fixed(&fit.0));
-        });
-        said.clear();
-        fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
-    }
+    let fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
     cautions.extend(said);
     let (estimate, is_settled) = fit;
+    let (left_out, plain) = (estimate.left_out_ratio, estimate.left_out_ratio_plain);
+    let (mut estimate, said) = at_rest::bounded(&mut all, &parameters, &options, estimate);
+    (estimate.left_out_ratio, estimate.left_out_ratio_plain) = (left_out, plain);
+    cautions.extend(said);
     for log in &mut all {
         if log.predict
             && let Err(why) = log.update_loads(&estimate.values, &groups)
@@ -368,8 +382,14 @@ pub fn identify(
     })
 }
 
-/// Fits the parameters, in alternation with the normal loads that they cause. The flag is true if the iteration has
-/// converged.
+fn without_forces(log: &str, why: &str) -> IdentifyError {
+    refuse(
+        format!("{log}: with the friction of the model, no forces can be computed {why}"),
+        "give smaller coefficients of friction in the model; they are only the start",
+    )
+}
+
+/// The fit, alternating with the normal loads that the values cause.
 fn fitted(
     all: &mut [Prepared],
     parameters: &[Parameter],
@@ -430,8 +450,8 @@ fn fitted(
     (estimate, is_settled)
 }
 
-/// Rows of the logs that are fitted.
-fn fitted_blocks(all: &[Prepared]) -> Vec<Block> {
+/// Rows of the fitted logs.
+pub(super) fn fitted_blocks(all: &[Prepared]) -> Vec<Block> {
     all.iter().filter(|log| !log.predict).map(|log| log.block.clone()).collect()
 }
 

@@ -5,6 +5,7 @@ use super::chosen::refuse;
 use super::options::IdentifySettings;
 use super::prepare::Prepared;
 use stiction_core::mechanism::Mechanism;
+use stiction_format::fits;
 use stiction_identify::{Kind, Options, Parameter};
 
 /// Chooses scales for friction parameters that are zero in the model: the value that would explain a tenth of the
@@ -38,21 +39,6 @@ fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
             || settings.hold.iter().any(|pattern| fits(pattern, &p.name))
     };
     parameters.iter().map(is_held).collect()
-}
-
-/// Returns whether a name matches a pattern in which `*` stands for any text.
-pub(crate) fn fits(pattern: &str, name: &str) -> bool {
-    let mut parts = pattern.split('*');
-    let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
-        return false;
-    };
-    let parts: Vec<&str> = parts.collect();
-    let Some((last, middle)) = parts.split_last() else { return rest.is_empty() };
-    for part in middle {
-        let Some(place) = rest.find(part) else { return false };
-        rest = &rest[place + part.len()..];
-    }
-    rest.ends_with(last)
 }
 
 pub(super) fn options(
@@ -216,16 +202,5 @@ mod tests {
         };
         assert_eq!(free_groups(&parameters, &options), [vec![0, 3], vec![1]]);
         assert_ne!(class(Kind::Mu(0)), class(Kind::Term(0)));
-    }
-
-    #[test]
-    fn patterns_of_names() {
-        assert!(fits("leg1.P.mu", "leg1.P.mu") && !fits("leg1.P", "leg1.P.mu"));
-        assert!(fits("leg*.P.mu", "leg2.P.mu") && !fits("leg*.P.mu", "leg2.R.mu"));
-        assert!(
-            fits("*", "anything")
-                && fits("*.rod.*", "leg1.rod.mass")
-                && !fits("*.rod", "leg1.rod.mass")
-        );
     }
 }

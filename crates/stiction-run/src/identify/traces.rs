@@ -86,8 +86,10 @@ impl Traces {
             let (_, at_motors) = chosen_efforts(mechanism, log)?;
             let (offsets, terms_count) = (settings.offsets, terms.len());
             let choice = Choice { at_motors, offsets, terms: terms_count, ..Choice::ALL };
-            let mut prepared = Prepared::new(model, log, (settings.filter, choice), &terms)?;
-            prepared.set_delays(&identified.taken_back());
+            let delays = identified.taken_back();
+            let mut prepared =
+                Prepared::new(model, log, (settings.filter, choice), &terms, Some(&delays))?;
+            prepared.set_delays(&delays);
             let parameters = parameters_of(&prepared, settings);
             let groups = free_groups(&parameters, &options(mechanism, &parameters, settings)?);
             let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();

@@ -91,3 +91,35 @@ fn wrong_signs_without_friction_in_the_model() {
     assert!(cautions.contains(&format!("bad.csv: {text}")), "{cautions}");
     assert_ne!(predicted["verdict"], "failed", "{cautions}");
 }
+
+/// The arm with friction held at the truth: dwells that hold more than this friction contradict the fit, as with a brake, and
+/// are named; those within the limits are not. A dwell that exceeds an uncertain friction raises it.
+#[test]
+fn dwells_bound_friction() {
+    let folder = Folder::new("identify-bounds");
+    folder.write("arm.toml", MODEL);
+    let text = "an effort lies beyond the static friction limits";
+    // Efforts of dwells, 1.8 N m at most, times three; one in two exceeds 2 N m by far.
+    let good = log(1, 1.0);
+    let rows = good.lines().map(|line| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let time: f64 = cells[0].parse().unwrap_or(0.0);
+        match time % 2.0 > 1.02 && time % 2.0 < 1.98 {
+            true => {
+                format!("{},{},{}\n", cells[0], cells[1], 3.0 * cells[2].parse::<f64>().unwrap())
+            }
+            false => format!("{line}\n"),
+        }
+    });
+    folder.write("brake.csv", &rows.collect::<String>());
+    folder.write("good.csv", &good);
+    let cautions = identified(&folder, &["good.csv"], &[])["cautions"].to_string();
+    assert!(!cautions.contains(text), "{cautions}");
+    let result = identified(&folder, &["brake.csv"], &[]);
+    let cautions = result["cautions"].to_string();
+    assert!(cautions.contains(text) && cautions.contains("dwells are left out"), "{cautions}");
+    let found = parameter(&result, "axis.coulomb");
+    let (value, sigma) = (found["value"].as_f64().unwrap(), found["sigma"].as_f64().unwrap());
+    // The moves decide.
+    assert!((value - COULOMB).abs() < 3.0 * sigma.max(0.01), "{value} +- {sigma}");
+}

@@ -162,3 +162,85 @@ fn a_wrong_unit_of_efforts_is_named() {
     let said = folder.stiction(&["identify", "true.toml", "log.csv", "--filter", "8 Hz"]);
     assert!(said.succeeds().contains("times those of the model: check their unit"), "{}", said.out);
 }
+
+/// A log of another engine (Pinocchio, see `validation/identify_log.py`), with CAD data that are wrong by 20 % and friction that
+/// is wrong by half: the truth lies within the intervals, and the efforts are reproduced to their noise.
+#[test]
+fn a_log_of_another_engine_with_a_wrong_prior() {
+    let folder = Folder::new("identify-pinocchio");
+    folder.write("log.csv", include_str!("five_bar_pinocchio.csv"));
+    let model = folder.stiction(&["models", "five-bar"]).succeeds().to_owned();
+    let friction = |from: &str, own: &str, text: &str| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, own)
+    };
+    // 0.04 N m and 0.02 N m s/rad at the motors, 0.02 and 0.01 at the elbows, no friction at the tip.
+    let motor =
+        "friction = { mu = 0.002, viscous = \"2 N s/m\", radius = \"10 mm\", preload = \"20 N\" }";
+    let elbow = "friction = { mu = 0.08, radius = \"5 mm\" }";
+    let text =
+        friction(motor, "friction = { viscous = \"200 N s/m\", radius = \"10 mm\" }", &model);
+    let text = text.replacen(elbow, "friction = { viscous = \"400 N s/m\", radius = \"5 mm\" }", 2);
+    let text = friction(elbow, "", &text);
+    folder.write("model.toml", &text);
+    let wrong =
+        ["bodies.tool.mass=0.6", "bodies.left_crank.mass=0.28", "bodies.right_coupler.mass=0.264"];
+    let mut run = vec!["identify", "model.toml", "log.csv", "--filter", "15 Hz", "--json"];
+    wrong.iter().for_each(|value| run.extend(["--set", value]));
+    let result = json(folder.stiction(&run).succeeds());
+    assert_eq!(result["verdict"], "identified", "{:#}", result["cautions"]);
+    let truth = [
+        ("left_motor.coulomb", 0.08),
+        ("left_elbow.coulomb", 0.04),
+        ("right_motor.coulomb", 0.06),
+        ("right_elbow.coulomb", 0.03),
+        ("left_motor.viscous", 0.03),
+        ("left_elbow.viscous", 0.015),
+        ("right_motor.viscous", 0.02),
+        ("right_elbow.viscous", 0.012),
+    ];
+    let mut identified = 0;
+    for (name, truth) in truth {
+        let found = parameter(&result, name);
+        let [value, sigma] = ["value", "sigma"].map(|key| found[key].as_f64().unwrap());
+        // Eight intervals of 99.9 %.
+        assert!((value - truth).abs() < 3.3 * sigma, "{name}: {value} +- {sigma}");
+        identified += usize::from(found["verdict"] == "identified");
+    }
+    assert!(identified >= 4, "{identified}");
+    for (name, error) in result["predictions"][0]["error_percent"].as_object().unwrap() {
+        // The noise is 1 % of the efforts before the filter.
+        assert!(error.as_f64().unwrap() < 2.0, "{name}: {error}");
+    }
+}
+
+/// Compliance that the model lacks: a motor behind a spring, with its encoder at the motor. The link swings about the measured
+/// angle by its weight and inertia; the verdict notices.
+#[test]
+fn compliance_that_the_model_lacks_is_noticed() {
+    let folder = Folder::new("identify-compliance");
+    folder.write("model.toml", &pendulum(-0.2));
+    // Link angle q, motor angle q + effort/k, with the effort of the stiff pendulum, 1.2 N m/rad: the spring gives way by
+    // a tenth of the motion and more.
+    let mut noise = normal(5);
+    let mut text = "time [s],hinge [rad],M.motor_torque [N m]\n".to_owned();
+    let (stiffness, tau) = (12.0, std::f64::consts::TAU);
+    for k in 0..2400 {
+        let t = 5e-3 * f64::from(k);
+        let waves = [(0.5, 0.7 * tau), (0.3, 0.31 * tau), (0.15, 2.1 * tau)];
+        let sum = |f: fn(f64, f64) -> f64| waves.map(|(a, w)| a * f(w, w * t)).iter().sum::<f64>();
+        let (q, a) = (sum(|_, p| p.sin()), sum(|w, p| -w * w * p.sin()));
+        let v = sum(|w, p| w * p.cos());
+        // Without friction the spring carries weight and inertia of the link; friction is the motor's.
+        let spring = 0.1 * a + 0.4 * 9.81 * q.cos();
+        let motor = q + spring / stiffness;
+        let effort = spring + 0.6 * v.signum() + 0.4 * v;
+        writeln!(text, "{t:.3},{motor},{}", effort + 0.01 * noise()).unwrap();
+    }
+    folder.write("log.csv", &text);
+    let run = ["identify", "model.toml", "log.csv", "--filter", "8 Hz", "--json"];
+    let result = json(folder.stiction(&run).succeeds());
+    assert_ne!(result["verdict"], "identified", "{:#}", result["cautions"]);
+    let cautions = result["cautions"].to_string();
+    assert!(cautions.contains("the model lacks something there, such as compliance"), "{cautions}");
+}

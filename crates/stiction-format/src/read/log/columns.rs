@@ -1,8 +1,9 @@
 //! Meaning of the columns of a log.
 
-use super::{LogRole, Meaning, Reader};
+use super::{LogRole, Meaning, Reader, Renamed};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
 use crate::expression::{Dimension, Measure, unit_of};
+use crate::pattern::fits;
 use crate::read::path::{Orders, coordinate, resolve};
 use crate::source::Span;
 
@@ -31,10 +32,14 @@ impl Reader<'_> {
         below: Option<&str>,
         out: &mut Diagnostics,
     ) -> Meaning {
-        let written = self.source.text.get(span.clone()).unwrap_or_default();
+        let written = self.header.text.get(span.clone()).unwrap_or_default();
         let bare = written.split_once('[').map_or(written, |(label, _)| label.trim_end());
         let below = below.filter(|unit| !unit.is_empty());
-        let renamed = self.format.renamed.iter().find(|r| r.column == written || r.column == bare);
+        let all = || self.format.renamed.iter();
+        let is_unused =
+            |r: &&Renamed| r.meaning.is_empty() && r.column.contains('*') && fits(&r.column, bare);
+        let renamed = all().find(|r| r.column == written || r.column == bare);
+        let renamed = renamed.or_else(|| all().find(is_unused));
         let is_time = |unit: &str| {
             unit_of(unit).is_ok_and(|(_, found)| Measure::Time.dimension().same(found))
         };
@@ -150,7 +155,8 @@ impl Reader<'_> {
             Ok((coordinate, measure)) => Some((LogRole::Coordinate(coordinate), Some(measure))),
             Err(unresolved) => {
                 if let Some((message, help, _)) = unresolved.explain(&self.names, &[], label) {
-                    let more = "for a column that is not used, write `NAME = \"\"` under [columns] in the options";
+                    let more = "for a column that is not used, write `NAME = \"\"` under [columns] in the options, and `\"NA*\" = \"\"` for \
+                                several";
                     let help =
                         help.map_or_else(|| more.to_owned(), |help| format!("{help}; {more}"));
                     out.push(

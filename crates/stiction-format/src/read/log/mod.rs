@@ -2,7 +2,9 @@
 //!
 //! Unlike a prescribed motion, a log may contain bad rows, which are reported and omitted.
 
+mod clock;
 mod columns;
+mod layout;
 mod preamble;
 
 use super::actuators::Actuators;
@@ -10,7 +12,7 @@ use super::names::Names;
 use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::model_file::ModelFile;
-use crate::signal::recorded::lines::{Cells, lines, parse_number, unify_line_ends};
+use crate::signal::recorded::lines::{Cells, Delimiter, lines, parse_number, unify_line_ends};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
@@ -76,6 +78,10 @@ pub struct LogFormat<'a> {
     pub renamed: &'a [Renamed],
     /// True for a table of steady motions, which needs no time column.
     pub is_steady: bool,
+    /// Names of the columns of a log without a header; empty if it has one.
+    pub header: &'a [String],
+    /// Time from one row to the next, s, in the place of a time column.
+    pub step: Option<f64>,
 }
 
 /// Meaning of a log column whose header does not state it.
@@ -137,8 +143,15 @@ impl ModelFile {
                 ))
             })?,
         };
-        let source = Arc::new(Source::new(name, unify_line_ends(text)));
+        let source = Arc::new(Source::new(name, layout::with_separators(unify_line_ends(text))));
+        // Faults of names that the options give are shown there.
+        let names = format.header.join(",");
+        let header = match names.is_empty() {
+            true => Arc::clone(&source),
+            false => Arc::new(Source::new("header", names)),
+        };
         let reader = Reader {
+            header: &header,
             names: Names::of(&self.mechanism),
             actuators: Actuators::of(&self.mechanism),
             trains: self.mechanism.drive_trains().iter().map(|train| train.name.clone()).collect(),
@@ -167,6 +180,8 @@ struct Reader<'a> {
     trains: Vec<String>,
     format: LogFormat<'a>,
     source: &'a Arc<Source>,
+    /// Text with the names of the columns.
+    header: &'a Arc<Source>,
 }
 
 /// Meaning of a column, with the conversion of its numbers.
@@ -179,8 +194,9 @@ struct Meaning {
 }
 
 impl Reader<'_> {
+    /// Place in the names of the columns.
     fn place(&self, span: Span) -> Place {
-        Place::new(self.source, span)
+        Place::new(self.header, span)
     }
 
     fn read(&self) -> Result<Log, Diagnostics> {
@@ -191,7 +207,11 @@ impl Reader<'_> {
             let is_renamed = |r: &Renamed| r.column == name || r.column == bare;
             ["time", "t"].contains(&bare) || self.format.renamed.iter().any(is_renamed)
         };
-        let Some(head) = preamble::find(text, &searched, is_known) else {
+        let found = match self.format.header.is_empty() {
+            true => preamble::find(text, &searched, is_known),
+            false => preamble::none(text, &searched),
+        };
+        let Some(head) = found else {
             return Err(Diagnostic::error("samples", format!("{} is empty", self.source.name))
                 .help("a log begins with a header such as `time [s],leg1.P [m],leg1.P.effort [N]`")
                 .into());
@@ -202,7 +222,22 @@ impl Reader<'_> {
             .units
             .clone()
             .map_or(Vec::new(), |units| cells.split(text, units, usize::MAX).to_vec());
-        let spans: Vec<Span> = cells.split(text, head.names.clone(), usize::MAX).to_vec();
+        let spans: Vec<Span> = match self.format.header.is_empty() {
+            true => cells.split(text, head.names.clone(), usize::MAX).to_vec(),
+            false => {
+                let names = self.header.text.as_str();
+                Cells::new(Delimiter::COMMA).split(names, 0..names.len(), usize::MAX).to_vec()
+            }
+        };
+        let is_number = |span: &Span| parse_number(&self.header.text[span.clone()]).is_some();
+        if !spans.is_empty() && spans.iter().all(is_number) {
+            let message = format!("{} has no names of columns", self.source.name);
+            let label = "expected a header such as `time [s],leg1.P [m],leg1.P.effort [N]`";
+            return Err(Diagnostic::error("samples", message)
+                .at(self.place(head.names), label)
+                .help("name the columns in the options, such as `header = [\"time [s]\", \"leg1.P [m]\"]`")
+                .into());
+        }
         let mut meanings: Vec<Meaning> = Vec::new();
         for (index, span) in spans.iter().enumerate() {
             let below = units.get(index).map(|unit| &text[unit.clone()]);
@@ -224,14 +259,18 @@ impl Reader<'_> {
             }
             meanings.push(meaning);
         }
+        if self.format.step.is_some() {
+            let times = meanings.iter_mut().filter(|m| m.role == LogRole::Time);
+            times.for_each(|meaning| meaning.role = LogRole::Unused);
+        }
         let time = meanings.iter().position(|m| m.role == LogRole::Time);
-        if time.is_none() && !self.format.is_steady {
+        if time.is_none() && !self.format.is_steady && self.format.step.is_none() {
             out.push(
                 Diagnostic::error("missing-key", "the column `time` is missing")
                     .at(self.place(head.names.clone()), "the columns")
                     .help(
-                        "name the time column `time [s]`; for a table of steady motions write `steady = true` \
-                         below [[logs]] of the options",
+                        "name the time column `time [s]`; without one give the time from row to row by `step = \"1 ms\"` in \
+                         the options; for a table of steady motions write `steady = true` below [[logs]] there",
                     ),
             );
         }
@@ -261,7 +300,7 @@ impl Reader<'_> {
             .iter()
             .map(|m| LogColumn { name: m.name.clone(), role: m.role, values: Vec::new() })
             .collect();
-        let (mut line, mut counted) = (1, 0);
+        let (mut line, mut counted, mut number) = (1, 0, 0);
         let mut row = vec![0.0; meanings.len()];
         for span in all {
             line += text[counted..span.start].bytes().filter(|byte| *byte == b'\n').count();
@@ -274,7 +313,11 @@ impl Reader<'_> {
                 if meaning.role == LogRole::Unused {
                     continue;
                 }
-                match parse_number(content).filter(|x| x.is_finite()) {
+                let read = match meaning.role {
+                    LogRole::Time => parse_number(content).or_else(|| clock::seconds(content)),
+                    _ => parse_number(content),
+                };
+                match read.filter(|x| x.is_finite()) {
                     // Denormal numbers come from faulty conversions and count as zero.
                     Some(x) => *value = meaning.factor * (x + meaning.offset),
                     None => {
@@ -293,7 +336,12 @@ impl Reader<'_> {
                 }
             }
             let last = log.times.last().copied();
-            let now = time.map_or(log.times.len() as f64, |time| row[time]);
+            let now = match (time, self.format.step) {
+                (Some(time), _) => row[time],
+                (None, Some(step)) => step * f64::from(number),
+                (None, None) => log.times.len() as f64,
+            };
+            number += 1;
             if fault.is_none() && log.has_jumped_before(now) {
                 let jump = format!(
                     "the time {} s does not precede {now} s",
@@ -331,11 +379,14 @@ impl Reader<'_> {
             let first = first.map_or(String::new(), |(line, why)| format!("; line {line}: {why}"));
             let message =
                 format!("{} has {good} good rows and {bad} bad ones{first}", self.source.name);
-            return Err(Diagnostic::error("samples", message)
-                .help(format!(
-                    "it needs at least {least} good rows, and at most one bad row in five good ones"
-                ))
-                .into());
+            let mut help = format!(
+                "it needs at least {least} good rows, and at most one bad row in five good ones"
+            );
+            if log.bad_rows.named.iter().any(|(_, why)| why.contains("does not follow")) {
+                help += "; if time stamps repeat, give the time from row to row by `step = \"1 ms\"` in the options; \
+                         if the time begins again, split the log there";
+            }
+            return Err(Diagnostic::error("samples", message).help(help).into());
         }
         columns.retain(|column| column.role != LogRole::Time);
         log.columns = columns;

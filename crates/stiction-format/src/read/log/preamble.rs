@@ -66,6 +66,19 @@ pub(super) fn find(text: &str, lines: &[Span], is_known: impl Fn(&str) -> bool) 
     all.find_map(|(at, needs_name)| found(at, needs_name)).or_else(|| head(from))
 }
 
+/// Head of a log without a header: all lines are rows.
+pub(super) fn none(text: &str, lines: &[Span]) -> Option<Head> {
+    let first = lines.first()?;
+    let delimiter = Delimiter::of(&text[first.clone()]);
+    Some(Head {
+        names: first.start..first.start,
+        units: None,
+        delimiter,
+        has_commas: false,
+        lines: 0,
+    })
+}
+
 impl Head {
     /// A line without the commas that a spreadsheet has added.
     pub(super) fn content(&self, text: &str, line: &Span) -> Span {

@@ -78,7 +78,7 @@ fn steady_motions() {
     let renamed =
         [Renamed { column: "name".into(), meaning: String::new(), factor: 1.0, offset: 0.0 }];
     let read = |is_steady| {
-        let format = LogFormat { renamed: &renamed, is_steady };
+        let format = LogFormat { renamed: &renamed, is_steady, ..LogFormat::default() };
         model().read_log("log.csv", Contents::Whole(text.to_owned()), format)
     };
     assert_eq!(read(true).unwrap().times, [0.0, 1.0, 2.0, 3.0]);
@@ -109,4 +109,85 @@ fn bad_rows_have_a_line_and_a_reason() {
     assert!(found.bad_rows.named[0].1.contains("is empty"));
     assert!(found.bad_rows.named[3].1.contains("does not follow"));
     assert!(log(header, &["x,1,1,1"; 40], &[]).is_err());
+}
+
+fn read_with(
+    text: String,
+    renamed: &[Renamed],
+    header: &[&str],
+    step: Option<f64>,
+) -> Result<Log, Diagnostics> {
+    let header: Vec<String> = header.iter().map(|name| (*name).to_owned()).collect();
+    let format = LogFormat { renamed, is_steady: false, header: &header, step };
+    model().read_log("log.csv", Contents::Whole(text), format)
+}
+
+/// Logs without a header get one by the options, and are refused with this cure without it; columns may be separated by
+/// blanks.
+#[test]
+fn logs_without_a_header() {
+    let rows: String =
+        (0..30).map(|k| format!("  {}  0.5 1.5   {k}\n", 0.01 * f64::from(k))).collect();
+    let header = ["time", "left_motor [rad]", "right_motor [rad]", "left_motor.effort [N m]"];
+    let found = read_with(rows.clone(), &[], &header, None).unwrap();
+    assert_eq!((found.times.len(), found.bad_rows.count), (30, 0));
+    assert_eq!(found.columns[2].values[7], 7.0);
+    assert_eq!(found.lines[0], 1);
+    let refused = format!("{:?}", read_with(rows.clone(), &[], &[], None).unwrap_err());
+    assert!(
+        refused.contains("has no names of columns") && refused.contains("header ="),
+        "{refused}"
+    );
+    let unknown = read_with(rows, &[], &["time", "left_moter", "right_motor", "x"], None);
+    assert!(format!("{:?}", unknown.unwrap_err()).contains("left_motor"));
+}
+
+/// Dates and times of day, and a header in a comment.
+#[test]
+fn times_of_day() {
+    let row = |k: i32| {
+        let second = 59.9 + 0.01 * f64::from(k);
+        let (minute, second) = if second < 60.0 { (58, second) } else { (59, second - 60.0) };
+        format!("2024-02-28T23:{minute}:{second:05.2}Z,1,2,3\n")
+    };
+    let rows: String = (0..30).map(row).collect();
+    let text = format!("# by a recorder\n# time,left_motor,right_motor,left_motor.effort\n{rows}");
+    let found = read_with(text, &[], &[], None).unwrap();
+    assert_eq!((found.times.len(), found.bad_rows.count), (30, 0));
+    for pair in found.times.windows(2) {
+        // Seconds from 1970 have a rounding of 2e-7 s.
+        assert!((pair[1] - pair[0] - 0.01).abs() < 1e-6);
+    }
+    assert_eq!(found.lines[0], 3);
+}
+
+/// Repeated time stamps are refused with a cure, and the cure works; bad rows take their time, too.
+#[test]
+fn a_step_stands_for_the_time() {
+    let row = |k: i32| match k {
+        5 => "0,x,2,3\n".to_owned(),
+        k => format!("{},1,2,3\n", k / 10),
+    };
+    let rows: String = (0..60).map(row).collect();
+    let text = format!("time,left_motor,right_motor,left_motor.effort\n{rows}");
+    let refused = format!("{:?}", read_with(text.clone(), &[], &[], None).unwrap_err());
+    assert!(refused.contains("step ="), "{refused}");
+    let found = read_with(text, &[], &[], Some(1e-3)).unwrap();
+    assert_eq!((found.times.len(), found.bad_rows.count), (59, 1));
+    assert!((found.times[58] - 0.059).abs() < 1e-15 && (found.times[5] - 0.006).abs() < 1e-15);
+}
+
+/// A pattern leaves out several columns; a column with a meaning of its own is used.
+#[test]
+fn a_pattern_of_columns_that_are_not_used() {
+    let unused = |column: &str, meaning: &str| Renamed {
+        column: column.into(),
+        meaning: meaning.into(),
+        factor: 1.0,
+        offset: 0.0,
+    };
+    let renamed = [unused("x*", ""), unused("x1", "left_motor")];
+    let found = log("t,x1,x2,x 3 [V]", &[], &renamed).unwrap();
+    assert!(matches!(found.columns[0].role, LogRole::Coordinate(_)));
+    assert_eq!((found.columns[1].role, found.columns[2].role), (LogRole::Unused, LogRole::Unused));
 }

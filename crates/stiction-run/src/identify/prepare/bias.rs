@@ -4,6 +4,7 @@
 //! Equation (I8) of the book's theory.
 
 use super::filter::{RowFilter, within};
+use super::reversals::split;
 use super::{Prepared, gaps};
 use nalgebra::DVector;
 use stiction_core::dynamics::Status;
@@ -44,9 +45,7 @@ impl Prepared {
             let smooth = filter.smooth(&grid[samples.clone()], &positions);
             for &time in &grid[samples] {
                 let targets: Vec<_> = smooth.iter().map(|one| one.signal.at(time)).collect();
-                let q: Vec<f64> = targets.iter().map(|t| t.value).collect();
-                let v: Vec<f64> = targets.iter().map(|t| t.rate).collect();
-                let a: Vec<f64> = targets.iter().map(|t| t.acceleration).collect();
+                let [q, v, a] = split(&targets);
                 let own = || -> Result<Vec<f64>, Status> {
                     let mut columns = regressor.at(&q, &v, &a)?;
                     if has_loads {

@@ -1,12 +1,14 @@
 //! Preparation of a log for the regression: filtered positions and efforts, and the columns of the model.
 
 mod bias;
+mod dwells;
 mod effects;
 mod efforts;
 mod filter;
 mod gaps;
 mod loads;
 mod motion;
+mod reversals;
 mod rows;
 mod saturation;
 mod spikes;
@@ -14,6 +16,7 @@ mod spikes;
 use super::IdentifyError as Error;
 use super::chosen::{assembled, chosen_coordinates, chosen_efforts, refuse};
 use super::options::LogSettings;
+use dwells::Standstill;
 pub(super) use effects::{ALL as EFFECTS, Effect};
 use efforts::Efforts;
 use loads::MuColumns;
@@ -54,7 +57,9 @@ pub(super) struct Prepared {
     pub(super) directions: Vec<Vec<[f64; 2]>>,
     /// Efforts of the model without friction in the rows of each actuator, N or N m.
     pub(super) known: Vec<Vec<f64>>,
-    /// Cut-off frequency of the filter, Hz; `None` for steady motions.
+    /// Time between samples of the recording, s.
+    pub(super) sample: f64,
+    /// Cut-off frequency, Hz; none for steady motions.
     pub(super) cutoff: Option<f64>,
     /// Standard deviation of the white noise that remains in each filtered effort, N or N m; `None` for steady motions.
     pub(super) effort_noise: Option<Vec<f64>>,
@@ -63,7 +68,9 @@ pub(super) struct Prepared {
     pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
     /// Efforts of the recording; none for steady motions.
     efforts: Option<Efforts>,
-    /// Filtered signals of effects that the model may lack, for the rows of each actuator.
+    /// Times at which the mechanism stands still.
+    standstills: Vec<Standstill>,
+    /// Filtered signals of efforts that the model may lack, for the rows of each actuator.
     effects: Vec<Vec<Vec<f64>>>,
     /// Efforts that the unchanged model predicts in the rows of each actuator, N or N m; see [`Self::keep_prior`].
     pub(super) by_model: Vec<DVector<f64>>,
@@ -93,11 +100,14 @@ impl Prepared {
         self.by_model = self.predicted(at);
     }
 
+    /// Prepares a log. Reversals of friction are placed as in efforts with these delays after the positions, s; `None` for
+    /// delays that are still to be estimated.
     pub(super) fn new(
         model: &ModelFile,
         log: &MeasuredLog,
         (filter, choice): (Option<f64>, Choice),
         terms: &[Drives],
+        delays: Option<&[f64]>,
     ) -> Result<Self, Error> {
         let chosen = chosen_coordinates(model, log)?;
         let (efforts, _) = chosen_efforts(&model.mechanism, log)?;
@@ -148,6 +158,8 @@ impl Prepared {
         }
         regressor.carry(&carried);
         regressor.set_rate_noise(&motion.rate_noise);
+        let delay = reversals::common_delay(delays, used.rate);
+        reversals::refine(&regressor, &mut motion, (&used.times, delay));
         let computed = rows::computed(&mut regressor, &motion, (&only, terms), origin, &log.name)?;
         if let Some(caution) = &computed.caution {
             cautions.push(caution.clone());
@@ -180,10 +192,12 @@ impl Prepared {
             instants: computed.instants,
             poses: if log.log.is_steady { Vec::new() } else { computed.poses },
             mu,
+            sample: used.rate.recip(),
             cutoff,
             effort_noise: measured.noise,
             cautions,
             efforts: recorded,
+            standstills: assembled.standstills,
             effects: assembled.effects,
             by_model: Vec::new(),
         })

@@ -1,9 +1,10 @@
 //! Rows of the regression: columns of the model and measured efforts, which pass through the same filter.
 
+use super::dwells::{self as rests, Standstill};
 use super::effects::{self, Scales, State};
 use super::filter::{RowFilter, within};
 use super::motion::{Motion, ROWS_PER_PERIOD, Used};
-use super::{saturation, spikes};
+use super::{reversals, saturation, spikes};
 use crate::bodies::poses_in_world;
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::refuse;
@@ -57,6 +58,7 @@ pub(super) struct Assembled {
     pub(super) effects: Vec<Vec<Vec<f64>>>,
     /// Times of all rows, s.
     pub(super) at: Vec<f64>,
+    pub(super) standstills: Vec<Standstill>,
 }
 
 /// Computes the columns of the model along a motion.
@@ -91,9 +93,7 @@ pub(super) fn computed(
         .collect();
     let mut failure: Option<(f64, String)> = None;
     for (&time, targets) in motion.times.iter().zip(&motion.targets) {
-        let q: Vec<f64> = targets.iter().map(|t| t.value).collect();
-        let v: Vec<f64> = targets.iter().map(|t| t.rate).collect();
-        let a: Vec<f64> = targets.iter().map(|t| t.acceleration).collect();
+        let [q, v, a] = reversals::split(targets);
         let mut columns = match regressor.at(&q, &v, &a) {
             Ok(columns) => columns,
             Err(status) => {
@@ -267,6 +267,21 @@ pub(super) fn assembled(
         |k, out| out.copy_from_slice(&computed.signals[k]),
         &at,
     );
+    // All actuators rest, and with them the mechanism.
+    let is_resting = |k: usize| {
+        is_filtered
+            && (0..actuators).all(|channel| {
+                let base = channel * (width + EXTRA) + width;
+                filtered[k][base + 1] > 1.0 - RESTING
+            })
+            && measured.rows[kept[k]][actuators].abs() < RESTING
+    };
+    let position = |k: usize| {
+        let place = grid.partition_point(|t| *t < at[k]).min(grid.len() - 1);
+        computed.instants[place].1[0].clone()
+    };
+    let effort = |k: usize, channel: usize| measured.rows[kept[k]][channel];
+    let standstills = rests::standstills(at.len(), is_resting, effort, (actuators, position));
     let (mut channels, mut directions, mut known) = (Vec::new(), Vec::new(), Vec::new());
     let mut effects = Vec::new();
     let joints = model.mechanism.joints();
@@ -313,7 +328,8 @@ pub(super) fn assembled(
         channels.push(Rows { matrix, right: &total - own, measured: total, steps: used });
     }
     let independence = if is_filtered { 2.0 / ROWS_PER_PERIOD } else { 1.0 };
-    Assembled { block: Block { channels, independence }, directions, known, effects, at }
+    let block = Block { channels, dwells: Vec::new(), independence };
+    Assembled { block, directions, known, effects, at, standstills }
 }
 
 /// Writes the column of an effort term that the options give as a formula.

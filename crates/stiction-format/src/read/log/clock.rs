@@ -1,0 +1,70 @@
+//! Times of day and dates.
+
+/// Seconds of a time of day such as `12:05:01.25`, after a date such as `2024-03-01`, `1.3.2024` or `3/1/2024` also of
+/// its day: from 1970, or from an unknown day without one. An offset from universal time is ignored, because only
+/// differences of times count. `None` for other texts.
+pub(super) fn seconds(text: &str) -> Option<f64> {
+    let (date, time) = match text.split_once(['T', ' ']) {
+        Some((date, time)) => (Some(date), time.trim_start()),
+        None => (None, text),
+    };
+    let time = time.trim_end_matches('Z');
+    let time = time.rsplit_once(['+', '-']).map_or(time, |(time, _)| time).trim_end();
+    let mut parts = time.split(':');
+    let whole = |part: &str| part.parse::<u32>().ok();
+    let (hour, minute) = (whole(parts.next()?)?, whole(parts.next()?)?);
+    let second = parts.next().unwrap_or("0").replace(',', ".").parse::<f64>().ok()?;
+    let is_time = hour < 24 && minute < 60 && (0.0..61.0).contains(&second);
+    if parts.next().is_some() || !is_time {
+        return None;
+    }
+    let days = date.map_or(Some(0), days)?;
+    Some(86_400.0 * days as f64 + f64::from(3600 * hour + 60 * minute) + second)
+}
+
+/// Days from 1970 to a date in the Gregorian calendar.
+fn days(date: &str) -> Option<i64> {
+    let parts: Vec<i64> =
+        date.split(['-', '/', '.']).map(|part| part.parse().ok()).collect::<Option<_>>()?;
+    let [a, b, c] = parts[..] else { return None };
+    let (year, month, day) = match (a > 31, date.contains('/') && b > 12 || a <= 12 && b > 12) {
+        (true, _) => (a, b, c),
+        (false, true) => (c, a, b),
+        (false, false) if date.contains('/') => (c, a, b),
+        (false, false) => (c, b, a),
+    };
+    // Month and day may be exchanged where both are possible.
+    let (month, day) = if month > 12 { (day, month) } else { (month, day) };
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(0..=9999).contains(&year) {
+        return None;
+    }
+    // Years begin in March, so that the day of a leap year is the last one.
+    let (years, months) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let (era, of_era) = (years.div_euclid(400), years.rem_euclid(400));
+    let of_year = (153 * months + 2) / 5 + day - 1;
+    Some(146_097 * era + 365 * of_era + of_era / 4 - of_era / 100 + of_year - 719_468)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_and_times_of_day() {
+        assert_eq!(seconds("12:05:01.25"), Some(43_501.25));
+        assert_eq!(seconds("12:05"), Some(43_500.0));
+        // Known times from 1970 (Unix).
+        assert_eq!(seconds("2001-09-09T01:46:40Z"), Some(1e9));
+        assert_eq!(seconds("2001-09-09 01:46:40,500+02:00"), Some(1e9 + 0.5));
+        assert_eq!(seconds("9.9.2001 01:46:40"), Some(1e9));
+        assert_eq!(seconds("02/13/2009 23:31:30"), Some(1_234_567_890.0));
+        assert_eq!(seconds("13/02/2009 23:31:30"), Some(1_234_567_890.0));
+        let step =
+            seconds("2024-03-01 00:00:00").unwrap() - seconds("2024-02-28 00:00:00").unwrap();
+        assert_eq!(step, 2.0 * 86_400.0);
+        for text in ["", "x", "12", "25:00:00", "12:61", "1:2:3:4", "2024-13-45 1:00", "1-2 12:00"]
+        {
+            assert_eq!(seconds(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Layouts of logs that are no tables with separators: columns of blanks, and a header in a comment.
+
+use super::preamble::SEARCHED;
+use crate::signal::recorded::lines::parse_number;
+
+/// Replaces the blanks between the columns of a table without other separators by tabs, and the mark of a comment by a
+/// blank where the comment is the header of the rows below it. All positions remain valid.
+pub(super) fn with_separators(text: String) -> String {
+    let content = |line: &str| -> Option<String> {
+        let line = line.trim();
+        (!line.is_empty()).then(|| line.to_owned())
+    };
+    let lines: Vec<String> = text.lines().filter_map(content).take(SEARCHED).collect();
+    let numbers = |line: &String| {
+        let words = line.split_whitespace();
+        // A comma at the end of a word separates columns.
+        let number = |word: &str| parse_number(word).filter(|_| !word.ends_with(','));
+        let all: Option<Vec<f64>> = words.map(number).collect();
+        all.map_or(0, |all| all.len())
+    };
+    let is_blank = lines.iter().any(|line| numbers(line) > 1)
+        && !lines.iter().any(|line| line.contains(['\t', ';']));
+    let mut bytes = text.into_bytes();
+    if is_blank {
+        let (mut begins, mut is_quoted) = (true, false);
+        for at in 0..bytes.len() {
+            let is_blank = bytes[at] == b' ';
+            is_quoted ^= bytes[at] == b'"';
+            let ends = bytes.get(at + 1).is_none_or(|next| [b' ', b'\r', b'\n'].contains(next));
+            // The last of several blanks; those at the ends of a line are no separators.
+            if is_blank && !begins && !ends && !is_quoted {
+                bytes[at] = b'\t';
+            }
+            begins = bytes[at] == b'\n' || begins && (is_blank || bytes[at] == b'#');
+        }
+    }
+    uncomment(&mut bytes);
+    // Only ASCII characters have changed.
+    String::from_utf8(bytes).unwrap_or_default()
+}
+
+/// Replaces the mark of the comment above a first row of numbers with as many cells.
+fn uncomment(bytes: &mut [u8]) {
+    let (mut at, mut comment) = (0, None);
+    while at < bytes.len() {
+        let length = bytes[at..].iter().position(|b| *b == b'\n').unwrap_or(bytes.len() - at);
+        let line = String::from_utf8_lossy(&bytes[at..at + length]).into_owned();
+        let line = line.trim();
+        let cells = |line: &str| line.split(['\t', ';', ',']).count();
+        if line.starts_with('#') {
+            comment = Some((at, cells(line)));
+        } else if !line.is_empty() {
+            let is_row =
+                line.split(['\t', ';', ',']).all(|cell| parse_number(cell.trim()).is_some());
+            if let Some((start, count)) = comment
+                && is_row
+                && count == cells(line)
+                && count > 1
+                && let Some(mark) = bytes[start..].iter().position(|b| *b == b'#')
+            {
+                bytes[start + mark] = b' ';
+            }
+            return;
+        }
+        at += length + 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn changed(text: &str) -> String {
+        with_separators(text.to_owned())
+    }
+
+    #[test]
+    fn blanks_between_columns_become_separators() {
+        assert_eq!(changed("  1.0   2.0 3\n 4 5  6 \r\n"), "  1.0  \t2.0\t3\n 4\t5 \t6 \r\n");
+        assert_eq!(changed("t q\n0 1\n"), "t\tq\n0\t1\n");
+        for text in ["time [s],q\n0, 1\n", "time [s]\tq\n0\t1\n", "t [s];q\n0; 1 2\n"] {
+            assert_eq!(changed(text), text);
+        }
+    }
+
+    #[test]
+    fn a_comment_with_the_names_of_columns_is_the_header() {
+        assert_eq!(changed("# mine\n# t,q\n0,1\n# end,x\n"), "# mine\n  t,q\n0,1\n# end,x\n");
+        assert_eq!(changed("# t q\n0 1\n"), "  t\tq\n0\t1\n");
+        for text in ["# t,q,r\n0,1\n", "# t,q\nt,q\n0,1\n", "# t\n0\n"] {
+            assert_eq!(changed(text), text);
+        }
+    }
+}

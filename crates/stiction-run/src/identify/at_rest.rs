@@ -1,0 +1,47 @@
+//! Efforts at rest: inequalities that bound a fit, as far as they agree with it.
+
+use super::prepare::Prepared;
+use super::run::fitted_blocks;
+use stiction_identify::{Estimate, Options, Parameter, Problem};
+
+/// Standard deviations of a limit beyond which another force acts at rest.
+const CONTRADICTS: f64 = 4.0;
+
+/// Bounds an estimate by the efforts at rest. Dwells that contradict the estimate do not count: there a brake holds, or
+/// friction at rest exceeds that of sliding. Returns the estimate and what to say.
+pub(super) fn bounded(
+    all: &mut [Prepared],
+    parameters: &[Parameter],
+    options: &Options,
+    mut estimate: Estimate,
+) -> (Estimate, Vec<String>) {
+    let mut cautions = Vec::new();
+    for log in all.iter_mut().filter(|log| !log.predict) {
+        log.set_dwells(&estimate.values);
+    }
+    let blocks = fitted_blocks(all);
+    let problem = Problem { parameters, blocks: &blocks, options };
+    let mut acts = false;
+    let fits = all.iter_mut().filter(|log| !log.predict);
+    for (log, excesses) in fits.zip(problem.excesses(&estimate)) {
+        let agrees = |excess: f64| excess <= CONTRADICTS;
+        acts |= excesses.iter().any(|&excess| excess > 0.0 && agrees(excess));
+        log.block.dwells.iter_mut().for_each(|dwells| dwells.retain(|k| agrees(excesses[k])));
+        let beyond = excesses.iter().filter(|excess| !agrees(**excess)).count();
+        if beyond > 0 {
+            let most = excesses.iter().copied().fold(0.0, f64::max);
+            cautions.push(format!(
+                "{}: in {beyond} of {} dwells an effort lies beyond the static friction limits, by up to {most:.0} standard \
+                 deviations: friction at rest exceeds that of sliding (`mu_static`), or a brake holds the robot; these \
+                 dwells are left out",
+                log.name,
+                excesses.len()
+            ));
+        }
+    }
+    if acts {
+        let blocks = fitted_blocks(all);
+        estimate = Problem { parameters, blocks: &blocks, options }.solve_fixed(&estimate);
+    }
+    (estimate, cautions)
+}

@@ -1,0 +1,137 @@
+//! Dwells: the efforts at standstill, which lie within limits.
+//!
+//! Equation (I9) of the book's theory.
+
+use super::Prepared;
+use super::motion::ROWS_PER_PERIOD;
+use nalgebra::{DMatrix, DVector};
+use stiction_identify::{Dwells, Kind};
+
+/// Normal loads at rest over those without friction: friction at rest changes the reactions of joints by about its
+/// coefficient, by an unknown amount.
+const LOADED: f64 = 1.2;
+/// Parts of a dwell whose mean efforts are compared.
+const PARTS: usize = 8;
+
+/// Standstill of the mechanism.
+#[derive(Clone, Debug)]
+pub(super) struct Standstill {
+    /// Mean position.
+    position: Vec<f64>,
+    /// Least and greatest effort of each actuator, N or N m.
+    efforts: Vec<[f64; 2]>,
+}
+
+/// Dwells among the rows for which `is_resting` holds, from the filtered efforts and the position at each row. A period of
+/// the cut-off frequency at both ends is left out.
+pub(super) fn standstills(
+    rows: usize,
+    is_resting: impl Fn(usize) -> bool,
+    effort: impl Fn(usize, usize) -> f64,
+    (actuators, position): (usize, impl Fn(usize) -> Vec<f64>),
+) -> Vec<Standstill> {
+    let margin = ROWS_PER_PERIOD as usize;
+    let mut all = Vec::new();
+    let mut from = 0;
+    while from < rows {
+        let length = (from..rows).take_while(|&k| is_resting(k)).count();
+        if length > 2 * margin {
+            let own: Vec<usize> = (from + margin..from + length - margin).collect();
+            // Means over a period at least, whose noise is less than that of a row.
+            let part = own.len().div_ceil(PARTS).max(margin.min(own.len()));
+            let efforts = (0..actuators).map(|channel| {
+                let means = own.chunks_exact(part).map(|rows| {
+                    rows.iter().map(|&k| effort(k, channel)).sum::<f64>() / rows.len() as f64
+                });
+                means.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], mean| {
+                    [low.min(mean), high.max(mean)]
+                })
+            });
+            let efforts: Vec<[f64; 2]> = efforts.collect();
+            let count = own.len() as f64;
+            let sum = own.iter().map(|&k| position(k)).reduce(|mut sum, own| {
+                sum.iter_mut().zip(own).for_each(|(sum, x)| *sum += x);
+                sum
+            });
+            if let Some(sum) = sum {
+                all.push(Standstill { position: sum.iter().map(|x| x / count).collect(), efforts });
+            }
+        }
+        from += length.max(1);
+    }
+    all
+}
+
+impl Prepared {
+    /// Sets the bounds at rest, with the normal loads of these values.
+    pub(in crate::identify) fn set_dwells(&mut self, values: &[f64]) {
+        self.block.dwells.clear();
+        let engine = self.regressor.engine_parameters(values);
+        let count = self.block.channels.len();
+        let parameters = self.regressor.parameters().to_vec();
+        let mut rows = vec![Vec::new(); count];
+        let mut regressor = self.regressor.clone();
+        for dwell in &self.standstills {
+            let rest = vec![0.0; dwell.position.len()];
+            let motion: [&[f64]; 3] = [&dwell.position, &rest, &rest];
+            let Ok(columns) = regressor.at(&dwell.position, &rest, &rest) else { continue };
+            let Some((mut limits, fixed)) = regressor.limits() else { continue };
+            let mut data = regressor.engine_data();
+            let Ok(loads) = regressor.loads(&engine, &mut data, motion) else { continue };
+            let mut matrix = columns.matrix;
+            for (k, p) in parameters.iter().enumerate() {
+                if let Kind::Mu(i) = p.kind {
+                    let load = loads[i] - engine.interfaces[i].load.preload;
+                    limits.column_mut(k).scale_mut(LOADED * load.abs());
+                }
+                match p.kind {
+                    // The efforts are those without motion.
+                    kind if kind.is_friction() => matrix.column_mut(k).fill(0.0),
+                    // A formula may have any value at rest.
+                    Kind::Term(_) => return,
+                    _ => {}
+                }
+            }
+            for (channel, rows) in rows.iter_mut().enumerate() {
+                let [low, high] = dwell.efforts[channel];
+                let known = columns.known[channel];
+                let bounds = [low - known + fixed[channel], high - known - fixed[channel]];
+                rows.push((
+                    matrix.row(channel).into_owned(),
+                    limits.row(channel).into_owned(),
+                    bounds,
+                ));
+            }
+        }
+        self.block.dwells = rows
+            .into_iter()
+            .filter(|rows| !rows.is_empty())
+            .map(|rows| Dwells {
+                matrix: stacked(rows.iter().map(|(row, ..)| row.transpose())),
+                limits: stacked(rows.iter().map(|(_, row, _)| row.transpose())),
+                bounds: rows.iter().map(|(.., bounds)| *bounds).collect(),
+            })
+            .collect();
+    }
+}
+
+fn stacked(rows: impl Iterator<Item = DVector<f64>>) -> DMatrix<f64> {
+    DMatrix::from_columns(&rows.collect::<Vec<_>>()).transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a dwell of 40 rows, 32 count; a short one does not.
+    #[test]
+    fn dwells_keep_off_the_motion() {
+        let is_resting = |k: usize| (10..50).contains(&k) || (60..68).contains(&k);
+        let effort = |k: usize, _: usize| if k < 14 || k >= 46 { 100.0 } else { k as f64 };
+        let found = standstills(80, is_resting, effort, (1, |k| vec![k as f64]));
+        assert_eq!(found.len(), 1);
+        // Means of the first and the last four rows.
+        assert_eq!(found[0].efforts, [[15.5, 43.5]]);
+        assert_eq!(found[0].position, [29.5]);
+    }
+}
