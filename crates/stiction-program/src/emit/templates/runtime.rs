@@ -121,7 +121,8 @@ impl Default for Params {
 pub struct Info {
     /// Error of the loops: lengths over the characteristic length, angles in rad.
     pub residual: Real,
-    /// Determinant of the rate equations relative to that at home: 0 at type 2 singularities.
+    /// Determinant of the equations relative to that at home: 0 where the coordinates do not determine
+    /// the motion, or the actuators do not (type 2 singularity).
     pub determinant: Real,
     /// Determinant of the forces with friction relative to that without: 0 where friction locks.
     pub coupling: Real,
@@ -276,7 +277,7 @@ fn solve_friction<M: Math>(
 }
 
 fn set_motion(
-    w: &mut [Real; FORCE_WORK],
+    w: &mut [Real],
     tree: &[Real; TREE],
     q: &[Real; COORDINATES],
     rates: &[Real; COORDINATES],
@@ -291,7 +292,7 @@ fn set_motion(
 }
 
 #[allow(unused_variables)]
-fn set_parameters(w: &mut [Real; FORCE_WORK], params: &Params) {
+fn set_parameters(w: &mut [Real], params: &Params) {
 @TUNE@}
 
 /// Rates of vanishing size in a direction.
@@ -516,4 +517,4 @@ impl State {
         Some((code, tau))
     }
 }
-@REACTIONS@@KINEMATICS@
+@REACTIONS@@KINEMATICS@@LINEARIZE@@DERIVATIVES@@ACCELERATIONS@
