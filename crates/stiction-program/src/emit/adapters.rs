@@ -73,16 +73,17 @@ impl C<'_> {
         let [mut declared, mut defaults, mut tune] = [const { String::new() }; 3];
         for kind in kinds(self.program, self.labels) {
             let (field, count) = (kind.field, kind.values.len());
-            // Loads change in every cycle: they are pins.
-            let role = if field == "wrench" { "pin in" } else { "param rw" };
+            // Loads change in every cycle: they are pins, which are zero without a signal.
+            let is_load = field == "wrench";
+            let role = if is_load { "pin in" } else { "param rw" };
             let (about, unit) = (kind.about, kind.unit);
             let _ =
                 writeln!(declared, "{role} float tune-{field}-#[{count}] \"{about} ({unit})\";");
             let each = format!("    for (k = 0; k < {count}; ++k) {{\n");
-            let _ = writeln!(
-                defaults,
-                "{each}        tune_{field}(k) = all_params.{field}[k];\n    }}"
-            );
+            if !is_load {
+                let copy = format!("tune_{field}(k) = all_params.{field}[k];");
+                let _ = writeln!(defaults, "{each}        {copy}\n    }}");
+            }
             let _ = writeln!(
                 tune,
                 "{each}        all_params.{field}[k] = (real)tune_{field}(k);\n    }}"

@@ -303,10 +303,10 @@ impl Compared {
                 let (law, transition) =
                     (first(own.law.name().to_owned()), first(own.transition.to_string()));
                 let reversals = first(own.reversals.to_string());
-                writeln!(
-                    f,
+                let line = format!(
                     "{law:<25} {transition:<10} {shown:<12} {rms:>11} {change:>20} {reversals:>9}"
-                )?;
+                );
+                writeln!(f, "{}", line.trim_end())?;
             }
         }
         writeln!(f)

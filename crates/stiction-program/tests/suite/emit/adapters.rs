@@ -70,7 +70,10 @@ fn linuxcnc_compiles_the_component() {
         let Some(code) = complete(name, Precision::Double) else { return };
         if is_installed("halcompile") {
             let said = code.make("linuxcnc");
-            assert!(!said.contains("error") && !said.contains("warning"), "{said}");
+            // A limit for kernel modules; threads of LinuxCNC in user space have a stack of their own size.
+            let is_known = |line: &str| line.contains("-Wframe-larger-than=");
+            let warnings = said.lines().filter(|line| line.contains("warning"));
+            assert!({ warnings }.all(is_known) && !said.contains("error"), "{said}");
         }
     }
 }

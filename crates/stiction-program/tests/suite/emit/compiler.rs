@@ -37,7 +37,7 @@ fn text(output: &Output) -> String {
 
 /// Writes files into an empty folder.
 fn written(folder: &str, files: &[SourceFile]) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(folder);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("emit").join(folder);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     for file in files {
