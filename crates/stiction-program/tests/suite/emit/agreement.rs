@@ -16,6 +16,9 @@ use stiction_program::{Feedforward, Tunable};
 const CLEAR: f64 = 0.05;
 /// Least sliding speed of a compared state, relative to the largest: near zero, its sign is uncertain.
 const SLIDES: f64 = 1e-3;
+/// Least rate of the fastest coordinate of a compared state, rad/s or m/s: the solver treats interfaces below a speed as
+/// resting, the code only coordinates.
+const MOVES: f64 = 1e-3;
 /// Sliding speed, relative to the largest, below which it is a rounding error: the interface never slides.
 const NEVER: f64 = 1e-12;
 /// Least determinant of a compared state with friction relative to that without, as the code in double precision finds
@@ -83,7 +86,9 @@ fn solve(solver: &mut InverseDynamics, targets: &[Target<f64>], is_clear: bool) 
     let fastest = speeds.clone().fold(0.0, f64::max);
     let is_slow = fastest > 0.0 && { speeds }.any(|v| (NEVER..=SLIDES).contains(&(v / fastest)));
     let efforts = forces.efforts.clone();
-    let why = if is_slow {
+    let why = if targets.iter().all(|target| target.rate.abs() < MOVES) {
+        Some("all coordinates almost at rest")
+    } else if is_slow {
         Some("an interface almost at rest")
     } else if !is_clear {
         Some("near a singular position")
