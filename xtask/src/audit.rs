@@ -36,7 +36,11 @@ const STEPS: [Step; 19] = [
     ("sanitizer", "the unsafe code under the address sanitizer", sanitizer),
     ("miri", "the unsafe code under Miri, with the interpreter in place of machine code", miri),
     ("arm", "AArch64 machine code in an emulator (QEMU)", arm),
-    ("export", "exported C code of all robots of the gallery, by gcc and clang", export),
+    (
+        "export",
+        "exported C code of all robots of the gallery, by gcc, clang and cross compilers",
+        export,
+    ),
     ("playground", "the engine in a browser: WebAssembly and its page", playground),
     ("accessibility", "pages of all commands, examined by axe-core (npm, Chromium)", accessibility),
     ("coverage", "intervals of identified parameters over 200 logs of four robots", coverage),
@@ -345,7 +349,8 @@ fn arm() -> Ended {
     ended(succeeds(&mut test))
 }
 
-/// Compiles and tests exported code by every compiler that is installed.
+/// Compiles and tests exported code by every compiler that is installed; by the first one, also compares it with the
+/// solver at many random states, in emulators of other processors and in LinuxCNC if they are installed, and measures it.
 fn export() -> Ended {
     let compilers = ["gcc", "clang"];
     let installed = compilers.iter().filter(|name| runs(Command::new(name).arg("--version")));
@@ -354,11 +359,17 @@ fn export() -> Ended {
         return Ended::Skipped("neither gcc nor clang is installed".to_owned());
     }
     let test = ["test", "--release", "-p", "stiction-program", "--test", "suite"];
-    let only = ["--", "--include-ignored", "emit::generated_c"];
-    ended(installed.iter().all(|compiler| {
+    let all = ["--", "--include-ignored"];
+    let by_all = installed.iter().all(|compiler| {
         eprintln!("   {compiler}");
-        succeeds(cargo(&[&test[..], &only].concat()).env("STICTION_CC", compiler))
-    }))
+        let only = ["emit::generated_c", "emit::functions"];
+        succeeds(cargo(&[&test[..], &all, &only].concat()).env("STICTION_CC", compiler))
+    });
+    let only = ["--nocapture", "emit::agreement", "emit::adapters", "emit::speed"];
+    ended(
+        by_all
+            && succeeds(cargo(&[&test[..], &all, &only].concat()).env("STICTION_CC", installed[0])),
+    )
 }
 
 /// Checks and simulates functional mock-up units with FMPy.

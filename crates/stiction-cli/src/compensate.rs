@@ -4,9 +4,11 @@ use crate::arguments::Compensate;
 use crate::failure::Failure;
 use crate::outputs::Outputs;
 use crate::print;
+use crate::report;
 use crate::sources::{self, warn};
 use crate::written::note_files;
 use stiction::Compensator;
+use stiction_run::compensation::draw_report;
 
 pub(crate) fn run(options: &Compensate) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.into_json(options.json))
@@ -20,6 +22,7 @@ fn execute(options: &Compensate) -> Result<(), Failure> {
     let mut request = robot
         .compensation()
         .load(&options.load)
+        .transitions(&options.transition)
         .bandwidth(options.bandwidth)
         .period(options.period)
         .known_to(options.known_to, options.seed)
@@ -32,8 +35,8 @@ fn execute(options: &Compensate) -> Result<(), Failure> {
         let laws: Result<Vec<_>, _> = options.controller.iter().map(|name| law(name)).collect();
         request = request.laws(&laws?);
     }
-    let outputs = options.output.as_deref();
-    let outputs = outputs.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
+    let folder = options.report.folder(options.output.as_deref())?;
+    let outputs = folder.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
     let compared = request.run()?;
     let json = format!("{:#}\n", compared.to_json());
@@ -44,10 +47,16 @@ fn execute(options: &Compensate) -> Result<(), Failure> {
     let Some(mut outputs) = outputs else { return Ok(()) };
     outputs.write("compensate.json", json.as_bytes())?;
     outputs.write("compensate.csv", compared.errors_csv().as_bytes())?;
-    let files = outputs.complete(&[])?;
+    if options.report.is_on() {
+        let command = report::command_line();
+        let page = draw_report(robot.model(), &compared.report(), Some(&command));
+        outputs.write(report::FILE, page.as_bytes())?;
+    }
+    let files = outputs.complete(&[report::FILE])?;
     if !options.json {
         note_files(&files, true);
     }
+    options.report.show(folder.as_deref());
     Ok(())
 }
 

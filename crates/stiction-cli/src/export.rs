@@ -3,7 +3,7 @@
 mod fmu;
 mod plant;
 
-use crate::arguments::{Export, Function, Language, Precision, Tunable};
+use crate::arguments::{Adapter, Export, Function, Language, Precision, Tunable};
 use crate::failure::Failure;
 use crate::outputs::Outputs;
 use crate::sources::{self, warn};
@@ -27,6 +27,13 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
         .functions(stiction::Functions {
             kinematics: options.functions.contains(&Function::Kinematics),
             reactions: options.functions.contains(&Function::Reactions),
+            derivatives: options.functions.contains(&Function::Derivatives),
+            accelerations: options.functions.contains(&Function::Accelerations),
+        })
+        .adapters(stiction::Adapters {
+            ctypes: options.adapters.contains(&Adapter::Ctypes),
+            linuxcnc: options.adapters.contains(&Adapter::Linuxcnc),
+            cortex_m7: options.adapters.contains(&Adapter::CortexM7),
         })
         .vectors(options.vectors as usize);
     if let Some(name) = &options.prefix {
@@ -35,8 +42,14 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     if let Some(body) = &options.payload {
         export = export.payload(body);
     }
+    if !options.coordinates.is_empty() {
+        export = export.coordinates(&options.coordinates);
+    }
     if options.plant.plant {
         return plant::write(&export, options, robot.files_read());
+    }
+    for body in &options.force_on {
+        export = export.force_on(body);
     }
     if options.to == Language::Fmu {
         return fmu::write(&export, options, robot.files_read());

@@ -18,7 +18,6 @@ use crate::stages::with_inputs_replaced;
 use crate::wrench::from_components;
 use core::ops::Range;
 use stiction_core::kinematics::Target;
-use stiction_core::parameters::Parameters;
 use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::Wrench;
@@ -103,13 +102,13 @@ impl<'a> DerivativeInputs<'a> {
         if self.quantities.is_empty() {
             return Vec::new();
         }
-        let mut parameters = Parameters::new(source.solver.mechanism());
+        let Followed { coordinates, targets, loads, parameters } = followed;
+        let mut parameters = parameters.clone();
         for ((quantity, _), input) in self.numbers.iter().zip(&inputs[self.slopes().end..]) {
             if let Some(number) = quantity.of_mechanism(&mut parameters) {
                 *number = *input;
             }
         }
-        let Followed { coordinates, targets, loads } = followed;
         let like = source.solver.state();
         // An angle computed from poses is known modulo full turns, but a prescribed one is
         // continuous. The position correction uses their difference, which must contribute only its

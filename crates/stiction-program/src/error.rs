@@ -23,6 +23,9 @@ pub enum RecordError {
     NoPlan,
     /// The list of quantities for derivatives is empty.
     NoQuantity,
+    /// Source code with derivatives was requested of a program without them, see
+    /// [`crate::Feedforward::with_derivatives`].
+    NoDerivatives,
     /// The mechanism has no such quantity.
     UnknownQuantity(Quantity),
     /// The mechanism has no such parameter, or a payload is on a body without mass.
@@ -68,6 +71,7 @@ impl fmt::Display for RecordError {
                 "the position is singular, or both constraints and actuators are redundant"
             ),
             Self::NoQuantity => write!(f, "no quantity for the derivatives is given"),
+            Self::NoDerivatives => write!(f, "the program was recorded without derivatives"),
             Self::UnknownQuantity(quantity) => write!(f, "the mechanism has no {quantity:?}"),
             Self::NoTunable(tunable) => {
                 write!(f, "the mechanism has no {tunable:?}, or its body has no mass")
@@ -92,7 +96,7 @@ impl fmt::Display for RecordError {
             }
             Self::ActuatorCount { actuators, coordinates } => write!(
                 f,
-                "programs of forward dynamics need as many actuators as prescribed coordinates, and at least one: \
+                "forward dynamics needs as many actuators as prescribed coordinates, and at least one: \
                  there are {actuators} and {coordinates}"
             ),
             Self::DriveTrains => {

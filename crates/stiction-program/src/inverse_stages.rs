@@ -48,6 +48,8 @@ pub(crate) struct InverseStages {
     pub(crate) overlaps: Vec<Node>,
     /// Reciprocal pivots of the rate equations.
     pub(crate) rate_pivots: Vec<Node>,
+    /// Reciprocal pivots of the balance without friction.
+    pub(crate) balance_pivots: Vec<Node>,
     /// Derivatives of all actuator forces, if requested, and the inputs of their directions.
     pub(crate) slopes: Vec<Node>,
     pub(crate) slope_inputs: Range<usize>,
@@ -117,6 +119,7 @@ impl RecordingSource<'_> {
         let from: Vec<u32> = matter.iter().map(|k| (first + k) as u32).collect();
         let before: Vec<Node> = from.iter().map(|input| merged.add(Op::Input(*input))).collect();
         // Pivots that friction does not change cancel.
+        let balance_pivots = plain.clone();
         let changed = plain.into_iter().zip(tilted).filter(|(plain, tilted)| plain != tilted);
         let pivot = |(plain, reciprocal): (Node, Node)| match merged.ops()[reciprocal as usize] {
             Op::Div(_, pivot) => (plain, pivot, true),
@@ -156,6 +159,7 @@ impl RecordingSource<'_> {
             rest,
             overlaps,
             rate_pivots,
+            balance_pivots,
             slopes,
             slope_inputs,
             reactions,
@@ -231,7 +235,7 @@ impl RecordingSource<'_> {
         rest.extend(states.iter().map(|state| state.friction()));
         (
             [ideal, begin, after, plain, tilted, rest, checks],
-            Followed { coordinates, targets, loads },
+            Followed { coordinates, targets, loads, parameters },
         )
     }
 }

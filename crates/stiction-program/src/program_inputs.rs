@@ -131,10 +131,11 @@ impl InputLayout {
     }
 
     /// Layout with all coordinates of the tree, and with parameters of the mechanism, instead of
-    /// motions of bodies; without loads.
+    /// motions of bodies. Loads are the last tunable parameters.
     pub(crate) fn of_tree(solver: &InverseDynamics, tunables: &[Tunable]) -> Self {
         let topology = solver.topology().clone();
         let free: Vec<usize> = (0..topology.coordinates()).collect();
+        debug_assert!(tunables.is_sorted_by_key(|tunable| tunable.load().is_some()));
         let prescribed = 3 * solver.constraints().coordinates().len();
         let widths: usize = tunables.iter().map(|tunable| tunable.width()).sum();
         Self {
@@ -168,7 +169,7 @@ impl InputLayout {
         parameters: &mut Parameters<T>,
         next: &mut impl FnMut() -> T,
     ) {
-        for tunable in &self.tunables {
+        for tunable in self.tunables.iter().filter(|tunable| tunable.load().is_none()) {
             let numbers: Vec<T> = (0..tunable.width()).map(|_| next()).collect();
             tunable.apply(parameters, &numbers);
         }

@@ -3,6 +3,7 @@
 use crate::recorded::Recorded;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model};
 use stiction_core::kinematics::Target;
+use stiction_core::parameters::Parameters;
 
 /// Sizes of a mechanism and of a program.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +32,8 @@ pub(crate) struct Followed {
     pub(crate) coordinates: Vec<Recorded>,
     pub(crate) targets: Vec<Target<Recorded>>,
     pub(crate) loads: Vec<AppliedLoad<Recorded>>,
+    /// Parameters of the mechanism, with tunable ones as inputs.
+    pub(crate) parameters: Parameters<Recorded>,
 }
 
 impl RecordingSource<'_> {

@@ -1,5 +1,6 @@
 //! Parameters of a mechanism that are inputs of a program instead of constants.
 
+use stiction_core::dynamics::{AppliedLoad, LoadAxes};
 use stiction_core::friction::Curve;
 use stiction_core::mechanism::BodyId;
 use stiction_core::parameters::Parameters;
@@ -18,6 +19,8 @@ pub enum Tunable {
     Mass(BodyId),
     /// Point mass that is fixed to a body: mass, kg, and position x, y, z in the body's frame, m.
     Payload(BodyId),
+    /// Load on a body: force, N, and moment about the origin of the body, N m, world axes.
+    Wrench(BodyId),
 }
 
 impl Tunable {
@@ -26,6 +29,7 @@ impl Tunable {
         match self {
             Self::Mu(_) | Self::Viscous(_) | Self::Mass(_) => 1,
             Self::Payload(_) => 4,
+            Self::Wrench(_) => 6,
         }
     }
 
@@ -46,7 +50,14 @@ impl Tunable {
         heavy.map(|(body, _)| Self::Mass(BodyId(body))).collect()
     }
 
-    /// Values in the model; a payload is zero. `None` if the mechanism has no such parameter.
+    /// Returns the load with a wrench of zero, for a load.
+    pub(crate) fn load(self) -> Option<AppliedLoad<f64>> {
+        let Self::Wrench(body) = self else { return None };
+        let (point, force, moment) = (Vec3::zero(), Vec3::zero(), Vec3::zero());
+        Some(AppliedLoad { body, point, axes: LoadAxes::World, force, moment })
+    }
+
+    /// Values in the model; payloads and loads are zero. `None` if the mechanism has no such parameter.
     pub(crate) fn values(self, parameters: &Parameters<f64>) -> Option<Vec<f64>> {
         match self {
             Self::Mu(k) => Some(vec![parameters.interfaces.get(k)?.law.mu]),
@@ -54,6 +65,10 @@ impl Tunable {
             Self::Mass(body) => Some(vec![*parameters.mass.get(body.0)?]),
             Self::Payload(body) if *parameters.mass.get(body.0)? > 0.0 => Some(vec![0.0; 4]),
             Self::Payload(_) => None,
+            Self::Wrench(body) if (1..parameters.mass.len()).contains(&body.0) => {
+                Some(vec![0.0; 6])
+            }
+            Self::Wrench(_) => None,
         }
     }
 
@@ -78,10 +93,13 @@ impl Tunable {
                 let mut place = || 0.3 * length * random();
                 vec![mass, place(), place(), place()]
             }
+            Self::Wrench(_) => {
+                (0..6).map(|k| 100.0 * if k < 3 { 1.0 } else { length } * random()).collect()
+            }
         }
     }
 
-    /// Replaces the numbers of the mechanism.
+    /// Replaces the numbers of the mechanism; loads are none of them.
     pub(crate) fn apply<T: Scalar>(self, parameters: &mut Parameters<T>, values: &[T]) {
         match (self, values) {
             (Self::Mu(k), [mu]) => parameters.interfaces[k].law.mu = *mu,

@@ -47,6 +47,7 @@ mod by_leg;
 pub mod check;
 pub mod comparison;
 mod comparison_page;
+pub mod compensation;
 mod dofs;
 mod error;
 pub mod exchange;

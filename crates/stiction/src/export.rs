@@ -6,14 +6,17 @@ mod plant;
 pub use fmu::Fmu;
 pub use plant::PlantExport;
 
+use crate::coordinates::named;
 use crate::error::Error;
 use crate::robot::Robot;
+use crate::states::guesses;
 use stiction_core::dynamics::{InverseDynamics, Settings};
+use stiction_core::joint::JointType;
 use stiction_core::kinematics::{AssemblyError, Coordinate, Target};
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_format::did_you_mean;
 use stiction_program::emit::{
-    Functions, Labels, Language, Precision, SourceFile, SourceOptions, TestVector,
+    Adapters, Functions, Labels, Language, Precision, SourceFile, SourceOptions, TestVector,
 };
 use stiction_program::{Feedforward, RecordError, Tunable};
 use stiction_run::exchange::Home;
@@ -31,6 +34,8 @@ pub struct Export {
     frictions: bool,
     masses: bool,
     payload: Option<String>,
+    forces_on: Vec<String>,
+    coordinates: Option<Vec<String>>,
     vectors: usize,
 }
 
@@ -54,6 +59,8 @@ impl Export {
             frictions: true,
             masses: false,
             payload: None,
+            forces_on: Vec::new(),
+            coordinates: None,
             vectors: 200,
         }
     }
@@ -90,7 +97,8 @@ impl Export {
         self
     }
 
-    /// Adds functions besides inverse dynamics: forward kinematics with Jacobians, joint reactions. Default: none.
+    /// Adds functions besides inverse dynamics: forward kinematics with Jacobians, joint reactions, derivatives,
+    /// forward dynamics. Default: none.
     pub fn functions(mut self, functions: Functions) -> Self {
         self.options.functions = functions;
         self
@@ -99,6 +107,25 @@ impl Export {
     /// Adds a point mass on a body; its mass and position are parameters of the code.
     pub fn payload(mut self, body: &str) -> Self {
         self.payload = Some(body.to_owned());
+        self
+    }
+
+    /// Adds a force and a moment on a body, at its origin, as parameters of the code.
+    pub fn force_on(mut self, body: &str) -> Self {
+        self.forces_on.push(body.to_owned());
+        self
+    }
+
+    /// Sets the coordinates of the code, by name: joint coordinates such as `leg1.P`, and coordinates that the default
+    /// motion prescribes, such as `platform.z`. Default: all actuators.
+    pub fn coordinates<S: AsRef<str>>(mut self, names: &[S]) -> Self {
+        self.coordinates = Some(names.iter().map(|name| name.as_ref().to_owned()).collect());
+        self
+    }
+
+    /// Adds programs and files that run the code in other environments; C only. Default: none.
+    pub fn adapters(mut self, adapters: Adapters) -> Self {
+        self.options.adapters = adapters;
         self
     }
 
@@ -129,6 +156,9 @@ impl Export {
                 Error::input("--own-math is for C: code in Rust receives its functions by a trait");
             return Err(error.with_help("leave --own-math out"));
         }
+        if self.language == Language::Rust && self.options.adapters != Adapters::default() {
+            return Err(Error::input("adapters are for C").with_help("leave --adapters out"));
+        }
         let Recorded { program, solver, signal, labels, options } = self.record()?;
         let vectors = TestVector::random(&solver, &signal, self.vectors, 1);
         if vectors.is_empty() && self.vectors > 0 {
@@ -142,38 +172,41 @@ impl Export {
             ));
         }
         program.files(self.language, &labels, &options, &vectors).map_err(|error| {
+            let (help, option) = match error {
+                RecordError::ActuatorCount { .. } => ("leave `accelerations` out", "functions"),
+                _ => ("choose double precision", "precision"),
+            };
             Error::input(format!("no code for `{}`: {error}", self.robot.name()))
-                .with_help("choose double precision")
-                .with_option("precision")
+                .with_help(help)
+                .with_option(option)
         })
     }
 
-    /// Records the program with the actuators as inputs.
+    /// Records the program with the coordinates as inputs.
     pub(crate) fn record(&self) -> Result<Recorded, Error> {
         let options = self.checked_options()?;
-        let name = self.robot.name();
-        let refuse = |error, _| {
-            Error::input(format!("no code for `{name}`: with its actuators as inputs, {error}"))
-                .with_help(
-                    "the actuators must determine the motion: `stiction check` tells the mobility",
-                )
-        };
-        let (solver, home) = driven_by_actuators(&self.robot, Settings::default(), refuse)?;
-        if home.is_empty() {
+        let (solver, named) = self.driven()?;
+        if solver.mechanism().actuators().next().is_none() {
             let error =
                 Error::input(format!("no code for `{}`: it has no actuator", self.robot.name()));
             return Err(error.with_help("add `actuated` to the joints that are driven"));
         }
-        let signal = self.positions(&solver, home)?;
+        let signal = self.positions(&solver, &named)?;
         let tunables = self.tunables(&solver)?;
-        let program = Feedforward::record(&solver, &signal, &tunables).map_err(|error| {
+        let program = Feedforward::record(&solver, &signal, &tunables).and_then(|program| {
+            match options.functions.need_derivatives() {
+                true => program.with_derivatives(&solver, &signal),
+                false => Ok(program),
+            }
+        });
+        let program = program.map_err(|error| {
             let message = format!("no code for `{}`: {error}", self.robot.name());
             Error::input(message).with_help(match error {
                 RecordError::NoTunable(_) => "give a payload on a body with a mass",
                 _ => "give the default motion other positions, away from singular ones",
             })
         })?;
-        let labels = self.labels(&solver);
+        let labels = self.labels(&solver, &named);
         Ok(Recorded { program, solver, signal, labels, options })
     }
 
@@ -203,13 +236,7 @@ impl Export {
             tunables.extend(Tunable::masses(parameters));
         }
         if let Some(name) = &self.payload {
-            let names: Vec<&str> = self.robot.bodies().collect();
-            let Some(body) = names.iter().position(|known| known == name) else {
-                let error = Error::input(format!("there is no body `{}`", name.escape_debug()));
-                let near = did_you_mean(name, "body", names.iter().skip(1).copied());
-                let all = || format!("the bodies are {}", names[1..].join(", "));
-                return Err(error.with_help(near.unwrap_or_else(all)));
-            };
+            let body = self.body(name)?;
             if parameters.mass[body] <= 0.0 {
                 let message =
                     format!("body `{name}` has no mass, so a payload cannot be added to it");
@@ -217,40 +244,66 @@ impl Export {
             }
             tunables.push(Tunable::Payload(BodyId(body)));
         }
+        for name in &self.forces_on {
+            tunables.push(Tunable::Wrench(BodyId(self.body(name)?)));
+        }
         Ok(tunables)
     }
 
-    /// Positions of the actuators along the default motion, up to the first singular position; the first one is
-    /// `home`.
+    /// Index of a body, except the ground.
+    fn body(&self, name: &str) -> Result<usize, Error> {
+        let names: Vec<&str> = self.robot.bodies().collect();
+        let found = names.iter().skip(1).position(|known| *known == name);
+        found.map(|body| body + 1).ok_or_else(|| {
+            let error = Error::input(format!("there is no body `{}`", name.escape_debug()));
+            let near = did_you_mean(name, "body", names.iter().skip(1).copied());
+            let all = || format!("the bodies are {}", names[1..].join(", "));
+            error.with_help(near.unwrap_or_else(all))
+        })
+    }
+
+    /// Positions of the coordinates along the default motion, up to the first singular position.
     fn positions(
         &self,
         solver: &InverseDynamics,
-        home: Vec<Target<f64>>,
+        named: &[Named],
     ) -> Result<Vec<Vec<Target<f64>>>, Error> {
         let check = self.robot.check_along();
         let job = check.job()?;
         let mut follower = job.assemble(job.motion.start)?;
+        let types = joint_types(solver);
         let mut own = solver.clone();
-        let mut positions = vec![home];
+        let at_rest = |value| Target { value, rate: 0.0, acceleration: 0.0 };
+        let mut positions = vec![named.iter().map(|(.., value)| at_rest(*value)).collect()];
         for k in 1..POSITIONS {
             let time = job.motion.start + job.motion.duration * f64::from(k) / f64::from(POSITIONS);
             if job.motion.duration == 0.0 || follower.go_to(time).is_err() {
                 break;
             }
             let before = &positions[positions.len() - 1];
-            let actuators = own.mechanism().actuators().zip(before);
-            let now: Vec<Target<f64>> = actuators
-                .map(|((joint, dof), before)| {
-                    let found = follower.solver.joint_motion(joint, dof).value;
-                    let turn = if translates(solver, joint, dof) { f64::INFINITY } else { TURN };
+            let prescribed: Vec<Target<f64>> = job.motion.at(time).collect();
+            let now: Vec<Target<f64>> = named
+                .iter()
+                .zip(before)
+                .map(|((_, which, _), before): (&Named, &Target<f64>)| {
+                    let mut known = job.motion.coordinates.iter().zip(&prescribed);
+                    let known = known.find(|((coordinate, _), _)| coordinate == which);
+                    let found = match (known, *which) {
+                        (Some((_, target)), _) => target.value,
+                        (None, Coordinate::Joint { joint, dof }) => {
+                            follower.solver.joint_motion(joint, dof).value
+                        }
+                        (None, _) => before.value,
+                    };
+                    let turn = if which.is_angle(&types) { TURN } else { f64::INFINITY };
                     // The solver returns angles within half a turn; this makes them continuous.
                     let turns = ((found - before.value) / turn).round();
                     let value = if turns == 0.0 { found } else { found - turns * turn };
-                    Target { value, rate: 0.0, acceleration: 0.0 }
+                    at_rest(value)
                 })
                 .collect();
             let mut next = own.clone();
-            // Beyond a singular position the actuators no longer determine the motion.
+            // Beyond a singular position the coordinates no longer determine the motion.
             if next.move_to(&now).is_err() || next.side() != own.side() {
                 break;
             }
@@ -260,21 +313,20 @@ impl Export {
         Ok(positions)
     }
 
-    fn labels(&self, solver: &InverseDynamics) -> Labels {
-        let (mut coordinates, mut actuators) = (Vec::new(), Vec::new());
+    fn labels(&self, solver: &InverseDynamics, named: &[Named]) -> Labels {
+        let types = joint_types(solver);
+        let unit = |which: &Coordinate| if which.is_angle(&types) { "rad" } else { "m" };
+        let coordinates = named.iter().map(|(name, which, _)| (name.clone(), unit(which)));
+        let mut actuators = Vec::new();
         for ((joint, dof), name) in solver.mechanism().actuators().zip(self.robot.actuators()) {
-            let (unit, effort) = match translates(solver, joint, dof) {
-                true => ("m", "N"),
-                false => ("rad", "N m"),
-            };
-            coordinates.push((name.to_owned(), unit));
+            let effort = if translates(solver, joint, dof) { "N" } else { "N m" };
             actuators.push((name.to_owned(), effort));
         }
         let owned = |names: &mut dyn Iterator<Item = &str>| names.map(str::to_owned).collect();
         Labels {
             model: self.robot.name().to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            coordinates,
+            coordinates: coordinates.collect(),
             actuators,
             joints: owned(&mut self.robot.joints()),
             interfaces: owned(&mut self.robot.friction_interfaces()),
@@ -289,29 +341,48 @@ fn translates(solver: &InverseDynamics, joint: JointId, dof: usize) -> bool {
     solver.mechanism().joints()[joint.0].joint_type.dofs()[dof].translates()
 }
 
-/// Creates the solver with the actuators as independent coordinates at the first instant of the default motion;
-/// returns it with their positions there, at rest. `refuse` creates the error from the reason why the actuators do
-/// not determine the position, and the time, s.
-fn driven_by_actuators(
-    robot: &Robot,
-    settings: Settings,
-    refuse: impl FnOnce(AssemblyError, f64) -> Error,
-) -> Result<(InverseDynamics, Vec<Target<f64>>), Error> {
-    let check = robot.check_along();
-    let job = check.job()?;
-    let home = Home::of(&job)?;
-    let mut coordinates = Vec::new();
-    let mut targets = Vec::new();
-    for (joint, dof) in home.mechanism.actuators() {
-        let value = home.coordinates[joint.0][dof].unwrap_or(0.0);
-        coordinates.push(Coordinate::Joint { joint, dof });
-        targets.push(Target { value, rate: 0.0, acceleration: 0.0 });
+fn joint_types(solver: &InverseDynamics) -> Vec<JointType> {
+    solver.mechanism().joints().iter().map(|joint| joint.joint_type).collect()
+}
+
+/// Name, coordinate, and value at home.
+type Named = (String, Coordinate, f64);
+
+impl Export {
+    /// Creates the solver with the independent coordinates of the code at the first instant of the default motion;
+    /// returns it with these coordinates.
+    fn driven(&self) -> Result<(InverseDynamics, Vec<Named>), Error> {
+        let check = self.robot.check_along();
+        let job = check.job()?;
+        let home = Home::of(&job)?;
+        let named = named(&self.robot, &home, self.coordinates.as_deref())
+            .map_err(|error| error.with_option("coordinates"))?;
+        let coordinates: Vec<Coordinate> = named.iter().map(|(_, which, _)| *which).collect();
+        let at_rest = |value| Target { value, rate: 0.0, acceleration: 0.0 };
+        let targets: Vec<_> = named.iter().map(|(.., value)| at_rest(*value)).collect();
+        let poses = guesses(&home);
+        let settings = Settings::default();
+        let solver = InverseDynamics::new(home.mechanism, &poses, &coordinates, &targets, settings)
+            .map_err(|error| self.undetermined(&error))?;
+        Ok((solver, named))
     }
-    let ground = home.mechanism.base().inverse();
-    let poses = home.poses.iter().enumerate().skip(1);
-    let initial_poses: Vec<_> = poses.map(|(body, pose)| (BodyId(body), ground * *pose)).collect();
-    let solver =
-        InverseDynamics::new(home.mechanism, &initial_poses, &coordinates, &targets, settings)
-            .map_err(|error| refuse(error, job.motion.start))?;
-    Ok((solver, targets))
+
+    fn undetermined(&self, error: &AssemblyError) -> Error {
+        let name = self.robot.name();
+        match &self.coordinates {
+            None => {
+                Error::input(format!("no code for `{name}`: with its actuators as inputs, {error}"))
+                    .with_help(
+                        "the actuators must determine the motion: `stiction check` tells the mobility; or name \
+                         other coordinates by --coordinates",
+                    )
+            }
+            Some(names) => Error::input(format!(
+                "no code for `{name}`: with {} as inputs, {error}",
+                names.join(", ").escape_debug()
+            ))
+            .with_help("name other coordinates, one for each degree of freedom")
+            .with_option("coordinates"),
+        }
+    }
 }

@@ -51,6 +51,7 @@ mod check;
 mod compensation;
 mod control_loop;
 mod convert;
+mod coordinates;
 mod error;
 mod excite;
 mod explain;
@@ -73,7 +74,7 @@ mod tasks;
 
 pub use breakaway::{Breakaway, Rest, StaticFriction};
 pub use check::{Check, Examination, Mobility, Report, Singularity};
-pub use compensation::{Compared, Compensation, Compensator, LawResult};
+pub use compensation::{Compared, Compensation, Compensator, LawResult, Transition};
 pub use control_loop::ControlLoop;
 pub use convert::{Conversion, Converted};
 pub use error::{Error, ErrorKind};
@@ -103,7 +104,7 @@ pub use stiction_core::mechanism::{
 pub use stiction_format as format;
 pub use stiction_format::{Diagnostic, Diagnostics, gallery};
 pub use stiction_program::emit::fmu::Fmi;
-pub use stiction_program::emit::{Functions, Language, Precision, SourceFile};
+pub use stiction_program::emit::{Adapters, Functions, Language, Precision, SourceFile};
 pub use stiction_run as run;
 pub use stiction_run::forward::Measured;
 

@@ -52,6 +52,8 @@ pub(crate) enum Format {
     \x20 stiction export robot.toml --to c --precision float --own-math -o code\n\
     \x20 stiction export five-bar --to rust --payload tool -o code\n\
     \x20 stiction export delta --to c --functions kinematics,reactions -o code\n\
+    \x20 stiction export 3rps --to c --coordinates platform.z,platform.rx,platform.ry -o code\n\
+    \x20 stiction export five-bar --to c --adapters ctypes,linuxcnc -o code\n\
     \x20 stiction export five-bar --to fmu -o five-bar.fmu\n\
     \x20 stiction export five-bar --to fmu --plant --force-on tool -o plant.fmu")]
 pub(crate) struct Export {
@@ -84,6 +86,17 @@ pub(crate) struct Export {
     /// Functions in addition to inverse dynamics
     #[arg(long, value_name = "FUNCTIONS", value_delimiter = ',')]
     pub(crate) functions: Vec<Function>,
+    /// Independent coordinates, by name: those of joints, such as `leg1.P`, and those that the default motion
+    /// prescribes, such as `platform.z` [default: all actuators]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) coordinates: Vec<String>,
+    /// Files that run the code in other environments, for `--to c`
+    #[arg(long, value_name = "ADAPTERS", value_delimiter = ',')]
+    pub(crate) adapters: Vec<Adapter>,
+    /// A body with a force and a moment that can be changed at run time, parameters of the code or inputs of
+    /// a plant; repeatable
+    #[arg(long, value_name = "BODY")]
+    pub(crate) force_on: Vec<String>,
     /// A body that carries a point mass, whose mass and position can be changed at run time
     #[arg(long, value_name = "BODY")]
     pub(crate) payload: Option<String>,
@@ -100,7 +113,9 @@ pub(crate) struct PlantOptions {
     /// whose inputs are the efforts of the actuators
     #[arg(
         long,
-        conflicts_with_all = ["precision", "own_math", "tunable", "functions", "payload", "vectors"]
+        conflicts_with_all = [
+            "precision", "own_math", "tunable", "functions", "coordinates", "adapters", "payload", "vectors"
+        ]
     )]
     pub(crate) plant: bool,
     /// The motion at whose first instant the plant starts: its name in the model, a CSV file, or assignments;
@@ -115,9 +130,6 @@ pub(crate) struct PlantOptions {
     /// says]
     #[arg(long, value_name = "LOAD", requires = "plant")]
     pub(crate) load: Option<String>,
-    /// A body on which a force and a moment act as inputs; repeatable
-    #[arg(long, value_name = "BODY", requires = "plant")]
-    pub(crate) force_on: Vec<String>,
     /// Joint friction [default: as the model says, else on]
     #[arg(long, value_name = "FRICTION", requires = "plant")]
     pub(crate) friction: Option<Switch>,
@@ -154,6 +166,21 @@ pub(crate) enum Function {
     Kinematics,
     /// Reactions of all joints, with friction
     Reactions,
+    /// Derivatives of the efforts by positions, rates and accelerations
+    Derivatives,
+    /// Forward dynamics: accelerations from efforts
+    Accelerations,
+}
+
+/// Environments of the code beside C.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Adapter {
+    /// Python, by its module ctypes
+    Ctypes,
+    /// A component of LinuxCNC
+    Linuxcnc,
+    /// The self-test on a bare Cortex-M7 in QEMU
+    CortexM7,
 }
 
 /// Numbers of the model that the code can change at run time.

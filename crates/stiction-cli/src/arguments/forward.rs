@@ -117,6 +117,11 @@ pub(crate) struct Compensate {
     /// actuator), `computed-torque+friction` (the friction of the model) [default: all]
     #[arg(long, value_name = "CONTROLLER", value_delimiter = ',')]
     pub(crate) controller: Vec<String>,
+    /// Compensation of friction where the reference reverses or rests, one or several to compare: `sign` of the
+    /// reference rate; `fade`, the same but fading at rest; or a width such as `5%`, the tanh of the reference rate over
+    /// this part of its largest value
+    #[arg(long, value_name = "TRANSITION", value_delimiter = ',', default_value = "sign", value_parser = stiction::Transition::parse)]
+    pub(crate) transition: Vec<stiction::Transition>,
     /// Bandwidth of the position control, in Hz or with a unit
     #[arg(long, value_name = "FREQUENCY", default_value = "5 Hz", value_parser = hertz, allow_negative_numbers = true)]
     pub(crate) bandwidth: f64,
@@ -138,10 +143,12 @@ pub(crate) struct Compensate {
     /// Delay between measurement and effort, in seconds or with a unit
     #[arg(long, value_name = "TIME", default_value = "0", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) delay: f64,
-    /// Write compensate.json and compensate.csv (tracking errors over time) into this folder
+    /// Write compensate.json, compensate.csv, the tracking errors over time, and report.html into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Print the results or the error as JSON
+    #[command(flatten)]
+    pub(crate) report: Report,
+    /// Print the figures or the error as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }

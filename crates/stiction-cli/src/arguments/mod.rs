@@ -12,7 +12,7 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
 pub(crate) use excite::Excite;
-pub(crate) use export::{Convert, Export, Format, Function, Language, Precision, Tunable};
+pub(crate) use export::{Adapter, Convert, Export, Format, Function, Language, Precision, Tunable};
 pub(crate) use forward::{Compensate, Forward, Method};
 pub(crate) use identify::Identify;
 pub(crate) use inverse::{Compare, Inverse, Plan, Shard, Sweep};

@@ -37,7 +37,7 @@ pub(super) fn write(
     if let Some(tolerance) = chosen.tolerance {
         plant = plant.tolerance(tolerance);
     }
-    for body in &chosen.force_on {
+    for body in &options.force_on {
         plant = plant.force_on(body);
     }
     let unit = plant.fmu(fmi)?;

@@ -13,10 +13,29 @@ fn controllers_are_compared() {
         text.contains("times smaller than") && text.contains("computed-torque+coulomb"),
         "{text}"
     );
-    assert_eq!(Folder(folder.0.join("out")).files(), ["compensate.csv", "compensate.json"]);
+    assert_eq!(
+        Folder(folder.0.join("out")).files(),
+        ["compensate.csv", "compensate.json", "report.html"]
+    );
     let figures = json(&folder.read("out/compensate.json"));
     assert_eq!(figures["controllers"].as_array().map(Vec::len), Some(3));
     assert!(figures["improvement"].as_f64() > Some(5.0));
+    let page = folder.read("out/report.html");
+    assert!(page.contains("computed-torque+coulomb") && !page.contains("NaN"), "{page}");
+    let several = ["--transition", "sign,fade,5%", "--report", "off", "-o", "several"];
+    let said = folder.stiction(&[&base[..], &[laws], &several].concat());
+    let text = said.succeeds();
+    assert!(text.contains("tanh 5%") && text.lines().all(|line| line.len() <= 100), "{text}");
+    assert_eq!(Folder(folder.0.join("several")).files(), ["compensate.csv", "compensate.json"]);
+    let all = json(&folder.read("several/compensate.json"));
+    assert_eq!(all["controllers"].as_array().map(Vec::len), Some(1 + 3 + 3));
+    // Constant friction jumps where the legs reverse; tanh spreads it over several samples.
+    let legs = ["compensate", "3rps", "--controller", "computed-torque+coulomb", "--json"];
+    let said = folder.stiction(&[&legs[..], &["--transition", "sign,5%"]].concat());
+    let all = json(said.succeeds());
+    let own = |at: usize| all["controllers"][at].clone();
+    let change = |at: usize| own(at)["peak_effort_change"][0].as_f64().unwrap();
+    assert!(own(1)["transition"] == "tanh 5%" && change(1) < 0.3 * change(0), "{all}");
     let disturbed = ["--resolution", "0.1 mrad", "--noise", "1e-5", "--delay", "1 ms", "--json"];
     let said = folder.stiction(&[&base[..], &[laws], &disturbed].concat());
     let worse = json(said.succeeds());
@@ -32,6 +51,7 @@ fn impossible_comparisons_are_refused() {
     };
     refused(&["zhang2018"], &["no code for `zhang2018`", "stiction check"]);
     refused(&["four-bar", "--controller", "pid"], &["no controller `pid`", "`pd`"]);
+    refused(&["four-bar", "--transition", "tanh"], &["--transition", "`5%`"]);
     refused(&["four-bar", "--noise", "3 s"], &["expected a length or an angle, found a time"]);
     refused(&["four-bar", "--known-to", "x"], &["expected a number or percent"]);
     refused(&["four-bar", "--period", "-1"], &["period of the controller", "--period"]);

@@ -36,6 +36,27 @@ fn an_export_is_complete_and_reproducible() {
         assert!(header.contains(field), "{field}");
     }
     assert!(!header.contains(" mu["));
+    let functions = "kinematics,reactions,derivatives,accelerations";
+    let rich =
+        ["--functions", functions, "--force-on", "tool", "--adapters", "ctypes,linuxcnc,cortex-m7"];
+    let rich = export("e", &rich);
+    let header = rich.read("five_bar.h");
+    for text in ["wrench[6]", "five_bar_derivatives(", "five_bar_accelerations(", "five_bar_poses("]
+    {
+        assert!(header.contains(text), "{text}");
+    }
+    let mut all = files("five_bar");
+    all.extend(
+        ["cortex_m7.c", "cortex_m7.ld", "five_bar.py", "five_bar_hal.comp"].map(str::to_owned),
+    );
+    all.sort();
+    assert_eq!(rich.files(), all);
+    // Coordinates of the platform, in the order of the option.
+    let names = ["--coordinates", "platform.rx,platform.z,platform.ry"];
+    folder.stiction(&[&["export", "3rps", "--to", "c", "-o", "p"], &names[..]].concat()).succeeds();
+    let header = Folder(folder.0.join("p")).read("robot_3rps.h");
+    let at = |name: &str| header.find(name).unwrap_or_else(|| panic!("{name}: {header}"));
+    assert!(at("[0] platform.rx [rad]") < at("[1] platform.z [m]"));
     folder.stiction(&["export", "five-bar", "--to", "rust", "-o", "r"]).succeeds();
     let names = ["Makefile", "README.md", "five_bar.rs", "selftest.rs", "vectors.csv"];
     assert_eq!(Folder(folder.0.join("r")).files(), names);
@@ -139,6 +160,13 @@ fn impossible_exports_are_refused() {
     refused(&["zhang2018", "--to", "c"], &["no code for `zhang2018`", "help: "]);
     refused(&["five-bar", "--to", "c", "--name", "a/b"], &["for example `a_b`"]);
     refused(&["five-bar", "--to", "c", "--payload", "tol"], &["no body `tol`", "`tool`"]);
+    refused(&["five-bar", "--to", "c", "--force-on", "ground"], &["no body `ground`"]);
+    refused(
+        &["3rps", "--to", "c", "--coordinates", "platform.z"],
+        &["platform.z", "--coordinates"],
+    );
+    refused(&["3rps", "--to", "c", "--coordinates", "platform.q"], &["platform.q"]);
     refused(&["five-bar", "--to", "rust", "--own-math"], &["--own-math"]);
+    refused(&["five-bar", "--to", "rust", "--adapters", "ctypes"], &["--adapters"]);
     refused(&["five-bar", "--to", "pascal"], &["pascal"]);
 }

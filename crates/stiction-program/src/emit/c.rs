@@ -18,6 +18,11 @@ const KINEMATICS: &str = include_str!("templates/kinematics.c");
 const KINEMATICS_HEAD: &str = include_str!("templates/kinematics.h");
 const REACTIONS: &str = include_str!("templates/reactions.c");
 const REACTIONS_HEAD: &str = include_str!("templates/reactions.h");
+const LINEARIZE: &str = include_str!("templates/linearize.c");
+const DERIVATIVES: &str = include_str!("templates/derivatives.c");
+const DERIVATIVES_HEAD: &str = include_str!("templates/derivatives.h");
+const ACCELERATIONS: &str = include_str!("templates/accelerations.c");
+const ACCELERATIONS_HEAD: &str = include_str!("templates/accelerations.h");
 const SELFTEST: &str = include_str!("templates/selftest.c");
 const MAKEFILE: &str = include_str!("templates/Makefile");
 const CMAKE: &str = include_str!("templates/CMakeLists.txt");
@@ -35,15 +40,18 @@ pub(crate) fn files(
     let c = C { program, labels, options };
     let name = &options.name;
     let file = |name: String, text: String| SourceFile { name, text };
-    vec![
+    let mut files = vec![
         file(format!("{name}.h"), c.fill(HEADER)),
         file(format!("{name}.c"), c.fill(RUNTIME)),
         file("selftest.c".to_owned(), c.fill(SELFTEST)),
         file("vectors.csv".to_owned(), table(labels, vectors)),
-        file("Makefile".to_owned(), c.fill(MAKEFILE)),
+        file("Makefile".to_owned(), c.fill_with(MAKEFILE, &[("ADAPTER_RULES", c.adapter_rules())])),
         file("CMakeLists.txt".to_owned(), c.fill(CMAKE)),
         file("README.md".to_owned(), c.fill(README)),
-    ]
+    ];
+    let adapters = c.adapters(&files);
+    files.extend(adapters);
+    files
 }
 
 /// Test vectors as a table.
@@ -72,7 +80,7 @@ pub(crate) struct C<'a> {
 
 impl C<'_> {
     /// Fills a template: names between `@` are replaced.
-    fn fill(&self, template: &str) -> String {
+    pub(super) fn fill(&self, template: &str) -> String {
         self.fill_with(template, &[])
     }
 
@@ -80,10 +88,11 @@ impl C<'_> {
     pub(crate) fn fill_with(&self, template: &str, more: &[(&str, String)]) -> String {
         let sizes = self.program.sizes();
         let functions = self.options.functions;
-        let Listings { position, forces, kinematics } = Listings::new(self.program, functions);
+        let Listings { position, forces, kinematics, derivatives } =
+            Listings::new(self.program, functions);
         let real = self.options.precision;
         let [errors, correction, preparation, step, last] =
-            self.program.operations_with(functions.reactions);
+            self.program.operations_with(functions.need_wrenches());
         let closing = (CORRECTIONS + 1) * errors + CORRECTIONS * correction;
         let friction = preparation + STEPS * step + last;
         let name = self.options.name.as_str();
@@ -103,6 +112,9 @@ impl C<'_> {
         };
         let bytes = if suffix.is_empty() { 8 } else { 4 };
         let work = position.work + forces.work + position.results + forces.results;
+        let rubbing = self.program.derivatives.as_ref().map_or(&[][..], |own| &own.joints);
+        let of_derivatives =
+            |k: usize| derivatives.as_ref().map_or(String::new(), |own| self.body(own, k));
         let values: &[(&str, String)] = &[
             ("NAME", name.to_owned()),
             ("GUARD", name.to_uppercase()),
@@ -122,11 +134,8 @@ impl C<'_> {
             ("DRIVES", sizes.drives.to_string()),
             ("JOINTS", sizes.joints.to_string()),
             ("BODIES", sizes.bodies.to_string()),
-            ("WRENCH", if functions.reactions { "6" } else { "3" }.to_owned()),
-            (
-                "ANSWERS",
-                (sizes.drives + if functions.reactions { 6 * sizes.joints } else { 0 }).to_string(),
-            ),
+            ("WRENCH", if functions.need_wrenches() { "6" } else { "3" }.to_owned()),
+            ("ANSWERS", super::answers(sizes, functions).to_string()),
             ("TREE", sizes.coordinates.to_string()),
             ("TUNABLES", sizes.tunables.to_string()),
             ("UNKNOWNS", sizes.unknowns.to_string()),
@@ -136,12 +145,19 @@ impl C<'_> {
             ("FORCE_RESULTS", forces.results.to_string()),
             ("CORRECTIONS", CORRECTIONS.to_string()),
             ("STEPS", STEPS.to_string()),
-            ("DONE", pick(DONE, 2e-6)),
+            ("DONE", pick(DONE, 2e-7)),
             ("CLOSED", pick(CLOSED, 1e-4)),
             ("SETTLED", pick(SETTLED * SETTLED, 1e-8)),
             ("COARSE", pick(COARSE * COARSE, 1e-4)),
             ("ROUNDING", pick(ROUNDING * ROUNDING, 1e-14)),
             ("REST", pick(1e-9, 1e-6)),
+            ("SETTLED_STEP", pick(SETTLED, 1e-4)),
+            ("RESIDUAL", pick(1e-14, 2e-6)),
+            ("RUBBING_JOINTS", rubbing.len().to_string()),
+            ("RUBBING", super::list_with_zero(rubbing)),
+            ("SLOPE_WORK", derivatives.as_ref().map_or(0, |own| own.work).to_string()),
+            ("SLOPE_PREPARATION", of_derivatives(0)),
+            ("SLOPES", of_derivatives(1)),
             ("STRIDE", self.number(0.05)),
             ("HUGE", pick(f64::MAX, f64::from(f32::MAX))),
             ("FIELDS", self.fields()),
@@ -190,6 +206,11 @@ impl C<'_> {
             ("REACTIONS_HEAD", optional(functions.reactions, REACTIONS_HEAD)),
             ("KINEMATICS", if functions.kinematics { text } else { String::new() }),
             ("REACTIONS", optional(functions.reactions, REACTIONS)),
+            ("LINEARIZE", optional(functions.need_derivatives(), LINEARIZE)),
+            ("DERIVATIVES_HEAD", optional(functions.derivatives, DERIVATIVES_HEAD)),
+            ("DERIVATIVES", optional(functions.derivatives, DERIVATIVES)),
+            ("ACCELERATIONS_HEAD", optional(functions.accelerations, ACCELERATIONS_HEAD)),
+            ("ACCELERATIONS", optional(functions.accelerations, ACCELERATIONS)),
         ];
         substitute(template, &[more, &all[..]].concat())
     }

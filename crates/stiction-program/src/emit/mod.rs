@@ -3,6 +3,7 @@
 //! Routines become functions of straight-line code, written from one list of statements (`walk`). Around them, a
 //! fixed text for each language closes the loops, couples the friction, and handles rest and failures.
 
+mod adapters;
 mod c;
 pub mod fmu;
 mod literal;
@@ -13,10 +14,11 @@ mod tables;
 mod vectors;
 mod walk;
 
+pub use adapters::Adapters;
 pub use names::Labels;
 
 use crate::error::RecordError;
-use crate::feedforward::{Feedforward, Routine};
+use crate::feedforward::{Derivatives, Feedforward, FeedforwardSizes, Routine};
 use names::identifier;
 use walk::Listing;
 
@@ -45,6 +47,22 @@ pub struct Functions {
     pub kinematics: bool,
     /// Wrenches of all joints.
     pub reactions: bool,
+    /// Derivatives of the actuator forces by positions, rates and accelerations.
+    pub derivatives: bool,
+    /// Forward dynamics: accelerations from actuator forces.
+    pub accelerations: bool,
+}
+
+impl Functions {
+    /// True if the code contains derivatives, for themselves or for forward dynamics.
+    pub fn need_derivatives(self) -> bool {
+        self.derivatives || self.accelerations
+    }
+
+    /// True if the code computes the wrenches of all joints.
+    fn need_wrenches(self) -> bool {
+        self.reactions || self.need_derivatives()
+    }
 }
 
 /// Options of the source code.
@@ -59,6 +77,8 @@ pub struct SourceOptions {
     pub own_math: bool,
     /// Functions in addition to inverse dynamics.
     pub functions: Functions,
+    /// Programs and files that run the C code in other environments.
+    pub adapters: Adapters,
 }
 
 /// Test vector: an independent state with the actuator forces that the code must reproduce.
@@ -91,6 +111,7 @@ impl SourceOptions {
             precision: Precision::Double,
             own_math: false,
             functions: Functions::default(),
+            adapters: Adapters::default(),
         }
     }
 }
@@ -99,7 +120,9 @@ impl Feedforward {
     /// Source files: code, self-test with test vectors, build files and a page of instructions.
     ///
     /// # Errors
-    /// A number of the program is too large for the precision.
+    /// A number of the program is too large for the precision; the program has no derivatives, see
+    /// [`Self::with_derivatives`], but the options request them; or it has more or fewer actuators than coordinates,
+    /// but the options request accelerations.
     pub fn files(
         &self,
         language: Language,
@@ -111,7 +134,15 @@ impl Feedforward {
             Precision::Double => number.is_finite(),
             Precision::Float => (number as f32).is_finite(),
         };
-        let listings = Listings::new(self, options.functions);
+        let functions = options.functions;
+        if functions.need_derivatives() && !self.has_derivatives() {
+            return Err(RecordError::NoDerivatives);
+        }
+        let FeedforwardSizes { prescribed: coordinates, drives: actuators, .. } = self.sizes();
+        if functions.accelerations && actuators != coordinates {
+            return Err(RecordError::ActuatorCount { actuators, coordinates });
+        }
+        let listings = Listings::new(self, functions);
         let mut numbers = listings.all().flat_map(|listing| listing.clone().numbers());
         if let Some(number) = numbers.find(|number| !fits(*number)) {
             return Err(RecordError::TooLarge(number));
@@ -129,6 +160,7 @@ struct Listings {
     forces: Listing,
     /// Poses and twists, or nothing.
     kinematics: Vec<Listing>,
+    derivatives: Option<Listing>,
 }
 
 impl Listings {
@@ -139,17 +171,31 @@ impl Listings {
         let mut second = inputs(sizes.coordinates + sizes.tunables + 3 * sizes.prescribed);
         second.extend(&program.unknown_slots);
         let third = inputs(sizes.coordinates + 2 * sizes.prescribed);
-        let forces = if functions.reactions { &program.wrenches } else { &program.source.forces };
+        let forces =
+            if functions.need_wrenches() { &program.wrenches } else { &program.source.forces };
         let kinematics: &[Routine] = if functions.kinematics { &program.kinematics } else { &[] };
         let each = kinematics.iter().map(|one| Listing::new(std::slice::from_ref(one), &third));
+        let derivatives = program.derivatives.as_ref().filter(|_| functions.need_derivatives());
         Self {
             position: Listing::new(&program.source.position, &first),
             forces: Listing::new(forces, &second),
             kinematics: each.collect(),
+            derivatives: derivatives
+                .map(|Derivatives { routines, inputs, .. }| Listing::new(routines, inputs)),
         }
     }
 
     fn all(&self) -> impl Iterator<Item = &Listing> {
-        [&self.position, &self.forces].into_iter().chain(&self.kinematics)
+        [&self.position, &self.forces].into_iter().chain(&self.kinematics).chain(&self.derivatives)
     }
+}
+
+/// Number of results of a call: efforts, and the wrenches of all joints if they are needed.
+fn answers(sizes: FeedforwardSizes, functions: Functions) -> usize {
+    sizes.drives + if functions.need_wrenches() { 6 * sizes.joints } else { 0 }
+}
+
+/// Items of an array that is never empty, because C has no empty arrays.
+fn list_with_zero(numbers: &[usize]) -> String {
+    numbers.iter().map(|number| format!("{number}, ")).collect::<String>() + "0"
 }

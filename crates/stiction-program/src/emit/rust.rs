@@ -15,6 +15,9 @@ use std::fmt::Write;
 const RUNTIME: &str = include_str!("templates/runtime.rs");
 const KINEMATICS: &str = include_str!("templates/kinematics.rs");
 const REACTIONS: &str = include_str!("templates/reactions.rs");
+const LINEARIZE: &str = include_str!("templates/linearize.rs");
+const DERIVATIVES: &str = include_str!("templates/derivatives.rs");
+const ACCELERATIONS: &str = include_str!("templates/accelerations.rs");
 const STD_MATH: &str = include_str!("templates/std_math.rs");
 const SELFTEST: &str = include_str!("templates/selftest.rs");
 const MAKEFILE: &str = include_str!("templates/rust.Makefile");
@@ -48,10 +51,14 @@ impl Rust<'_> {
     fn fill(&self, template: &str) -> String {
         let sizes = self.program.sizes();
         let functions = self.options.functions;
-        let Listings { position, forces, kinematics } = Listings::new(self.program, functions);
+        let Listings { position, forces, kinematics, derivatives } =
+            Listings::new(self.program, functions);
         let is_double = self.options.precision == Precision::Double;
         let pick = |double: f64, float: f64| self.number(if is_double { double } else { float });
         let head = lines(self.program, self.labels, self.options);
+        let rubbing = self.program.derivatives.as_ref().map_or(&[][..], |own| &own.joints);
+        let of_derivatives =
+            |k: usize| derivatives.as_ref().map_or(String::new(), |own| self.body(own, k));
         let values: &[(&str, String)] = &[
             ("NAME", self.options.name.clone()),
             ("STD_MATH", STD_MATH.to_owned()),
@@ -64,11 +71,8 @@ impl Rust<'_> {
             ("DRIVES", sizes.drives.to_string()),
             ("JOINTS", sizes.joints.to_string()),
             ("BODIES", sizes.bodies.to_string()),
-            ("WRENCH", if functions.reactions { "6" } else { "3" }.to_owned()),
-            (
-                "ANSWERS",
-                (sizes.drives + if functions.reactions { 6 * sizes.joints } else { 0 }).to_string(),
-            ),
+            ("WRENCH", if functions.need_wrenches() { "6" } else { "3" }.to_owned()),
+            ("ANSWERS", super::answers(sizes, functions).to_string()),
             ("TREE", sizes.coordinates.to_string()),
             ("TUNABLES", sizes.tunables.to_string()),
             ("UNKNOWNS", sizes.unknowns.to_string()),
@@ -78,12 +82,19 @@ impl Rust<'_> {
             ("FORCE_RESULTS", forces.results.to_string()),
             ("CORRECTIONS", CORRECTIONS.to_string()),
             ("STEPS", STEPS.to_string()),
-            ("DONE", pick(DONE, 2e-6)),
+            ("DONE", pick(DONE, 2e-7)),
             ("CLOSED", pick(CLOSED, 1e-4)),
             ("SETTLED", pick(SETTLED * SETTLED, 1e-8)),
             ("COARSE", pick(COARSE * COARSE, 1e-4)),
             ("ROUNDING", pick(ROUNDING * ROUNDING, 1e-14)),
             ("REST", pick(1e-9, 1e-6)),
+            ("SETTLED_STEP", pick(SETTLED, 1e-4)),
+            ("RESIDUAL", pick(1e-14, 2e-6)),
+            ("RUBBING_JOINTS", rubbing.len().to_string()),
+            ("RUBBING", super::list_with_zero(rubbing)),
+            ("SLOPE_WORK", derivatives.as_ref().map_or(0, |own| own.work).to_string()),
+            ("SLOPE_PREPARATION", of_derivatives(0)),
+            ("SLOPES", of_derivatives(1)),
             ("FIELDS", self.fields()),
             ("DEFAULTS", self.defaults()),
             ("TUNE", self.tune()),
@@ -116,6 +127,9 @@ impl Rust<'_> {
         let functions: &[(&str, String)] = &[
             ("KINEMATICS", optional(functions.kinematics, KINEMATICS)),
             ("REACTIONS", optional(functions.reactions, REACTIONS)),
+            ("LINEARIZE", optional(functions.need_derivatives(), LINEARIZE)),
+            ("DERIVATIVES", optional(functions.derivatives, DERIVATIVES)),
+            ("ACCELERATIONS", optional(functions.accelerations, ACCELERATIONS)),
         ];
         substitute(template, &[functions, values].concat())
     }

@@ -35,10 +35,18 @@ pub(crate) fn kinds(program: &Feedforward, labels: &Labels) -> Vec<Kind> {
                 "point mass and its position in the frame of its body",
                 name(&labels.bodies, body.0),
             ),
+            Tunable::Wrench(body) => (
+                "wrench",
+                "N, N, N, N m, N m, N m",
+                "force, and moment about the origin of the body, world axes",
+                name(&labels.bodies, body.0),
+            ),
         };
         let axes = ["mass", "x", "y", "z"];
+        let components = ["fx", "fy", "fz", "mx", "my", "mz"];
         let values = values.iter().enumerate().map(|(k, value)| match tunable {
             Tunable::Payload(_) => (format!("{of}, {}", axes[k]), *value),
+            Tunable::Wrench(_) => (format!("{of}, {}", components[k]), *value),
             _ => (of.clone(), *value),
         });
         match kinds.iter_mut().find(|kind| kind.field == field) {

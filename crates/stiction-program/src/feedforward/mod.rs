@@ -10,10 +10,12 @@
 //! The routines serve two purposes: [`crate::emit`] writes them as source code, and
 //! [`Feedforward::run`] executes them.
 
+mod derivatives;
 mod kinematics;
 mod record;
 mod run;
 
+pub(crate) use derivatives::Derivatives;
 pub(crate) use run::{CLOSED, CORRECTIONS, DONE};
 pub use run::{FeedforwardMemory, Outcome, Shortfall};
 
@@ -40,6 +42,8 @@ pub struct Feedforward {
     /// Poses and twists of all bodies except the ground, for source code; each routine has its own slots. Inputs:
     /// tree coordinates, value and rate of each prescribed coordinate. Last result: the guard.
     pub(crate) kinematics: [Routine; 2],
+    /// Derivatives, if requested.
+    pub(crate) derivatives: Option<Derivatives>,
     /// Routines for execution on this processor.
     native: Routines,
     code: (Compiled<2>, Compiled<3>),
@@ -101,7 +105,7 @@ impl Feedforward {
         self.sizes
     }
 
-    /// Tunable parameters with their values in the model.
+    /// Tunable parameters with their values in the model; loads come last.
     pub fn tunables(&self) -> &[(Tunable, Vec<f64>)] {
         &self.tunables
     }
@@ -109,6 +113,11 @@ impl Feedforward {
     /// Prescribed values at home, the position from which the loops are closed first, m or rad.
     pub fn home(&self) -> &[f64] {
         &self.home.1
+    }
+
+    /// True if the code contains derivatives, see [`Self::with_derivatives`].
+    pub fn has_derivatives(&self) -> bool {
+        self.derivatives.is_some()
     }
 
     /// Characteristic length, m.

@@ -7,15 +7,15 @@ use crate::error::RecordError;
 use crate::graph::{Graph, Node, Op};
 use crate::inverse_stages::InverseStages;
 use crate::machine::fuses;
-use crate::program_inputs::InputLayout;
+use crate::program_inputs::{InputLayout, load_to_array, target_to_array};
 use crate::recorded::{Recorded, extend_graph, record_groups};
 use crate::recording::RecordingSource;
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::{early, holds, passed_on};
 use crate::tunable::Tunable;
 use crate::value_numbering::{Merged, merge};
-use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
-use stiction_core::kinematics::Target;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
+use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::parameters::Parameters;
 use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
@@ -39,8 +39,8 @@ impl Feedforward {
     /// `signal` gives prescribed values within the intended range of motion, each close enough to
     /// the previous one for the solver to follow. The first of them is home, the position from
     /// which the loops are closed first.
-    /// `tunables` become inputs. Friction is that of the mechanism, coupled with the reactions,
-    /// independently of the solver's settings. There are no external loads.
+    /// `tunables` become inputs; there are no other external loads. Friction is that of the mechanism,
+    /// coupled with the reactions, independently of the solver's settings.
     ///
     /// # Errors
     /// See [`RecordError`].
@@ -59,26 +59,19 @@ impl Feedforward {
             let values = tunable.values(parameters).ok_or(RecordError::NoTunable(*tunable))?;
             Ok((*tunable, values))
         };
+        let mut tunables = tunables.to_vec();
+        tunables.sort_by_key(|tunable| tunable.load().is_some());
+        let tunables = &tunables;
         let values = tunables.iter().map(value_of).collect::<Result<Vec<_>, RecordError>>()?;
-        let source = RecordingSource { model: &model, solver, loads: &[] };
+        let loads = &loads_of(tunables);
+        let source = RecordingSource { model: &model, solver, loads };
         let layout = InputLayout::of_tree(solver, tunables);
         let signal = &there_and_back(signal);
         let all = samples(solver, signal, &[])?;
         let position = source.record_position(&all);
         let kinematics = source.record_kinematics(&all).compile()?;
         let length = solver.mechanism().characteristic_length();
-        let mut random = Random::new(5);
-        let rows: Vec<Vec<f64>> = all
-            .iter()
-            .map(|Sample { state, targets, .. }| {
-                let mut row = state.coordinates.clone();
-                for tunable in tunables {
-                    row.extend(tunable.any(parameters, length, || random.number()));
-                }
-                row.extend(targets.iter().flat_map(crate::program_inputs::target_to_array));
-                row
-            })
-            .collect();
+        let rows = rows(solver, &all, tunables);
         let stages = source.record_inverse(&layout, &rows, &[])?;
         let (stages, determinant) = source.with_determinant(stages, home);
         let counts = source.counts(0);
@@ -117,10 +110,11 @@ impl Feedforward {
             source,
             wrenches,
             kinematics,
+            derivatives: None,
             native,
             code,
         };
-        let others = seeded_samples(9, solver, signal, &[])?;
+        let others = seeded_samples(9, solver, signal, loads)?;
         if made.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
 
@@ -132,7 +126,11 @@ impl Feedforward {
         let mut memory = self.memory();
         let length = solver.mechanism().characteristic_length().max(1.0);
         let mut compared = 0;
-        let same = samples.iter().all(|Sample { state, targets, .. }| {
+        let plain = self.tunables.iter().filter(|(tunable, _)| tunable.load().is_none());
+        let plain: Vec<f64> = plain.flat_map(|(_, values)| values.iter().copied()).collect();
+        let same = samples.iter().all(|Sample { state, targets, loads }| {
+            let wrenches = loads.iter().flat_map(load_to_array);
+            self.tune(&mut memory, &plain.iter().copied().chain(wrenches).collect::<Vec<_>>());
             self.start_at(&mut memory, &state.coordinates);
             let of = |f: fn(&Target<f64>) -> f64| targets.iter().map(f).collect::<Vec<f64>>();
             let (q, v, a) = (of(|t| t.value), of(|t| t.rate), of(|t| t.acceleration));
@@ -144,7 +142,7 @@ impl Feedforward {
             if !solver.return_to(known.map(Vec::as_slice), targets) {
                 return true;
             }
-            let Ok(forces) = solver.solve(&[]) else { return true };
+            let Ok(forces) = solver.solve(loads) else { return true };
             compared += 1;
             let largest = forces.reactions.iter().map(|(force, _)| force.norm());
             let largest = largest.fold(f64::MIN_POSITIVE, f64::max) * length;
@@ -155,9 +153,33 @@ impl Feedforward {
     }
 }
 
+/// Loads among tunable parameters.
+pub(super) fn loads_of(tunables: &[Tunable]) -> Vec<AppliedLoad<f64>> {
+    tunables.iter().filter_map(|tunable| tunable.load()).collect()
+}
+
+/// Inputs at samples, with random values of the tunable parameters.
+pub(super) fn rows(
+    solver: &InverseDynamics,
+    samples: &[Sample],
+    tunables: &[Tunable],
+) -> Vec<Vec<f64>> {
+    let (parameters, length) = (solver.parameters(), solver.mechanism().characteristic_length());
+    let mut random = Random::new(5);
+    let mut row = |Sample { state, targets, .. }: &Sample| {
+        let mut row = state.coordinates.clone();
+        for tunable in tunables {
+            row.extend(tunable.any(parameters, length, || random.number()));
+        }
+        row.extend(targets.iter().flat_map(target_to_array));
+        row
+    };
+    samples.iter().map(&mut row).collect()
+}
+
 /// The same positions in an order in which each is close to the next, and the last to the first: every second one
 /// forwards, then the others backwards. Samples repeat this list.
-fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>>> {
+pub(super) fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>>> {
     let there = signal.iter().step_by(2);
     let mut back: Vec<_> = signal.iter().skip(1).step_by(2).collect();
     back.reverse();
@@ -214,7 +236,9 @@ impl RecordingSource<'_> {
         PositionStages { graph: merged, square, next, guard }
     }
 
-    /// Adds the determinant of the rate equations relative to that at home.
+    /// Adds the determinant of the rate equations relative to that at home. If the coordinates are not the
+    /// actuated ones, the determinant of the balance is a factor of it, because only that vanishes at positions where
+    /// the actuators do not determine the motion.
     fn with_determinant(
         &self,
         stages: InverseStages,
@@ -224,16 +248,30 @@ impl RecordingSource<'_> {
         data.settings.position_steps = 0;
         data.settings.friction = FrictionMode::Off;
         self.model.evaluate(self.solver.parameters(), &mut data, home, &[]);
-        let at_home = self.model.rate_pivots(&data);
-        let InverseStages { graph, rate_pivots, .. } = stages;
-        let (graph, found) = extend_graph(graph, &rate_pivots, |reciprocals| {
+        let mut at_home = self.model.rate_pivots(&data);
+        let InverseStages { graph, rate_pivots, balance_pivots, .. } = stages;
+        let mut pivots = rate_pivots.clone();
+        if !self.follows_actuators() {
+            at_home.extend(data.inverse.reciprocal_pivots(self.model));
+            pivots.extend(&balance_pivots);
+        }
+        let (graph, found) = extend_graph(graph, &pivots, |reciprocals| {
             let ratios = reciprocals.iter().zip(&at_home);
             let product = ratios.fold(Recorded::one(), |product, (now, home)| {
                 product * (*now * Recorded::from_f64(1.0 / home))
             });
             vec![product.recip()]
         });
-        (InverseStages { graph, rate_pivots, ..stages }, found[0])
+        (InverseStages { graph, rate_pivots, balance_pivots, ..stages }, found[0])
+    }
+
+    /// Returns true if all prescribed coordinates are actuated.
+    fn follows_actuators(&self) -> bool {
+        let actuators: Vec<_> = self.solver.mechanism().actuators().collect();
+        self.solver.constraints().coordinates().iter().all(|coordinate| match coordinate {
+            Coordinate::Joint { joint, dof } => actuators.contains(&(*joint, *dof)),
+            _ => false,
+        })
     }
 }
 

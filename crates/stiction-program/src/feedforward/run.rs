@@ -7,8 +7,8 @@ use crate::memory::Memory;
 /// Largest number of corrections of the position.
 pub(crate) const CORRECTIONS: usize = 12;
 /// Error at which the loops count as closed without another correction; lengths are divided by the characteristic
-/// length, angles are in rad.
-pub(crate) const DONE: f64 = 1e-13;
+/// length, angles are in rad. Near singular positions, efforts magnify it by up to a thousand.
+pub(crate) const DONE: f64 = 1e-14;
 /// Largest error at which the loops count as closed if corrections no longer reduce it.
 pub(crate) const CLOSED: f64 = 1e-11;
 

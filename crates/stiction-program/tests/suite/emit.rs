@@ -1,15 +1,36 @@
 //! Source code, compiled and run.
 
+mod adapters;
+mod agreement;
 mod behaviour;
 mod compiler;
 mod fmu;
 mod functions;
+mod speed;
 
-use crate::common::{Loop, gallery_loop};
+use crate::common::{Loop, Robot, gallery_loop};
 use compiler::{Code, STRICT};
-use std::time::Instant;
 use stiction_program::emit::{Labels, Language, Precision, SourceOptions, TestVector};
 use stiction_program::{Feedforward, Tunable};
+
+/// Robots of the gallery that have a program. The actuators of the others, 3upu-singular, griffis-duffy and zhang2018,
+/// do not determine the motion.
+const ROBOTS: [&str; 14] = [
+    "3rps",
+    "3rrr",
+    "3upu",
+    "4ups-upu",
+    "6sps",
+    "andrews",
+    "bricard",
+    "delta",
+    "five-bar",
+    "four-bar",
+    "gough",
+    "slider-crank",
+    "spherical-3rrr",
+    "zhang2018-regular",
+];
 
 pub(crate) fn labels(name: &str, robot: &Loop) -> Labels {
     let (mechanism, parameters) = (robot.solver.mechanism(), robot.solver.parameters());
@@ -92,25 +113,7 @@ fn generated_rust_reproduces_the_solver() {
 #[test]
 #[ignore = "takes minutes"]
 fn generated_c_reproduces_the_solver_for_the_gallery() {
-    // The others: the actuators of 3upu-singular, griffis-duffy and zhang2018 do not determine the
-    // motion.
-    let robots = [
-        "3rps",
-        "3rrr",
-        "3upu",
-        "4ups-upu",
-        "6sps",
-        "andrews",
-        "bricard",
-        "delta",
-        "five-bar",
-        "four-bar",
-        "gough",
-        "slider-crank",
-        "spherical-3rrr",
-        "zhang2018-regular",
-    ];
-    check(&robots, 300, true);
+    check(&ROBOTS, 300, true);
 }
 
 /// Own sine and cosine differ by at most 2 units in the last place from those of the library in a
@@ -167,43 +170,19 @@ fn fast_math_is_refused() {
     }
 }
 
-/// Prints the time of a call along a smooth motion at 1 kHz, of the program on this processor and
-/// of the C code, with the size of the code.
+/// Coordinates of the platform as inputs reproduce the solver's forces.
 #[test]
-#[ignore = "measures time"]
-fn speed() {
-    for name in ["3rps", "zhang2018-regular", "five-bar", "gough"] {
-        let robot = gallery_loop(name).unwrap();
-        let tunables = Tunable::frictions(robot.solver.parameters());
-        let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
-        let options = SourceOptions::new(name);
-        let files = program.files(Language::C, &labels(name, &robot), &options, &[]).unwrap();
-        let Some(code) = Code::new(&format!("speed-{name}"), &options.name, &files) else { return };
-        let home = program.home().to_vec();
-        let (rounds, calls) = (21, 2000);
-        let (mut best, mut sum) = (f64::INFINITY, 0.0);
-        for _ in 0..rounds {
-            let mut memory = program.memory();
-            let begun = Instant::now();
-            for k in 0..calls {
-                let at = |f: fn(f64) -> f64| -> Vec<f64> {
-                    let time = |i: usize| 0.001 * f64::from(k) * (1.0 + 0.2 * i as f64);
-                    (0..home.len()).map(|i| 0.02 * f(time(i))).collect()
-                };
-                let q: Vec<f64> = at(f64::sin).iter().zip(&home).map(|(x, h)| h + x).collect();
-                let a: Vec<f64> = at(f64::sin).iter().map(|x| -x).collect();
-                let outcome = program.run(&mut memory, &q, &at(f64::cos), &a);
-                assert_eq!(outcome.shortfall, None);
-                sum += program.drive(&memory, 0);
-            }
-            best = best.min(begun.elapsed().as_secs_f64() * 1e9 / f64::from(calls));
-        }
-        println!("{name}: {:?}; machine code here: {best:.0} ns, sum {sum}", program.operations());
-        let starts: Vec<String> = home.iter().map(|x| format!("{x:?}")).collect();
-        let text = include_str!("emit/speed.c").replace("HOME", &starts.join(", "));
-        for flags in [&["-O2"][..], &["-O3", "-march=native"]] {
-            let said = code.run_with("speed", &text, flags);
-            println!("  {flags:?}: {said}    {}", code.size(flags));
-        }
+fn platform_coordinates_reproduce_the_solver() {
+    for name in ["3rps", "five-bar"] {
+        let Robot { solver, signal, .. } = Robot::new(name, None);
+        let program = Feedforward::record(&solver, &signal, &[]).unwrap();
+        let vectors = TestVector::random(&solver, &signal, 100, 7);
+        assert!(vectors.len() > 50, "{name}: {}", vectors.len());
+        let robot = Loop { solver, signal };
+        let options = variant(name, Precision::Double, false);
+        let files = program.files(Language::C, &labels(name, &robot), &options, &vectors).unwrap();
+        let folder = format!("platform-{name}");
+        let Some(code) = Code::new(&folder, &options.name, &files) else { return };
+        code.selftest(&[&STRICT[..], &["-std=c99", "-O1"]].concat());
     }
 }

@@ -1,6 +1,7 @@
 //! Control laws of a comparison.
 
 use super::sensors::Sensors;
+use super::transition::Transition;
 use crate::error::Error;
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
@@ -41,6 +42,11 @@ impl Compensator {
             Self::ComputedTorqueCoulomb => "computed-torque+coulomb",
             Self::ComputedTorqueFriction => "computed-torque+friction",
         }
+    }
+
+    /// True if the law compensates friction.
+    pub fn has_friction(self) -> bool {
+        !matches!(self, Self::Pd | Self::ComputedTorque)
     }
 
     fn computes_torque(self) -> bool {
@@ -168,6 +174,11 @@ pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]>
 #[derive(Clone, Debug)]
 pub(super) struct Controller {
     pub(super) law: Compensator,
+    pub(super) transition: Transition,
+    /// Largest rate of each actuator along the reference, rad/s or m/s.
+    pub(super) fastest: Vec<f64>,
+    /// Factor of friction that is held at rest.
+    pub(super) held: f64,
     /// Position gain ω², 1/s^2, and rate gain 2 ζ ω, 1/s, per effective mass; ω is the natural frequency, ζ the
     /// damping ratio.
     pub(super) gains: [f64; 2],
@@ -219,7 +230,11 @@ impl Controller {
             }
             Compensator::ComputedTorqueFriction => self.reference.friction(at.reference)?,
         };
-        efforts.iter_mut().zip(more).for_each(|(effort, more)| *effort += more);
+        let rests = v.iter().chain(&a).all(|x| *x == 0.0);
+        self.held = self.transition.next_held(self.held, rests);
+        for (k, more) in more.into_iter().enumerate() {
+            efforts[k] += more * self.transition.factor(v[k], self.fastest[k], self.held);
+        }
         self.records.push(Record {
             time: at.time,
             errors: q.iter().zip(at.positions).map(|(q, p)| q - p).collect(),

@@ -3,9 +3,11 @@
 mod compensator;
 mod result;
 mod sensors;
+mod transition;
 
 pub use compensator::Compensator;
 pub use result::{Compared, LawResult};
+pub use transition::Transition;
 
 use crate::error::Error;
 use crate::export::Recorded;
@@ -35,6 +37,7 @@ pub struct Compensation {
     motion: Option<String>,
     load: String,
     laws: Vec<Compensator>,
+    transitions: Vec<Transition>,
     bandwidth: f64,
     damping: f64,
     period: f64,
@@ -51,6 +54,7 @@ impl Compensation {
             motion: None,
             load: "none".to_owned(),
             laws: Compensator::ALL.to_vec(),
+            transitions: vec![Transition::Sign],
             bandwidth: 5.0,
             damping: 1.0,
             period: 1e-3,
@@ -76,6 +80,13 @@ impl Compensation {
     /// Sets the control laws; all by default.
     pub fn laws(mut self, laws: &[Compensator]) -> Self {
         self.laws = laws.to_vec();
+        self
+    }
+
+    /// Sets the compensation of friction at reversals and at rest; each law with friction is simulated with all of
+    /// them. Default: [`Transition::Sign`] alone.
+    pub fn transitions(mut self, transitions: &[Transition]) -> Self {
+        self.transitions = transitions.to_vec();
         self
     }
 
@@ -156,6 +167,14 @@ impl Compensation {
         if self.laws.is_empty() {
             return Err(Error::input("there is no control law").with_option("controller"));
         }
+        let is_width = |transition: &Transition| match transition {
+            Transition::Tanh(width) => *width > 0.0 && *width <= 1.0,
+            Transition::Sign | Transition::Fade => true,
+        };
+        if self.transitions.is_empty() || !self.transitions.iter().all(is_width) {
+            let message = "there is no transition, or its width is not between 0 and 1";
+            return Err(Error::input(message).with_option("transition"));
+        }
         Ok(())
     }
 
@@ -199,6 +218,9 @@ impl Compensation {
         let imperfections = Imperfections { delay, ..self.imperfections };
         let controller = Controller {
             law: Compensator::Pd,
+            transition: Transition::Sign,
+            fastest: fastest(&course, labels.actuators.len()),
+            held: 1.0,
             gains: [omega * omega, 2.0 * self.damping * omega],
             masses: masses(&mut model.clone(), &start)?,
             constants,
@@ -207,8 +229,9 @@ impl Compensation {
             sensors: Sensors::new(imperfections, self.period, self.seed),
             records: Vec::new(),
         };
-        let simulate = |law: &Compensator| -> Result<LawResult, Error> {
-            let shared = Arc::new(Mutex::new(Controller { law: *law, ..controller.clone() }));
+        let simulate = |(law, transition): (Compensator, Transition)| -> Result<LawResult, Error> {
+            let own = Controller { law, transition, ..controller.clone() };
+            let shared = Arc::new(Mutex::new(own));
             let own = Arc::clone(&shared);
             let plant = plant.clone().control_law(self.period, move |measured| {
                 own.lock().unwrap_or_else(PoisonError::into_inner).efforts(measured)
@@ -216,9 +239,15 @@ impl Compensation {
             let run = plant.run()?;
             let records =
                 std::mem::take(&mut shared.lock().unwrap_or_else(PoisonError::into_inner).records);
-            LawResult::new(*law, &records, &run, labels.actuators.iter().map(|(name, _)| name))
+            let names = labels.actuators.iter().map(|(name, _)| name);
+            LawResult::new((law, transition), &records, &run, names)
         };
-        let laws = self.laws.iter().map(simulate).collect::<Result<_, _>>()?;
+        // Without friction, there is nothing to choose.
+        let pairs = self.laws.iter().flat_map(|law| {
+            let count = if law.has_friction() { self.transitions.len() } else { 1 };
+            self.transitions.iter().take(count).map(|transition| (*law, *transition))
+        });
+        let laws = pairs.map(simulate).collect::<Result<_, _>>()?;
         Ok(Compared {
             robot: self.robot.name().to_owned(),
             motion: name.clone(),
@@ -292,6 +321,12 @@ impl Compensation {
         }
         Ok(course)
     }
+}
+
+/// Largest rate of each actuator along the reference.
+fn fastest(course: &[Instant], count: usize) -> Vec<f64> {
+    let of = |k: usize| course.iter().fold(0.0, |most: f64, (at, _)| most.max(at[k].rate.abs()));
+    (0..count).map(of).collect()
 }
 
 /// Effective mass of each actuator: the effort for unit acceleration while the other actuators rest, kg or kg m^2.

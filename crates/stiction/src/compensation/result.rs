@@ -1,11 +1,13 @@
 //! Results of a comparison of control laws: numbers, table, JSON and curves.
 
 use super::compensator::{Compensator, Record};
+use super::transition::Transition;
 use crate::error::Error;
 use crate::forward::Run;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::forward::EventKind;
+use stiction_run::compensation::{Controllers, Tracking};
 
 /// Rates below this fraction of the largest reference rate count as rest.
 const REST: f64 = 1e-4;
@@ -44,12 +46,16 @@ pub struct Compared {
 pub struct LawResult {
     /// The control law.
     pub law: Compensator,
+    /// Compensation of friction at reversals and at rest.
+    pub transition: Transition,
     /// Root mean square of the tracking error of each actuator, m or rad.
     pub rms: Vec<f64>,
     /// Largest tracking error of each actuator, m or rad.
     pub peak: Vec<f64>,
     /// Largest effort of each actuator, N or N m.
     pub effort: Vec<f64>,
+    /// Largest change of each actuator's effort between two samples, N or N m.
+    pub change: Vec<f64>,
     /// Work of all actuators, J.
     pub work: f64,
     /// Number of stick onsets of friction interfaces.
@@ -76,7 +82,7 @@ fn reversals(rates: impl Iterator<Item = f64>, threshold: f64) -> usize {
 
 impl LawResult {
     pub(super) fn new<'a>(
-        law: Compensator,
+        (law, transition): (Compensator, Transition),
         records: &[Record],
         run: &Run,
         actuators: impl Iterator<Item = &'a String>,
@@ -90,6 +96,10 @@ impl LawResult {
             let sum: f64 = records.iter().map(|record| record.errors[k].powi(2)).sum();
             (sum / records.len().max(1) as f64).sqrt()
         };
+        let change = |k: usize| {
+            let steps = records.windows(2).map(|pair| pair[1].efforts[k] - pair[0].efforts[k]);
+            steps.fold(0.0_f64, |most, step| most.max(step.abs()))
+        };
         let more = |k: usize| {
             let threshold = REST * over(&|record| record.rates[1][k].abs());
             let of = |which: usize| {
@@ -101,9 +111,11 @@ impl LawResult {
             |event: &&crate::forward::Event| matches!(event.kind, EventKind::Sticks { .. });
         Ok(Self {
             law,
+            transition,
             rms: (0..count).map(rms).collect(),
             peak: (0..count).map(peak).collect(),
             effort: (0..count).map(|k| over(&|record| record.efforts[k].abs())).collect(),
+            change: (0..count).map(change).collect(),
             work,
             sticks: run.events().iter().filter(is_onset).count(),
             reversals: (0..count).map(more).sum(),
@@ -113,7 +125,66 @@ impl LawResult {
     }
 }
 
+impl LawResult {
+    /// Name of the law, with its transition if there are several.
+    fn label(&self, several: bool) -> String {
+        match several && self.law.has_friction() {
+            true => format!("{}, {}", self.law.name(), self.transition),
+            false => self.law.name().to_owned(),
+        }
+    }
+}
+
 impl Compared {
+    /// True if control laws were simulated with several transitions.
+    fn has_several(&self) -> bool {
+        let mut each = self.laws.iter().filter(|own| own.law.has_friction());
+        let first = each.next().map(|own| own.transition);
+        each.any(|own| Some(own.transition) != first)
+    }
+
+    /// Data of the report.
+    pub fn report(&self) -> Controllers {
+        let several = self.has_several();
+        let tracking = |own: &LawResult| Tracking {
+            label: own.label(several),
+            figures: (0..own.rms.len())
+                .map(|k| [own.rms[k], own.peak[k], own.effort[k], own.change[k]])
+                .collect(),
+            work: own.work,
+            sticks: own.sticks,
+            reversals: own.reversals,
+            ended: own.ended.as_ref().map(|(_, why)| why.clone()),
+            errors: own.errors.clone(),
+        };
+        let mut headlines = Vec::new();
+        for (than, what) in [
+            (Compensator::ComputedTorque, "computed torque"),
+            (Compensator::ComputedTorqueCoulomb, "computed torque with constant friction"),
+        ] {
+            if let Some(ratio) = self.ratio(than, Compensator::ComputedTorqueFriction) {
+                let small =
+                    format!("rms error of {what}, over that with the friction of the model");
+                headlines.push((digits(ratio), small));
+            }
+        }
+        let about = format!(
+            "Motion {} ({} s), load {}; controllers every {}, bandwidth {} Hz, friction coefficients known to {} %.",
+            self.motion,
+            digits(self.duration),
+            self.load,
+            small(self.period, "s"),
+            digits(self.bandwidth),
+            digits(100.0 * self.known_to)
+        );
+        let mut options = self.to_json();
+        if let Some(all) = options.as_object_mut() {
+            all.retain(|key, _| !["model", "actuators", "controllers"].contains(&key.as_str()));
+        }
+        let tracking = self.laws.iter().map(tracking).collect();
+        Controllers { about, headlines, actuators: self.actuators.clone(), tracking, options }
+    }
+
     /// Geometric mean, over the actuators, of the ratio of the rms errors of two laws; `None` if one of the laws was
     /// not simulated, ended early or has no error.
     pub fn ratio(&self, of: Compensator, to: Compensator) -> Option<f64> {
@@ -129,9 +200,11 @@ impl Compared {
         let law = |own: &LawResult| {
             json!({
                 "controller": own.law.name(),
+                "transition": own.law.has_friction().then(|| own.transition.to_string()),
                 "rms_error": own.rms,
                 "peak_error": own.peak,
                 "peak_effort": own.effort,
+                "peak_effort_change": own.change,
                 "work": own.work,
                 "stick_onsets": own.sticks,
                 "extra_reversals": own.reversals,
@@ -161,9 +234,12 @@ impl Compared {
     /// Tracking errors of all control laws as functions of time, as CSV.
     pub fn errors_csv(&self) -> String {
         let mut text = "time [s]".to_owned();
+        let several = self.has_several();
         for own in &self.laws {
+            // A comma would begin another column.
+            let label = own.label(several).replace(", ", " ");
             for (name, unit, _) in &self.actuators {
-                let _ = write!(text, ",{}: {name} [{unit}]", own.law.name());
+                let _ = write!(text, ",{label}: {name} [{unit}]");
             }
         }
         text.push('\n');
@@ -209,6 +285,34 @@ fn digits(value: f64) -> String {
     format!("{value:.places$}")
 }
 
+impl Compared {
+    /// Writes the table of transitions.
+    fn write_transitions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{:<25} {:<10} {:<12} {:>11} {:>20} {:>9}",
+            "at reversals", "", "actuator", "rms error", "effort change/sample", "reversals"
+        )?;
+        for own in self.laws.iter().filter(|own| own.law.has_friction()) {
+            for (k, (name, unit, _)) in self.actuators.iter().enumerate() {
+                let first = |text: String| if k == 0 { text } else { String::new() };
+                let shown: String = name.chars().take(12).collect();
+                let value = |all: &[f64]| all.get(k).copied();
+                let rms = value(&own.rms).map_or("-".to_owned(), |rms| small(rms, unit));
+                let change = value(&own.change).map_or("-".to_owned(), digits);
+                let (law, transition) =
+                    (first(own.law.name().to_owned()), first(own.transition.to_string()));
+                let reversals = first(own.reversals.to_string());
+                let line = format!(
+                    "{law:<25} {transition:<10} {shown:<12} {rms:>11} {change:>20} {reversals:>9}"
+                );
+                writeln!(f, "{}", line.trim_end())?;
+            }
+        }
+        writeln!(f)
+    }
+}
+
 impl fmt::Display for Compared {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { robot, motion, duration, load, .. } = self;
@@ -242,7 +346,10 @@ impl fmt::Display for Compared {
             "sticks",
             "reversals"
         )?;
-        for own in &self.laws {
+        let several = self.has_several();
+        let first = self.laws.iter().find(|own| own.law.has_friction()).map(|own| own.transition);
+        let is_first = |own: &&LawResult| !own.law.has_friction() || Some(own.transition) == first;
+        for own in self.laws.iter().filter(is_first) {
             for (k, (name, unit, _)) in self.actuators.iter().enumerate() {
                 let law = if k == 0 { own.law.name() } else { "" };
                 let shown: String = name.chars().take(12).collect();
@@ -272,6 +379,9 @@ impl fmt::Display for Compared {
             }
         }
         writeln!(f)?;
+        if several {
+            self.write_transitions(f)?;
+        }
         let mut say = |to: Compensator, other: &str| {
             let Some(ratio) = self.ratio(to, Compensator::ComputedTorqueFriction) else {
                 return Ok(());

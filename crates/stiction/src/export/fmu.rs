@@ -4,7 +4,7 @@ use super::{Export, Recorded};
 use crate::error::Error;
 use stiction_core::dynamics::FrictionMode;
 use stiction_program::emit::fmu::Fmi;
-use stiction_program::emit::{Functions, Precision, SourceFile};
+use stiction_program::emit::{Adapters, Functions, Precision, SourceFile};
 
 /// Content of a functional mock-up unit, without binaries.
 #[derive(Clone, Debug)]
@@ -54,6 +54,9 @@ impl Export {
             return Err(Error::input("an FMU contains inverse dynamics only")
                 .with_help("leave --functions out")
                 .with_option("functions"));
+        }
+        if self.options.adapters != Adapters::default() {
+            return Err(Error::input("adapters are for C").with_help("leave --adapters out"));
         }
         let Recorded { program, labels, options, .. } = self.record()?;
         let files = program.fmu(fmi, &labels, &options).map_err(|error| {

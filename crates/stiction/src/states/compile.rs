@@ -1,6 +1,7 @@
 //! Compilation of a robot for batches of states.
 
 use super::{Coordinate, States};
+use crate::coordinates::{named, which};
 use crate::error::Error;
 use crate::request::{Loaded, Request};
 use crate::robot::Robot;
@@ -98,7 +99,7 @@ impl Compile {
         Job { load: &load, ..job.clone() }.loads_at(time, &mut loads)?;
 
         let by_actuators = self.task.coordinates.is_none();
-        let named = self.named(&home)?;
+        let named = named(&self.robot, &home, self.task.coordinates.as_deref())?;
         let whiches: Vec<Which> = named.iter().map(|(_, which, _)| *which).collect();
         let values: Vec<f64> = named.iter().map(|(.., value)| *value).collect();
         let at_rest = |&value: &f64| Target { value, rate: 0.0, acceleration: 0.0 };
@@ -140,43 +141,6 @@ impl Compile {
         })
     }
 
-    /// Returns name, coordinate and home value for each coordinate of a state.
-    fn named(&self, home: &Home<'_>) -> Result<Vec<(String, Which, f64)>, Error> {
-        let of_joint = |which| match which {
-            Which::Joint { joint, dof } => home.coordinates[joint.0].get(dof).copied().flatten(),
-            _ => None,
-        };
-        match &self.task.coordinates {
-            None => {
-                let actuators = home.mechanism.actuators().zip(&self.robot.names().actuators);
-                let each = actuators.map(|((joint, dof), (name, _))| {
-                    let which = Which::Joint { joint, dof };
-                    (name.clone(), which, of_joint(which).unwrap_or(0.0))
-                });
-                Ok(each.collect())
-            }
-            Some(names) => {
-                let each = names.iter().map(|name| {
-                    let which = which(&self.robot, name)?;
-                    let mut prescribed = home.motion.iter();
-                    let known = prescribed.find(|(known, _)| *known == which);
-                    let value = known.map(|(_, target)| target.value).or_else(|| of_joint(which));
-                    let value = value.ok_or_else(|| {
-                        Error::input(format!(
-                            "the home value of `{name}` is not known: the motion does not prescribe it"
-                        ))
-                        .with_help(
-                            "use joint coordinates, or a motion that prescribes this coordinate",
-                        )
-                        .with_option("motion")
-                    })?;
-                    Ok((name.clone(), which, value))
-                });
-                each.collect()
-            }
-        }
-    }
-
     fn unfit(&self, error: RunError) -> Error {
         let error = Error::from(error);
         let names = match &self.task.coordinates {
@@ -197,23 +161,4 @@ pub(crate) fn guesses(home: &Home<'_>) -> Vec<(BodyId, Pose<f64>)> {
     let ground = home.mechanism.base().inverse();
     let poses = home.poses.iter().enumerate().skip(1);
     poses.map(|(body, pose)| (BodyId(body), ground * *pose)).collect()
-}
-
-/// Finds the coordinate with this name.
-fn which(robot: &Robot, name: &str) -> Result<Which, Error> {
-    let is_name = |c: char| c.is_alphanumeric() || "._-".contains(c);
-    if name.is_empty() || !name.chars().all(is_name) {
-        return Err(Error::input(format!("`{}` is no coordinate", name.escape_debug()))
-            .with_help("give a name such as `leg1.P` or `platform.x`"));
-    }
-    let names = robot.names();
-    if let Ok(index) = names.coordinate(name) {
-        let (_, joint, dof) = names.coordinates[index];
-        return Ok(Which::Joint { joint, dof });
-    }
-    let motion = robot.parse_state(&format!("{name} = 0; duration = 0"))?;
-    match motion.coordinates.first() {
-        Some((coordinate, _)) => Ok(*coordinate),
-        None => Err(Error::input(format!("`{name}` is no coordinate"))),
-    }
 }

@@ -6,6 +6,7 @@ mod derivatives;
 mod rows;
 
 pub use batch::{Batch, InverseRows, MotionRows, Outputs, Rows};
+pub(crate) use compile::guesses;
 pub use compile::{Compile, Compiled};
 pub use derivatives::Derivatives;
 pub use rows::Workers;

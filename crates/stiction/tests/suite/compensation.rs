@@ -1,6 +1,6 @@
 //! Friction compensation: errors of control laws against closed forms, and what it achieves.
 
-use stiction::{Compensator, Robot};
+use stiction::{Compensator, Robot, Transition};
 
 const OMEGA: f64 = std::f64::consts::TAU * 5.0;
 const MU: f64 = 0.2;
@@ -34,6 +34,31 @@ fn a_carriage_lags_by_its_friction() {
     let relative = (wrong[4] / lag).abs();
     assert!(relative > 1e-4 && relative <= 0.1 * (1.0 + 1e-9), "{relative}");
     assert!((wrong[2] / lag - 1.0).abs() < 1e-9);
+}
+
+/// At constant speed, tanh of the rate over the largest rate leaves the part 1 - tanh(1) of the friction.
+#[test]
+fn a_wide_tanh_leaves_friction_at_full_speed() {
+    let lag = MU * GRAVITY / (OMEGA * OMEGA);
+    let robot = Robot::parse(include_str!("../../examples/carriage.toml")).unwrap();
+    let laws = [Compensator::ComputedTorque, Compensator::ComputedTorqueFriction];
+    let transitions = [Transition::Sign, Transition::Fade, Transition::Tanh(1.0)];
+    let compared = robot
+        .compensation()
+        .motion("guide = 0.1 m/s*t; duration = 1 s")
+        .known_to(0.0, 1)
+        .laws(&laws)
+        .transitions(&transitions)
+        .run()
+        .unwrap();
+    let last = |law: &stiction::LawResult| law.errors.last().unwrap().1[0];
+    let [torque, sign, fade, tanh] = &compared.laws[..] else { panic!("{compared}") };
+    assert!((last(torque) / lag - 1.0).abs() < 1e-9);
+    assert!(last(sign).abs() < 1e-9 * lag && last(fade).abs() < 1e-9 * lag);
+    assert!((last(tanh) / lag - (1.0 - 1.0_f64.tanh())).abs() < 1e-9, "{}", last(tanh) / lag);
+    assert!(compared.to_string().contains("tanh 100%"));
+    let head = compared.errors_csv().lines().next().unwrap().to_owned();
+    assert!(head.contains("computed-torque+friction tanh 100%: guide"), "{head}");
 }
 
 /// With coefficients known to 10 %, the tracking error of the default robot is at least five times smaller
@@ -80,6 +105,8 @@ fn impossible_options_are_refused() {
         (base().sensors(0.0, f64::INFINITY), "noise"),
         (base().delay(10.0), "delay"),
         (base().laws(&[]), "controller"),
+        (base().transitions(&[]), "transition"),
+        (base().transitions(&[Transition::Tanh(f64::NAN)]), "transition"),
     ] {
         assert_eq!(request.run().unwrap_err().option(), Some(option));
     }

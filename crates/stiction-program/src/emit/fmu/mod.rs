@@ -44,6 +44,7 @@ impl Feedforward {
         let options = SourceOptions {
             precision: super::Precision::Double,
             functions: super::Functions::default(),
+            adapters: super::Adapters::default(),
             ..options.clone()
         };
         let code = self.files(super::Language::C, labels, &options, &[])?;
@@ -142,7 +143,7 @@ impl Feedforward {
             (
                 "singularity.determinant",
                 "1",
-                "Determinant of the rate equations relative to home: 0 at type 2 singularities",
+                "Determinant of the equations relative to home: 0 at type 2 singularities",
             ),
             (
                 "friction.coupling",
@@ -180,6 +181,11 @@ impl Feedforward {
                         let range = if part == "mass" { size } else { (None, None) };
                         (format!("{body}.payload.{part}"), unit, range)
                     }
+                    "wrench" => {
+                        let (body, component) = of.split_once(", ").unwrap_or((of, ""));
+                        let unit = if component.starts_with('f') { "N" } else { "N.m" };
+                        (format!("{body}.{component}"), unit, (None, None))
+                    }
                     field => {
                         let unit = match kind.unit {
                             "-" => "1",
@@ -193,6 +199,7 @@ impl Feedforward {
                     ("mu", _) => "Coefficient of sliding friction",
                     ("viscous", _) => "Viscous coefficient at the sliding surface",
                     ("mass", _) => "Mass of the body",
+                    ("wrench", _) => "Load on the body at its origin, world axes",
                     (_, "mass") => "Mass of a point mass on the body",
                     _ => "Position of the point mass in the frame of the body",
                 };
@@ -228,7 +235,7 @@ impl Feedforward {
         let mut all = 0;
         for kind in kinds(self, labels) {
             for k in 0..kind.values.len() {
-                if kind.field == "payload" && k % 4 > 0 {
+                if kind.field == "wrench" || (kind.field == "payload" && k % 4 > 0) {
                     let _ = writeln!(text, "    case TUNABLES + {all}:");
                 }
                 all += 1;

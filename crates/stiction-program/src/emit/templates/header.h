@@ -78,8 +78,8 @@ typedef struct @NAME@_state {
 typedef struct @NAME@_info {
     /* Closure error of the loops: lengths over the characteristic length, angles in rad. */
     @NAME@_real residual;
-    /* Determinant of the rate equations relative to that at home: 1 at home, 0 where the actuators
-       do not determine the motion (type 2 singularity). */
+    /* Determinant of the equations relative to that at home: 1 at home, 0 where the coordinates do
+       not determine the motion, or the actuators do not (type 2 singularity). */
     @NAME@_real determinant;
     /* Determinant of the forces with friction relative to that without: 0 where friction locks. */
     @NAME@_real coupling;
@@ -124,7 +124,7 @@ int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real direction[@GUARD@_COORDINATES],
     @NAME@_real tau[@GUARD@_ACTUATORS], @NAME@_info *info);
 
-@REACTIONS_HEAD@@KINEMATICS_HEAD@#ifdef __cplusplus
+@REACTIONS_HEAD@@KINEMATICS_HEAD@@DERIVATIVES_HEAD@@ACCELERATIONS_HEAD@#ifdef __cplusplus
 }
 #endif
 

@@ -498,4 +498,4 @@ int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm, const real q[CO
     }
     return code;
 }
-@REACTIONS@@KINEMATICS@
+@REACTIONS@@KINEMATICS@@LINEARIZE@@DERIVATIVES@@ACCELERATIONS@

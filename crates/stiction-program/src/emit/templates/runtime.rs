@@ -122,7 +122,8 @@ impl Default for Params {
 pub struct Info {
     /// Closure error of the loops: lengths over the characteristic length, angles in rad.
     pub residual: Real,
-    /// Determinant of the rate equations relative to that at home: 0 at type 2 singularities.
+    /// Determinant of the equations relative to that at home: 0 where the coordinates do not determine
+    /// the motion, or the actuators do not (type 2 singularity).
     pub determinant: Real,
     /// Determinant of the forces with friction relative to that without: 0 where friction locks.
     pub coupling: Real,
@@ -277,7 +278,7 @@ fn solve_friction<M: Math>(
 }
 
 fn set_motion(
-    w: &mut [Real; FORCE_WORK],
+    w: &mut [Real],
     tree: &[Real; TREE],
     q: &[Real; COORDINATES],
     rates: &[Real; COORDINATES],
@@ -292,7 +293,7 @@ fn set_motion(
 }
 
 #[allow(unused_variables)]
-fn set_parameters(w: &mut [Real; FORCE_WORK], params: &Params) {
+fn set_parameters(w: &mut [Real], params: &Params) {
 @TUNE@}
 
 /// Returns rates of negligible size in a direction.
@@ -517,4 +518,4 @@ impl State {
         Some((code, tau))
     }
 }
-@REACTIONS@@KINEMATICS@
+@REACTIONS@@KINEMATICS@@LINEARIZE@@DERIVATIVES@@ACCELERATIONS@

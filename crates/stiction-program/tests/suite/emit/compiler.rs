@@ -20,6 +20,16 @@ fn compiler() -> String {
     std::env::var("STICTION_CC").unwrap_or_else(|_| "gcc".to_owned())
 }
 
+/// Returns true if a program is installed; else says so, except in continuous integration, which has everything.
+pub(crate) fn is_installed(program: &str) -> bool {
+    let runs = Command::new(program).arg("--version").output().is_ok();
+    assert!(runs || std::env::var("CI").as_deref() != Ok("true"), "install {program}");
+    if !runs {
+        println!("skipped: {program} is not installed");
+    }
+    runs
+}
+
 fn text(output: &Output) -> String {
     let read = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     read(&output.stdout) + &read(&output.stderr)
@@ -27,7 +37,7 @@ fn text(output: &Output) -> String {
 
 /// Writes files into an empty folder.
 fn written(folder: &str, files: &[SourceFile]) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(folder);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("emit").join(folder);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     for file in files {
@@ -54,14 +64,21 @@ impl Code {
     /// Writes the files into an empty folder; `None` without a compiler, which continuous
     /// integration has.
     pub(crate) fn new(folder: &str, name: &str, files: &[SourceFile]) -> Option<Self> {
-        let compiler = compiler();
-        if Command::new(&compiler).arg("--version").output().is_err() {
-            assert!(std::env::var("CI").as_deref() != Ok("true"), "install {compiler}");
-            println!("skipped: {compiler} is not installed");
+        if !is_installed(&compiler()) {
             return None;
         }
         let folder = written(folder, files);
         Some(Self { folder, name: name.to_owned() })
+    }
+
+    /// Writes a file beside the code.
+    pub(crate) fn write(&self, name: &str, content: &[u8]) {
+        fs::write(self.folder.join(name), content).unwrap();
+    }
+
+    /// Reads a file that a program has written.
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.folder.join(name)).unwrap()
     }
 
     /// Compiles the code with a main program; returns the messages of the compiler if it fails.
@@ -99,27 +116,34 @@ impl Code {
         self.run(&file, flags)
     }
 
-    /// Sizes of the sections of the compiled code.
-    pub(crate) fn size(&self, flags: &[&str]) -> String {
+    /// Compiles the self-test by another compiler and runs it by an emulator; returns what it prints.
+    pub(crate) fn selftest_by(&self, compiler: &str, emulator: &str, flags: &[&str]) -> String {
+        let (source, program) = (format!("{}.c", self.name), self.folder.join("selftest_other"));
+        let mut compile = Command::new(compiler);
+        compile.args(flags).args(["-o", "selftest_other", "selftest.c", &source, "-lm"]);
+        run_in(&self.folder, &mut compile);
+        let said = run_in(&self.folder, Command::new(emulator).arg(program));
+        assert!(said.contains(" 0 failures"), "{said}");
+        said
+    }
+
+    /// Makes a target of the Makefile; returns what it prints.
+    pub(crate) fn make(&self, target: &str) -> String {
+        run_in(&self.folder, Command::new("make").arg(target))
+    }
+
+    /// Size of code and constants, and sum of the stack of all functions, bytes.
+    pub(crate) fn size(&self, flags: &[&str]) -> (u32, u32) {
         let source = format!("{}.c", self.name);
-        let run = |command: &mut Command| command.current_dir(&self.folder).output().unwrap();
-        run(Command::new(compiler()).args(flags).args([
-            "-fstack-usage",
-            "-c",
-            "-o",
-            "code.o",
-            &source,
-        ]));
-        let said = text(&run(Command::new("size").args(["-A", "code.o"])));
+        let compile = ["-fstack-usage", "-c", "-o", "code.o", &source];
+        run_in(&self.folder, Command::new(compiler()).args(flags).args(compile));
+        let said = run_in(&self.folder, Command::new("size").args(["-A", "code.o"]));
         let wanted = |line: &&str| line.starts_with(".text") || line.starts_with(".rodata");
         let sizes = said.lines().filter(wanted).map(|line| line.split_whitespace().nth(1));
-        let total: u32 = sizes.flatten().filter_map(|size| size.parse::<u32>().ok()).sum();
-        let stack = fs::read_to_string(self.folder.join("code.su")).unwrap_or_default();
-        let deepest = stack.lines().filter_map(|line| line.split('\t').nth(1)?.parse::<u32>().ok());
-        format!(
-            ".text and .rodata {total} bytes, stack {} bytes in all functions",
-            deepest.sum::<u32>()
-        )
+        let total = sizes.flatten().filter_map(|size| size.parse::<u32>().ok()).sum();
+        let stack = fs::read_to_string(self.folder.join("code.su")).unwrap();
+        let each = stack.lines().filter_map(|line| line.split('\t').nth(1)?.parse::<u32>().ok());
+        (total, each.sum())
     }
 }
 

@@ -1,15 +1,21 @@
-//! Kinematics, reactions and holding efforts of the source code against the general solver.
+//! Kinematics, reactions, holding efforts, loads, derivatives and forward dynamics of the source code against the
+//! general solver.
 
 use super::compiler::{Code, STRICT, rust_program};
 use super::labels;
 use crate::common::{Loop, gallery_loop};
-use stiction_core::dynamics::FrictionMode;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction_core::kinematics::Target;
+use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
 use stiction_program::emit::{Functions, Language, Precision, SourceOptions, TestVector};
-use stiction_program::{Feedforward, Tunable};
+use stiction_program::{Feedforward, RecordError, Tunable};
 
-/// Results of the general solver, each group after the state: efforts, reactions, holding efforts, poses, twists.
+/// Force and moment on a body, N and N m.
+const WRENCH: [f64; 6] = [10.0, -20.0, 30.0, 1.0, -2.0, 0.5];
+
+/// Results of the general solver, each group after the state: efforts, efforts under a load on the last body,
+/// reactions, holding efforts, poses, twists.
 fn row(robot: &Loop, vector: &TestVector) -> Vec<f64> {
     let TestVector { positions, rates, accelerations, efforts } = vector;
     let targets = |moves: f64| -> Vec<Target<f64>> {
@@ -26,6 +32,11 @@ fn row(robot: &Loop, vector: &TestVector) -> Vec<f64> {
     solver.move_to(&targets(1.0)).unwrap();
     let mut row = [&positions[..], rates, accelerations, efforts].concat();
     let numbers = |v: Vec3<f64>| [v.x, v.y, v.z];
+    let last = BodyId(solver.mechanism().bodies().len() - 1);
+    let vector = |first: usize| Vec3::new(WRENCH[first], WRENCH[first + 1], WRENCH[first + 2]);
+    let (point, axes) = (Vec3::zero(), LoadAxes::World);
+    let load = AppliedLoad { body: last, point, axes, force: vector(0), moment: vector(3) };
+    row.extend(&solver.solve(&[load]).unwrap().efforts);
     let forces = solver.solve(&[]).unwrap();
     for (force, moment) in &forces.reactions {
         row.extend([numbers(*force), numbers(*moment)].concat());
@@ -64,10 +75,16 @@ struct Case {
 
 fn case(name: &str, precision: Precision) -> Case {
     let robot = gallery_loop(name).unwrap();
-    let tunables = Tunable::frictions(robot.solver.parameters());
+    let mut tunables = Tunable::frictions(robot.solver.parameters());
+    // Loads are put behind all others.
+    tunables.insert(0, Tunable::Wrench(BodyId(robot.solver.mechanism().bodies().len() - 1)));
     let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
-    let functions = Functions { kinematics: true, reactions: true };
+    let functions =
+        Functions { kinematics: true, reactions: true, derivatives: true, accelerations: true };
     let options = SourceOptions { functions, precision, ..SourceOptions::new(name) };
+    let refused = program.files(Language::C, &labels(name, &robot), &options, &[]).unwrap_err();
+    assert_eq!(refused, RecordError::NoDerivatives);
+    let program = program.with_derivatives(&robot.solver, &robot.signal).unwrap();
     let vectors = TestVector::random(&robot.solver, &robot.signal, 30, 11);
     assert!(vectors.len() > 15, "{name}: {}", vectors.len());
     let rows = vectors.iter().map(|vector| row(&robot, vector)).collect();
@@ -86,7 +103,8 @@ fn generated_functions_reproduce_the_solver() {
             let main = include_str!("functions.c")
                 .replace("WIDTH", &rows[0].len().to_string())
                 .replace("ROWS", &rows.len().to_string())
-                .replace("DATA", &table(&rows, ["{ ", " }"]));
+                .replace("DATA", &table(&rows, ["{ ", " }"]))
+                .replace("WRENCH", &format!("{WRENCH:?}").replace(['[', ']'], ""));
             let sanitizers = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
             code.run_with(
                 "functions_main",
@@ -106,6 +124,7 @@ fn generated_functions_in_rust_reproduce_the_solver() {
         .replace("STD_MATH", include_str!("../../../src/emit/templates/std_math.rs"))
         .replace("WIDTH", &rows[0].len().to_string())
         .replace("ROWS", &rows.len().to_string())
-        .replace("DATA", &table(&rows, ["[", "]"]));
+        .replace("DATA", &table(&rows, ["[", "]"]))
+        .replace("WRENCH", &format!("{WRENCH:?}"));
     rust_program("rust-functions", &files, &main);
 }

@@ -1,4 +1,5 @@
-//! Kinematics, reactions and holding efforts against numbers of the solver.
+//! Kinematics, reactions, holding efforts, loads and forward dynamics against numbers of the solver; derivatives
+//! against differences of efforts.
 
 mod five_bar;
 
@@ -33,6 +34,33 @@ fn main() {
         let expected = &row[3 * COORDINATES..];
         let (a, expected) = expected.split_at(ACTUATORS);
         compare("efforts", &tau, a);
+        let (code, _, found) = state.derivatives::<Std>(&params, &q, &qd, &qdd, &mut [0.0; ACTUATORS]);
+        assert_eq!(code, Code::Done);
+        let size = 1e3 * a.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        for (kind, matrix) in found.unwrap().iter().enumerate() {
+            for column in 0..COORDINATES {
+                let mut sides = [[0.0; ACTUATORS]; 2];
+                for (side, tau) in sides.iter_mut().enumerate() {
+                    let mut moved = [q, qd, qdd];
+                    moved[kind][column] += if side == 0 { -1e-6 } else { 1e-6 };
+                    let [q, qd, qdd] = &moved;
+                    assert_eq!(state.ff::<Std>(&params, q, qd, qdd, None, tau).0, Code::Done);
+                }
+                for row in 0..ACTUATORS {
+                    let slope = (sides[1][row] - sides[0][row]) / 2e-6;
+                    assert!((matrix[row][column] - slope).abs() < 1e-10 * size, "{slope} {kind}");
+                }
+            }
+        }
+        let efforts: [f64; ACTUATORS] = a.try_into().unwrap();
+        let found = state.accelerations::<Std>(&params, &q, &qd, &efforts).unwrap();
+        assert!(found.iter().zip(&qdd).all(|(a, b)| (a - b).abs() < 1e-7), "{found:?} {qdd:?}");
+        let still = state.accelerations::<Std>(&params, &q, &[0.0; COORDINATES], &efforts);
+        assert_eq!(still, Err(Code::Undetermined));
+        let (a, expected) = expected.split_at(ACTUATORS);
+        let loaded = Params { wrench: WRENCH, ..Params::default() };
+        assert_eq!(state.ff::<Std>(&loaded, &q, &qd, &qdd, None, &mut tau).0, Code::Done);
+        compare("efforts under a load", &tau, a);
         let (a, expected) = expected.split_at(6 * JOINTS);
         compare("reactions", &reactions.unwrap().concat(), a);
         let (a, expected) = expected.split_at(ACTUATORS);

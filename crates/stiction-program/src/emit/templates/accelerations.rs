@@ -1,0 +1,84 @@
+
+/// Relative changes of the accelerations and of the efforts at which they are accepted.
+const SETTLED_STEP: Real = @SETTLED_STEP@;
+const RESIDUAL: Real = @RESIDUAL@;
+
+/// Solves `a x = x` by elimination with pivoting; returns `None` if the matrix is singular.
+fn eliminate(mut a: Matrix, mut x: [Real; COORDINATES]) -> Option<[Real; COORDINATES]> {
+    for column in 0..COORDINATES {
+        let mut best = column;
+        for row in column + 1..COORDINATES {
+            if size_of(a[row][column]) > size_of(a[best][column]) {
+                best = row;
+            }
+        }
+        if !(size_of(a[best][column]) > 0.0) {
+            return None;
+        }
+        a.swap(column, best);
+        x.swap(column, best);
+        for row in column + 1..COORDINATES {
+            let factor = a[row][column] / a[column][column];
+            for k in column..COORDINATES {
+                a[row][k] -= factor * a[column][k];
+            }
+            x[row] -= factor * x[column];
+        }
+    }
+    for column in (0..COORDINATES).rev() {
+        x[column] /= a[column][column];
+        for row in 0..column {
+            x[row] -= a[row][column] * x[column];
+        }
+    }
+    if are_finite(&x) { Some(x) } else { None }
+}
+
+impl State {
+    /// Forward dynamics: the accelerations that the efforts `tau` cause in a motion with rates `qd`, with
+    /// friction, by at most @STEPS@ Newton steps.
+    ///
+    /// # Errors
+    /// [`Code::Undetermined`] where joints rest: whether they stick or begin to slide is not decided here.
+    /// [`Code::Frictionless`] where friction has no solution, or the steps do not converge.
+    /// [`Code::Singular`] where efforts do not determine the accelerations.
+    pub fn accelerations<M: Math>(
+        &mut self,
+        params: &Params,
+        q: &[Real; COORDINATES],
+        qd: &[Real; COORDINATES],
+        tau: &[Real; ACTUATORS],
+    ) -> Result<[Real; COORDINATES], Code> {
+        if !are_finite(tau) {
+            return Err(Code::BadInput);
+        }
+        // The direction of the last motion stays as it is.
+        let mut copy = self.clone();
+        let mut now = [0.0; COORDINATES];
+        for _ in 0..MOST_STEPS {
+            let mut needed = [0.0; ACTUATORS];
+            let (code, _, found) = copy.answer::<M>(params, q, (qd, &now, None), &mut needed);
+            if code != Code::Done {
+                return Err(code);
+            }
+            let mut left = [0.0; COORDINATES];
+            for k in 0..ACTUATORS {
+                left[k] = tau[k] - needed[k];
+            }
+            let settled = largest(&left) <= RESIDUAL * (largest(tau) + largest(&needed));
+            let matrix = Linear::new::<M>(params, &copy.tree, (q, qd, &now), &found)
+                .and_then(|mut linear| linear.by::<M>(2))
+                .ok_or(Code::Undetermined)?;
+            let change = eliminate(matrix, left).ok_or(Code::Singular)?;
+            for k in 0..COORDINATES {
+                now[k] += change[k];
+            }
+            // Newton steps square the error.
+            if settled || largest(&change) <= SETTLED_STEP * largest(&now) {
+                self.tree = copy.tree;
+                return Ok(now);
+            }
+        }
+        Err(Code::Frictionless)
+    }
+}

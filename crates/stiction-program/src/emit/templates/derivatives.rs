@@ -1,0 +1,23 @@
+
+impl State {
+    /// As [`State::ff`] without a direction, and the derivatives of the efforts by positions, rates and
+    /// accelerations. They are exact and contain the change of friction with the reactions. Without
+    /// [`Code::Done`] there are none; that is also so where a joint slides too slowly for derivatives
+    /// ([`Code::Undetermined`]).
+    pub fn derivatives<M: Math>(
+        &mut self,
+        params: &Params,
+        q: &[Real; COORDINATES],
+        qd: &[Real; COORDINATES],
+        qdd: &[Real; COORDINATES],
+        tau: &mut [Real; ACTUATORS],
+    ) -> (Code, Info, Option<[Matrix; 3]>) {
+        let (code, info, found) = self.answer::<M>(params, q, (qd, qdd, None), tau);
+        if code != Code::Done {
+            return (code, info, None);
+        }
+        let all = Linear::new::<M>(params, &self.tree, (q, qd, qdd), &found)
+            .and_then(|mut linear| Some([linear.by::<M>(0)?, linear.by::<M>(1)?, linear.by::<M>(2)?]));
+        (if all.is_some() { code } else { Code::Undetermined }, info, all)
+    }
+}

@@ -1,0 +1,61 @@
+
+/// Joints with friction, and the places of their reactions and of the direction in the workspace of
+/// the derivatives.
+const RUBBING_JOINTS: usize = @RUBBING_JOINTS@;
+const SLOPE_WORK: usize = @SLOPE_WORK@;
+const FIRST_REACTION: usize = FIRST_TARGET + 3 * COORDINATES;
+const FIRST_SLOPE: usize = FIRST_REACTION + 6 * RUBBING_JOINTS;
+
+/// Part of the derivatives that does not depend on the direction; the result is positive if they exist.
+fn prepare_slopes<M: Math>(w: &mut [Real; SLOPE_WORK], r: &mut [Real; 1]) {
+@SLOPE_PREPARATION@}
+
+/// Slopes of the efforts along the direction in `w`.
+fn find_slopes<M: Math>(w: &mut [Real; SLOPE_WORK], r: &mut [Real; ACTUATORS]) {
+@SLOPES@}
+
+/// Matrix with a row for each actuator and a column for each coordinate.
+pub type Matrix = [[Real; COORDINATES]; ACTUATORS];
+
+/// Linearisation at a state.
+struct Linear {
+    w: [Real; SLOPE_WORK],
+}
+
+impl Linear {
+    /// Prepares derivatives at closed loops, from all results of a call.
+    fn new<M: Math>(
+        params: &Params,
+        tree: &[Real; TREE],
+        (q, qd, qdd): (&[Real; COORDINATES], &[Real; COORDINATES], &[Real; COORDINATES]),
+        found: &[Real; ANSWERS],
+    ) -> Option<Self> {
+        const RUBBING: [usize; RUBBING_JOINTS + 1] = [@RUBBING@];
+        let mut own = Self { w: [0.0; SLOPE_WORK] };
+        let mut r = [0.0];
+        set_parameters(&mut own.w, params);
+        set_motion(&mut own.w, tree, q, qd, qdd);
+        for joint in 0..RUBBING_JOINTS {
+            let (to, from) = (FIRST_REACTION + 6 * joint, ACTUATORS + 6 * RUBBING[joint]);
+            own.w[to..to + 6].copy_from_slice(&found[from..from + 6]);
+        }
+        prepare_slopes::<M>(&mut own.w, &mut r);
+        if r[0] > 0.0 { Some(own) } else { None }
+    }
+
+    /// Derivatives by a kind of input: 0 positions, 1 rates, 2 accelerations.
+    fn by<M: Math>(&mut self, kind: usize) -> Option<Matrix> {
+        let mut matrix = [[0.0; COORDINATES]; ACTUATORS];
+        for column in 0..COORDINATES {
+            let place = FIRST_SLOPE + kind * COORDINATES + column;
+            let mut r = [0.0; ACTUATORS];
+            self.w[place] = 1.0;
+            find_slopes::<M>(&mut self.w, &mut r);
+            self.w[place] = 0.0;
+            for row in 0..ACTUATORS {
+                matrix[row][column] = r[row];
+            }
+        }
+        if matrix.iter().all(|row| are_finite(row)) { Some(matrix) } else { None }
+    }
+}

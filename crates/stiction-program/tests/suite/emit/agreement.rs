@@ -1,0 +1,277 @@
+//! Agreement of the source code with the general solver at many random states, in double and single precision.
+
+use super::compiler::Code;
+use super::{ROBOTS, labels, variant};
+use crate::common::{Loop, gallery_loop};
+use std::collections::BTreeMap;
+use stiction_core::dynamics::{FrictionMode, InverseDynamics, InverseError};
+use stiction_core::kinematics::Target;
+use stiction_core::random::Random;
+use stiction_core::statics::Constraints;
+use stiction_program::emit::{Language, Precision};
+use stiction_program::{Feedforward, Tunable};
+
+/// Least singularity index of a compared state, or half of the index at home if that is less than this: rounding errors
+/// grow near singular positions.
+const CLEAR: f64 = 0.05;
+/// Least sliding speed of a compared state, relative to the largest: near zero, its sign is uncertain.
+const SLIDES: f64 = 1e-3;
+/// Least rate of the fastest coordinate of a compared state, rad/s or m/s: the solver treats interfaces below a speed as
+/// resting, the code only coordinates.
+const MOVES: f64 = 1e-3;
+/// Sliding speed, relative to the largest, below which it is a rounding error: the interface never slides.
+const NEVER: f64 = 1e-12;
+/// Least determinant of a compared state with friction relative to that without, as the code in double precision finds
+/// it: rounding errors grow where friction is about to lock.
+const FREE: f64 = 0.05;
+/// Least value of the largest effort of a compared state, relative to the median: efforts that cancel each other give
+/// no scale for rounding errors.
+const NOTABLE: f64 = 0.05;
+/// Part of all states in which code and solver may differ near limits of what either can answer.
+const DIFFERING: f64 = 0.01;
+/// Largest difference of an effort, relative to the largest effort of the state, in double and in single precision.
+const LIMITS: [f64; 2] = [1e-11, 1e-4];
+/// Part of the compared states that may exceed the limit: none in double precision. Single precision has no digits left
+/// where an index is just above [`CLEAR`] and motions are fast; there the difference is at most [`FEW_DIGITS`], or the
+/// code reports that friction did not converge.
+const EXCEEDING: [f64; 2] = [0.0, 1e-3];
+const FEW_DIGITS: f64 = 1e-2;
+const PRECISIONS: [Precision; 2] = [Precision::Double, Precision::Float];
+
+/// Result of the solver at a state.
+enum Engine {
+    /// Efforts; reason why the state is not compared, if any.
+    Solved(Vec<f64>, Option<&'static str>),
+    /// Reason why there are no efforts.
+    Refused(&'static str),
+}
+
+/// Random state whose numbers are exact in single precision, and the result of the solver there.
+struct State {
+    numbers: Vec<f64>,
+    engine: Engine,
+}
+
+/// Smaller one of the type 1 and type 2 singularity indices.
+fn index(solver: &InverseDynamics) -> f64 {
+    let (statics, spins) = (solver.statics(), solver.idle_axes().len());
+    let of_legs = Constraints::new(&statics).leg_distance(spins);
+    statics.actuation_distance(spins).min(of_legs.unwrap_or(1.0))
+}
+
+/// Moves from home along a straight line, as the code does; `None` if that fails.
+fn reach(home: &InverseDynamics, start: &[Target<f64>], at: &[f64]) -> Option<InverseDynamics> {
+    let mut solver = home.clone();
+    let on_the_line = |part: f64, line: &mut [Target<f64>]| {
+        for ((now, at), start) in line.iter_mut().zip(at).zip(start) {
+            now.value = start.value + (at - start.value) * part;
+            (now.rate, now.acceleration) = (at - start.value, 0.0);
+        }
+    };
+    solver.follow(0.0, 1.0, on_the_line).ok()?;
+    Some(solver)
+}
+
+/// Solves at a state of this position, which is clear of singular ones or not.
+fn solve(solver: &mut InverseDynamics, targets: &[Target<f64>], is_clear: bool) -> Engine {
+    if solver.move_to(targets).is_err() {
+        return Engine::Refused(UNREACHABLE);
+    }
+    let forces = match solver.solve(&[]) {
+        Ok(forces) => forces,
+        Err(InverseError::Locked { .. }) => return Engine::Refused("locked by friction"),
+        Err(_) => return Engine::Refused("no finite forces"),
+    };
+    let speeds = forces.interfaces.iter().map(|interface| interface.velocity.abs());
+    let fastest = speeds.clone().fold(0.0, f64::max);
+    let is_slow = fastest > 0.0 && { speeds }.any(|v| (NEVER..=SLIDES).contains(&(v / fastest)));
+    let efforts = forces.efforts.clone();
+    let why = if targets.iter().all(|target| target.rate.abs() < MOVES) {
+        Some("all coordinates almost at rest")
+    } else if is_slow {
+        Some("an interface almost at rest")
+    } else if !is_clear {
+        Some("near a singular position")
+    } else {
+        None
+    };
+    Engine::Solved(efforts, why)
+}
+
+/// Random states about the default motion, near it and far from it in turn, with [`MOTIONS`] of them at each position.
+fn states(robot: &Loop, count: usize) -> Vec<State> {
+    let mut random = Random::new(25);
+    let start = &robot.signal[0];
+    let mut home = robot.solver.clone();
+    home.move_to(start).unwrap();
+    home.settings_mut().friction = FrictionMode::Converged;
+    let at_home = index(&home);
+    let clear = if at_home > CLEAR { CLEAR } else { 0.5 * at_home };
+    println!("singularity index {at_home:.3} at home, compared above {clear:.3}");
+    let length = home.mechanism().characteristic_length().min(1.0);
+    let exact = |x: f64| f64::from(x as f32);
+    let mut states = Vec::with_capacity(count);
+    for k in 0..count / MOTIONS {
+        let width = if k % 2 == 0 { 0.05 } else { 0.25 } * length;
+        let near = robot.signal[k % robot.signal.len()].iter();
+        let at: Vec<f64> =
+            near.map(|target| exact(target.value + width * random.number())).collect();
+        let mut solver = reach(&home, start, &at);
+        let is_clear = solver.as_ref().is_some_and(|solver| index(solver) > clear);
+        for _ in 0..MOTIONS {
+            let moving = |value: &f64| Target {
+                value: *value,
+                rate: exact(random.number()),
+                acceleration: exact(10.0 * random.number()),
+            };
+            let targets: Vec<_> = at.iter().map(moving).collect();
+            let of = |f: fn(&Target<f64>) -> f64| targets.iter().map(f).collect::<Vec<_>>();
+            let numbers = [of(|t| t.value), of(|t| t.rate), of(|t| t.acceleration)].concat();
+            let engine = match &mut solver {
+                Some(solver) => solve(solver, &targets, is_clear),
+                None => Engine::Refused(UNREACHABLE),
+            };
+            states.push(State { numbers, engine });
+        }
+    }
+    let largest = |efforts: &[f64]| efforts.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut sizes: Vec<f64> = states
+        .iter()
+        .filter_map(|state| match &state.engine {
+            Engine::Solved(efforts, None) => Some(largest(efforts)),
+            _ => None,
+        })
+        .collect();
+    sizes.sort_unstable_by(f64::total_cmp);
+    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    for state in &mut states {
+        if let Engine::Solved(efforts, why @ None) = &mut state.engine
+            && largest(efforts) < NOTABLE * median
+        {
+            *why = Some("efforts that cancel each other");
+        }
+    }
+    states
+}
+
+/// Figures of one precision.
+#[derive(Default)]
+struct Figures {
+    compared: usize,
+    /// Largest difference where the code has efforts with friction.
+    worst: f64,
+    /// Compared states beyond the limit, or without efforts from the code.
+    failures: usize,
+    /// States that are not compared, by reason: all, and those where code and solver differ in whether there are
+    /// efforts with friction, or in efforts by more than a part of 1e-3.
+    others: BTreeMap<&'static str, [usize; 2]>,
+}
+
+/// Reason of the solver.
+const UNREACHABLE: &str = "unreachable on a straight line";
+/// Random motions at each position.
+const MOTIONS: usize = 10;
+/// Code of success.
+const OK: f64 = 0.0;
+
+/// Excludes states at which friction is about to lock the mechanism.
+fn exclude_almost_locked(states: &mut [State], answers: &[f64]) {
+    let width = answers.len() / states.len();
+    for (state, answer) in states.iter_mut().zip(answers.chunks_exact(width)) {
+        if let (Engine::Solved(_, why @ None), [OK, ..FREE, ..]) = (&mut state.engine, answer) {
+            *why = Some("friction about to lock");
+        }
+    }
+}
+
+fn compare(states: &[State], answers: &[f64], limit: f64) -> Figures {
+    let mut figures = Figures::default();
+    let width = answers.len() / states.len();
+    for (state, answer) in states.iter().zip(answers.chunks_exact(width)) {
+        assert!(answer.iter().all(|x| x.is_finite()));
+        let (code, efforts) = (answer[0], &answer[2..]);
+        let (reason, differs) = match &state.engine {
+            Engine::Solved(expected, why) => {
+                let most = expected.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+                let apart = efforts.iter().zip(expected).map(|(a, b)| (a - b).abs());
+                let apart =
+                    if code == OK { apart.fold(0.0, f64::max) / most } else { f64::INFINITY };
+                let Some(why) = why else {
+                    figures.compared += 1;
+                    if code == OK {
+                        figures.worst = figures.worst.max(apart);
+                    }
+                    if apart > limit {
+                        figures.failures += 1;
+                        if figures.failures <= 5 {
+                            println!("    code {code}, off by {apart:.1e} at {:?}", state.numbers);
+                        }
+                    }
+                    continue;
+                };
+                (*why, apart > 1e-3)
+            }
+            Engine::Refused(why) => (*why, code == OK),
+        };
+        let counted = figures.others.entry(reason).or_default();
+        counted[0] += 1;
+        counted[1] += usize::from(differs);
+    }
+    figures
+}
+
+/// Compares the code of robots with the solver; returns false without a compiler.
+fn agree(names: &[&str], count: usize) -> bool {
+    let mut good = true;
+    for name in names {
+        let robot = gallery_loop(name).unwrap();
+        let tunables = Tunable::frictions(robot.solver.parameters());
+        let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
+        let mut states = states(&robot, count);
+        let rows: Vec<u8> =
+            states.iter().flat_map(|s| &s.numbers).flat_map(|x| x.to_le_bytes()).collect();
+        for (k, precision) in PRECISIONS.into_iter().enumerate() {
+            let limit = LIMITS[k];
+            let options = variant(name, precision, false);
+            let files = program.files(Language::C, &labels(name, &robot), &options, &[]).unwrap();
+            let folder = format!("agreement-{name}-{precision:?}");
+            let Some(code) = Code::new(&folder, &options.name, &files) else { return false };
+            code.write("states.bin", &rows);
+            let said = code.run_with("agreement_main", include_str!("agreement.c"), &["-O2"]);
+            assert_eq!(said, format!("{count} rows\n"));
+            let bytes = code.read("answers.bin");
+            let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().unwrap());
+            let answers: Vec<f64> = bytes.chunks_exact(8).map(number).collect();
+            if precision == Precision::Double {
+                exclude_almost_locked(&mut states, &answers);
+            }
+            let Figures { compared, worst, failures, others } = compare(&states, &answers, limit);
+            println!(
+                "{name} {precision:?}: {compared} compared, off by {worst:.1e} at most, {failures} failures"
+            );
+            for (why, [all, differ]) in &others {
+                println!("    {all} {why}, of which code and solver differ in {differ}");
+            }
+            let differing: usize = others.values().map(|[_, differ]| differ).sum();
+            good &= failures as f64 <= EXCEEDING[k] * compared as f64
+                && worst <= FEW_DIGITS
+                && compared > count / 10
+                && differing as f64 <= DIFFERING * count as f64;
+        }
+    }
+    assert!(good, "see the numbers above");
+    true
+}
+
+#[test]
+fn source_code_agrees_at_random_states() {
+    agree(&["five-bar", "3rrr"], 400);
+}
+
+/// The measurement that the book states.
+#[test]
+#[ignore = "takes an hour"]
+fn source_code_agrees_at_many_random_states_for_the_gallery() {
+    let count = std::env::var("STICTION_STATES").map_or(100_000, |text| text.parse().unwrap());
+    agree(&ROBOTS, count);
+}

@@ -1,0 +1,93 @@
+//! Friction of a controller where its reference reverses or rests.
+
+use std::fmt;
+
+/// Compensation of friction near reversals and at rest of the reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transition {
+    /// The direction of the reference rate; at rest, that of the reference acceleration, or else the friction of the
+    /// last motion is held.
+    Sign,
+    /// As [`Self::Sign`], but the held friction decays at rest, by one percent in each sample.
+    Fade,
+    /// Friction times tanh(v / w), where v is the reference rate of the actuator and w this part of its largest
+    /// magnitude.
+    Tanh(f64),
+}
+
+/// Factor of the friction for each sample at rest with [`Transition::Fade`]; that of the exported code by default.
+const FADE: f64 = 0.99;
+
+impl Transition {
+    /// Reads a name: `sign`, `fade`, or the width of the tanh in percent, such as `5%`.
+    ///
+    /// # Errors
+    /// The text in words, if it is none of these.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let expected = "expected `sign`, `fade` or a width between 0 and 100 percent such as `5%`";
+        match text.trim() {
+            "sign" => Ok(Self::Sign),
+            "fade" => Ok(Self::Fade),
+            other => {
+                let percent = other.strip_suffix('%').and_then(|number| number.trim().parse().ok());
+                let percent: f64 = percent.ok_or(expected)?;
+                match percent > 0.0 && percent <= 100.0 {
+                    true => Ok(Self::Tanh(0.01 * percent)),
+                    false => Err(expected.to_owned()),
+                }
+            }
+        }
+    }
+
+    /// Factor of the friction of an actuator with a reference rate, given its largest rate; `held` is the factor of
+    /// friction that is held at rest.
+    pub(super) fn factor(self, rate: f64, fastest: f64, held: f64) -> f64 {
+        match self {
+            Self::Sign => 1.0,
+            Self::Fade => held,
+            Self::Tanh(_) if fastest <= 0.0 => 0.0,
+            Self::Tanh(width) => (rate.abs() / (width * fastest)).tanh(),
+        }
+    }
+
+    /// Factor of held friction after another sample.
+    pub(super) fn next_held(self, held: f64, rests: bool) -> f64 {
+        match (self, rests) {
+            (Self::Fade, true) => held * FADE,
+            _ => 1.0,
+        }
+    }
+}
+
+impl fmt::Display for Transition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sign => write!(f, "sign"),
+            Self::Fade => write!(f, "fade"),
+            Self::Tanh(width) => write!(f, "tanh {}%", (1e6 * width).round() / 1e4),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_follow_their_definitions() {
+        assert_eq!(Transition::parse("5 %"), Ok(Transition::Tanh(0.05)));
+        assert_eq!(Transition::parse("fade"), Ok(Transition::Fade));
+        for wrong in ["0%", "101%", "5", "nan%", "tanh"] {
+            assert!(Transition::parse(wrong).is_err(), "{wrong}");
+        }
+        let tanh = Transition::Tanh(0.1);
+        assert_eq!(tanh.to_string(), "tanh 10%");
+        assert_eq!(tanh.factor(0.2, 2.0, 1.0), 1.0_f64.tanh());
+        assert_eq!(tanh.factor(0.0, 2.0, 1.0), 0.0);
+        assert_eq!(tanh.factor(1.0, 0.0, 1.0), 0.0);
+        assert_eq!(Transition::Sign.factor(0.0, 2.0, 0.5), 1.0);
+        let once = Transition::Fade.next_held(1.0, true);
+        assert_eq!(Transition::Fade.factor(0.0, 2.0, once), 0.99);
+        assert_eq!(Transition::Fade.next_held(once, false), 1.0);
+    }
+}
