@@ -232,7 +232,7 @@ impl<'a> PositionEquations<'a> {
             damping = DAMPING;
         }
         if let Some((before, least)) = stationary
-            && !(errors.norm() < least.norm())
+            && (errors.norm() >= least.norm() || errors.norm().is_nan())
         {
             *state = before;
         }

@@ -94,7 +94,7 @@ pub(crate) fn assemble_partly(
     if reached < NEAR {
         errors = close(&equations, &mut kinematics, &mut state);
     }
-    if reached >= NEAR || errors.iter().any(|error| !(error.abs() <= MET)) {
+    if reached >= NEAR || errors.iter().any(|error| error.abs() > MET || error.is_nan()) {
         // Near a singular position only damped steps converge. Where the loops cannot close, they end at
         // the least error.
         equations.solve(&mut kinematics, &mut state, FRACTION * MET, STEPS);
@@ -128,13 +128,15 @@ fn close(
         let by_rows: Vec<f64> = jacobian.transpose().to_dense().iter().copied().collect();
         space.decompose(&by_rows, errors.len(), dofs, DEPENDENT);
         let step = -DVector::from_vec(space.shortest(errors.as_slice()));
-        if !(step.norm() <= LONGEST) {
+        let length = step.norm();
+        if length > LONGEST || length.is_nan() {
             break;
         }
         let mut next = state.clone();
         next.advance(equations.topology(), &equations.unscaled(&step));
         let next_errors = equations.errors(kinematics, &next);
-        if !(next_errors.norm() < errors.norm()) {
+        let next_norm = next_errors.norm();
+        if next_norm >= errors.norm() || next_norm.is_nan() {
             break;
         }
         (*state, errors) = (next, next_errors);

@@ -93,7 +93,8 @@ impl PositionEquations<'_> {
         let bend = second(kinematics, &direction);
         let rest = &bend - reducible * reducible.tr_mul(&bend);
         // A mobility along which the loops hardly open leads to no solution.
-        if !(rest.norm() > STRAIGHT) {
+        let opening = rest.norm();
+        if opening <= STRAIGHT || opening.is_nan() {
             return None;
         }
         let length = (-2.0 * amount / rest.norm_squared()).sqrt().min(STRIDE);

@@ -175,8 +175,8 @@ impl Solving<'_> {
         if let Some(travel) = uniqueness.observe(solver, time, postpones) {
             piece.least.postpone(piece.samples.len(), travel);
         }
-        let asked = Asked::of(solver, &loads, self.job.friction_margin);
-        piece.coupling = piece.coupling.max(asked.coupling.unwrap_or(0.0));
+        let certainty = SampleCertainty::of(solver, &loads, self.job.friction_margin);
+        piece.coupling = piece.coupling.max(certainty.coupling.unwrap_or(0.0));
         let sample = Sample {
             time,
             forces: solver.forces().clone(),

@@ -146,7 +146,8 @@ impl Given<'_> {
             let refined = moved(&refined, &step);
             // At a singular position beside the solutions, such as a stretched one between two elbows, loops
             // stay open.
-            if !(at(&refined).0.amax() <= MET) {
+            let open = at(&refined).0.amax();
+            if open > MET || open.is_nan() {
                 return;
             }
             *state = refined;

@@ -27,7 +27,7 @@ fn days(date: &str) -> Option<i64> {
     let parts: Vec<i64> =
         date.split(['-', '/', '.']).map(|part| part.parse().ok()).collect::<Option<_>>()?;
     let [a, b, c] = parts[..] else { return None };
-    let (year, month, day) = match (a > 31, date.contains('/') && b > 12 || a <= 12 && b > 12) {
+    let (year, month, day) = match (a > 31, b > 12 && (a <= 12 || date.contains('/'))) {
         (true, _) => (a, b, c),
         (false, true) => (c, a, b),
         (false, false) if date.contains('/') => (c, a, b),

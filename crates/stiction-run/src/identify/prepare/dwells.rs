@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn dwells_keep_off_the_motion() {
         let is_resting = |k: usize| (10..50).contains(&k) || (60..68).contains(&k);
-        let effort = |k: usize, _: usize| if k < 14 || k >= 46 { 100.0 } else { k as f64 };
+        let effort = |k: usize, _: usize| if !(14..46).contains(&k) { 100.0 } else { k as f64 };
         let found = standstills(80, is_resting, effort, (1, |k| vec![k as f64]));
         assert_eq!(found.len(), 1);
         // Means of the first and the last four rows.
