@@ -242,5 +242,5 @@ fn compliance_that_the_model_lacks_is_noticed() {
     let result = json(folder.stiction(&run).succeeds());
     assert_ne!(result["verdict"], "identified", "{:#}", result["cautions"]);
     let cautions = result["cautions"].to_string();
-    assert!(cautions.contains("the model lacks something there, such as compliance"), "{cautions}");
+    assert!(cautions.contains("the model lacks an effect, such as compliance"), "{cautions}");
 }

@@ -1,5 +1,6 @@
 //! Layouts of logs that are no tables with separators: columns of blanks, and a header in a comment.
 
+use super::clock;
 use super::preamble::SEARCHED;
 use crate::signal::recorded::lines::parse_number;
 
@@ -39,7 +40,7 @@ pub(super) fn with_separators(text: String) -> String {
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// Replaces the mark of the comment above a first row of numbers with as many cells.
+/// Replaces the mark of the comment above a first row of numbers, dates and times of day with as many cells.
 fn uncomment(bytes: &mut [u8]) {
     let (mut at, mut comment) = (0, None);
     while at < bytes.len() {
@@ -50,8 +51,9 @@ fn uncomment(bytes: &mut [u8]) {
         if line.starts_with('#') {
             comment = Some((at, cells(line)));
         } else if !line.is_empty() {
-            let is_row =
-                line.split(['\t', ';', ',']).all(|cell| parse_number(cell.trim()).is_some());
+            let is_value =
+                |cell: &str| parse_number(cell).is_some() || clock::seconds(cell).is_some();
+            let is_row = line.split(['\t', ';', ',']).all(|cell| is_value(cell.trim()));
             if let Some((start, count)) = comment
                 && is_row
                 && count == cells(line)
