@@ -4,7 +4,7 @@ use crate::arguments::{Filter, Formats, Friction, Inverse, Report};
 use crate::cases::{self, Done};
 use crate::failure::Failure;
 use crate::fold::folded;
-use crate::outputs::Outputs;
+use crate::outputs::{Outputs, supported};
 use crate::print;
 use crate::progress::Progress;
 use crate::report;
@@ -43,7 +43,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         threads: options.threads.threads,
         friction_margin: options.friction_margin,
         filter: options.filter,
-        formats: options.tables.formats()?,
+        formats: supported(options.tables.formats())?,
         report: options.report,
         runs: lists.iter().map(|list| list.len().max(1)).product(),
     };

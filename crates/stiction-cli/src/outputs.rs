@@ -18,6 +18,15 @@ use stiction_run::exchange::npz_of_csv;
 /// Name of the file with the checkpoint from which an interrupted simulation resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.json";
 
+/// Returns the formats of tables if the program was built with all of them.
+pub(crate) fn supported(formats: Formats) -> Result<Formats, Failure> {
+    if formats.mcap && cfg!(not(feature = "mcap")) {
+        return Err(Failure::input("this program was built without MCAP support")
+            .help("build it with `--features mcap`, or write NumPy archives with --format npz"));
+    }
+    Ok(formats)
+}
+
 /// Files of one run in a folder. Each has a temporary name until all are complete. If the run fails, incomplete files
 /// are removed; files of earlier runs stay until the new ones are complete.
 #[derive(Debug)]

@@ -1,6 +1,5 @@
 //! Options that several commands share.
 
-use crate::failure::Failure;
 use clap::{Args, ColorChoice, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -86,22 +85,13 @@ pub(crate) struct Formats {
 }
 
 impl Tables {
-    /// The formats asked for.
-    ///
-    /// # Errors
-    /// The program was built without one of them.
-    pub(crate) fn formats(&self) -> Result<Formats, Failure> {
+    pub(crate) fn formats(&self) -> Formats {
         let has = |format| self.format.contains(&format);
-        if has(TableFormat::Mcap) && cfg!(not(feature = "mcap")) {
-            return Err(Failure::input("this program was built without MCAP support").help(
-                "build it with `--features mcap`, or write NumPy archives with --format npz",
-            ));
-        }
-        Ok(Formats {
+        Formats {
             csv: has(TableFormat::Csv) || self.format.is_empty(),
             npz: has(TableFormat::Npz),
             mcap: has(TableFormat::Mcap),
-        })
+        }
     }
 }
 

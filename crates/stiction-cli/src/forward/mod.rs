@@ -7,7 +7,7 @@ use crate::cases::{self, Done};
 use crate::failure::Failure;
 use crate::fold::folded;
 use crate::inverse::listen_for_interrupt;
-use crate::outputs::{CHECKPOINT, Outputs};
+use crate::outputs::{CHECKPOINT, Outputs, supported};
 use crate::print;
 use crate::progress::Progress;
 use crate::report;
@@ -79,7 +79,7 @@ fn request(
 
 fn execute(options: &Forward) -> Result<(), Failure> {
     // A format that this program cannot write is refused before the simulation.
-    options.tables.formats()?;
+    supported(options.tables.formats())?;
     let robot = sources::filtered_robot(&options.model, &options.filter)?;
     if !options.json {
         if options.model.name.is_none() {
@@ -261,7 +261,7 @@ fn single(
         let tables: Vec<&str> =
             FILES.into_iter().filter(|name| outputs.partial(name).is_some()).collect();
         // A simulation resumes from its tables in CSV.
-        let formats = options.tables.formats()?;
+        let formats = options.tables.formats();
         let formats = Formats { csv: formats.csv || outcome.checkpoint.is_some(), ..formats };
         if formats.mcap && outcome.checkpoint.is_none() {
             let sources = ["forward.csv", "forward.csv", "bodies.csv"];

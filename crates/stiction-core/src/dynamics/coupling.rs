@@ -227,6 +227,7 @@ impl FrictionCoupling {
         bound.accept_up_to(self.accepted);
         let strength = uniqueness::coupling_bound(at, each, &mut influence, bound);
         (self.is_current, self.is_stored) = (!self.unknowns.is_empty(), false);
+        self.strength = strength;
         strength
     }
 

@@ -94,7 +94,10 @@ pub(crate) fn assemble_partly(
     if reached < NEAR {
         errors = close(&equations, &mut kinematics, &mut state);
     }
-    if reached >= NEAR || errors.iter().any(|error| error.abs() > MET || error.is_nan()) {
+    if reached >= NEAR
+        || reached.is_nan()
+        || errors.iter().any(|error| error.abs() > MET || error.is_nan())
+    {
         // Near a singular position only damped steps converge. Where the loops cannot close, they end at
         // the least error.
         equations.solve(&mut kinematics, &mut state, FRACTION * MET, STEPS);

@@ -4,7 +4,6 @@ use super::{REST, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::inputs::Inputs;
-use crate::forward::instant::InterfaceSample;
 use crate::kinematics::Target;
 
 /// Time, s, after which the direction of a prescribed motion that starts from rest is sampled.
@@ -70,7 +69,7 @@ impl Forward {
         self.is_prescribed_interface(interface).then_some(InterfaceMode::Sticks)
     }
 
-    /// Returns whether all prescribed coordinates stay at rest from this time on, which excludes the instant of a reversal.
+    /// Returns whether all prescribed coordinates are at rest, at this time and [`AHEAD`] later.
     /// `false` without prescribed coordinates.
     fn is_prescribed_at_rest(&self, (time, fastest): (f64, f64), inputs: &mut dyn Inputs) -> bool {
         let least = self.least_prescribed_speed(fastest);
@@ -96,11 +95,23 @@ impl Simulation<'_> {
     /// Returns whether an interface that is recorded as sliding rests because the prescribed motion has come to rest.
     /// Its slip velocity then reaches zero without a change of sign.
     pub(super) fn rests_as_prescribed(&self, inputs: &mut dyn Inputs) -> bool {
-        let rests = |(mode, state): (&InterfaceMode, &InterfaceSample)| {
-            matches!(mode, InterfaceMode::Slides(_)) && norm(state.velocity) <= REST * self.fastest
+        let place = (self.now.time, self.fastest);
+        let accelerations = &self.now.state.accelerations;
+        let is_still = |&interface: &usize| {
+            let begins = self.model.surface_acceleration(&self.now.bodies, interface);
+            matches!(self.modes[interface], InterfaceMode::Slides(_))
+                && norm(self.now.interfaces[interface].velocity) <= REST * self.fastest
+                && norm(begins) <= self.model.rounding_of_onset(accelerations, interface)
         };
-        self.modes.iter().zip(&self.now.interfaces).any(rests)
-            && self.model.is_prescribed_at_rest((self.now.time, self.fastest), inputs)
+        (0..self.modes.len()).filter(is_still).any(|interface| {
+            match self.model.is_prescribed_interface(interface) {
+                true => {
+                    let mode = self.model.prescribed_mode(interface, place, inputs);
+                    mode == Some(InterfaceMode::Sticks)
+                }
+                false => self.model.is_prescribed_at_rest(place, inputs),
+            }
+        })
     }
 
     /// Finds the fraction of a step at which an interface in a prescribed joint begins to slip; `None` if it does not
