@@ -138,6 +138,7 @@ mod quantity;
 mod read;
 mod signal;
 mod source;
+mod triangles;
 mod variation;
 mod visual;
 

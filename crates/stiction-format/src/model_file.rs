@@ -5,7 +5,7 @@ use crate::law::Law;
 use crate::parameters::Parameters;
 use crate::signal::Signal;
 use crate::signal::samples::SampleTimes;
-use crate::visual::Visual;
+use crate::visual::{self, Visual};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{Body, BodyId, JointId, Mechanism};
@@ -427,6 +427,12 @@ impl AppliedWrench {
 }
 
 impl ModelFile {
+    /// Reads the files of the meshes; `files` returns the bytes of a file that the model names, or the reason for a
+    /// failure. A mesh that cannot be shown becomes a warning.
+    pub fn load_meshes(&mut self, files: &dyn Fn(&str) -> Result<Vec<u8>, String>) {
+        visual::load(&mut self.visuals, &mut self.warnings, files);
+    }
+
     /// Parameters with their values and SI units, in the order of the file; an angle is in rad, and the unit
     /// of a plain number is empty.
     pub fn parameters(&self) -> impl Iterator<Item = (&str, f64, String)> {

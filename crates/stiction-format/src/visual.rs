@@ -1,9 +1,8 @@
 //! Meshes that show bodies in pages. Results do not depend on them.
 
-use crate::diagnostic::{Diagnostic, quoted};
-use crate::import::mesh;
-use crate::model_file::ModelFile;
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::source::Place;
+use crate::triangles;
 use serde_json::Value;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -76,7 +75,7 @@ impl Mesh {
         if format == MeshFormat::Gltf {
             check_gltf(&bytes)?;
         } else {
-            let count = mesh::read(name, &bytes)?.len();
+            let count = triangles::read(name, &bytes)?.len();
             if count > MOST_TRIANGLES {
                 return Err(format!(
                     "it has {count} triangles; at most {MOST_TRIANGLES} are shown"
@@ -87,40 +86,41 @@ impl Mesh {
     }
 }
 
-impl ModelFile {
-    /// Reads the files of the meshes; `files` returns the bytes of a file that the model names, or the reason for a
-    /// failure. A mesh that cannot be shown becomes a warning.
-    pub fn load_meshes(&mut self, files: &dyn Fn(&str) -> Result<Vec<u8>, String>) {
-        let mut known: HashMap<&str, Result<Arc<Mesh>, String>> = HashMap::new();
-        let mut sum = 0;
-        for visual in &mut self.visuals {
-            let Visual { file, mesh, place, .. } = visual;
-            let file: &str = file;
-            let is_new = !known.contains_key(file);
-            let loaded = known.entry(file).or_insert_with(|| {
-                let mesh = Mesh::new(file, files(file)?)?;
-                sum += mesh.bytes.len();
-                match sum > LARGEST_SUM {
-                    true => Err(format!(
-                        "with it the meshes have more than {:.1} MB",
-                        LARGEST_SUM as f64 / 1e6
-                    )),
-                    false => Ok(Arc::new(mesh)),
-                }
-            });
-            match loaded {
-                Ok(loaded) => *mesh = Some(Arc::clone(loaded)),
-                // Once for each file.
-                Err(why) if is_new => self.warnings.push(
-                    Diagnostic::warning(
-                        "visual",
-                        format!("the mesh {} cannot be shown: {why}", quoted(file)),
-                    )
-                    .at(place.clone(), "")
-                    .help("pages show the symbol of the body; results do not depend on meshes"),
-                ),
-                Err(_) => {}
+/// Reads the files of meshes, as [`ModelFile::load_meshes`](crate::ModelFile::load_meshes) describes.
+pub(crate) fn load(
+    visuals: &mut [Visual],
+    warnings: &mut Diagnostics,
+    files: &dyn Fn(&str) -> Result<Vec<u8>, String>,
+) {
+    let mut known: HashMap<&str, Result<Arc<Mesh>, String>> = HashMap::new();
+    let mut sum = 0;
+    for visual in visuals {
+        let Visual { file, mesh, place, .. } = visual;
+        let file: &str = file;
+        let is_new = !known.contains_key(file);
+        let loaded = known.entry(file).or_insert_with(|| {
+            let mesh = Mesh::new(file, files(file)?)?;
+            sum += mesh.bytes.len();
+            match sum > LARGEST_SUM {
+                true => Err(format!(
+                    "with it the meshes have more than {:.1} MB",
+                    LARGEST_SUM as f64 / 1e6
+                )),
+                false => Ok(Arc::new(mesh)),
             }
+        });
+        match loaded {
+            Ok(loaded) => *mesh = Some(Arc::clone(loaded)),
+            // Once for each file.
+            Err(why) if is_new => warnings.push(
+                Diagnostic::warning(
+                    "visual",
+                    format!("the mesh {} cannot be shown: {why}", quoted(file)),
+                )
+                .at(place.clone(), "")
+                .help("pages show the symbol of the body; results do not depend on meshes"),
+            ),
+            Err(_) => {}
         }
     }
 }

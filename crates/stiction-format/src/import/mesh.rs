@@ -1,94 +1,8 @@
-//! Mass of solids bounded by triangles, from STL and OBJ files.
+//! Mass of solids bounded by triangles.
 
 use super::inertia::Mass;
+use crate::triangles::Triangle;
 use stiction_core::spatial::{Mat3, Vec3};
-
-pub(crate) type Triangle = [Vec3<f64>; 3];
-
-/// Reads the triangles of a mesh file, whose format follows from the extension of its name.
-///
-/// # Errors
-/// The reason, as the end of the sentence "the mesh cannot be read: ".
-pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Vec<Triangle>, String> {
-    let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
-    let triangles = match ending.as_str() {
-        "stl" => stl(bytes)?,
-        "obj" => obj(&String::from_utf8_lossy(bytes))?,
-        _ => return Err("only STL and OBJ files are read".to_owned()),
-    };
-    let is_finite = |triangle: &Triangle| triangle.iter().all(|point| point.is_finite());
-    match triangles.iter().all(is_finite) {
-        true => Ok(triangles),
-        false => Err("a point is no finite number".to_owned()),
-    }
-}
-
-fn stl(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
-    let count =
-        bytes.get(80..84).and_then(|bytes| Some(u32::from_le_bytes(bytes.try_into().ok()?)));
-    let binary = count.filter(|count| 84 + 50 * u64::from(*count) == bytes.len() as u64);
-    if binary.is_none() {
-        return stl_text(&String::from_utf8_lossy(bytes));
-    }
-    let number =
-        |bytes: &[u8]| f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
-    let facet = |facet: &[u8]| {
-        let point = |k: usize| {
-            let at = 12 + 12 * k;
-            Vec3::new(number(&facet[at..]), number(&facet[at + 4..]), number(&facet[at + 8..]))
-        };
-        [point(0), point(1), point(2)]
-    };
-    Ok(bytes[84..].chunks_exact(50).map(facet).collect())
-}
-
-fn stl_text(text: &str) -> Result<Vec<Triangle>, String> {
-    let mut points = Vec::new();
-    for line in text.lines() {
-        if let Some(rest) = line.trim_start().strip_prefix("vertex") {
-            points.push(point(rest)?);
-        }
-    }
-    if points.is_empty() {
-        return Err("it has no triangles".to_owned());
-    }
-    Ok(points.chunks_exact(3).map(|points| [points[0], points[1], points[2]]).collect())
-}
-
-fn point(text: &str) -> Result<Vec3<f64>, String> {
-    let mut numbers = text.split_whitespace().map(str::parse::<f64>);
-    match (numbers.next(), numbers.next(), numbers.next()) {
-        (Some(Ok(x)), Some(Ok(y)), Some(Ok(z))) => Ok(Vec3::new(x, y, z)),
-        _ => Err(format!("`{}` is no point", text.trim().chars().take(60).collect::<String>())),
-    }
-}
-
-fn obj(text: &str) -> Result<Vec<Triangle>, String> {
-    let mut points = Vec::new();
-    let mut triangles = Vec::new();
-    for line in text.lines() {
-        let line = line.trim_start();
-        if let Some(rest) = line.strip_prefix("v ") {
-            points.push(point(rest)?);
-        } else if let Some(rest) = line.strip_prefix("f ") {
-            let corner = |word: &str| {
-                let number: i64 = word.split('/').next()?.parse().ok()?;
-                let index = if number < 0 { points.len() as i64 + number } else { number - 1 };
-                points.get(usize::try_from(index).ok()?).copied()
-            };
-            let corners: Option<Vec<Vec3<f64>>> = rest.split_whitespace().map(corner).collect();
-            let corners = corners.ok_or("a face has a corner that does not exist")?;
-            // Polygons become fans of triangles.
-            for k in 2..corners.len() {
-                triangles.push([corners[0], corners[k - 1], corners[k]]);
-            }
-        }
-    }
-    match triangles.is_empty() {
-        true => Err("it has no faces".to_owned()),
-        false => Ok(triangles),
-    }
-}
 
 /// Mass of the solid with density 1. The orientation of the triangles, outwards or inwards, does not matter.
 pub(super) fn solid(triangles: &[Triangle]) -> Mass {
@@ -127,6 +41,7 @@ pub(super) fn solid(triangles: &[Triangle]) -> Mass {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::triangles::read;
 
     /// A box of 2 x 3 x 4 with a corner at (1, 1, 1), as OBJ with quadrangles.
     const BOX: &str = "v 1 1 1\nv 3 1 1\nv 3 4 1\nv 1 4 1\nv 1 1 5\nv 3 1 5\nv 3 4 5\nv 1 4 5\n\

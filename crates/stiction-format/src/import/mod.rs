@@ -11,7 +11,7 @@ mod extension;
 mod inertia;
 mod joint_motors;
 mod meaning;
-pub(crate) mod mesh;
+mod mesh;
 mod mjcf;
 mod names;
 mod position;

@@ -7,6 +7,7 @@ use super::super::solid::{capsule, cuboid, cylinder, ellipsoid};
 use super::super::xml::Element;
 use super::Reader;
 use crate::diagnostic::quoted;
+use crate::triangles;
 use std::collections::HashMap;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
@@ -148,7 +149,7 @@ impl Reader<'_, '_> {
                 let failed =
                     |why: String| format!("the mesh {} cannot be read: {why}", quoted(&path));
                 let bytes = (context.files)(&path).map_err(failed)?;
-                mesh::read(&path, &bytes).map_err(failed)?
+                triangles::read(&path, &bytes).map_err(failed)?
             }
             (None, Some(vertices)) => {
                 let faces = mesh.list(context, "face").unwrap_or_default();
