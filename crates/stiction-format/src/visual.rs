@@ -133,7 +133,18 @@ fn check_gltf(bytes: &[u8]) -> Result<(), String> {
             let length = length.map_or(0, u32::from_le_bytes) as usize;
             let kind = bytes.get(16..20);
             let chunk = bytes.get(20..).and_then(|rest| rest.get(..length));
-            chunk.filter(|_| kind == Some(b"JSON")).ok_or("its first part is not complete")?
+            let chunk = chunk.filter(|_| kind == Some(b"JSON"));
+            let chunk = chunk.ok_or("its first part is not complete")?;
+            // A viewer would take the last description of several.
+            let mut rest = bytes.get(20 + length..).unwrap_or_default();
+            while let Some((head, after)) = rest.split_first_chunk::<8>() {
+                if head[4..] == *b"JSON" {
+                    return Err("it has two descriptions".to_owned());
+                }
+                let length = u32::from_le_bytes([head[0], head[1], head[2], head[3]]) as usize;
+                rest = after.get(length..).unwrap_or_default();
+            }
+            chunk
         }
         false => bytes,
     };
@@ -155,8 +166,9 @@ fn check_gltf(bytes: &[u8]) -> Result<(), String> {
         return Err(format!("its data are in the file {}; save it as GLB", quoted(&uri)));
     }
     let counts = list(&root["accessors"]);
-    let elements = counts.iter().map(|one| one["count"].as_u64().unwrap_or(0));
-    let elements = elements.fold(0_u64, u64::saturating_add);
+    let elements: Option<Vec<u64>> = counts.iter().map(|one| one["count"].as_u64()).collect();
+    let elements = elements.ok_or("a number of its elements is no whole number")?;
+    let elements = elements.into_iter().fold(0_u64, u64::saturating_add);
     if elements > MOST_ELEMENTS {
         return Err(format!("it has {elements} elements; at most {MOST_ELEMENTS} are shown"));
     }

@@ -75,7 +75,8 @@ fn hostile_meshes_are_refused() {
     );
     let twice = gltf(r#""nodes": [{ "children": [1, 1] }, {}], "scenes": [{ "nodes": [0] }]"#);
     let lost = gltf(r#""nodes": [{ "children": [7] }]"#);
-    let huge = gltf(r#""accessors": [{ "count": 9e99 }, { "count": 4000000000 }]"#);
+    let huge = gltf(r#""accessors": [{ "count": 0 }, { "count": 4000000000 }]"#);
+    let broken = gltf(r#""accessors": [{ "count": 5e8 }]"#);
     let remote = gltf(r#""buffers": [{ "uri": "https://example.com/data.bin", "byteLength": 4 }]"#);
     let draco = gltf(r#""extensionsRequired": ["KHR_draco_mesh_compression"]"#);
     let nodes = gltf(&format!("\"nodes\": [{}{{}}]", "{},".repeat(5000)));
@@ -84,6 +85,7 @@ fn hostile_meshes_are_refused() {
         (&twice, "a node has two parents"),
         (&lost, "a child that does not exist"),
         (&huge, "4000000000 elements; at most 4000000"),
+        (&broken, "a number of its elements is no whole number"),
         (&remote, "its data are in the file `https://example.com/data.bin`"),
         (&draco, "it needs the extension `KHR_draco_mesh_compression`"),
         (&nodes, "it has 5001 nodes"),
@@ -96,6 +98,11 @@ fn hostile_meshes_are_refused() {
             assert!(why.contains(reason), "{reason}: {why}");
         }
     }
+    // A second description, which a viewer would take.
+    let mut two = glb(&gltf("\"nodes\": []"));
+    let second = two[12..].to_vec();
+    two.extend(second);
+    assert!(Mesh::new("a.glb", two).unwrap_err().contains("two descriptions"));
     let cut = |length| Mesh::new("a.glb", glb(&gltf("\"nodes\": []"))[..length].to_vec());
     assert!((0..40).all(|length| cut(length).is_err()));
     assert!(Mesh::new("a.glb", glb(&gltf("\"nodes\": []"))).is_ok());

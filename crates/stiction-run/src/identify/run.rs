@@ -87,16 +87,16 @@ pub struct Identified {
     pub cautions: Vec<String>,
     /// All parameters.
     pub parameters: Vec<Named>,
+    /// All combinations of more than one parameter.
+    pub combinations: Vec<Combined>,
     /// Number of parameter combinations that the efforts can determine, and the gap between the singular values that
     /// decides it.
-    pub combinations: Vec<Combined>,
-    /// Pairs of parameters that the data cannot distinguish, each with advice on data that would.
     pub rank: (usize, f64),
-    /// Asymmetry of the measured efforts of each actuator: their difference between the directions of motion.
+    /// Pairs of parameters that the data cannot distinguish, each with advice on data that would.
     pub confounded: Vec<(String, String, String)>,
-    /// Delays of the efforts relative to the positions, estimated or given in the options.
+    /// Asymmetry of the measured efforts of each actuator: their difference between the directions of motion.
     pub asymmetries: Vec<Asymmetry>,
-    /// Effects that the residuals show and that the model or the options lack.
+    /// Delays of the efforts relative to the positions, estimated or given in the options.
     pub delays: Vec<Delay>,
     /// Effects that the residuals show and the model or its options lack.
     pub missing: Vec<Missing>,

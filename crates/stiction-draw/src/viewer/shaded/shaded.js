@@ -44,7 +44,7 @@ const begin = async view => {
     try {
       const object = await parsed(file);
       object.traverse(part => {
-        if (part.isLine || part.isPoints) part.visible = false;
+        if (part.isLine || part.isPoints || part.isLight) part.visible = false;
         if (!part.isMesh) return;
         if (!part.geometry.getAttribute("normal")) part.geometry.computeVertexNormals();
         // A file may state other bounds than those of its points.

@@ -230,7 +230,11 @@ impl Reader<'_> {
             }
         };
         let is_number = |span: &Span| parse_number(&self.header.text[span.clone()]).is_some();
-        if !spans.is_empty() && spans.iter().all(is_number) {
+        let is_named = |span: &Span| {
+            let name = self.header.text[span.clone()].trim();
+            self.format.renamed.iter().any(|renamed| renamed.column == name)
+        };
+        if !spans.is_empty() && spans.iter().all(is_number) && !spans.iter().any(is_named) {
             let message = format!("{} has no names of columns", self.source.name);
             let label = "expected a header such as `time [s],leg1.P [m],leg1.P.effort [N]`";
             return Err(Diagnostic::error("samples", message)
@@ -314,7 +318,11 @@ impl Reader<'_> {
                     continue;
                 }
                 let read = match meaning.role {
-                    LogRole::Time => parse_number(content).or_else(|| clock::seconds(content)),
+                    // Times of day are in seconds, whatever the unit of the column.
+                    LogRole::Time => parse_number(content).or_else(|| {
+                        let seconds = clock::seconds(content)?;
+                        Some(seconds / meaning.factor - meaning.offset)
+                    }),
                     _ => parse_number(content),
                 };
                 match read.filter(|x| x.is_finite()) {

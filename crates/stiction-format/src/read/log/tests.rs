@@ -191,3 +191,32 @@ fn a_pattern_of_columns_that_are_not_used() {
     assert!(matches!(found.columns[0].role, LogRole::Coordinate(_)));
     assert_eq!((found.columns[1].role, found.columns[2].role), (LogRole::Unused, LogRole::Unused));
 }
+
+/// Numbers can be the names of columns that the options explain.
+#[test]
+fn names_of_columns_may_be_numbers() {
+    let rows: String = (0..30).map(|k| format!("{},0.5,1.5,{k}\n", 0.01 * f64::from(k))).collect();
+    let meanings = ["time [s]", "left_motor [rad]", "right_motor [rad]", "left_motor.effort [N m]"];
+    let renamed: Vec<Renamed> = (0..4)
+        .map(|k| Renamed {
+            column: k.to_string(),
+            meaning: meanings[k].into(),
+            factor: 1.0,
+            offset: 0.0,
+        })
+        .collect();
+    let found = read_with(format!("0,1,2,3\n{rows}"), &renamed, &[], None).unwrap();
+    assert_eq!((found.times.len(), found.bad_rows.count), (30, 0));
+}
+
+/// The unit of a time column does not apply to times of day.
+#[test]
+fn times_of_day_are_in_seconds() {
+    let rows: String = (10..40).map(|k| format!("12:05:01.{k},1,2,3\n")).collect();
+    let text = format!("time [ms],left_motor,right_motor,left_motor.effort\n{rows}");
+    let found = read_with(text, &[], &[], None).unwrap();
+    for pair in found.times.windows(2) {
+        // Numbers of 4e4 s have a rounding of 7e-12 s.
+        assert!((pair[1] - pair[0] - 0.01).abs() < 1e-9, "{pair:?}");
+    }
+}

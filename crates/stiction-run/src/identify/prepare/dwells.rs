@@ -22,19 +22,28 @@ pub(super) struct Standstill {
     efforts: Vec<[f64; 2]>,
 }
 
-/// Dwells among the rows for which `is_resting` holds, from the filtered efforts and the position at each row. A period of
-/// the cut-off frequency at both ends is left out.
+/// Distance of two rows, in usual distances, above which the log has a gap between them.
+const GAP: f64 = 1.5;
+
+/// Dwells among the rows at these times for which `is_resting` holds, from the filtered efforts and the position at each
+/// row. A period of the cut-off frequency at both ends is left out. A dwell ends at a gap in the log, during which the
+/// mechanism may have moved.
 pub(super) fn standstills(
-    rows: usize,
+    times: &[f64],
     is_resting: impl Fn(usize) -> bool,
     effort: impl Fn(usize, usize) -> f64,
     (actuators, position): (usize, impl Fn(usize) -> Vec<f64>),
 ) -> Vec<Standstill> {
     let margin = ROWS_PER_PERIOD as usize;
+    let rows = times.len();
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let longest = GAP * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
     let mut all = Vec::new();
     let mut from = 0;
     while from < rows {
-        let length = (from..rows).take_while(|&k| is_resting(k)).count();
+        let follows = |k: usize| k == from || times[k] - times[k - 1] <= longest;
+        let length = (from..rows).take_while(|&k| is_resting(k) && follows(k)).count();
         if length > 2 * margin {
             let own: Vec<usize> = (from + margin..from + length - margin).collect();
             // Means over a period at least, whose noise is less than that of a row.
@@ -128,10 +137,17 @@ mod tests {
     fn dwells_keep_off_the_motion() {
         let is_resting = |k: usize| (10..50).contains(&k) || (60..68).contains(&k);
         let effort = |k: usize, _: usize| if !(14..46).contains(&k) { 100.0 } else { k as f64 };
-        let found = standstills(80, is_resting, effort, (1, |k| vec![k as f64]));
+        let times: Vec<f64> = (0..80).map(|k| 0.1 * f64::from(k)).collect();
+        let find = |times: &[f64]| standstills(times, is_resting, effort, (1, |k| vec![k as f64]));
+        let found = find(&times);
         assert_eq!(found.len(), 1);
         // Means of the first and the last four rows.
         assert_eq!(found[0].efforts, [[15.5, 43.5]]);
         assert_eq!(found[0].position, [29.5]);
+        // With a gap in the log it is two dwells.
+        let gap: Vec<f64> =
+            times.iter().enumerate().map(|(k, t)| if k < 30 { *t } else { t + 5.0 }).collect();
+        let places: Vec<f64> = find(&gap).iter().map(|dwell| dwell.position[0]).collect();
+        assert_eq!(places, [19.5, 39.5]);
     }
 }

@@ -281,7 +281,7 @@ pub(super) fn assembled(
         computed.instants[place].1[0].clone()
     };
     let effort = |k: usize, channel: usize| measured.rows[kept[k]][channel];
-    let standstills = rests::standstills(at.len(), is_resting, effort, (actuators, position));
+    let standstills = rests::standstills(&at, is_resting, effort, (actuators, position));
     let (mut channels, mut directions, mut known) = (Vec::new(), Vec::new(), Vec::new());
     let mut effects = Vec::new();
     let joints = model.mechanism.joints();

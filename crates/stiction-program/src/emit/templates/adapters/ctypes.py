@@ -64,6 +64,13 @@ def _library():
     return os.path.join(os.path.dirname(os.path.abspath(__file__)), "lib@NAME@" + end)
 
 
+def _coordinates(row):
+    # An array of C fills missing numbers with zeros.
+    if len(row) != len(Coordinates()):
+        raise ValueError(f"{len(Coordinates())} numbers are needed, one for each coordinate, not {len(row)}")
+    return Coordinates(*row)
+
+
 class Robot:
     """Feed-forward that begins at the positions q."""
 
@@ -73,7 +80,7 @@ class Robot:
         self._code.@NAME@_defaults(ctypes.byref(self.params))
         if self.params.rest_rate != Real(@REST@).value or self.params.rest != HELD:
             raise ValueError("the library does not fit this file: build it again")
-        code = self._code.@NAME@_init(ctypes.byref(self._state), Coordinates(*q))
+        code = self._code.@NAME@_init(ctypes.byref(self._state), _coordinates(q))
         if code != OK:
             raise ValueError(f"the loops cannot be closed at {list(q)}: code {code}")
 
@@ -82,7 +89,7 @@ class Robot:
         code = function(
             ctypes.byref(self.params),
             ctypes.byref(self._state),
-            *(None if row is None else Coordinates(*row) for row in motion),
+            *(None if row is None else _coordinates(row) for row in motion),
             tau,
             ctypes.byref(self.info),
         )
