@@ -14,7 +14,7 @@ use crate::linalg::{ColumnOrder, SparseMatrix, SparseQr};
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 use core::cell::OnceCell;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// Initial damping, its limits, and its factors after a successful and a failed step.
 const DAMPING: f64 = 1e-3;
@@ -261,7 +261,7 @@ impl DampedSteps {
         damping: f64,
     ) -> Option<DVector<f64>> {
         match jacobian.ncols() < LARGE {
-            true => by_normal_matrix(&jacobian.to_dense(), errors, damping),
+            true => by_normal_matrix(jacobian, errors, damping),
             false => by_triangular_factor(jacobian, errors, damping, &self.order),
         }
     }
@@ -270,20 +270,22 @@ impl DampedSteps {
 /// Damped step by the smaller of the normal matrices `J^T J` and `J J^T`; `None` if the matrix is
 /// numerically not positive definite.
 fn by_normal_matrix(
-    jacobian: &DMatrix<f64>,
+    jacobian: &SparseMatrix,
     errors: &DVector<f64>,
     damping: f64,
 ) -> Option<DVector<f64>> {
     let is_wide = jacobian.nrows() < jacobian.ncols();
     let mut normal = match is_wide {
-        true => jacobian * jacobian.transpose(),
-        false => jacobian.tr_mul(jacobian),
+        true => jacobian.times_transposed(),
+        false => jacobian.transpose().times_transposed(),
     };
     (0..normal.nrows()).for_each(|i| normal[(i, i)] += damping);
     let factor = normal.cholesky()?;
+    let product =
+        |right: &DVector<f64>| DVector::from_vec(jacobian.transposed_times(right.as_slice()));
     Some(match is_wide {
-        true => -jacobian.tr_mul(&factor.solve(errors)),
-        false => -factor.solve(&jacobian.tr_mul(errors)),
+        true => -product(&factor.solve(errors)),
+        false => -factor.solve(&product(errors)),
     })
 }
 

@@ -117,6 +117,19 @@ impl SparseMatrix {
         (0..self.ncols()).map(product).collect()
     }
 
+    /// The product with the transposed matrix, dense: the sum of the products of each column with
+    /// itself.
+    pub fn times_transposed(&self) -> DMatrix<f64> {
+        let mut product = DMatrix::zeros(self.rows, self.rows);
+        for k in 0..self.ncols() {
+            for (column, factor) in self.column(k) {
+                let mut target = product.column_mut(column);
+                self.column(k).for_each(|(row, value)| target[row] += value * factor);
+            }
+        }
+        product
+    }
+
     /// The same matrix, dense.
     pub fn to_dense(&self) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(self.rows, self.ncols());

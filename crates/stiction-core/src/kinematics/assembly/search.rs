@@ -21,7 +21,7 @@ use crate::topology::Topology;
 use std::sync::Arc;
 
 /// Maximum number of steps of a search.
-pub(super) const SEARCH_STEPS: usize = 500;
+const SEARCH_STEPS: usize = 500;
 /// Error at which a search stops: passive spins are visible only with closed loops.
 pub(super) const CLOSELY: f64 = 1e-12;
 /// A search has found a closed configuration if the largest weighted error is below this value.
@@ -72,15 +72,24 @@ impl Assembly {
         &mut self,
         parameters: &Parameters<f64>,
     ) -> Result<Descent, AssemblyError> {
+        self.search_within(parameters, SEARCH_STEPS)
+    }
+
+    /// Searches as [`Self::search`] does, with at most this number of steps.
+    pub(super) fn search_within(
+        &mut self,
+        parameters: &Parameters<f64>,
+        steps: usize,
+    ) -> Result<Descent, AssemblyError> {
         if let Some((motion_constraints, targets)) = self.by_rotations() {
             let motion_constraints =
                 core::mem::replace(&mut self.model.constraints, Arc::new(motion_constraints));
             let targets = core::mem::replace(&mut self.targets, targets);
             // The search by the prescribed angles reports the errors.
-            let _ = self.search_directly(parameters);
+            let _ = self.search_directly(parameters, steps);
             (self.model.constraints, self.targets) = (motion_constraints, targets);
         }
-        self.search_directly(parameters)
+        self.search_directly(parameters, steps)
     }
 
     /// Replaces complete orientations prescribed by angles of orders like zxz by rotation vectors; returns all
@@ -118,7 +127,11 @@ impl Assembly {
     /// Runs damped least squares on all rows from the current state. If the prescribed angles of a body
     /// have no rates (such as angles of the order zxz between parallel frames), first perturbs all
     /// coordinates.
-    fn search_directly(&mut self, parameters: &Parameters<f64>) -> Result<Descent, AssemblyError> {
+    fn search_directly(
+        &mut self,
+        parameters: &Parameters<f64>,
+        steps: usize,
+    ) -> Result<Descent, AssemblyError> {
         let topology = Arc::clone(&self.model.topology);
         let topology = &*topology;
         // Report an infeasible motion as a gap in the loops.
@@ -132,7 +145,7 @@ impl Assembly {
             let (constraints, targets) = (&self.model.constraints, &self.targets);
             let equations = PositionEquations::new(topology, parameters, constraints, targets)
                 .weighted(|row| if row < topology.closures() { 1.0 } else { PRESCRIBED_WEIGHT });
-            descent = equations.solve(&mut self.kinematics, &mut self.state, CLOSELY, SEARCH_STEPS);
+            descent = equations.solve(&mut self.kinematics, &mut self.state, CLOSELY, steps);
             if !descent.is_undefined {
                 return match descent.error < FOUND {
                     true => Ok(descent),

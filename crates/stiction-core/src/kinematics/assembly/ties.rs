@@ -7,7 +7,7 @@ use super::Assembly;
 use super::metric::Metric;
 use super::reference::{Given, Reference};
 use super::report::{NEARLY_AS_NEAR, OpenMode};
-use super::search::{CLOSELY, LARGE, SAME_MODE, SEARCH_STEPS, perturb};
+use super::search::{CLOSELY, LARGE, SAME_MODE, perturb};
 use crate::joint::{JointType, Motion};
 use crate::parameters::Parameters;
 use crate::random::Random;
@@ -17,6 +17,9 @@ use std::sync::Arc;
 /// Number of searches, and sizes of the random steps before them, rad and characteristic lengths.
 const STARTS: usize = 12;
 const SIZES: [f64; 3] = [1.0, 2.0, 3.0];
+/// Maximum number of steps of a search: searches that reach another mode take some ten, and every set-up
+/// of a mechanism with open poses waits for those that reach none.
+const STEPS: usize = 40;
 /// Distances that differ by less are equal within rounding.
 pub(super) const TIE: f64 = 1e-6;
 
@@ -51,7 +54,7 @@ impl Assembly {
             let size = |dof: usize| if is_open[dof] { size } else { 0.0 };
             perturb(topology, parameters, &mut trial.state, size, &mut random);
             trial.close_open(parameters, &is_open);
-            if trial.search(parameters).is_err() {
+            if trial.search_within(parameters, STEPS).is_err() {
                 continue;
             }
             let bodies = trial.placed(parameters);
@@ -83,7 +86,7 @@ impl Assembly {
         self.kinematics = Kinematics::new(&topology, constraints, &self.model.rates);
         let equations = PositionEquations::new(&topology, parameters, constraints, &self.targets)
             .moving(|dof| is_open[dof]);
-        equations.solve(&mut self.kinematics, &mut self.state, CLOSELY, SEARCH_STEPS);
+        equations.solve(&mut self.kinematics, &mut self.state, CLOSELY, STEPS);
     }
 
     /// Tests if a slide has the same length in the opposite direction in two placements: a leg through its
