@@ -7,7 +7,7 @@ use super::Assembly;
 use super::metric::Metric;
 use super::reference::{Given, Reference};
 use super::report::{NEARLY_AS_NEAR, OpenMode};
-use super::search::{CLOSELY, LARGE, SAME_MODE, perturb};
+use super::search::{LARGE, SAME_MODE, perturb};
 use crate::joint::{JointType, Motion};
 use crate::parameters::Parameters;
 use crate::random::Random;
@@ -19,7 +19,9 @@ const STARTS: usize = 12;
 const SIZES: [f64; 3] = [1.0, 2.0, 3.0];
 /// Maximum number of steps of a search: searches that reach another mode take some ten, and every set-up
 /// of a mechanism with open poses waits for those that reach none.
-const STEPS: usize = 40;
+const STEPS: usize = 25;
+/// Error at which the search with the open degrees of freedom only ends: the search with all of them follows.
+const ROUGHLY: f64 = 1e-3;
 /// Distances that differ by less are equal within rounding.
 pub(super) const TIE: f64 = 1e-6;
 
@@ -86,7 +88,7 @@ impl Assembly {
         self.kinematics = Kinematics::new(&topology, constraints, &self.model.rates);
         let equations = PositionEquations::new(&topology, parameters, constraints, &self.targets)
             .moving(|dof| is_open[dof]);
-        equations.solve(&mut self.kinematics, &mut self.state, CLOSELY, STEPS);
+        equations.solve(&mut self.kinematics, &mut self.state, ROUGHLY, STEPS);
     }
 
     /// Tests if a slide has the same length in the opposite direction in two placements: a leg through its
