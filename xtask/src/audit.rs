@@ -46,7 +46,7 @@ const STEPS: [Step; 19] = [
     ("coverage", "intervals of identified parameters over 200 logs of four robots", coverage),
     ("fmu", "functional mock-up units in FMPy", fmu),
     ("mcap", "logs in MCAP from and for other programs in Python", mcap),
-    ("dask", "studies in Python on a local cluster of Dask", dask),
+    ("clusters", "studies in Python on local clusters of Dask and Ray", clusters),
     ("fuzz", "one minute of every fuzz target (cargo-fuzz)", fuzz),
 ];
 
@@ -426,8 +426,8 @@ fn by_python(name: &str, scripts: &[&str], build: impl FnOnce() -> bool) -> Ende
     ended(scripts.all(|script| succeeds(Command::new(&python).arg(script).arg(&program))))
 }
 
-fn dask() -> Ended {
-    match crate::package::dask() {
+fn clusters() -> Ended {
+    match crate::package::clusters() {
         Ok(good) => ended(good),
         Err(why) => Ended::Skipped(why),
     }

@@ -128,19 +128,19 @@ fn write_licences() -> Result<(), String> {
     fs::write(source().join(name), licences_of_wheel()?).map_err(|error| told(name, error))
 }
 
-/// Tries studies on a local cluster of Dask: the same rows to the bit, at the speed of threads.
-pub(crate) fn dask() -> Result<bool, String> {
+/// Tries studies on local clusters of Dask and Ray: the same rows to the bit, at the speed of threads.
+pub(crate) fn clusters() -> Result<bool, String> {
     let wheel = build_and_try("release")?;
-    let place = built().join("dask");
+    let place = built().join("clusters");
     let told = |missing: Missing| missing.text().to_owned();
     create(&place, LEAST_PYTHON).map_err(told)?;
     let python = interpreter_in(&place);
-    let others = ["dask[dataframe]", "distributed", "pandas", "pytest"].map(Path::new);
+    let others = ["dask[dataframe]", "distributed", "pandas", "pytest", "ray"].map(Path::new);
     install(&python, &others).map_err(told)?;
     install(&python, &[&wheel]).map_err(told)?;
     let mut run = Command::new(&python);
-    run.args(["-I", "-m", "pytest", "-s", "-k", "dask", "-p", "no:cacheprovider"]);
-    run.arg(source().join("tests/test_sweep.py")).env("STICTION_DASK", "100000");
+    run.args(["-I", "-m", "pytest", "-s", "-k", "clusters", "-p", "no:cacheprovider"]);
+    run.arg(source().join("tests/test_sweep.py")).env("STICTION_CLUSTERS", "100000");
     Ok(succeeds(run.current_dir(&place)))
 }
 

@@ -107,26 +107,48 @@ def test_pickles_keep_the_remarks_of_an_import(tmp_path):
         stiction.load(file, package_path=3)
 
 
-@pytest.mark.skipif("STICTION_DASK" not in os.environ, reason="`cargo xtask audit dask` sets STICTION_DASK")
-def test_dask_gives_the_same_bits_at_the_speed_of_threads(robot):
+def by_dask(row, table, expected):
+    """Rows of a study on two workers of Dask, and their duration without start-up."""
     import dask.dataframe
     from distributed import Client, LocalCluster
 
-    count = int(os.environ["STICTION_DASK"])
-    table = designs(count)
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        pieces = dask.dataframe.from_pandas(table, npartitions=16)
+        rows = pieces.map_partitions(row, meta=expected.iloc[:0])
+        client.run(lambda: __import__("stiction"))  # Start-up apart.
+        begun = time.perf_counter()
+        return rows.compute(), time.perf_counter() - begun
+
+
+def by_ray(row, table, expected):
+    """Rows of a study on two workers of Ray, and their duration without start-up."""
+    import pandas
+    import ray
+
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+    try:
+        remote = ray.remote(row)
+        size = -(-len(table) // 16)
+        pieces = [table.iloc[k : k + size] for k in range(0, len(table), size)]
+        ray.get([remote.remote(piece.iloc[:1]) for piece in pieces[:2]])  # Start-up apart.
+        begun = time.perf_counter()
+        rows = pandas.concat(ray.get([remote.remote(piece) for piece in pieces]))
+        return rows, time.perf_counter() - begun
+    finally:
+        ray.shutdown()
+
+
+@pytest.mark.skipif("STICTION_CLUSTERS" not in os.environ, reason="`cargo xtask audit clusters` sets STICTION_CLUSTERS")
+@pytest.mark.parametrize("engine", [by_dask, by_ray])
+def test_clusters_give_the_same_bits_at_the_speed_of_threads(robot, engine):
+    table = designs(int(os.environ["STICTION_CLUSTERS"]))
     row = functools.partial(
         stiction.sweep, robot, objectives=OBJECTIVES, motion="left_motor = 2; right_motor = 1; duration = 0"
     )
     begun = time.perf_counter()
     expected = row(table, threads=2)
     threads = time.perf_counter() - begun
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-        pieces = dask.dataframe.from_pandas(table, npartitions=16)
-        rows = pieces.map_partitions(row, meta=expected.iloc[:0])
-        client.run(lambda: __import__("stiction"))  # Start-up apart.
-        begun = time.perf_counter()
-        found = rows.compute()
-        workers = time.perf_counter() - begun
+    found, workers = engine(row, table, expected)
     assert found.equals(expected)
-    print(f"{count} rows: 2 threads {threads:.2f} s, 2 workers of Dask {workers:.2f} s")
+    print(f"{engine.__name__}: {len(table)} rows: 2 threads {threads:.2f} s, 2 workers {workers:.2f} s")
     assert threads / workers > 0.8

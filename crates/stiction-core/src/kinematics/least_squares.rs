@@ -167,7 +167,7 @@ impl<'a> PositionEquations<'a> {
         let mut is_undefined = false;
         let damped = DampedSteps::default();
         let mut left = STEPS_OFF;
-        let mut stationary: Option<(State<f64>, DVector<f64>)> = None;
+        let mut stationary: Option<(State<f64>, Vec<f64>, f64)> = None;
         for count in 0..most {
             if errors.is_empty() || self.columns.is_empty() || errors.amax() < close {
                 break;
@@ -224,17 +224,20 @@ impl<'a> PositionEquations<'a> {
             };
             let Some(step) = step_off else { break };
             left -= 1;
-            stationary = Some((state.clone(), errors));
+            stationary = Some((state.clone(), moved.clone(), errors.norm()));
+            // Steps after it do not begin at the start of the search.
+            sizes.resize(2, f64::INFINITY);
             let rates = self.unscaled(&step);
             state.advance(self.topology, &rates);
             moved.iter_mut().zip(&rates).for_each(|(sum, rate)| *sum += rate);
             errors = self.errors(kinematics, state);
             damping = DAMPING;
         }
-        if let Some((before, least)) = stationary
-            && (errors.norm() >= least.norm() || errors.norm().is_nan())
+        if let Some((before, moved_before, least)) = stationary
+            && (errors.norm() >= least || errors.norm().is_nan())
         {
             *state = before;
+            moved = moved_before;
         }
         let errors = self.errors(kinematics, state);
         let error = if errors.is_empty() { 0.0 } else { errors.amax() };
