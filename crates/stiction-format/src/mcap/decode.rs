@@ -9,8 +9,8 @@ pub(super) struct JointState {
     pub(super) time: u64,
     pub(super) names: Vec<String>,
     pub(super) positions: Vec<f64>,
-    /// Efforts; empty, or one for each position.
-    pub(super) efforts: Vec<f64>,
+    /// Efforts; empty, or one for each position. In Foxglove's schema each joint may have one or none.
+    pub(super) efforts: Vec<Option<f64>>,
 }
 
 /// Encoding of messages.
@@ -75,7 +75,7 @@ impl Reader<'_> {
         }
         let positions = self.numbers()?;
         self.numbers()?;
-        let efforts = self.numbers()?;
+        let efforts = self.numbers()?.into_iter().map(Some).collect();
         let time = u64::from(seconds) * 1_000_000_000 + u64::from(nanoseconds);
         Some(JointState { time, names, positions, efforts })
     }
@@ -128,7 +128,6 @@ fn of_json(value: &Value) -> Option<JointState> {
         |list: &Value| -> Option<Vec<f64>> { list.as_array()?.iter().map(Value::as_f64).collect() };
     if let Some(joints) = value["joints"].as_array() {
         let text = |joint: &Value| joint["name"].as_str().map(str::to_owned);
-        let has = |key: &str| joints.iter().any(|joint| joint[key].is_number());
         let each = |key: &str| -> Option<Vec<f64>> {
             joints.iter().map(|joint| joint[key].as_f64()).collect()
         };
@@ -136,7 +135,7 @@ fn of_json(value: &Value) -> Option<JointState> {
             time: time(&value["timestamp"]).unwrap_or(0),
             names: joints.iter().map(text).collect::<Option<_>>()?,
             positions: each("position")?,
-            efforts: if has("effort") { each("effort")? } else { Vec::new() },
+            efforts: joints.iter().map(|joint| joint["effort"].as_f64()).collect(),
         });
     }
     let names = value["name"].as_array()?.iter().map(|name| name.as_str().map(str::to_owned));
@@ -146,7 +145,7 @@ fn of_json(value: &Value) -> Option<JointState> {
         positions: numbers(&value["position"])?,
         efforts: match &value["effort"] {
             Value::Null => Vec::new(),
-            list => numbers(list)?,
+            list => numbers(list)?.into_iter().map(Some).collect(),
         },
     })
 }
@@ -200,7 +199,7 @@ mod tests {
         data.extend((-8.0_f64).to_le_bytes());
         let state = decode(Encoding::Ros1, &data).unwrap();
         assert_eq!((state.time, state.names), (3_000_000_005, vec!["A".to_owned()]));
-        assert_eq!((state.positions, state.efforts), (vec![0.25], vec![-8.0]));
+        assert_eq!((state.positions, state.efforts), (vec![0.25], vec![Some(-8.0)]));
     }
 
     #[test]
@@ -209,7 +208,7 @@ mod tests {
             [{"name": "A", "position": 1, "effort": 3}, {"name": "B", "position": 2, "effort": 4}]}"#;
         let state = decode(Encoding::Json, text).unwrap();
         assert_eq!((state.time, state.positions), (1_000_000_002, vec![1.0, 2.0]));
-        assert_eq!(state.efforts, [3.0, 4.0]);
+        assert_eq!(state.efforts, [Some(3.0), Some(4.0)]);
         assert_eq!(decode(Encoding::Json, b"[]"), None);
         assert_eq!(decode(Encoding::Json, br#"{"name": ["A"]}"#), None);
     }

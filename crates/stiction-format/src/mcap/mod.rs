@@ -24,13 +24,15 @@ struct Recorded {
     times: Vec<[u64; 2]>,
     /// Positions of all joints, row by row.
     positions: Vec<f64>,
-    /// Efforts of all joints, row by row; empty without efforts.
+    /// Joints whose effort the first state has.
+    with_effort: Vec<bool>,
+    /// Efforts of these joints, row by row.
     efforts: Vec<f64>,
 }
 
 /// Converts the joint states of an MCAP log to a table in CSV: time from the first state, s, the position of each
-/// joint, m or rad, under its name, and with `efforts` the effort of each joint, N or N m, under its name with
-/// `.effort`.
+/// joint, m or rad, under its name, and with `efforts` the effort of each joint that has one, N or N m, under its
+/// name with `.effort`.
 ///
 /// Times are those in the messages, or else those of the log. If there are several topics, `/joint_states` is read.
 ///
@@ -116,8 +118,10 @@ impl Recorded {
             }
         }
         let names = state.names.clone();
-        let mut recorded =
-            Self { names, times: Vec::new(), positions: Vec::new(), efforts: Vec::new() };
+        let effort = |k: usize| state.efforts.get(k).copied().flatten();
+        let with_effort = (0..names.len()).map(|k| effort(k).is_some()).collect();
+        let (times, positions, efforts) = Default::default();
+        let mut recorded = Self { names, with_effort, times, positions, efforts };
         recorded.add(time, state)?;
         Ok(recorded)
     }
@@ -140,15 +144,17 @@ impl Recorded {
         if state.positions.len() != count {
             return Err(format!("it has {count} joints, but {} positions", state.positions.len()));
         }
-        // Either all joint states of a log contain efforts, or none.
-        let has_efforts = state.efforts.len() == count;
-        if !self.times.is_empty() && has_efforts == self.efforts.is_empty() && count > 0 {
-            return Err("some messages have efforts, others have none".to_owned());
-        }
         self.times.push(time);
-        self.positions.extend(places.iter().map(|&k| state.positions[k]));
-        if has_efforts {
-            self.efforts.extend(places.iter().map(|&k| state.efforts[k]));
+        for (index, &k) in places.iter().enumerate() {
+            self.positions.push(state.positions[k]);
+            let effort = state.efforts.get(k).copied().flatten();
+            if effort.is_some() != self.with_effort[index] {
+                return Err(format!(
+                    "some messages have the effort of `{}`, others have none",
+                    self.names[index]
+                ));
+            }
+            self.efforts.extend(effort);
         }
         Ok(())
     }
@@ -165,13 +171,14 @@ impl Recorded {
             out += &format!(",{name}");
         }
         if efforts {
-            for name in &self.names {
+            for (name, _) in self.names.iter().zip(&self.with_effort).filter(|(_, has)| **has) {
                 out += &format!(",{name}.effort");
             }
         }
         out.push('\n');
         let count = self.names.len().max(1);
-        let mut more = self.efforts.chunks(count);
+        let driven = self.with_effort.iter().filter(|has| **has).count().max(1);
+        let mut more = self.efforts.chunks(driven);
         for (times, positions) in self.times.iter().zip(self.positions.chunks(count)) {
             // Computed in whole nanoseconds: the time since 1970 has more digits than a double.
             let since = i128::from(times[clock]) - i128::from(first);
@@ -258,6 +265,24 @@ mod tests {
         );
         let motion = csv_of_mcap(&file, false).unwrap();
         assert_eq!(motion, "time [s],A,B\n0,1e-1,2e-1\n0.1,3e-1,4e-1\n");
+    }
+
+    #[test]
+    fn some_joints_have_efforts() {
+        let state = |first: &str, second: &str| {
+            format!(
+                "{{\"joints\": [{{\"name\": \"A\", \"position\": 1{first}}}, \
+                 {{\"name\": \"B\", \"position\": 2{second}}}]}}"
+            )
+            .into_bytes()
+        };
+        let driven = ", \"effort\": 3";
+        let states = [state("", driven), state("", driven)];
+        let text = csv_of_mcap(&log(SCHEMAS[2], "json", &["/a"], &states), true).unwrap();
+        assert_eq!(text, "time [s],A,B,B.effort\n0,1e0,2e0,3e0\n0.1,1e0,2e0,3e0\n");
+        let states = [state("", driven), state("", "")];
+        let why = csv_of_mcap(&log(SCHEMAS[2], "json", &["/a"], &states), true).unwrap_err();
+        assert!(why.contains("the effort of `B`"), "{why}");
     }
 
     #[test]
