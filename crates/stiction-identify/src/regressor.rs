@@ -64,7 +64,7 @@ impl Regressor {
     ///
     /// # Errors
     /// [`Unsuitable`] if the numbers of actuators and coordinates differ, or if the position is singular.
-    pub fn new(mut solver: InverseDynamics, choice: Choice) -> Result<Self, Unsuitable> {
+    pub fn new(mut solver: InverseDynamics, choice: &Choice) -> Result<Self, Unsuitable> {
         let coordinates = solver.constraints().coordinates().len();
         let actuators = solver.mechanism().actuators().count();
         if coordinates != actuators {

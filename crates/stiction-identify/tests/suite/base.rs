@@ -9,10 +9,12 @@ use stiction_core::random::Random;
 use stiction_format::gallery;
 use stiction_identify::{BaseParameters, Choice, Parameter, Regressor};
 
-const INERTIA: Choice = Choice { friction: false, ..Choice::ALL };
+fn inertia() -> Choice {
+    Choice { friction: false, ..Choice::ALL }
+}
 
 fn rank(mechanism: &Mechanism) -> BaseParameters {
-    rank_of(mechanism, INERTIA)
+    rank_of(mechanism, inertia())
 }
 
 fn rank_of(mechanism: &Mechanism, choice: Choice) -> BaseParameters {
@@ -49,7 +51,7 @@ fn puma_560_has_36_and_40() {
         (0.0, 0.0, 0.0),
     ];
     assert_eq!(rank(&serial(&rows, gravity)).rank(), 36);
-    let at_motors = Choice { at_motors: true, ..INERTIA };
+    let at_motors = Choice { at_motors: true, ..inertia() };
     assert_eq!(rank_of(&serial_with_motors(&rows, gravity), at_motors).rank(), 40);
 }
 
@@ -64,7 +66,7 @@ const LOOSE: [(&str, f64); 2] = [("andrews", 2e-4), ("delta", 1e-7)];
 fn columns(name: &str, seed: u64) -> Option<(DMatrix<f64>, Vec<Parameter>)> {
     let model = gallery_model(name);
     let (solver, home) = gallery_solver(&model);
-    let mut regressor = Regressor::new(solver, INERTIA).ok()?;
+    let mut regressor = Regressor::new(solver, &inertia()).ok()?;
     let parameters = regressor.parameters().to_vec();
     // Of one coordinate a large part of a turn: small motions hardly distinguish its many combinations.
     let size = match home.len() {

@@ -20,7 +20,7 @@ fn arm() -> (Vec<Parameter>, Vec<DMatrix<f64>>) {
     let coordinates = actuator_coordinates(&mechanism);
     let home = [0.1, 0.2, 0.3];
     let mut regressor =
-        Regressor::new(solver(&mechanism, &coordinates, &home), Choice::ALL).unwrap();
+        Regressor::new(solver(&mechanism, &coordinates, &home), &Choice::ALL).unwrap();
     let sines = [(0.9, 0.31), (0.5, 0.73), (0.3, 1.27)];
     let mut all = Vec::new();
     for k in 0..ROWS {
@@ -90,7 +90,8 @@ fn block(
         let right = DVector::from_fn(columns.len(), |row, _| {
             matrix.row(row).transpose().dot(&difference) + noise()
         });
-        Rows { measured: right.clone(), matrix, right, steps: (0..columns.len()).collect() }
+        let steps = (0..columns.len()).collect();
+        Rows { measured: right.clone(), matrix, right, instruments: None, steps }
     });
     Block { channels: channels.collect(), dwells: Vec::new(), independence: 1.0 }
 }
@@ -302,6 +303,7 @@ fn dwells_bound_the_estimate() {
         matrix: DMatrix::from_fn(200, 2, |_, k| if k == 1 { 1.0 } else { 0.0 }),
         measured: right.clone(),
         right,
+        instruments: None,
         steps: (0..200).collect(),
     };
     let solved = |bounds: Vec<[f64; 2]>| {

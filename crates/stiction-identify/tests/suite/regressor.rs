@@ -19,7 +19,7 @@ fn columns_agree_with_inverse_dynamics_of_changed_parameters() {
         }
         let (solver, home) = gallery_solver(&model);
         let spins = !solver.constraints().spins().is_empty();
-        let Ok(mut regressor) = Regressor::new(solver, Choice::ALL) else { continue };
+        let Ok(mut regressor) = Regressor::new(solver, &Choice::ALL) else { continue };
         if spins {
             // The acceleration of a body that spins freely depends on its inertia: not linear.
             continue;
@@ -75,7 +75,7 @@ fn friction_at_rest_is_marked() {
     let mut model = gallery_model("five-bar");
     model.default_motion = Some("pick".into());
     let (solver, home) = gallery_solver(&model);
-    let mut regressor = Regressor::new(solver, Choice::ALL).unwrap();
+    let mut regressor = Regressor::new(solver, &Choice::ALL).unwrap();
     let still = regressor.at(&home, &[0.0; 2], &[0.0; 2]).unwrap();
     assert_eq!(still.rest, [Rest::Resting; 2]);
     let moving = regressor.at(&home, &[0.1, 0.05], &[0.0; 2]).unwrap();
@@ -91,7 +91,7 @@ fn friction_at_rest_is_marked() {
 fn friction_measured_at_joints_is_not_that_of_motors() {
     let mechanism = serial_with_motors(&[(0.0, 0.4, 0.0)], Vec3::zero());
     for at_motors in [false, true] {
-        let parameters = catalogue(&mechanism, Choice { at_motors, ..Choice::ALL });
+        let parameters = catalogue(&mechanism, &Choice { at_motors, ..Choice::ALL });
         let value = |p: &Parameter| match p.kind {
             Kind::DriveCoulomb(_) => 3.0,
             _ => p.prior,
@@ -110,7 +110,7 @@ fn friction_measured_at_joints_is_not_that_of_motors() {
 #[test]
 fn unreachable_positions_are_refused() {
     let (solver, _) = gallery_solver(&gallery_model("five-bar"));
-    let mut regressor = Regressor::new(solver, Choice::ALL).unwrap();
+    let mut regressor = Regressor::new(solver, &Choice::ALL).unwrap();
     let status = regressor.at(&[3.0, 3.0], &[0.0; 2], &[0.0; 2]).unwrap_err();
     assert!(!matches!(status, Status::Converged));
     let chain = serial(&[(0.0, 0.4, 0.0), (0.0, 0.3, 0.0)], Vec3::new(0.0, -9.81, 0.0));

@@ -26,13 +26,15 @@ pub enum LogRole {
     Coordinate(Coordinate),
     /// Rate of a coordinate, for logs that do not contain its position.
     Rate(Coordinate),
+    /// Commanded position of a coordinate.
+    Reference(Coordinate),
     /// Effort of an actuated degree of freedom at its joint, by index of the actuator.
     Effort(usize),
     /// Torque of the motor of a drive train, by index.
     MotorTorque(usize),
     /// Current of the motor of a drive train, by index.
     Current(usize),
-    /// Not used: an acceleration, a commanded value, or a column that is declared as unused.
+    /// Not used: an acceleration, or a column that is declared as unused.
     Unused,
 }
 

@@ -22,6 +22,13 @@ pub(super) struct Standstill {
     efforts: Vec<[f64; 2]>,
 }
 
+impl Standstill {
+    /// Multiplies the efforts of an actuator by a positive factor.
+    pub(super) fn scale(&mut self, channel: usize, factor: f64) {
+        self.efforts[channel].iter_mut().for_each(|effort| *effort *= factor);
+    }
+}
+
 /// Distance of two rows, in usual distances, above which the log has a gap between them.
 const GAP: f64 = 1.5;
 

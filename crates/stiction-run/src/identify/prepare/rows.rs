@@ -7,7 +7,7 @@ use super::motion::{Motion, ROWS_PER_PERIOD, Used};
 use super::{reversals, saturation, spikes};
 use crate::bodies::poses_in_world;
 use crate::identify::IdentifyError as Error;
-use crate::identify::chosen::refuse;
+use crate::identify::chosen::{EffortColumn, refuse};
 use nalgebra::{DMatrix, DVector};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::spatial::{Pose, Vec3};
@@ -192,17 +192,17 @@ fn dwells(times: &[f64], rest: &[Rest], shortest: f64) -> Vec<[bool; 2]> {
 /// Filters the measured efforts and marks saturated samples.
 pub(super) fn measured(
     used: &Used<'_>,
-    efforts: &[(usize, f64)],
+    efforts: &[EffortColumn],
     motion: &Motion,
     cautions: &mut Vec<String>,
 ) -> Result<Measured, Error> {
     let log = used.log;
-    let each = efforts.iter().map(|(column, factor)| {
+    let each = efforts.iter().map(|EffortColumn { column, factor, .. }| {
         used.pick(*column).iter().map(|x| factor * x).collect::<Vec<f64>>()
     });
     let mut raw: Vec<Vec<f64>> = each.collect();
     let mut saturated = vec![false; used.times.len()];
-    for ((column, _), values) in efforts.iter().zip(&mut raw) {
+    for (EffortColumn { column, .. }, values) in efforts.iter().zip(&mut raw) {
         let name = &log.log.columns[*column].name;
         if values.iter().all(|x| *x == values[0]) {
             return Err(refuse(
@@ -325,7 +325,8 @@ pub(super) fn assembled(
             used.iter().map(|&k| filtered[k][base + 5..base + EXTRA].to_vec()).collect::<Vec<_>>(),
         );
         known.push(own.as_slice().to_vec());
-        channels.push(Rows { matrix, right: &total - own, measured: total, steps: used });
+        let right = &total - own;
+        channels.push(Rows { matrix, right, measured: total, instruments: None, steps: used });
     }
     let independence = if is_filtered { 2.0 / ROWS_PER_PERIOD } else { 1.0 };
     let block = Block { channels, dwells: Vec::new(), independence };
