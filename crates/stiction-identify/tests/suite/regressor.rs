@@ -117,3 +117,34 @@ fn unreachable_positions_are_refused() {
     assert!(regressor.at(&[0.0; 2], &[f64::NAN; 2], &[0.0; 2]).is_err());
     assert_eq!(chain.actuators().count(), 2);
 }
+
+/// A position far from the last one is reached in the assembly mode of a stored state near it; a jump misses that mode.
+#[test]
+fn a_stored_state_keeps_the_assembly_mode() {
+    let model = gallery_model("five-bar");
+    let (solver, home) = gallery_solver(&model);
+    let mut regressor = Regressor::new(solver, &Choice::ALL).unwrap();
+    let poses_at = |regressor: &mut Regressor, part: f64| {
+        let goal = [-0.0955, 0.1207];
+        let q: Vec<f64> = home.iter().zip(goal).map(|(h, g)| h + part * (g - h)).collect();
+        let status = regressor.at(&q, &[0.0; 2], &[0.0; 2]).map(|_| ());
+        status.map(|()| regressor.bodies().pose.clone())
+    };
+    let start = regressor.state().clone();
+    // By small steps along a line of the tool.
+    let mut expected = Vec::new();
+    for k in 0..=150 {
+        expected = poses_at(&mut regressor, f64::from(k) / 150.0).unwrap();
+    }
+    let state = regressor.state().clone();
+    let away = |regressor: &mut Regressor| {
+        let poses = poses_at(regressor, 1.0).unwrap();
+        let each = poses.iter().zip(&expected).map(|(a, b)| (a.position - b.position).norm());
+        each.fold(0.0, f64::max)
+    };
+    regressor.start_from(&start);
+    assert!(away(&mut regressor) > 0.1, "the jump finds the same mode");
+    regressor.start_from(&state);
+    // Loops are closed to 1e-12 of the length of the robot.
+    assert!(away(&mut regressor) < 1e-11);
+}

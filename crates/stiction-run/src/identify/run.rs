@@ -356,7 +356,10 @@ pub fn identify(
     }
     for (c, combination) in combinations.iter_mut().zip(structure.free.shared()) {
         let change = combination.value(&found.changes);
-        if c.verdict == Verdict::Identified && change.abs() > c.sigma {
+        let is_scaled = std::iter::once(combination.leader)
+            .chain(combination.others.iter().map(|(k, _)| *k))
+            .any(|k| by_prior.contains(&k));
+        if c.verdict == Verdict::Identified && (is_scaled || change.abs() > c.sigma) {
             c.verdict = Verdict::FitsOnly;
         }
     }

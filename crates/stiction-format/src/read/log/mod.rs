@@ -211,7 +211,7 @@ impl Reader<'_> {
         };
         let found = match self.format.header.is_empty() {
             true => preamble::find(text, &searched, is_known),
-            false => preamble::none(text, &searched),
+            false => preamble::none(text, &searched, self.format.header.len()),
         };
         let Some(head) = found else {
             return Err(Diagnostic::error("samples", format!("{} is empty", self.source.name))
@@ -333,8 +333,14 @@ impl Reader<'_> {
                     None => {
                         fault.get_or_insert_with(|| {
                             let shown: String = content.chars().take(30).collect();
+                            let is_time = meaning.role == LogRole::Time;
                             match shown.is_empty() {
                                 true => format!("`{}` is empty", meaning.name),
+                                false if is_time && clock::is_ambiguous(content) => format!(
+                                    "`{}` is {}, hours and minutes or minutes and seconds",
+                                    meaning.name,
+                                    quoted(&shown)
+                                ),
                                 false => format!(
                                     "`{}` is {}, not a number",
                                     meaning.name,
@@ -392,6 +398,10 @@ impl Reader<'_> {
             let mut help = format!(
                 "it needs at least {least} good rows, and at most one bad row in five good ones"
             );
+            if log.bad_rows.named.iter().any(|(_, why)| why.contains("minutes and seconds")) {
+                help += "; write times of day as hh:mm:ss, minutes with seconds as 05:12.0, or give the time from row to \
+                         row by `step = \"1 s\"` in the options";
+            }
             if log.bad_rows.named.iter().any(|(_, why)| why.contains("does not follow")) {
                 help += "; if time stamps repeat, give the time from row to row by `step = \"1 ms\"` in the options; \
                          if the time begins again, split the log there";

@@ -25,7 +25,7 @@ use efforts::Efforts;
 use loads::MuColumns;
 use motion::{Motion, Used};
 use nalgebra::DVector;
-use stiction_core::kinematics::Coordinate;
+use stiction_core::kinematics::{Coordinate, State};
 use stiction_core::spatial::Pose;
 use stiction_format::{Drives, Log, ModelFile};
 use stiction_identify::{Block, Choice, Regressor};
@@ -77,6 +77,8 @@ pub(super) struct Prepared {
     reference: Option<Box<Self>>,
     /// Times at which the mechanism stands still.
     standstills: Vec<Standstill>,
+    /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators may rest.
+    rests: Vec<(f64, State<f64>)>,
     /// Filtered signals of efforts that the model may lack, for the rows of each actuator.
     effects: Vec<Vec<Vec<f64>>>,
     /// Efforts that the unchanged model predicts in the rows of each actuator, N or N m; see [`Self::keep_prior`].
@@ -208,6 +210,7 @@ impl Prepared {
             reference: None,
             efforts: recorded,
             standstills: assembled.standstills,
+            rests: computed.rests,
             effects: assembled.effects,
             by_model: Vec::new(),
         })

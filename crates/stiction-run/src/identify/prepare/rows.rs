@@ -9,7 +9,7 @@ use crate::bodies::poses_in_world;
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::{EffortColumn, refuse};
 use nalgebra::{DMatrix, DVector};
-use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::kinematics::{Coordinate, State as MechanismState, Target};
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::{Drives, ModelFile};
 use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
@@ -38,6 +38,8 @@ pub(super) struct Computed {
     actuators: usize,
     width: usize,
     pub(super) caution: Option<String>,
+    /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators may rest.
+    pub(super) rests: Vec<(f64, MechanismState<f64>)>,
 }
 
 /// Measured efforts in the rows of the regression.
@@ -79,6 +81,7 @@ pub(super) fn computed(
     let stride = motion.times.len().div_ceil(SHOWN).max(1);
     // For each actuator, rest of all friction in its effort, and of its own joint.
     let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
+    let (mut rest_states, mut was_at_rest) = (Vec::new(), false);
     let mut signals = Vec::new();
     let mut states: Vec<Vec<State>> = vec![Vec::new(); actuators];
     // Positions of the actuators, if these are the prescribed coordinates.
@@ -133,6 +136,11 @@ pub(super) fn computed(
                 (coordinates[channel] == driven[channel].0).then(|| targets[channel].value);
             states[channel].push(State { direction, rate, position, known });
         }
+        let is_at_rest = rests.iter().all(|[_, own]| own.last() != Some(&Rest::Sliding));
+        if is_at_rest && !was_at_rest {
+            rest_states.push((time, regressor.state().clone()));
+        }
+        was_at_rest = is_at_rest;
         signals.push(row);
         if instants.len() % stride == 0 {
             poses.push((time, poses_in_world(regressor.bodies(), origin).collect()));
@@ -171,7 +179,8 @@ pub(super) fn computed(
             row[base + 5..base + EXTRA].copy_from_slice(&scales.signals(state));
         }
     }
-    Ok(Computed { poses, instants, unit_friction, mu, signals, actuators, width, caution })
+    let rests = rest_states;
+    Ok(Computed { poses, instants, unit_friction, mu, signals, actuators, width, caution, rests })
 }
 
 /// Decides for each instant whether the friction of an effort is certainly at rest, and whether it may be at rest. A
