@@ -106,6 +106,20 @@ fn a_known_payload_decides_the_scale() {
     assert!(error < 0.03_f64.powi(2) * size, "{}", (error / size).sqrt());
 }
 
+/// A current of the wrong sign has no positive torque constant: the fit fails, and the motor is named.
+#[test]
+fn a_current_of_the_wrong_sign_is_named() {
+    let folder = Folder::new("identify-torque-constant-sign");
+    logs(&folder, 4);
+    let columns = "[columns]\n\"left.current\" = { is = \"left.current [A]\", factor = -1 }\n";
+    let options = HEAVY.replacen('\n', &format!("\n{columns}"), 1);
+    let run = ["identify", "model.toml", "light.csv", "heavy.csv"];
+    let result = identified(&folder, &options, &run);
+    assert_eq!(result["verdict"], "failed");
+    let cautions = result["cautions"].to_string();
+    assert!(cautions.contains("efforts have the wrong sign on left_motor"), "{cautions}");
+}
+
 /// One motor with a known constant decides that of the other one, through the bodies that both move.
 #[test]
 fn a_known_motor_decides_the_scale_of_the_other() {
