@@ -11,7 +11,8 @@ use crate::block::{Block, Rows};
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::borrow::Cow;
 
-/// Eigenvalue of the instruments' normal matrix with unit diagonal, relative to the largest one, up to which a direction is round-off.
+/// Eigenvalue of the instruments' normal matrix with unit diagonal, relative to the largest one, up to which a direction
+/// is round-off.
 const NEGLIGIBLE: f64 = 1e-12;
 
 impl Problem<'_> {
@@ -39,6 +40,10 @@ impl Problem<'_> {
         }
         let scale = own.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
         let unit = DMatrix::from_fn(size, size, |i, k| own[(i, k)] * scale[i] * scale[k]);
+        if !unit.iter().chain(&cross).all(|x| x.is_finite()) {
+            // The decomposition would not end; without design nothing is identified.
+            return Some(DMatrix::zeros(size, size));
+        }
         let eigen = SymmetricEigen::new((&unit + unit.transpose()) * 0.5);
         let largest = eigen.eigenvalues.max();
         let inverse = eigen.eigenvalues.map(|value| match value > NEGLIGIBLE * largest {
