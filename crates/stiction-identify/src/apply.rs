@@ -80,6 +80,9 @@ pub fn applied(
         for (parameter, &value) in parameters.iter().zip(values) {
             match parameter.kind {
                 Kind::Rotor(train) => drive_trains[train].rotor_inertia = value,
+                Kind::TorqueConstant(train) if value > 0.0 => {
+                    drive_trains[train].torque_constant = Some(value);
+                }
                 Kind::Mu(i) => {
                     let (joint, k) = interfaces[i];
                     let friction = &mut joints[joint].friction[k];

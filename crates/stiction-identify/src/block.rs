@@ -11,6 +11,9 @@ pub struct Rows {
     pub right: DVector<f64>,
     /// Measured effort, N or N m.
     pub measured: DVector<f64>,
+    /// Instruments: columns of another motion, such as the commanded one, whose errors are independent of those of
+    /// `matrix`; zero in rows in which that motion rests. `None` for least squares.
+    pub instruments: Option<DMatrix<f64>>,
     /// Index of each row's instant on the equidistant time grid of the log; some instants may be missing.
     pub steps: Vec<usize>,
 }
@@ -58,6 +61,23 @@ impl Dwells {
 }
 
 impl Rows {
+    /// Appends a column, which is its own instrument.
+    pub fn push_column(&mut self, column: &DVector<f64>) {
+        for matrix in std::iter::once(&mut self.matrix).chain(&mut self.instruments) {
+            let count = matrix.ncols();
+            *matrix = take(matrix).insert_column(count, 0.0);
+            matrix.set_column(count, column);
+        }
+    }
+
+    /// Removes the last column.
+    pub fn pop_column(&mut self) {
+        for matrix in std::iter::once(&mut self.matrix).chain(&mut self.instruments) {
+            let count = matrix.ncols();
+            *matrix = take(matrix).remove_column(count.saturating_sub(1));
+        }
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.right.len()
@@ -78,4 +98,8 @@ impl Rows {
     pub fn residuals(&self, values: &DVector<f64>) -> DVector<f64> {
         &self.right - &self.matrix * values
     }
+}
+
+fn take(matrix: &mut DMatrix<f64>) -> DMatrix<f64> {
+    std::mem::replace(matrix, DMatrix::zeros(0, 0))
 }

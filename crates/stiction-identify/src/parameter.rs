@@ -30,6 +30,8 @@ pub enum Kind {
     Offset(usize),
     /// Dimensionless factor of an effort term, which is given by a formula.
     Term(usize),
+    /// Torque constant of a drive train whose current is measured, N m/A.
+    TorqueConstant(usize),
 }
 
 impl Kind {
@@ -46,7 +48,8 @@ impl Kind {
             | Self::Inertia(..)
             | Self::Rotor(_)
             | Self::Offset(_)
-            | Self::Term(_) => false,
+            | Self::Term(_)
+            | Self::TorqueConstant(_) => false,
         }
     }
 }
@@ -85,7 +88,7 @@ impl Parameter {
 }
 
 /// Choice of the parameters that are listed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Choice {
     /// True if efforts are measured at the motors, so that they contain rotors and motor friction.
     pub at_motors: bool,
@@ -97,12 +100,20 @@ pub struct Choice {
     pub inertia: bool,
     /// True to include friction.
     pub friction: bool,
+    /// Drive trains whose currents are measured and whose torque constants are unknown.
+    pub torque_constants: Vec<usize>,
 }
 
 impl Choice {
     /// Choice of inertia and friction, with efforts measured at the joints.
-    pub const ALL: Self =
-        Self { at_motors: false, offsets: false, terms: 0, inertia: true, friction: true };
+    pub const ALL: Self = Self {
+        at_motors: false,
+        offsets: false,
+        terms: 0,
+        inertia: true,
+        friction: true,
+        torque_constants: Vec::new(),
+    };
 }
 
 /// Inertia tensor of a body about its origin, in its axes.
@@ -113,8 +124,9 @@ pub(crate) fn inertia_about_origin(body: &Body) -> Mat3<f64> {
     body.inertia + (Mat3::diagonal(Vec3::new(square, square, square)) + outer * -1.0) * body.mass
 }
 
-/// Lists all parameters of a mechanism in a fixed order: bodies, rotors, interfaces, actuators, terms.
-pub fn catalogue(mechanism: &Mechanism, choice: Choice) -> Vec<Parameter> {
+/// Lists all parameters of a mechanism in a fixed order: bodies, rotors, interfaces, actuators, terms, torque constants.
+/// Prior and scale of a torque constant are one: the mechanism has none.
+pub fn catalogue(mechanism: &Mechanism, choice: &Choice) -> Vec<Parameter> {
     let mut all = Vec::new();
     let length = mechanism.characteristic_length();
     if choice.inertia {
@@ -171,6 +183,11 @@ pub fn catalogue(mechanism: &Mechanism, choice: Choice) -> Vec<Parameter> {
     for index in 0..choice.terms {
         let name = format!("term{}", index + 1);
         all.push(Parameter { name, unit: "", kind: Kind::Term(index), prior: 1.0, scale: 1.0 });
+    }
+    for &train in &choice.torque_constants {
+        let name = format!("{}.torque_constant", mechanism.drive_trains()[train].name);
+        let kind = Kind::TorqueConstant(train);
+        all.push(Parameter { name, unit: "N m/A", kind, prior: 1.0, scale: 1.0 });
     }
     all
 }

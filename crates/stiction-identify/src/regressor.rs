@@ -7,11 +7,14 @@ use crate::parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 use crate::slip::{Rest, Slip, sign};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use stiction_core::dynamics::{Data, FrictionMode, InverseDynamics, Model, Settings, Status};
-use stiction_core::kinematics::{Bodies, Target};
+use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_core::mechanism::{DriveTrain, Mechanism};
 use stiction_core::parameters::Parameters;
 use stiction_core::spatial::{Mat3, Twist, Vec3};
 use thiserror::Error;
+
+/// Part of the moment that accelerates or carries a body, up to which a moment about its spin is round-off.
+const ROUND_OFF: f64 = 1e-12;
 
 /// Reason for which a mechanism with its prescribed coordinates cannot be identified.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -54,6 +57,8 @@ pub struct Regressor {
     surface_rates: Vec<Vec<[f64; 3]>>,
     /// Rates of the actuated degrees of freedom for a unit rate of each coordinate.
     actuator_rates: Vec<Vec<f64>>,
+    /// Acceleration of each body at the present motion.
+    accelerations: Vec<Twist<f64>>,
     /// Standard deviation of the measured rate of each coordinate, rad/s or m/s.
     rate_noise: Vec<f64>,
     at_motors: bool,
@@ -64,7 +69,7 @@ impl Regressor {
     ///
     /// # Errors
     /// [`Unsuitable`] if the numbers of actuators and coordinates differ, or if the position is singular.
-    pub fn new(mut solver: InverseDynamics, choice: Choice) -> Result<Self, Unsuitable> {
+    pub fn new(mut solver: InverseDynamics, choice: &Choice) -> Result<Self, Unsuitable> {
         let coordinates = solver.constraints().coordinates().len();
         let actuators = solver.mechanism().actuators().count();
         if coordinates != actuators {
@@ -91,6 +96,7 @@ impl Regressor {
             virtual_twists: vec![vec![Twist::zero(); bodies]; coordinates],
             surface_rates: vec![vec![[0.0; 3]; interfaces]; coordinates],
             actuator_rates: vec![vec![0.0; actuators]; coordinates],
+            accelerations: vec![Twist::zero(); bodies],
             rate_noise: vec![0.0; coordinates],
             at_motors: choice.at_motors,
         })
@@ -130,6 +136,19 @@ impl Regressor {
         &self.data.kinematics.bodies
     }
 
+    /// State of the mechanism at the last position of [`Self::at`].
+    pub fn state(&self) -> &State<f64> {
+        &self.data.state
+    }
+
+    /// Starts the next call of [`Self::at`] from a state of this regressor, in its assembly mode.
+    pub fn start_from(&mut self, state: &State<f64>) {
+        // A state of another mechanism is not used.
+        if state.coordinates.len() == self.data.state.coordinates.len() {
+            self.data.start_from(state);
+        }
+    }
+
     /// Computes the columns for positions, rates and accelerations of the prescribed coordinates.
     ///
     /// # Errors
@@ -145,6 +164,7 @@ impl Regressor {
         let rest = vec![0.0; count];
         let mut actuation = DMatrix::zeros(count, count);
         self.unit.start_from(&self.data.state);
+        self.set_accelerations([q, v, a]);
         for k in 0..count {
             rates.fill(0.0);
             rates[k] = 1.0;
@@ -171,6 +191,30 @@ impl Regressor {
             return Err(Status::Singular);
         }
         Ok(self.assembled(known, &lu))
+    }
+
+    /// Sets the accelerations of the bodies. The spin of a body that can spin freely accelerates by the unbalanced moment over
+    /// the body's small inertia; where this moment is round-off, so is the acceleration, and the one of the prescribed
+    /// motion without spin replaces it.
+    fn set_accelerations(&mut self, [q, v, a]: [&[f64]; 3]) {
+        let bodies = &self.data.kinematics.bodies;
+        self.accelerations.clone_from(&bodies.acceleration);
+        let spins = self.model.constraints().spins();
+        if spins.is_empty() || !self.model.move_to(&mut self.unit, q, v, a).is_converged() {
+            return;
+        }
+        let length = self.solver.mechanism().characteristic_length();
+        for body in spins.iter().map(|spin| spin.body.0) {
+            let calm = self.unit.kinematics.bodies.acceleration[body];
+            let change = (bodies.acceleration[body].angular - calm.angular).norm();
+            let linear = calm.velocity_at(bodies.pose[body].position) - self.nominal.gravity;
+            let size = self.nominal.mass[body] * linear.norm() * length;
+            let axis = self.nominal.inertia[body];
+            let least = (0..3).map(|k| axis.at(k, k)).fold(f64::INFINITY, f64::min);
+            if change * least <= ROUND_OFF * size {
+                self.accelerations[body] = calm;
+            }
+        }
     }
 
     /// Sliding velocity of each friction interface, m/s, then the rate of each actuator as the first entry: where
@@ -351,7 +395,7 @@ impl Regressor {
     fn unit_wrench(&self, kind: Kind, body: usize) -> (Vec3<f64>, Vec3<f64>) {
         let bodies = &self.data.kinematics.bodies;
         let pose = &bodies.pose[body];
-        let (twist, change) = (bodies.twist[body], bodies.acceleration[body]);
+        let (twist, change) = (bodies.twist[body], self.accelerations[body]);
         let (w, dw) = (twist.angular, change.angular);
         let origin = pose.position;
         let velocity = twist.velocity_at(origin);

@@ -3,8 +3,10 @@
 mod arm;
 mod coverage;
 mod imperfect;
+mod instruments;
 mod missing;
 mod screws;
+mod torque_constants;
 
 use crate::program::{Folder, json};
 use serde_json::Value;

@@ -16,9 +16,9 @@ const INDEPENDENT: f64 = 0.05;
 
 /// Computes `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates. `r` is the autocovariance of
 /// the residuals, tapered to zero at twice the lag at which they become uncorrelated. Weights are `1/noise^2` and the
-/// independence of each block.
+/// independence of each block. `M` are the columns of `design`; the residuals are those of `blocks`.
 pub(crate) fn covariance(
-    blocks: &[Block],
+    (design, blocks): (&[Block], &[Block]),
     map: &Map,
     values: &DVector<f64>,
     noise: &[f64],
@@ -36,7 +36,7 @@ pub(crate) fn covariance(
             blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
         let autocovariance = autocovariance(&steps, &residuals);
         let lags = autocovariance.len();
-        for block in blocks {
+        for block in design {
             let rows = &block.channels[channel];
             if rows.is_empty() {
                 continue;

@@ -4,7 +4,9 @@
 
 use super::covariance::{autocovariance, each_pair};
 use super::{Estimate, FOLDS, HUBER, Problem};
+use crate::block::Block;
 use nalgebra::{DMatrix, DVector};
+use std::borrow::Cow;
 
 /// Column that the regression may lack: a signal in the rows of one actuator.
 #[derive(Clone, Debug)]
@@ -38,6 +40,8 @@ const DISTINCT: f64 = 1e-6;
 #[derive(Debug)]
 pub struct Residuals<'a> {
     problem: &'a Problem<'a>,
+    /// Blocks with the columns of the normal equations.
+    design: Cow<'a, [Block]>,
     inverse: &'a DMatrix<f64>,
     /// Residuals and weights for each block and actuator.
     rows: Vec<Vec<[DVector<f64>; 2]>>,
@@ -61,6 +65,7 @@ impl Problem<'_> {
         let used = (self.map().size() as f64).min(0.5 * estimate.samples);
         Residuals {
             problem: self,
+            design: self.design(estimate.projection.as_ref()),
             inverse: &estimate.inverse[0],
             rows: rows.collect(),
             inflation: estimate.samples / (estimate.samples - used).max(1.0),
@@ -72,7 +77,7 @@ impl Residuals<'_> {
     /// Change of each parameter, SI units, if `efforts` are added to the measured efforts of each block and actuator.
     pub fn response(&self, efforts: &[Vec<DVector<f64>>]) -> DVector<f64> {
         let mut product = DVector::zeros(self.problem.parameters.len());
-        for ((block, rows), efforts) in self.problem.blocks.iter().zip(&self.rows).zip(efforts) {
+        for ((block, rows), efforts) in self.design.iter().zip(&self.rows).zip(efforts) {
             for ((channel, [_, weights]), effort) in block.channels.iter().zip(rows).zip(efforts) {
                 product.gemv_tr(1.0, &channel.matrix, &effort.component_mul(weights), 1.0);
             }
@@ -82,7 +87,7 @@ impl Residuals<'_> {
 
     /// Tests a column that is added to the fit; `None` if the parameters explain the column, or if no row contains it.
     pub fn extension(&self, candidate: &Candidate) -> Option<Extension> {
-        let (blocks, own) = (self.problem.blocks, candidate.channel);
+        let (blocks, own) = (&self.design[..], candidate.channel);
         // What the parameters explain of the column.
         let mut product = DVector::zeros(self.problem.parameters.len());
         let (mut square, mut along) = (0.0, 0.0);

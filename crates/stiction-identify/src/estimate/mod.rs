@@ -4,6 +4,7 @@
 
 mod covariance;
 mod extension;
+mod instruments;
 mod limit;
 mod map;
 mod minimum;
@@ -57,6 +58,8 @@ pub struct Estimate {
     pub correlation: DMatrix<f64>,
     /// Covariance matrix of the errors of the values, SI units.
     pub covariance: DMatrix<f64>,
+    /// Coefficients with which the instruments explain the columns; `None` for least squares.
+    projection: Option<DMatrix<f64>>,
     /// Inverse Hessian of data and prior, and the part of it that the data determine.
     inverse: [DMatrix<f64>; 2],
     /// Strength of the prior, in equivalent independent samples.
@@ -163,7 +166,9 @@ impl Problem<'_> {
         let mut ratios = (1.0, f64::INFINITY);
         const ROUNDS: usize = 5;
         for round in 0..ROUNDS {
-            let pieces = self.pieces(&map, &shift, &noise, &weights);
+            let projection = self.projection(&noise, &weights);
+            let design = self.design(projection.as_ref());
+            let pieces = pieces(&design, &map, &shift, (&noise, &weights));
             let total = self.total(&map, &shift, &noise, &pieces);
             if round + 2 == ROUNDS {
                 let mut chosen = self.options.strength;
@@ -231,48 +236,6 @@ impl Problem<'_> {
     fn shift(&self) -> DVector<f64> {
         let each = self.parameters.iter().map(|p| if p.body().is_some() { p.prior } else { 0.0 });
         DVector::from_iterator(self.parameters.len(), each)
-    }
-
-    /// Computes the sums over each piece of all logs, in free coordinates; the right-hand side is that of the
-    /// differences.
-    fn pieces(
-        &self,
-        map: &Map,
-        shift: &DVector<f64>,
-        noise: &[f64],
-        weights: &[Vec<Vec<f64>>],
-    ) -> Vec<Normal> {
-        let size = map.size();
-        let offset = &map.base - shift;
-        let mut pieces = Vec::new();
-        for (block, weights) in self.blocks.iter().zip(weights) {
-            let length = block.fold_length(FOLDS);
-            let mut own = vec![Normal::zero(size); FOLDS];
-            for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(noise) {
-                let mut from = 0;
-                for (fold, piece) in own.iter_mut().enumerate() {
-                    let end = (fold + 1) * length;
-                    let until = rows.steps.partition_point(|step| *step < end);
-                    if until > from {
-                        let matrix = rows.matrix.rows(from, until - from);
-                        let mut right = rows.right.rows(from, until - from) - matrix * &offset;
-                        let mut scaled = map.columns(&rows.matrix, from..until);
-                        for (row, weight) in weights[from..until].iter().enumerate() {
-                            let factor = (weight * block.independence).sqrt() / noise;
-                            scaled.row_mut(row).scale_mut(factor);
-                            right[row] *= factor;
-                        }
-                        piece.matrix += transposed_product(&scaled, &scaled);
-                        piece.right += scaled.tr_mul(&right);
-                        piece.square += right.norm_squared();
-                        piece.rows += (until - from) as f64 * block.independence;
-                    }
-                    from = until;
-                }
-            }
-            pieces.extend(own.into_iter().filter(|piece| piece.rows > 0.0));
-        }
-        pieces
     }
 
     /// Sums over all pieces, with the bounds of efforts at rest.
@@ -358,7 +321,9 @@ impl Problem<'_> {
         weights: &[Vec<Vec<f64>>],
         (left_out_ratio, left_out_ratio_plain): (f64, f64),
     ) -> Estimate {
-        let pieces = self.pieces(map, shift, &noise, weights);
+        let projection = self.projection(&noise, weights);
+        let design = self.design(projection.as_ref());
+        let pieces = pieces(&design, map, shift, (&noise, weights));
         let total = self.total(map, shift, &noise, &pieces);
         let z = self.minimum(map, &total, strength);
         let (priors, precision) = (self.priors(), self.precision(strength));
@@ -369,7 +334,7 @@ impl Problem<'_> {
                 |(_, gradient, hessian)| (gradient, hessian),
             );
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
-        let meat = covariance(self.blocks, map, &(&values - shift), &noise, total.rows);
+        let meat = covariance((&design, self.blocks), map, &(&values - shift), &noise, total.rows);
         let open = self.prior_errors(map, &values, strength, &priors, &precision);
         let free = &inverse * (meat + open + total.limit_errors(&z)) * &inverse;
         let at_zero: Vec<usize> =
@@ -395,6 +360,7 @@ impl Problem<'_> {
             sigmas,
             correlation,
             covariance: full,
+            projection,
             inverse: [&inverse, &by_data].map(|free| map.spread(free)),
             strength,
             noise,
@@ -403,4 +369,45 @@ impl Problem<'_> {
             samples: total.rows,
         }
     }
+}
+
+/// Computes the sums over each piece of all logs, in free coordinates; the right-hand side is that of the
+/// differences.
+fn pieces(
+    blocks: &[Block],
+    map: &Map,
+    shift: &DVector<f64>,
+    (noise, weights): (&[f64], &[Vec<Vec<f64>>]),
+) -> Vec<Normal> {
+    let size = map.size();
+    let offset = &map.base - shift;
+    let mut pieces = Vec::new();
+    for (block, weights) in blocks.iter().zip(weights) {
+        let length = block.fold_length(FOLDS);
+        let mut own = vec![Normal::zero(size); FOLDS];
+        for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(noise) {
+            let mut from = 0;
+            for (fold, piece) in own.iter_mut().enumerate() {
+                let end = (fold + 1) * length;
+                let until = rows.steps.partition_point(|step| *step < end);
+                if until > from {
+                    let matrix = rows.matrix.rows(from, until - from);
+                    let mut right = rows.right.rows(from, until - from) - matrix * &offset;
+                    let mut scaled = map.columns(&rows.matrix, from..until);
+                    for (row, weight) in weights[from..until].iter().enumerate() {
+                        let factor = (weight * block.independence).sqrt() / noise;
+                        scaled.row_mut(row).scale_mut(factor);
+                        right[row] *= factor;
+                    }
+                    piece.matrix += transposed_product(&scaled, &scaled);
+                    piece.right += scaled.tr_mul(&right);
+                    piece.square += right.norm_squared();
+                    piece.rows += (until - from) as f64 * block.independence;
+                }
+                from = until;
+            }
+        }
+        pieces.extend(own.into_iter().filter(|piece| piece.rows > 0.0));
+    }
+    pieces
 }

@@ -20,7 +20,7 @@ fn arm() -> (Vec<Parameter>, Vec<DMatrix<f64>>) {
     let coordinates = actuator_coordinates(&mechanism);
     let home = [0.1, 0.2, 0.3];
     let mut regressor =
-        Regressor::new(solver(&mechanism, &coordinates, &home), Choice::ALL).unwrap();
+        Regressor::new(solver(&mechanism, &coordinates, &home), &Choice::ALL).unwrap();
     let sines = [(0.9, 0.31), (0.5, 0.73), (0.3, 1.27)];
     let mut all = Vec::new();
     for k in 0..ROWS {
@@ -90,7 +90,8 @@ fn block(
         let right = DVector::from_fn(columns.len(), |row, _| {
             matrix.row(row).transpose().dot(&difference) + noise()
         });
-        Rows { measured: right.clone(), matrix, right, steps: (0..columns.len()).collect() }
+        let steps = (0..columns.len()).collect();
+        Rows { measured: right.clone(), matrix, right, instruments: None, steps }
     });
     Block { channels: channels.collect(), dwells: Vec::new(), independence: 1.0 }
 }
@@ -302,6 +303,7 @@ fn dwells_bound_the_estimate() {
         matrix: DMatrix::from_fn(200, 2, |_, k| if k == 1 { 1.0 } else { 0.0 }),
         measured: right.clone(),
         right,
+        instruments: None,
         steps: (0..200).collect(),
     };
     let solved = |bounds: Vec<[f64; 2]>| {
@@ -323,5 +325,50 @@ fn dwells_bound_the_estimate() {
         assert!((held.values[0] - 1.98).abs() < 0.01, "{bounds:?}: {:?}", held.values);
         assert!((held.values[1] - 0.2).abs() < 0.01, "{bounds:?}: {:?}", held.values);
         assert!(held.sigmas[0] < 0.02 && held.sigmas[0] > 0.005, "{:?}", held.sigmas);
+    }
+}
+
+/// Columns as their own instruments are least squares; columns with errors, half as large as themselves, bias least squares,
+/// and true columns as instruments remove this bias.
+#[test]
+fn instruments_remove_the_errors_of_columns() {
+    let (parameters, columns) = arm();
+    let truth = truth(&parameters);
+    let options = Options { strength: Some(1.0), ..options(parameters.len()) };
+    let mut noise = normal(7);
+    let exact = block(&parameters, &columns, &truth, &mut || 0.2 * noise());
+    let solved = |block: &Block| {
+        let blocks = [block.clone()];
+        Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve()
+    };
+    let plain = solved(&exact);
+    let mut same = exact.clone();
+    same.channels.iter_mut().for_each(|rows| rows.instruments = Some(rows.matrix.clone()));
+    let own = solved(&same);
+    for k in 0..parameters.len() {
+        let change = (own.values[k] - plain.values[k]).abs();
+        assert!(change <= 1e-6 * plain.sigmas[k], "{}: {change}", parameters[k].name);
+    }
+    // Errors of the viscous columns, which are rates.
+    let viscous: Vec<usize> = (0..parameters.len())
+        .filter(|&k| matches!(parameters[k].kind, Kind::DriveViscous(_)))
+        .collect();
+    let (mut wrong, mut with) = (exact.clone(), exact);
+    for rows in &mut wrong.channels {
+        for &k in &viscous {
+            let size = 0.5 * rows.matrix.column(k).norm() / (ROWS as f64).sqrt();
+            rows.matrix.column_mut(k).iter_mut().for_each(|x| *x += size * noise());
+        }
+    }
+    for (rows, wrong) in with.channels.iter_mut().zip(&wrong.channels) {
+        rows.instruments = Some(std::mem::replace(&mut rows.matrix, wrong.matrix.clone()));
+    }
+    let (biased, found) = (solved(&wrong), solved(&with));
+    for &k in &viscous {
+        let name = &parameters[k].name;
+        let errors = [&biased, &found].map(|fit| (fit.values[k] - truth[k]) / fit.sigmas[k]);
+        // A fifth of the variance of the column is error.
+        assert!(errors[0] < -3.0, "{name}: {errors:?}");
+        assert!(errors[1].abs() < 3.0, "{name}: {errors:?}");
     }
 }

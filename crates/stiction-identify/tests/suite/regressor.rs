@@ -19,7 +19,7 @@ fn columns_agree_with_inverse_dynamics_of_changed_parameters() {
         }
         let (solver, home) = gallery_solver(&model);
         let spins = !solver.constraints().spins().is_empty();
-        let Ok(mut regressor) = Regressor::new(solver, Choice::ALL) else { continue };
+        let Ok(mut regressor) = Regressor::new(solver, &Choice::ALL) else { continue };
         if spins {
             // The acceleration of a body that spins freely depends on its inertia: not linear.
             continue;
@@ -75,7 +75,7 @@ fn friction_at_rest_is_marked() {
     let mut model = gallery_model("five-bar");
     model.default_motion = Some("pick".into());
     let (solver, home) = gallery_solver(&model);
-    let mut regressor = Regressor::new(solver, Choice::ALL).unwrap();
+    let mut regressor = Regressor::new(solver, &Choice::ALL).unwrap();
     let still = regressor.at(&home, &[0.0; 2], &[0.0; 2]).unwrap();
     assert_eq!(still.rest, [Rest::Resting; 2]);
     let moving = regressor.at(&home, &[0.1, 0.05], &[0.0; 2]).unwrap();
@@ -91,7 +91,7 @@ fn friction_at_rest_is_marked() {
 fn friction_measured_at_joints_is_not_that_of_motors() {
     let mechanism = serial_with_motors(&[(0.0, 0.4, 0.0)], Vec3::zero());
     for at_motors in [false, true] {
-        let parameters = catalogue(&mechanism, Choice { at_motors, ..Choice::ALL });
+        let parameters = catalogue(&mechanism, &Choice { at_motors, ..Choice::ALL });
         let value = |p: &Parameter| match p.kind {
             Kind::DriveCoulomb(_) => 3.0,
             _ => p.prior,
@@ -110,10 +110,41 @@ fn friction_measured_at_joints_is_not_that_of_motors() {
 #[test]
 fn unreachable_positions_are_refused() {
     let (solver, _) = gallery_solver(&gallery_model("five-bar"));
-    let mut regressor = Regressor::new(solver, Choice::ALL).unwrap();
+    let mut regressor = Regressor::new(solver, &Choice::ALL).unwrap();
     let status = regressor.at(&[3.0, 3.0], &[0.0; 2], &[0.0; 2]).unwrap_err();
     assert!(!matches!(status, Status::Converged));
     let chain = serial(&[(0.0, 0.4, 0.0), (0.0, 0.3, 0.0)], Vec3::new(0.0, -9.81, 0.0));
     assert!(regressor.at(&[0.0; 2], &[f64::NAN; 2], &[0.0; 2]).is_err());
     assert_eq!(chain.actuators().count(), 2);
+}
+
+/// A position far from the last one is reached in the assembly mode of a stored state near it; a jump misses that mode.
+#[test]
+fn a_stored_state_keeps_the_assembly_mode() {
+    let model = gallery_model("five-bar");
+    let (solver, home) = gallery_solver(&model);
+    let mut regressor = Regressor::new(solver, &Choice::ALL).unwrap();
+    let poses_at = |regressor: &mut Regressor, part: f64| {
+        let goal = [-0.0955, 0.1207];
+        let q: Vec<f64> = home.iter().zip(goal).map(|(h, g)| h + part * (g - h)).collect();
+        let status = regressor.at(&q, &[0.0; 2], &[0.0; 2]).map(|_| ());
+        status.map(|()| regressor.bodies().pose.clone())
+    };
+    let start = regressor.state().clone();
+    // By small steps along a line of the tool.
+    let mut expected = Vec::new();
+    for k in 0..=150 {
+        expected = poses_at(&mut regressor, f64::from(k) / 150.0).unwrap();
+    }
+    let state = regressor.state().clone();
+    let away = |regressor: &mut Regressor| {
+        let poses = poses_at(regressor, 1.0).unwrap();
+        let each = poses.iter().zip(&expected).map(|(a, b)| (a.position - b.position).norm());
+        each.fold(0.0, f64::max)
+    };
+    regressor.start_from(&start);
+    assert!(away(&mut regressor) > 0.1, "the jump finds the same mode");
+    regressor.start_from(&state);
+    // Loops are closed to 1e-12 of the length of the robot.
+    assert!(away(&mut regressor) < 1e-11);
 }

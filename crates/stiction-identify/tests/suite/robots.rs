@@ -104,7 +104,7 @@ pub(crate) fn random_columns(
     home: &[f64],
     (size, count): (f64, usize),
 ) -> (Regressor, Vec<Columns>) {
-    let mut regressor = Regressor::new(solver, choice).unwrap();
+    let mut regressor = Regressor::new(solver, &choice).unwrap();
     let mut random = Random::new(3);
     let mut all = Vec::new();
     for _ in 0..count {

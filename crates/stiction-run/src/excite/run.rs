@@ -57,7 +57,7 @@ pub fn excite(
     let home =
         index.clone().at(&model.mechanism, chosen.solver.parameters(), chosen.solver.bodies());
     limits.keep_from_singular(settings.margin * home);
-    let regressor = Regressor::new(chosen.solver.clone(), choice).map_err(|unsuitable| {
+    let regressor = Regressor::new(chosen.solver.clone(), &choice).map_err(|unsuitable| {
         ExciteError::input(
             unsuitable.to_string(),
             "redundant actuation is not identified yet; give --actuators if the motion prescribes other coordinates",

@@ -71,7 +71,7 @@ fn constant_part(
             column => directions[row][column],
         });
         let steps = log.block.channels[channel].steps.clone();
-        let rows = Rows { matrix, measured: right.clone(), right, steps };
+        let rows = Rows { matrix, measured: right.clone(), right, instruments: None, steps };
         let independence = log.block.independence;
         blocks.push(Block { channels: vec![rows], dwells: Vec::new(), independence });
     }

@@ -17,7 +17,14 @@ pub(super) fn bounded(
 ) -> (Estimate, Vec<String>) {
     let mut cautions = Vec::new();
     for log in all.iter_mut().filter(|log| !log.predict) {
-        log.set_dwells(&estimate.values);
+        let [unused, count] = log.set_dwells(&estimate.values);
+        if unused > 0 {
+            cautions.push(format!(
+                "{}: {unused} of {count} dwells set no limits to friction: the model has no forces there, or a formula \
+                 below [terms] may have any value at rest",
+                log.name
+            ));
+        }
     }
     let blocks = fitted_blocks(all);
     let problem = Problem { parameters, blocks: &blocks, options };

@@ -123,35 +123,37 @@ fn homes(model: &ModelFile, log: &MeasuredLog, chosen: &[Chosen]) -> Result<Vec<
     each.collect()
 }
 
-/// Chooses the columns of efforts in the order of the actuators, each with the factor that converts it to the effort at
-/// the joint. The second result is true if the efforts are measured at motors.
+/// Column of the effort of an actuator.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EffortColumn {
+    /// Index of the column in the log.
+    pub(super) column: usize,
+    /// Factor that converts its values to the effort at the joint.
+    pub(super) factor: f64,
+    /// Drive train of a current whose torque constant the model lacks; the factor is that of 1 N m/A.
+    pub(super) unknown: Option<usize>,
+}
+
+/// Chooses the columns of efforts in the order of the actuators. The second result is true if the efforts are measured
+/// at motors.
 pub(super) fn chosen_efforts(
     mechanism: &Mechanism,
     log: &MeasuredLog,
-) -> Result<(Vec<(usize, f64)>, bool), Error> {
+) -> Result<(Vec<EffortColumn>, bool), Error> {
     let count = mechanism.actuators().count();
     // Tables of inverse dynamics have the efforts of joints and of their motors.
     let (mut found, mut by_motors) = (vec![None; count], vec![None; count]);
     let mut twice = None;
     for (index, column) in log.log.columns.iter().enumerate() {
-        let (train, per_torque) = match column.role {
+        let (train, index_of_train, per_torque) = match column.role {
             LogRole::Effort(actuator) => {
-                found[actuator] = Some((index, 1.0));
+                found[actuator] = Some(EffortColumn { column: index, factor: 1.0, unknown: None });
                 continue;
             }
-            LogRole::MotorTorque(train) => (&mechanism.drive_trains()[train], 1.0),
-            LogRole::Current(train) => {
-                let train = &mechanism.drive_trains()[train];
-                let Some(constant) = train.torque_constant else {
-                    return Err(refuse(
-                        format!(
-                            "{}: the current of {} needs its torque constant",
-                            log.name, train.name
-                        ),
-                        format!("add `torque_constant` to [actuators.{}] of the model", train.name),
-                    ));
-                };
-                (train, constant)
+            LogRole::MotorTorque(train) => (&mechanism.drive_trains()[train], train, Some(1.0)),
+            LogRole::Current(index) => {
+                let train = &mechanism.drive_trains()[index];
+                (train, index, train.torque_constant)
             }
             _ => continue,
         };
@@ -163,11 +165,13 @@ pub(super) fn chosen_efforts(
         };
         let actuator = mechanism.actuators().position(|own| own == (driven.joint, driven.dof));
         if let Some(actuator) = actuator {
-            let column = (index, per_torque * train.transmission());
-            if let Some((other, _)) = by_motors[actuator] {
+            let factor = per_torque.unwrap_or(1.0) * train.transmission();
+            let unknown = per_torque.is_none().then_some(index_of_train);
+            let own = EffortColumn { column: index, factor, unknown };
+            if let Some(EffortColumn { column: other, .. }) = by_motors[actuator] {
                 twice = Some([other, index].map(|k: usize| &log.log.columns[k].name));
             }
-            by_motors[actuator] = Some(column);
+            by_motors[actuator] = Some(own);
         }
     }
     let at_motors = by_motors.iter().any(Option::is_some);

@@ -6,7 +6,7 @@
 
 use super::delay::{CERTAIN, candidate};
 use super::prepare::{EFFECTS, Effect, Prepared};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use stiction_identify::{Block, Estimate, Extension, Kind, Options, Parameter, Problem};
 
 /// Effect that the model or the options lack.
@@ -81,9 +81,9 @@ impl Fit<'_> {
             let Some(column) = candidate(self.all, channel, effect) else { break };
             for (block, signal) in blocks.iter_mut().zip(&column.signal) {
                 for (k, rows) in block.channels.iter_mut().enumerate() {
-                    rows.matrix = widened(&mut rows.matrix, 0.0);
-                    if k == channel {
-                        rows.matrix.set_column(rows.matrix.ncols() - 1, signal);
+                    match k == channel {
+                        true => rows.push_column(signal),
+                        false => rows.push_column(&DVector::zeros(rows.len())),
                     }
                 }
             }
@@ -114,8 +114,7 @@ impl Fit<'_> {
             }
             // The new fit explains the residuals by its parameters: they had been held by the prior.
             for rows in blocks.iter_mut().flat_map(|block| &mut block.channels) {
-                let matrix = std::mem::replace(&mut rows.matrix, DMatrix::zeros(0, 0));
-                rows.matrix = matrix.remove_column(index);
+                rows.pop_column();
             }
             for dwells in blocks.iter_mut().flat_map(|block| &mut block.dwells) {
                 for matrix in [&mut dwells.matrix, &mut dwells.limits] {

@@ -15,6 +15,7 @@ mod run;
 mod sanity;
 mod selection;
 mod structure;
+mod torque_constants;
 mod traces;
 mod words;
 

@@ -21,6 +21,10 @@ estimate = "all"
 # it by left-out blocks of the logs.
 prior = "auto"
 
+# "least-squares", or "instrumental-variables": the motion commanded in columns such as `axis1.reference [deg]`
+# replaces the measured one where errors of measured rates and accelerations would bias the estimate.
+estimator = "least-squares"
+
 # Estimate a constant error of every measured effort.
 offsets = false
 
@@ -98,6 +102,8 @@ pub struct IdentifySettings {
     pub filter: Option<f64>,
     /// Strength of the prior on the inertias, in equivalent samples; chosen automatically if absent.
     pub strength: Option<f64>,
+    /// True to estimate by instrumental variables from the commanded motions, false to estimate by least squares.
+    pub instruments: bool,
     /// True to estimate a constant error of each effort.
     pub offsets: bool,
     /// Delay of all efforts relative to the positions, s; estimated if absent.
@@ -122,9 +128,20 @@ pub struct IdentifySettings {
     pub logs: Vec<LogSettings>,
 }
 
-const KEYS: [&str; 12] = [
-    "filter", "estimate", "prior", "offsets", "delay", "hold", "tie", "header", "step", "columns",
-    "terms", "logs",
+const KEYS: [&str; 13] = [
+    "filter",
+    "estimate",
+    "prior",
+    "estimator",
+    "offsets",
+    "delay",
+    "hold",
+    "tie",
+    "header",
+    "step",
+    "columns",
+    "terms",
+    "logs",
 ];
 const LOG_KEYS: [&str; 7] = ["file", "use", "from", "until", "steady", "load", "payload"];
 
@@ -162,6 +179,16 @@ impl IdentifySettings {
                     Some("friction") => settings.hold_inertia = true,
                     Some("inertia") => settings.hold_friction = true,
                     _ => return Err(bad(key, "should be \"all\", \"friction\" or \"inertia\"")),
+                },
+                "estimator" => match value.as_str() {
+                    Some("least-squares") => {}
+                    Some("instrumental-variables") => settings.instruments = true,
+                    _ => {
+                        return Err(bad(
+                            key,
+                            "should be \"least-squares\" or \"instrumental-variables\"",
+                        ));
+                    }
                 },
                 "hold" => settings.hold = texts(key, value)?,
                 "tie" => {

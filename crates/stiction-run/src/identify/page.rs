@@ -134,11 +134,10 @@ impl Identified {
         let row = |p: &&Named| {
             let change = (p.value - p.prior) / p.sigma;
             let change = if change.is_finite() { format!("{change:.1}") } else { "-".to_owned() };
-            let numbers = [p.prior, p.value, p.sigma].map(number);
+            let [value, sigma] = [p.value, p.sigma].map(number);
+            let prior = if p.prior.is_nan() { "none".to_owned() } else { number(p.prior) };
             let verdict = p.verdict.to_string();
-            [&p.name, p.unit, &numbers[0], &numbers[1], &numbers[2], &change, &verdict]
-                .map(text)
-                .to_vec()
+            [&p.name, p.unit, &prior, &value, &sigma, &change, &verdict].map(text).to_vec()
         };
         let of = |told: bool| -> Vec<Vec<String>> {
             let is_told = |p: &&Named| {

@@ -11,6 +11,7 @@ use super::prepare::{MeasuredLog, Prepared};
 use super::sanity;
 use super::selection::{enough, free_groups, options, scale_by_data};
 use super::structure::{combinations, structure};
+use super::torque_constants;
 use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
 use stiction_format::{Drives, ModelFile, Source};
@@ -31,7 +32,7 @@ pub struct Named {
     pub unit: &'static str,
     /// Verdict on the estimate.
     pub verdict: Verdict,
-    /// Value in the model, SI units.
+    /// Value in the model, SI units; not a number for torque constants, which the model lacks.
     pub prior: f64,
     /// Error of the estimate due to the filter, to first order, SI units: the filter attenuates part of the motion.
     pub filter_bias: f64,
@@ -104,6 +105,8 @@ pub struct Identified {
     pub predictions: Vec<Prediction>,
     /// The mechanism with the identified values.
     pub mechanism: Mechanism,
+    /// True if the estimate is by instrumental variables, false if it is by least squares.
+    pub has_instruments: bool,
     /// Strength of the prior on the inertias, in equivalent samples.
     pub strength: f64,
     /// Mean squared residual of left-out blocks of the logs, relative to that of the fit.
@@ -142,7 +145,9 @@ pub fn identify(
     }
     let (_, at_motors) = chosen_efforts(mechanism, first)?;
     let terms = read_terms(model, settings)?;
-    let choice = Choice { at_motors, offsets: settings.offsets, terms: terms.len(), ..Choice::ALL };
+    let torque_constants = torque_constants::unknown(mechanism, logs)?;
+    let (offsets, terms_count) = (settings.offsets, terms.len());
+    let choice = Choice { at_motors, offsets, terms: terms_count, torque_constants, ..Choice::ALL };
     for log in logs {
         if chosen_efforts(mechanism, log)?.1 != at_motors {
             return Err(refuse(
@@ -152,9 +157,13 @@ pub fn identify(
         }
     }
     let prepare = |delays: Option<&[f64]>| -> Result<Vec<Prepared>, IdentifyError> {
-        let each = logs
-            .iter()
-            .map(|log| Prepared::new(model, log, (settings.filter, choice), &terms, delays));
+        let each = logs.iter().map(|log| {
+            let mut own = Prepared::new(model, log, (settings.filter, &choice), &terms, delays)?;
+            if settings.instruments && !own.predict {
+                own.add_reference(model, log, &choice, &terms)?;
+            }
+            Ok(own)
+        });
         each.collect()
     };
     let actuators: Vec<String> =
@@ -162,15 +171,18 @@ pub fn identify(
     let given = settings.delay.map(|delay| vec![delay; actuators.len()]);
     let mut all = prepare(given.as_deref())?;
     let mut parameters = parameters_of(&all[0], settings);
-    scale_by_data(&mut parameters, &all);
     let options = options(mechanism, &parameters, settings)?;
-    let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     let mut cautions: Vec<String> = all.iter().flat_map(|log| log.cautions.clone()).collect();
     cautions.extend(gear_losses(mechanism, at_motors));
     let groups = free_groups(&parameters, &options);
+    let mut priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     for log in &mut all {
-        log.update_loads(&priors, &groups).map_err(|why| without_forces(&log.name, &why))?;
+        log.linearise(&priors, &groups).map_err(|why| without_forces(&log.name, &why))?;
     }
+    torque_constants::start(&mut parameters, &mut all);
+    scale_by_data(&mut parameters, &all);
+    priors = parameters.iter().map(|p| p.prior).collect();
+    all.iter_mut().for_each(|log| log.set_constants(&priors));
     enough(&all, &parameters, &options)?;
     let problem = Problem { parameters: &parameters, blocks: &[], options: &options };
     if !problem.begins_physical() {
@@ -192,6 +204,7 @@ pub fn identify(
         all.iter().map(|log| errors(&log.block, &prior).1).collect();
     let held = &options.held.clone();
     let structure = structure(&all, &parameters, held);
+    let by_prior = torque_constants::by_prior(&parameters, &structure, settings)?;
 
     let mut delays = vec![[settings.delay.unwrap_or(0.0), 0.0]; actuators.len()];
     if let Some(given) = &given {
@@ -222,7 +235,8 @@ pub fn identify(
         all.clear();
         all = prepare(Some(&known))?;
         for log in &mut all {
-            log.update_loads(&priors, &groups).map_err(|why| without_forces(&log.name, &why))?;
+            log.start_constants(&priors);
+            log.linearise(&priors, &groups).map_err(|why| without_forces(&log.name, &why))?;
             log.keep_prior(&prior);
             log.set_delays(&known);
         }
@@ -236,7 +250,7 @@ pub fn identify(
     cautions.extend(said);
     for log in &mut all {
         if log.predict
-            && let Err(why) = log.update_loads(&estimate.values, &groups)
+            && let Err(why) = log.linearise(&estimate.values, &groups)
         {
             cautions.push(format!(
                 "{}: with the identified friction, no forces can be computed {why}",
@@ -244,6 +258,7 @@ pub fn identify(
             ));
         }
     }
+    all.iter_mut().for_each(|log| log.set_constants(&estimate.values));
     let mut named: Vec<Named> = parameters
         .iter()
         .enumerate()
@@ -263,7 +278,10 @@ pub fn identify(
                     correlation: sanity::largest_correlation(&estimate, &options, k),
                 }),
             },
-            prior: p.prior,
+            prior: match p.kind {
+                Kind::TorqueConstant(_) => f64::NAN,
+                _ => p.prior,
+            },
             filter_bias: 0.0,
             is_inertia: p.body().is_some(),
             is_of_log: matches!(p.kind, Kind::Offset(_) | Kind::Term(_)),
@@ -274,6 +292,7 @@ pub fn identify(
             },
         })
         .collect();
+    cautions.extend(torque_constants::judge(&mut named, &by_prior, estimate.strength));
     let at = differences(&parameters, &estimate.values);
     let predictions: Vec<Prediction> = all
         .iter()
@@ -337,7 +356,10 @@ pub fn identify(
     }
     for (c, combination) in combinations.iter_mut().zip(structure.free.shared()) {
         let change = combination.value(&found.changes);
-        if c.verdict == Verdict::Identified && change.abs() > c.sigma {
+        let is_scaled = std::iter::once(combination.leader)
+            .chain(combination.others.iter().map(|(k, _)| *k))
+            .any(|k| by_prior.contains(&k));
+        if c.verdict == Verdict::Identified && (is_scaled || change.abs() > c.sigma) {
             c.verdict = Verdict::FitsOnly;
         }
     }
@@ -356,7 +378,8 @@ pub fn identify(
         &mut cautions,
     );
     // The data determine values, if only those of another model.
-    let is_only_changed = verdict == FitVerdict::NotExcited && is_excited;
+    let is_only_changed = verdict == FitVerdict::NotExcited && (is_excited || !by_prior.is_empty());
+    let is_settled = is_settled && by_prior.is_empty();
     if is_only_changed || (!is_settled && verdict == FitVerdict::Identified) {
         verdict = FitVerdict::FitsOnly;
     }
@@ -374,6 +397,7 @@ pub fn identify(
         missing: found.missing,
         predictions,
         mechanism: identified,
+        has_instruments: settings.instruments,
         strength: estimate.strength,
         left_out: estimate.left_out_ratio,
         left_out_plain: estimate.left_out_ratio_plain,
@@ -398,16 +422,17 @@ fn fitted(
 ) -> (Estimate, bool) {
     let mut options = options.clone();
     let own_strength = options.strength;
-    let has_loads = parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_)));
+    let is_nonlinear =
+        parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_) | Kind::TorqueConstant(_)));
     let mut blocks = fitted_blocks(all);
     let mut estimate = Problem { parameters, blocks: &blocks, options: &options }.solve();
     let mut last = f64::INFINITY;
     let mut at: Vec<f64> = estimate.values.clone();
-    for _ in 0..if has_loads { SWEEPS } else { 0 } {
+    for _ in 0..if is_nonlinear { SWEEPS } else { 0 } {
         let failed = all
             .iter_mut()
             .filter(|log| !log.predict)
-            .find_map(|log| log.update_loads(&at, groups).err());
+            .find_map(|log| log.linearise(&at, groups).err());
         if let Some(why) = failed {
             // Half the coefficients: friction beyond a lock has no forces.
             for (value, p) in at.iter_mut().zip(parameters) {
@@ -438,11 +463,11 @@ fn fitted(
             break;
         }
     }
-    let is_settled = !has_loads || last <= UNSETTLED;
-    if has_loads && last > VISIBLE {
+    let is_settled = !is_nonlinear || last <= UNSETTLED;
+    if is_nonlinear && last > VISIBLE {
         cautions.push(match last.is_finite() {
             true => format!(
-                "normal loads and coefficients of friction still change by {last:.2} standard deviations"
+                "normal loads, coefficients of friction and torque constants still change by {last:.2} standard deviations"
             ),
             false => "the normal loads belong to other friction coefficients than the identified ones".to_owned(),
         });

@@ -254,6 +254,9 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
         (a, b) if (constant(a) || mu(a)) && viscous(b) || (constant(b) || mu(b)) && viscous(a) => {
             "log slow and fast motions"
         }
+        (a, b) if [a, b].iter().any(|p| matches!(p.kind, Kind::TorqueConstant(_))) => {
+            "log a heavier payload of known mass, or hold a known inertia: these decide the scale of currents"
+        }
         (a, b) if a.body().is_some() && b.body().is_some() => {
             "only their combination acts on the efforts, or these motions do not separate them"
         }

@@ -33,10 +33,13 @@ pub(super) fn scale_by_data(parameters: &mut [Parameter], all: &[Prepared]) {
 fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
     let is_held = |p: &Parameter| {
         let is_inertia = p.body().is_some() || matches!(p.kind, Kind::Rotor(_));
-        let is_friction = !is_inertia && !matches!(p.kind, Kind::Offset(_) | Kind::Term(_));
-        (settings.hold_inertia && is_inertia)
-            || (settings.hold_friction && is_friction)
-            || settings.hold.iter().any(|pattern| fits(pattern, &p.name))
+        let is_friction = p.kind.is_friction();
+        // The model has no value for it.
+        let is_unknown = matches!(p.kind, Kind::TorqueConstant(_));
+        !is_unknown
+            && ((settings.hold_inertia && is_inertia)
+                || (settings.hold_friction && is_friction)
+                || settings.hold.iter().any(|pattern| fits(pattern, &p.name)))
     };
     parameters.iter().map(is_held).collect()
 }
@@ -60,6 +63,13 @@ pub(super) fn options(
     for pattern in &settings.hold {
         if !parameters.iter().any(|p| fits(pattern, &p.name)) {
             return Err(unknown("hold", pattern));
+        }
+        let mut own = parameters.iter().filter(|p| fits(pattern, &p.name));
+        if own.all(|p| matches!(p.kind, Kind::TorqueConstant(_))) {
+            return Err(refuse(
+                format!("options: `hold` names `{pattern}`, for which the model has no value"),
+                "give `torque_constant` below [actuators.NAME] of the model",
+            ));
         }
     }
     let mut tied = Vec::new();
@@ -123,6 +133,7 @@ fn class(kind: Kind) -> u8 {
         Kind::Viscous(_) | Kind::DriveViscous(_) => 6,
         Kind::Offset(_) => 7,
         Kind::Term(_) => 8,
+        Kind::TorqueConstant(_) => 9,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::prepare::Prepared;
 use super::run::Combined;
+use super::torque_constants;
 use nalgebra::DMatrix;
 use stiction_core::random::Random;
 use stiction_identify::{BaseParameters, Estimate, Evidence, Kind, Parameter, Verdict};
@@ -23,6 +24,8 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
     let per_log = STRUCTURE_SAMPLES.div_ceil(all.len());
     for log in all {
+        let constants: Vec<Option<usize>> =
+            log.constants().map(|own| own.map(|(parameter, _)| parameter)).collect();
         let mut regressor = log.regressor.clone();
         let mut engine = regressor.engine_data();
         let nominal =
@@ -45,6 +48,8 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
                         row[k] *= loads[i] - nominal.interfaces[i].load.preload;
                     }
                 }
+                let unknown = (columns.known[channel], constants[channel]);
+                torque_constants::complete(&mut row, unknown, parameters);
                 rows.push(row);
             }
         }

@@ -6,6 +6,7 @@ use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::run::{Identified, differences, parameters_of, read_terms};
 use super::selection::{free_groups, options};
+use super::torque_constants;
 use crate::names::Names;
 use crate::report::animation::Animation;
 use nalgebra::DVector;
@@ -82,21 +83,30 @@ impl Traces {
         let mut traces =
             Self { efforts: Names::new(mechanism).drives, logs: Vec::new(), friction: Vec::new() };
         let values: Vec<f64> = identified.parameters.iter().map(|p| p.value).collect();
+        let torque_constants = torque_constants::unknown(mechanism, logs)?;
         for log in logs {
             let (_, at_motors) = chosen_efforts(mechanism, log)?;
             let (offsets, terms_count) = (settings.offsets, terms.len());
-            let choice = Choice { at_motors, offsets, terms: terms_count, ..Choice::ALL };
+            let torque_constants = torque_constants.clone();
+            let choice =
+                Choice { at_motors, offsets, terms: terms_count, torque_constants, ..Choice::ALL };
             let delays = identified.taken_back();
             let mut prepared =
-                Prepared::new(model, log, (settings.filter, choice), &terms, Some(&delays))?;
+                Prepared::new(model, log, (settings.filter, &choice), &terms, Some(&delays))?;
+            prepared.start_constants(&values);
             prepared.set_delays(&delays);
             let parameters = parameters_of(&prepared, settings);
             let groups = free_groups(&parameters, &options(mechanism, &parameters, settings)?);
-            let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+            // Efforts need the identified torque constant; the model has none.
+            let prior = |(p, value): (&Parameter, &f64)| match p.kind {
+                Kind::TorqueConstant(_) => *value,
+                _ => p.prior,
+            };
+            let priors: Vec<f64> = parameters.iter().zip(&values).map(prior).collect();
             // Without forces, the loads before remain, as in the fit.
-            let _ = prepared.update_loads(&priors, &groups);
+            let _ = prepared.linearise(&priors, &groups);
             let before = prepared.predicted(&differences(&parameters, &priors));
-            let _ = prepared.update_loads(&values, &groups);
+            let _ = prepared.linearise(&values, &groups);
             let at = differences(&parameters, &values);
             let after = prepared.predicted(&at);
             traces.logs.push(log_trace(model, &prepared, &before, &after));

@@ -79,6 +79,10 @@ impl Identified {
             "cures": self.confounded.iter().map(|(a, b, cure)| json!({ "pair": [a, b], "cure": cure })).collect::<Vec<_>>(),
             "cautions": self.cautions,
             "rank": { "combinations": self.rank.0, "gap": finite(self.rank.1) },
+            "estimator": match self.has_instruments {
+                true => "instrumental-variables",
+                false => "least-squares",
+            },
             "prior_strength": self.strength,
             "left_out_ratio": finite(self.left_out),
             "left_out_ratio_without_prior": finite(self.left_out_plain),
@@ -125,6 +129,9 @@ impl Identified {
                 cutoffs.join(", ")
             )?;
         }
+        if self.has_instruments {
+            writeln!(out, "estimated by instrumental variables from the commanded motion\n")?;
+        }
         let width = self.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0).max(9);
         writeln!(
             out,
@@ -138,7 +145,8 @@ impl Identified {
             _ => true,
         });
         for p in shown {
-            let (value, sigma, prior) = (short(p.value), short(p.sigma), short(p.prior));
+            let prior = if p.prior.is_nan() { "none".to_owned() } else { short(p.prior) };
+            let (value, sigma) = (short(p.value), short(p.sigma));
             writeln!(
                 out,
                 "{:width$} {value:>12} {sigma:>12} {prior:>12}  {:12} {}",

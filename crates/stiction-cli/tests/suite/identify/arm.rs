@@ -115,6 +115,11 @@ fn dwells_bound_friction() {
     folder.write("good.csv", &good);
     let cautions = identified(&folder, &["good.csv"], &[])["cautions"].to_string();
     assert!(!cautions.contains(text), "{cautions}");
+    // A formula may have any value at rest, so that dwells set no limits: they are counted.
+    folder.write("term.toml", "[terms]\nspring = \"axis = 0.1 N m*sin(axis)\"\n");
+    let open = identified(&folder, &["good.csv"], &["--options", "term.toml"]);
+    let cautions = open["cautions"].to_string();
+    assert!(cautions.contains("dwells set no limits to friction"), "{cautions}");
     let result = identified(&folder, &["brake.csv"], &[]);
     let cautions = result["cautions"].to_string();
     assert!(cautions.contains(text) && cautions.contains("dwells are left out"), "{cautions}");

@@ -327,28 +327,40 @@ fn intervals_of_a_delta() {
     ten_seeds(3, "delta");
 }
 
-/// Two hundred seeds: the bounds of the project for each parameter.
+/// Number of seeds of the audit; the bounds of the project are those of this number.
+const SEEDS: u64 = 200;
+
+/// Two hundred seeds: the bounds of the project for each parameter. `STICTION_SEEDS` sets a smaller number, and
+/// `STICTION_ROBOTS` a list such as `five-bar,delta`; figures of fewer seeds scatter too much for the bounds and are
+/// only printed.
 #[test]
 #[ignore = "takes many minutes: cargo xtask audit coverage"]
 fn two_hundred_seeds_of_four_robots() {
+    let set = |name: &str| std::env::var(name).ok();
+    let seeds = set("STICTION_SEEDS").map_or(SEEDS, |text| text.parse().unwrap());
+    let only = set("STICTION_ROBOTS");
+    let is_chosen =
+        |name: &str| only.as_ref().is_none_or(|list| list.split(',').any(|own| own == name));
     let mut failures = Vec::new();
-    for (robot, model) in ROBOTS.iter().zip(["five-bar", "arm", "3rps", "delta"]) {
+    let names = ["five-bar", "arm", "3rps", "delta"];
+    for (robot, model) in ROBOTS.iter().zip(names).filter(|(_, name)| is_chosen(name)) {
         println!("{model}");
-        let all = robot.errors(&format!("identify-audit-{model}"), 200);
+        let all = robot.errors(&format!("identify-audit-{model}"), seeds);
         for (name, own) in &all {
             if own.coverage() < 0.9 || !(0.8..1.3).contains(&own.ratio()) {
-                failures.push(format!(
-                    "{} {name}: {} {}",
-                    robot.model,
-                    own.coverage(),
-                    own.ratio()
-                ));
+                failures.push(format!("{model} {name}: {} {}", own.coverage(), own.ratio()));
             }
         }
         let coverage = mean(all.values().map(Errors::coverage));
+        let ratio = mean(all.values().map(Errors::ratio));
+        println!("{model}: {seeds} seeds, mean coverage {coverage:.3}, mean ratio {ratio:.2}");
         if !(0.92..=0.98).contains(&coverage) {
             failures.push(format!("{model}: {coverage} on average"));
         }
+    }
+    if seeds < SEEDS {
+        println!("{seeds} seeds decide nothing; beyond the bounds of {SEEDS}: {failures:#?}");
+        return;
     }
     assert!(failures.is_empty(), "{failures:#?}");
 }

@@ -2,7 +2,8 @@
 
 /// Seconds of a time of day such as `12:05:01.25`, after a date such as `2024-03-01`, `1.3.2024` or `3/1/2024` also of
 /// its day: from 1970, or from an unknown day without one. An offset from universal time is ignored, because only
-/// differences of times count. `None` for other texts.
+/// differences of times count. Two numbers are minutes and seconds if the second one has decimals, such as `05:12.25`,
+/// hours and minutes after a date, and else [`is_ambiguous`]. `None` for other texts.
 pub(super) fn seconds(text: &str) -> Option<f64> {
     let (date, time) = match text.split_once(['T', ' ']) {
         Some((date, time)) => (Some(date), time.trim_start()),
@@ -12,14 +13,31 @@ pub(super) fn seconds(text: &str) -> Option<f64> {
     let time = time.rsplit_once(['+', '-']).map_or(time, |(time, _)| time).trim_end();
     let mut parts = time.split(':');
     let whole = |part: &str| part.parse::<u32>().ok();
-    let (hour, minute) = (whole(parts.next()?)?, whole(parts.next()?)?);
-    let second = parts.next().unwrap_or("0").replace(',', ".").parse::<f64>().ok()?;
+    let decimal = |part: &str| part.replace(',', ".").parse::<f64>().ok();
+    let (first, next) = (whole(parts.next()?)?, parts.next()?);
+    let (hour, minute, second) = match (whole(next), parts.next()) {
+        (Some(minute), Some(second)) => (first, minute, decimal(second)?),
+        (Some(minute), None) => (first, minute, date.map(|_| 0.0)?),
+        (None, None) if date.is_none() => (0, first, decimal(next)?),
+        _ => return None,
+    };
     let is_time = hour < 24 && minute < 60 && (0.0..61.0).contains(&second);
     if parts.next().is_some() || !is_time {
         return None;
     }
     let days = date.map_or(Some(0), days)?;
     Some(86_400.0 * days as f64 + f64::from(3600 * hour + 60 * minute) + second)
+}
+
+/// Tests for two whole numbers such as `05:12`, which may be hours and minutes or minutes and seconds.
+pub(super) fn is_ambiguous(text: &str) -> bool {
+    let parts: Option<Vec<u32>> = text.split(':').map(|part| part.parse().ok()).collect();
+    parts.is_some_and(|parts| parts.len() == 2 && parts[1] < 60)
+}
+
+/// Tests for a time of day, with or without date, or an ambiguous one.
+pub(super) fn is_time(text: &str) -> bool {
+    seconds(text).is_some() || is_ambiguous(text)
 }
 
 /// Days from 1970 to a date in the Gregorian calendar.
@@ -52,7 +70,10 @@ mod tests {
     #[test]
     fn dates_and_times_of_day() {
         assert_eq!(seconds("12:05:01.25"), Some(43_501.25));
-        assert_eq!(seconds("12:05"), Some(43_500.0));
+        assert_eq!(seconds("2001-09-09 01:46"), Some(1e9 - 40.0));
+        assert_eq!((seconds("05:12.25"), seconds("05:12,25")), (Some(312.25), Some(312.25)));
+        assert_eq!((seconds("05:12"), is_ambiguous("05:12")), (None, true));
+        assert!(!is_ambiguous("5:12:01") && !is_ambiguous("5:75") && !is_ambiguous("5"));
         // Known times from 1970 (Unix).
         assert_eq!(seconds("2001-09-09T01:46:40Z"), Some(1e9));
         assert_eq!(seconds("2001-09-09 01:46:40,500+02:00"), Some(1e9 + 0.5));

@@ -60,10 +60,17 @@ impl Reader<'_> {
         }
         let rate = label.strip_prefix("d(").and_then(|rest| rest.strip_suffix(')')).map(str::trim);
         let label = label.strip_suffix(".position").unwrap_or(label);
-        let Some((role, measure)) = self.role(rate.unwrap_or(label), &span, out) else {
+        let reference = label.strip_suffix(".reference");
+        let Some((role, measure)) = self.role(rate.or(reference).unwrap_or(label), &span, out)
+        else {
             return meaning;
         };
         let (role, measure) = match (rate, role) {
+            (None, LogRole::Coordinate(coordinate)) if reference.is_some() => {
+                (LogRole::Reference(coordinate), measure)
+            }
+            // Only positions are commanded.
+            (None, _) if reference.is_some() => return meaning,
             (None, role) => (role, measure),
             (Some(_), LogRole::Coordinate(coordinate)) => {
                 let is_length = measure == Some(Measure::Length);

@@ -2,7 +2,7 @@
 
 use super::clock;
 use super::preamble::SEARCHED;
-use crate::signal::recorded::lines::parse_number;
+use crate::signal::recorded::lines::{Delimiter, parse_number};
 
 /// Replaces the blanks between the columns of a table without other separators by tabs, and the mark of a comment by a
 /// blank where the comment is the header of the rows below it. All positions remain valid.
@@ -48,16 +48,15 @@ fn uncomment(bytes: &mut [u8]) {
         let length = bytes[at..].iter().position(|b| *b == b'\n').unwrap_or(bytes.len() - at);
         let line = String::from_utf8_lossy(&bytes[at..at + length]).into_owned();
         let line = line.trim();
-        let cells = |line: &str| line.split(['\t', ';', ',']).count();
         if line.starts_with('#') {
-            comment = Some((at, cells(line)));
+            // The header decides: commas of its rows may be decimal ones.
+            let delimiter = Delimiter::of(line);
+            comment = Some((at, delimiter, delimiter.divide(line).count()));
         } else if !line.is_empty() {
-            let is_value =
-                |cell: &str| parse_number(cell).is_some() || clock::seconds(cell).is_some();
-            let is_row = line.split(['\t', ';', ',']).all(|cell| is_value(cell.trim()));
-            if let Some((start, count)) = comment
-                && is_row
-                && count == cells(line)
+            let is_value = |cell: &str| parse_number(cell).is_some() || clock::is_time(cell);
+            if let Some((start, delimiter, count)) = comment
+                && delimiter.divide(line).all(|cell| is_value(cell.trim()))
+                && count == delimiter.divide(line).count()
                 && count > 1
                 && let Some(mark) = bytes[start..].iter().position(|b| *b == b'#')
             {
@@ -90,6 +89,9 @@ mod tests {
     fn a_comment_with_the_names_of_columns_is_the_header() {
         assert_eq!(changed("# mine\n# t,q\n0,1\n# end,x\n"), "# mine\n  t,q\n0,1\n# end,x\n");
         assert_eq!(changed("# t q\n0 1\n"), "  t\tq\n0\t1\n");
+        // Decimal commas.
+        assert_eq!(changed("# t;q\n0,5;1,5\n"), "  t;q\n0,5;1,5\n");
+        assert_eq!(changed("# t\tq\n0,5\t1,5\n"), "  t\tq\n0,5\t1,5\n");
         for text in ["# t,q,r\n0,1\n", "# t,q\nt,q\n0,1\n", "# t\n0\n"] {
             assert_eq!(changed(text), text);
         }

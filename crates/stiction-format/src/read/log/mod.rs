@@ -26,13 +26,15 @@ pub enum LogRole {
     Coordinate(Coordinate),
     /// Rate of a coordinate, for logs that do not contain its position.
     Rate(Coordinate),
+    /// Commanded position of a coordinate.
+    Reference(Coordinate),
     /// Effort of an actuated degree of freedom at its joint, by index of the actuator.
     Effort(usize),
     /// Torque of the motor of a drive train, by index.
     MotorTorque(usize),
     /// Current of the motor of a drive train, by index.
     Current(usize),
-    /// Not used: an acceleration, a commanded value, or a column that is declared as unused.
+    /// Not used: an acceleration, or a column that is declared as unused.
     Unused,
 }
 
@@ -209,7 +211,7 @@ impl Reader<'_> {
         };
         let found = match self.format.header.is_empty() {
             true => preamble::find(text, &searched, is_known),
-            false => preamble::none(text, &searched),
+            false => preamble::none(text, &searched, self.format.header.len()),
         };
         let Some(head) = found else {
             return Err(Diagnostic::error("samples", format!("{} is empty", self.source.name))
@@ -331,8 +333,14 @@ impl Reader<'_> {
                     None => {
                         fault.get_or_insert_with(|| {
                             let shown: String = content.chars().take(30).collect();
+                            let is_time = meaning.role == LogRole::Time;
                             match shown.is_empty() {
                                 true => format!("`{}` is empty", meaning.name),
+                                false if is_time && clock::is_ambiguous(content) => format!(
+                                    "`{}` is {}, hours and minutes or minutes and seconds",
+                                    meaning.name,
+                                    quoted(&shown)
+                                ),
                                 false => format!(
                                     "`{}` is {}, not a number",
                                     meaning.name,
@@ -390,6 +398,10 @@ impl Reader<'_> {
             let mut help = format!(
                 "it needs at least {least} good rows, and at most one bad row in five good ones"
             );
+            if log.bad_rows.named.iter().any(|(_, why)| why.contains("minutes and seconds")) {
+                help += "; write times of day as hh:mm:ss, minutes with seconds as 05:12.0, or give the time from row to \
+                         row by `step = \"1 s\"` in the options";
+            }
             if log.bad_rows.named.iter().any(|(_, why)| why.contains("does not follow")) {
                 help += "; if time stamps repeat, give the time from row to row by `step = \"1 ms\"` in the options; \
                          if the time begins again, split the log there";

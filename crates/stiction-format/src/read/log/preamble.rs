@@ -66,16 +66,24 @@ pub(super) fn find(text: &str, lines: &[Span], is_known: impl Fn(&str) -> bool) 
     all.find_map(|(at, needs_name)| found(at, needs_name)).or_else(|| head(from))
 }
 
-/// Head of a log without a header: all lines are rows.
-pub(super) fn none(text: &str, lines: &[Span]) -> Option<Head> {
+/// Head of a log without a header: all lines are rows, with `columns` cells. The commas of a row may be decimal ones, so
+/// the separator is the first of tab, semicolon and comma that divides the first row into so many cells.
+pub(super) fn none(text: &str, lines: &[Span], columns: usize) -> Option<Head> {
     let first = lines.first()?;
-    let delimiter = Delimiter::of(&text[first.clone()]);
+    let declared = Delimiter::declared(&text[first.clone()]);
+    let from = usize::from(declared.is_some() && lines.len() > 1);
+    let row = &text[lines[from].clone()];
+    let fits = |delimiter: &Delimiter| {
+        let split = Cells::new(*delimiter).split(text, lines[from].clone(), columns).len();
+        split == columns
+    };
+    let delimiter = declared.or_else(|| Delimiter::ALL.into_iter().find(fits));
     Some(Head {
         names: first.start..first.start,
         units: None,
-        delimiter,
+        delimiter: delimiter.unwrap_or_else(|| Delimiter::of(row)),
         has_commas: false,
-        lines: 0,
+        lines: from,
     })
 }
 
@@ -133,6 +141,30 @@ mod tests {
         // Rows that cannot be read do not hide the header.
         assert_eq!(found("time [s],q,r\nx,y,z\n0,1,2"), ("time [s],q,r".into(), None, 1));
         assert_eq!(found("time [s],q\nx,1\nx,2"), ("time [s],q".into(), None, 1));
+    }
+
+    /// Decimal commas are no separators where another one divides the row into the named columns.
+    #[test]
+    fn rows_without_header_are_divided_into_the_named_columns() {
+        let cells = |text: &str, columns: usize| -> (Vec<String>, usize) {
+            let first = text.find('\n').unwrap();
+            let lines = [0..first, first + 1..text.len()];
+            let head = none(text, &lines, columns).unwrap();
+            let row = head.cells(text, lines.get(head.lines));
+            (row.iter().map(|cell| (*cell).to_owned()).collect(), head.lines)
+        };
+        for (text, first) in [
+            ("0,1;2,5;3,5\n0,2;2,5;3,5", "0,1"),
+            ("0,1\t2,5\t3,5\n0,2\t2,5\t3,5", "0,1"),
+            ("1;2;3;\n1;2;3;", "1"),
+            ("1,2,3\n1,2,3", "1"),
+        ] {
+            let (row, skipped) = cells(text, 3);
+            // A separator at the end makes one more, empty cell.
+            assert_eq!((row.len().min(3), row[0].as_str(), skipped), (3, first, 0), "{text}");
+        }
+        let (row, skipped) = cells("sep=;\n0,1;2,5", 2);
+        assert_eq!((row, skipped), (vec!["0,1".to_owned(), "2,5".to_owned()], 1));
     }
 
     #[test]

@@ -220,3 +220,20 @@ fn times_of_day_are_in_seconds() {
         assert!((pair[1] - pair[0] - 0.01).abs() < 1e-9, "{pair:?}");
     }
 }
+
+/// `05:12` may be hours and minutes or minutes and seconds: refused, with the cure.
+#[test]
+fn times_of_two_numbers_are_refused() {
+    let text = |time: fn(usize) -> String| {
+        let rows: String = (0..30).map(|k| format!("{},1,2,3\n", time(k))).collect();
+        format!("time,left_motor,right_motor,left_motor.effort\n{rows}")
+    };
+    let ambiguous = text(|k| format!("{:02}:{:02}", k / 60 + 5, k % 60));
+    let said = read_with(ambiguous, &[], &[], None).unwrap_err().to_string();
+    for part in ["hours and minutes or minutes and seconds", "hh:mm:ss", "step ="] {
+        assert!(said.contains(part), "{said}");
+    }
+    let decimal = text(|k| format!("05:{:04.1}", 0.5 * k as f64));
+    let found = read_with(decimal, &[], &[], None).unwrap();
+    assert_eq!((found.times[0], found.times[1]), (300.0, 300.5));
+}

@@ -49,6 +49,8 @@ pub(crate) struct Delimiter(u8);
 
 impl Delimiter {
     pub(crate) const COMMA: Self = Self(b',');
+    /// All separators; commas, which may be decimal ones, come last.
+    pub(crate) const ALL: [Self; 3] = [Self(b'\t'), Self(b';'), Self::COMMA];
 
     /// Separator declared by a first line `sep=;`, which some spreadsheets write.
     pub(crate) fn declared(line: &str) -> Option<Self> {
@@ -72,6 +74,11 @@ impl Delimiter {
         };
         let all = [b'\t', b';', b','];
         Self(all.into_iter().max_by_key(|&delimiter| count(delimiter)).unwrap_or(b','))
+    }
+
+    /// Divides a line without quotes.
+    pub(crate) fn divide(self, line: &str) -> impl Iterator<Item = &str> {
+        line.split(char::from(self.0))
     }
 
     /// Tests for a comma.

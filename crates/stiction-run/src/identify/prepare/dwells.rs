@@ -16,10 +16,19 @@ const PARTS: usize = 8;
 /// Standstill of the mechanism.
 #[derive(Clone, Debug)]
 pub(super) struct Standstill {
+    /// Time of the first row that counts, s.
+    start: f64,
     /// Mean position.
     position: Vec<f64>,
     /// Least and greatest effort of each actuator, N or N m.
     efforts: Vec<[f64; 2]>,
+}
+
+impl Standstill {
+    /// Multiplies the efforts of an actuator by a positive factor.
+    pub(super) fn scale(&mut self, channel: usize, factor: f64) {
+        self.efforts[channel].iter_mut().for_each(|effort| *effort *= factor);
+    }
 }
 
 /// Distance of two rows, in usual distances, above which the log has a gap between them.
@@ -63,7 +72,8 @@ pub(super) fn standstills(
                 sum
             });
             if let Some(sum) = sum {
-                all.push(Standstill { position: sum.iter().map(|x| x / count).collect(), efforts });
+                let position = sum.iter().map(|x| x / count).collect();
+                all.push(Standstill { start: times[own[0]], position, efforts });
             }
         }
         from += length.max(1);
@@ -72,9 +82,13 @@ pub(super) fn standstills(
 }
 
 impl Prepared {
-    /// Sets the bounds at rest, with the normal loads of these values.
-    pub(in crate::identify) fn set_dwells(&mut self, values: &[f64]) {
+    /// Sets the bounds at rest, with the normal loads of these values. Returns the number of dwells without bounds, because
+    /// the model has no forces there or a formula may have any value at rest, and the number of all dwells.
+    ///
+    /// A dwell may creep below the noise of the rates: sliding friction obeys the same limits.
+    pub(in crate::identify) fn set_dwells(&mut self, values: &[f64]) -> [usize; 2] {
         self.block.dwells.clear();
+        let all = self.standstills.len();
         let engine = self.regressor.engine_parameters(values);
         let count = self.block.channels.len();
         let parameters = self.regressor.parameters().to_vec();
@@ -83,6 +97,10 @@ impl Prepared {
         for dwell in &self.standstills {
             let rest = vec![0.0; dwell.position.len()];
             let motion: [&[f64]; 3] = [&dwell.position, &rest, &rest];
+            // The position of the dwell is within the noise of this state, so that the assembly mode is the log's.
+            let before = self.rests.partition_point(|(time, _)| *time <= dwell.start);
+            let Some((_, state)) = before.checked_sub(1).map(|k| &self.rests[k]) else { continue };
+            regressor.start_from(state);
             let Ok(columns) = regressor.at(&dwell.position, &rest, &rest) else { continue };
             let Some((mut limits, fixed)) = regressor.limits() else { continue };
             let mut data = regressor.engine_data();
@@ -97,7 +115,7 @@ impl Prepared {
                     // The efforts are those without motion.
                     kind if kind.is_friction() => matrix.column_mut(k).fill(0.0),
                     // A formula may have any value at rest.
-                    Kind::Term(_) => return,
+                    Kind::Term(_) => return [all; 2],
                     _ => {}
                 }
             }
@@ -112,6 +130,7 @@ impl Prepared {
                 ));
             }
         }
+        let used = rows.first().map_or(0, Vec::len);
         self.block.dwells = rows
             .into_iter()
             .filter(|rows| !rows.is_empty())
@@ -121,6 +140,7 @@ impl Prepared {
                 bounds: rows.iter().map(|(.., bounds)| *bounds).collect(),
             })
             .collect();
+        [all - used, all]
     }
 }
 
@@ -144,6 +164,7 @@ mod tests {
         // Means of the first and the last four rows.
         assert_eq!(found[0].efforts, [[15.5, 43.5]]);
         assert_eq!(found[0].position, [29.5]);
+        assert_eq!(found[0].start, times[14]);
         // With a gap in the log it is two dwells.
         let gap: Vec<f64> =
             times.iter().enumerate().map(|(k, t)| if k < 30 { *t } else { t + 5.0 }).collect();

@@ -46,6 +46,13 @@ impl Efforts {
     }
 }
 
+impl Efforts {
+    /// Multiplies the effort of an actuator, and its noise, by a factor.
+    pub(super) fn scale(&mut self, channel: usize, factor: f64) {
+        self.raw[channel].iter_mut().for_each(|value| *value *= factor);
+    }
+}
+
 impl Prepared {
     /// Largest delay that can be corrected, s; zero for tables of steady motions.
     pub(in crate::identify) fn greatest_delay(&self) -> f64 {

@@ -1,6 +1,7 @@
 //! Preparation of a log for the regression: filtered positions and efforts, and the columns of the model.
 
 mod bias;
+mod constants;
 mod dwells;
 mod effects;
 mod efforts;
@@ -8,6 +9,7 @@ mod filter;
 mod gaps;
 mod loads;
 mod motion;
+mod reference;
 mod reversals;
 mod rows;
 mod saturation;
@@ -16,13 +18,14 @@ mod spikes;
 use super::IdentifyError as Error;
 use super::chosen::{assembled, chosen_coordinates, chosen_efforts, refuse};
 use super::options::LogSettings;
+use constants::Constant;
 use dwells::Standstill;
 pub(super) use effects::{ALL as EFFECTS, Effect};
 use efforts::Efforts;
 use loads::MuColumns;
 use motion::{Motion, Used};
 use nalgebra::DVector;
-use stiction_core::kinematics::Coordinate;
+use stiction_core::kinematics::{Coordinate, State};
 use stiction_core::spatial::Pose;
 use stiction_format::{Drives, Log, ModelFile};
 use stiction_identify::{Block, Choice, Regressor};
@@ -68,8 +71,14 @@ pub(super) struct Prepared {
     pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
     /// Efforts of the recording; none for steady motions.
     efforts: Option<Efforts>,
+    /// Torque constant of each actuator whose current is measured without a known one.
+    constants: Vec<Option<Constant>>,
+    /// The log along its commanded motion, for instrumental variables.
+    reference: Option<Box<Self>>,
     /// Times at which the mechanism stands still.
     standstills: Vec<Standstill>,
+    /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators may rest.
+    rests: Vec<(f64, State<f64>)>,
     /// Filtered signals of efforts that the model may lack, for the rows of each actuator.
     effects: Vec<Vec<Vec<f64>>>,
     /// Efforts that the unchanged model predicts in the rows of each actuator, N or N m; see [`Self::keep_prior`].
@@ -105,7 +114,7 @@ impl Prepared {
     pub(super) fn new(
         model: &ModelFile,
         log: &MeasuredLog,
-        (filter, choice): (Option<f64>, Choice),
+        (filter, choice): (Option<f64>, &Choice),
         terms: &[Drives],
         delays: Option<&[f64]>,
     ) -> Result<Self, Error> {
@@ -178,6 +187,7 @@ impl Prepared {
             cutoff,
         });
         let mu = MuColumns::new(&regressor, &computed, &assembled, filter);
+        let constants = Constant::of_columns(&efforts, regressor.parameters());
         if log.log.bad_rows.count > 0 {
             cautions.push(bad_rows(log));
         }
@@ -196,8 +206,11 @@ impl Prepared {
             cutoff,
             effort_noise: measured.noise,
             cautions,
+            constants,
+            reference: None,
             efforts: recorded,
             standstills: assembled.standstills,
+            rests: computed.rests,
             effects: assembled.effects,
             by_model: Vec::new(),
         })

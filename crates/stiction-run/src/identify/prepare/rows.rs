@@ -7,9 +7,9 @@ use super::motion::{Motion, ROWS_PER_PERIOD, Used};
 use super::{reversals, saturation, spikes};
 use crate::bodies::poses_in_world;
 use crate::identify::IdentifyError as Error;
-use crate::identify::chosen::refuse;
+use crate::identify::chosen::{EffortColumn, refuse};
 use nalgebra::{DMatrix, DVector};
-use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::kinematics::{Coordinate, State as MechanismState, Target};
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::{Drives, ModelFile};
 use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
@@ -38,6 +38,8 @@ pub(super) struct Computed {
     actuators: usize,
     width: usize,
     pub(super) caution: Option<String>,
+    /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators may rest.
+    pub(super) rests: Vec<(f64, MechanismState<f64>)>,
 }
 
 /// Measured efforts in the rows of the regression.
@@ -79,6 +81,7 @@ pub(super) fn computed(
     let stride = motion.times.len().div_ceil(SHOWN).max(1);
     // For each actuator, rest of all friction in its effort, and of its own joint.
     let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
+    let (mut rest_states, mut was_at_rest) = (Vec::new(), false);
     let mut signals = Vec::new();
     let mut states: Vec<Vec<State>> = vec![Vec::new(); actuators];
     // Positions of the actuators, if these are the prescribed coordinates.
@@ -133,6 +136,11 @@ pub(super) fn computed(
                 (coordinates[channel] == driven[channel].0).then(|| targets[channel].value);
             states[channel].push(State { direction, rate, position, known });
         }
+        let is_at_rest = rests.iter().all(|[_, own]| own.last() != Some(&Rest::Sliding));
+        if is_at_rest && !was_at_rest {
+            rest_states.push((time, regressor.state().clone()));
+        }
+        was_at_rest = is_at_rest;
         signals.push(row);
         if instants.len() % stride == 0 {
             poses.push((time, poses_in_world(regressor.bodies(), origin).collect()));
@@ -171,7 +179,8 @@ pub(super) fn computed(
             row[base + 5..base + EXTRA].copy_from_slice(&scales.signals(state));
         }
     }
-    Ok(Computed { poses, instants, unit_friction, mu, signals, actuators, width, caution })
+    let rests = rest_states;
+    Ok(Computed { poses, instants, unit_friction, mu, signals, actuators, width, caution, rests })
 }
 
 /// Decides for each instant whether the friction of an effort is certainly at rest, and whether it may be at rest. A
@@ -192,17 +201,17 @@ fn dwells(times: &[f64], rest: &[Rest], shortest: f64) -> Vec<[bool; 2]> {
 /// Filters the measured efforts and marks saturated samples.
 pub(super) fn measured(
     used: &Used<'_>,
-    efforts: &[(usize, f64)],
+    efforts: &[EffortColumn],
     motion: &Motion,
     cautions: &mut Vec<String>,
 ) -> Result<Measured, Error> {
     let log = used.log;
-    let each = efforts.iter().map(|(column, factor)| {
+    let each = efforts.iter().map(|EffortColumn { column, factor, .. }| {
         used.pick(*column).iter().map(|x| factor * x).collect::<Vec<f64>>()
     });
     let mut raw: Vec<Vec<f64>> = each.collect();
     let mut saturated = vec![false; used.times.len()];
-    for ((column, _), values) in efforts.iter().zip(&mut raw) {
+    for (EffortColumn { column, .. }, values) in efforts.iter().zip(&mut raw) {
         let name = &log.log.columns[*column].name;
         if values.iter().all(|x| *x == values[0]) {
             return Err(refuse(
@@ -325,7 +334,8 @@ pub(super) fn assembled(
             used.iter().map(|&k| filtered[k][base + 5..base + EXTRA].to_vec()).collect::<Vec<_>>(),
         );
         known.push(own.as_slice().to_vec());
-        channels.push(Rows { matrix, right: &total - own, measured: total, steps: used });
+        let right = &total - own;
+        channels.push(Rows { matrix, right, measured: total, instruments: None, steps: used });
     }
     let independence = if is_filtered { 2.0 / ROWS_PER_PERIOD } else { 1.0 };
     let block = Block { channels, dwells: Vec::new(), independence };

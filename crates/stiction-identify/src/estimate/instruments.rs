@@ -1,0 +1,82 @@
+//! Instrumental variables: regression on that part of the columns which the instruments explain, so that errors of the
+//! measured motion do not bias the estimate.
+//!
+//! Equation (I11) of the book's theory. Source: Söderström, Stoica, *Instrumental variable methods for system
+//! identification*, Springer (1983); for robots Janot, Vandanjon, Gautier, *A generic instrumental variable approach for
+//! industrial robot identification*, IEEE Trans. Control Systems Technology 22 (2014).
+
+use super::Problem;
+use super::map::transposed_product;
+use crate::block::{Block, Rows};
+use nalgebra::{DMatrix, SymmetricEigen};
+use std::borrow::Cow;
+
+/// Eigenvalue of the instruments' normal matrix with unit diagonal, relative to the largest one, up to which a direction
+/// is round-off.
+const NEGLIGIBLE: f64 = 1e-12;
+
+impl Problem<'_> {
+    /// Coefficients with which the instruments explain the columns: `(Z^T D Z)^+ Z^T D W` for the weights `D`. `None`
+    /// without instruments.
+    pub(super) fn projection(
+        &self,
+        noise: &[f64],
+        weights: &[Vec<Vec<f64>>],
+    ) -> Option<DMatrix<f64>> {
+        if !self.blocks.iter().flat_map(|b| &b.channels).any(|rows| rows.instruments.is_some()) {
+            return None;
+        }
+        let size = self.parameters.len();
+        let [mut own, mut cross] = [DMatrix::zeros(size, size), DMatrix::zeros(size, size)];
+        for (block, weights) in self.blocks.iter().zip(weights) {
+            for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(noise) {
+                let mut weighted = instruments(rows).clone();
+                for (row, weight) in weights.iter().enumerate() {
+                    weighted.row_mut(row).scale_mut(weight * block.independence / (noise * noise));
+                }
+                own += transposed_product(&weighted, instruments(rows));
+                cross += transposed_product(&weighted, &rows.matrix);
+            }
+        }
+        let scale = own.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
+        let unit = DMatrix::from_fn(size, size, |i, k| own[(i, k)] * scale[i] * scale[k]);
+        if !unit.iter().chain(&cross).all(|x| x.is_finite()) {
+            // The decomposition would not end; without design nothing is identified.
+            return Some(DMatrix::zeros(size, size));
+        }
+        let eigen = SymmetricEigen::new((&unit + unit.transpose()) * 0.5);
+        let largest = eigen.eigenvalues.max();
+        let inverse = eigen.eigenvalues.map(|value| match value > NEGLIGIBLE * largest {
+            true => value.recip(),
+            false => 0.0,
+        });
+        let scaled = DMatrix::from_fn(size, size, |i, k| scale[i] * cross[(i, k)]);
+        let mut along = eigen.eigenvectors.tr_mul(&scaled);
+        along.row_iter_mut().zip(inverse.iter()).for_each(|(mut row, factor)| row *= *factor);
+        let solution = &eigen.eigenvectors * along;
+        Some(DMatrix::from_fn(size, size, |i, k| scale[i] * solution[(i, k)]))
+    }
+
+    /// Blocks for the normal equations: with the explained part of the columns if there are instruments. Rows without
+    /// instruments do not count.
+    pub(super) fn design(&self, projection: Option<&DMatrix<f64>>) -> Cow<'_, [Block]> {
+        let Some(projection) = projection else { return Cow::Borrowed(self.blocks) };
+        let mut blocks = self.blocks.to_vec();
+        for rows in blocks.iter_mut().flat_map(|block| &mut block.channels) {
+            let empty: Vec<usize> = instruments(rows)
+                .row_iter()
+                .enumerate()
+                .filter(|(_, row)| row.iter().all(|x| *x == 0.0))
+                .map(|(index, _)| index)
+                .collect();
+            rows.matrix = instruments(rows) * projection;
+            empty.into_iter().for_each(|row| rows.right[row] = 0.0);
+        }
+        Cow::Owned(blocks)
+    }
+}
+
+/// Instruments of rows: their own columns without others.
+fn instruments(rows: &Rows) -> &DMatrix<f64> {
+    rows.instruments.as_ref().unwrap_or(&rows.matrix)
+}

@@ -1,0 +1,126 @@
+//! Unknown torque constants: factors of measured currents.
+//!
+//! Equation (I10) of the book's theory.
+
+use super::Prepared;
+use crate::identify::chosen::EffortColumn;
+use crate::identify::run::differences;
+use nalgebra::DVector;
+use stiction_identify::{Kind, Parameter};
+
+/// Largest ratio of a torque constant to that of the previous iteration, and inverse of the smallest one.
+const STEP: f64 = 2.0;
+
+/// Unknown torque constant of the motor whose current is the effort of an actuator.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Constant {
+    /// Index of the parameter.
+    parameter: usize,
+    /// Value with which the measured efforts are computed at present, N m/A.
+    value: f64,
+}
+
+impl Constant {
+    /// Unknown torque constants of the columns of efforts. Efforts are computed with 1 N m/A.
+    pub(super) fn of_columns(
+        columns: &[EffortColumn],
+        parameters: &[Parameter],
+    ) -> Vec<Option<Self>> {
+        let place =
+            |train: usize| parameters.iter().position(|p| p.kind == Kind::TorqueConstant(train));
+        let each = columns
+            .iter()
+            .map(|own| own.unknown.and_then(place).map(|parameter| Self { parameter, value: 1.0 }));
+        each.collect()
+    }
+}
+
+impl Prepared {
+    /// Parameter and present value of each actuator's unknown torque constant.
+    pub(in crate::identify) fn constants(&self) -> impl Iterator<Item = Option<(usize, f64)>> {
+        self.constants.iter().map(|own| own.map(|own| (own.parameter, own.value)))
+    }
+
+    /// Linearises the efforts about the parameter values `values`: load-dependent friction by
+    /// [`Self::update_loads`], and torque constants by [`Self::set_constants`].
+    ///
+    /// # Errors
+    /// The first time at which the forces have no solution, with the reason, if too many instants fail.
+    pub(in crate::identify) fn linearise(
+        &mut self,
+        values: &[f64],
+        groups: &[Vec<usize>],
+    ) -> Result<(), String> {
+        self.release_constants();
+        let mut result = self.update_loads(values, groups);
+        if let Some(reference) = &mut self.reference {
+            result = result.and(reference.linearise(values, groups));
+        }
+        self.set_constants(values);
+        result
+    }
+
+    /// Computes the measured efforts with the torque constants among `values`, within a factor [`STEP`] of the present
+    /// ones. The column of a constant K is the derivative of the predicted current with respect to it, times K: the
+    /// effort that `values` predict, which contains no noise of the current.
+    pub(in crate::identify) fn set_constants(&mut self, values: &[f64]) {
+        self.release_constants();
+        let unknowns = differences(self.regressor.parameters(), values);
+        for channel in 0..self.constants.len() {
+            let Some(own) = self.constants[channel] else { continue };
+            let bounds = (own.value / STEP, own.value * STEP);
+            let value = values[own.parameter].clamp(bounds.0, bounds.1);
+            self.scale_efforts(channel, value / own.value);
+            self.constants[channel] = Some(Constant { value, ..own });
+            let rows = &mut self.block.channels[channel];
+            let predicted = rows.predicted(&unknowns);
+            rows.matrix.set_column(own.parameter, &(&predicted / -value));
+            rows.right -= predicted;
+        }
+        if let Some(reference) = &mut self.reference {
+            reference.set_constants(values);
+        }
+        self.set_instruments();
+    }
+
+    /// Computes the efforts with these torque constants, without a bound on their change and without columns.
+    pub(in crate::identify) fn start_constants(&mut self, values: &[f64]) {
+        self.release_constants();
+        for channel in 0..self.constants.len() {
+            let Some(own) = self.constants[channel] else { continue };
+            let value = values[own.parameter];
+            self.scale_efforts(channel, value / own.value);
+            self.constants[channel] = Some(Constant { value, ..own });
+        }
+        if let Some(reference) = &mut self.reference {
+            reference.start_constants(values);
+        }
+    }
+
+    /// Removes the columns of torque constants, so that right-hand sides are measured efforts minus those of the model.
+    fn release_constants(&mut self) {
+        for (rows, own) in self.block.channels.iter_mut().zip(&self.constants) {
+            let Some(own) = own else { continue };
+            let column: DVector<f64> = rows.matrix.column(own.parameter).into_owned();
+            rows.right.axpy(-own.value, &column, 1.0);
+            rows.matrix.column_mut(own.parameter).fill(0.0);
+        }
+    }
+
+    fn scale_efforts(&mut self, channel: usize, factor: f64) {
+        let rows = &mut self.block.channels[channel];
+        let change = &rows.measured * (factor - 1.0);
+        rows.measured += &change;
+        rows.right += &change;
+        self.mu.shift(channel, &change);
+        if let Some(efforts) = &mut self.efforts {
+            efforts.scale(channel, factor);
+        }
+        if let Some(noise) = &mut self.effort_noise {
+            noise[channel] *= factor;
+        }
+        for standstill in &mut self.standstills {
+            standstill.scale(channel, factor);
+        }
+    }
+}

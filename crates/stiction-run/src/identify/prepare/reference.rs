@@ -1,0 +1,85 @@
+//! Commanded motion of a log: instruments for the columns of the measured motion.
+//!
+//! Equation (I11) of the book's theory.
+
+use super::{MeasuredLog, Prepared};
+use crate::identify::IdentifyError as Error;
+use crate::identify::chosen::refuse;
+use nalgebra::DMatrix;
+use stiction_format::{Drives, LogRole, ModelFile};
+use stiction_identify::Choice;
+
+impl MeasuredLog {
+    /// The log with the commanded positions in the place of the measured ones; `None` without any.
+    fn commanded(&self) -> Option<Self> {
+        let mut log = self.clone();
+        let mut has_reference = false;
+        for column in &mut log.log.columns {
+            column.role = match column.role {
+                LogRole::Coordinate(_) | LogRole::Rate(_) => LogRole::Unused,
+                LogRole::Reference(coordinate) => {
+                    has_reference = true;
+                    LogRole::Coordinate(coordinate)
+                }
+                role => role,
+            };
+        }
+        has_reference.then_some(log)
+    }
+}
+
+impl Prepared {
+    /// Adds the instruments: columns of the model along the commanded motion of the log, which pass the same filter.
+    ///
+    /// # Errors
+    /// A log without commanded motion, or one that the model cannot follow everywhere.
+    pub(in crate::identify) fn add_reference(
+        &mut self,
+        model: &ModelFile,
+        log: &MeasuredLog,
+        choice: &Choice,
+        terms: &[Drives],
+    ) -> Result<(), Error> {
+        let help = "log the commanded positions as columns such as `JOINT.reference [rad]`, or write \
+                    `estimator = \"least-squares\"`";
+        if log.log.is_steady {
+            return Err(refuse(
+                format!("{}: a table of steady motions has no commanded motion", log.name),
+                "write `estimator = \"least-squares\"` in the options",
+            ));
+        }
+        let Some(commanded) = log.commanded() else {
+            return Err(refuse(
+                format!("{} has no commanded motion for instrumental variables", log.name),
+                help,
+            ));
+        };
+        let other =
+            Self::new(model, &commanded, (self.cutoff, choice), terms, None).map_err(|error| {
+                refuse(format!("the commanded motion of {}", error.message), error.help)
+            })?;
+        if other.times != self.times {
+            return Err(refuse(
+                format!("{}: the model cannot follow the commanded motion everywhere", log.name),
+                "check units, signs and offsets of the commanded positions",
+            ));
+        }
+        self.reference = Some(Box::new(other));
+        self.set_instruments();
+        Ok(())
+    }
+
+    /// Copies the columns along the commanded motion into the rows; zero where that motion rests.
+    pub(super) fn set_instruments(&mut self) {
+        let Some(reference) = &self.reference else { return };
+        for (rows, own) in self.block.channels.iter_mut().zip(&reference.block.channels) {
+            let mut all = DMatrix::zeros(rows.len(), own.matrix.ncols());
+            for (row, step) in rows.steps.iter().enumerate() {
+                if let Ok(place) = own.steps.binary_search(step) {
+                    all.row_mut(row).copy_from(&own.matrix.row(place));
+                }
+            }
+            rows.instruments = Some(all);
+        }
+    }
+}

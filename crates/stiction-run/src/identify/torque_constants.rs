@@ -1,0 +1,175 @@
+//! Torque constants of motors whose currents are logged, if the model lacks them.
+
+use super::IdentifyError;
+use super::chosen::{chosen_efforts, refuse};
+use super::options::IdentifySettings;
+use super::prepare::{MeasuredLog, Prepared};
+use super::run::{Named, differences};
+use super::structure::Structure;
+use nalgebra::DVector;
+use stiction_core::mechanism::Mechanism;
+use stiction_identify::{Kind, Parameter, Verdict};
+
+/// Cosine between currents and efforts of the model above which their product decides the first torque constant.
+const AGREES: f64 = 0.5;
+/// Largest number of partners of a torque constant that a message names.
+const NAMED: usize = 4;
+/// Largest relative standard deviation of a value that rests on the masses of the model.
+const USEFUL: f64 = 0.5;
+
+/// Drive trains whose currents are logged without a known torque constant.
+///
+/// # Errors
+/// A joint that has friction beside that of its motor: the model's motor friction is not estimated there, and would fix
+/// the scale by a guess.
+pub(super) fn unknown(
+    mechanism: &Mechanism,
+    logs: &[MeasuredLog],
+) -> Result<Vec<usize>, IdentifyError> {
+    let mut all = Vec::new();
+    for log in logs {
+        all.extend(chosen_efforts(mechanism, log)?.0.iter().filter_map(|own| own.unknown));
+    }
+    all.sort_unstable();
+    all.dedup();
+    for &index in &all {
+        let train = &mechanism.drive_trains()[index];
+        let joint = train.only_dof().map(|(joint, _)| &mechanism.joints()[joint.0]);
+        let Some(joint) = joint.filter(|joint| !joint.friction.is_empty()) else { continue };
+        if train.has_motor_friction() {
+            return Err(refuse(
+                format!(
+                    "the current of {} needs its torque constant: the friction of the motor stays that of the model beside \
+                     the friction of {}, so it would decide the scale",
+                    train.name, joint.name
+                ),
+                format!(
+                    "add `torque_constant` to [actuators.{}] of the model, or declare the friction in one place only",
+                    train.name
+                ),
+            ));
+        }
+    }
+    Ok(all)
+}
+
+/// Chooses the first values of torque constants, with which the efforts have the size of those of the model. They
+/// become the priors and scales of the parameters.
+pub(super) fn start(parameters: &mut [Parameter], all: &mut [Prepared]) {
+    let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+    let at = differences(parameters, &priors);
+    for (k, parameter) in parameters.iter_mut().enumerate() {
+        if !matches!(parameter.kind, Kind::TorqueConstant(_)) {
+            continue;
+        }
+        let (mut mm, mut pp, mut mp) = (0.0, 0.0, 0.0);
+        for log in all.iter().filter(|log| !log.predict) {
+            for (rows, own) in log.block.channels.iter().zip(log.constants()) {
+                if own.is_some_and(|(parameter, _)| parameter == k) {
+                    let predicted = rows.predicted(&at);
+                    mm += rows.measured.norm_squared();
+                    pp += predicted.norm_squared();
+                    mp += rows.measured.dot(&predicted);
+                }
+            }
+        }
+        let by_product = mp > AGREES * (mm * pp).sqrt();
+        let value = if by_product { mp / mm } else { (pp / mm).sqrt() };
+        if value.is_finite() && value > 0.0 {
+            (parameter.prior, parameter.scale) = (value, value);
+        }
+    }
+    let values: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+    all.iter_mut().for_each(|log| log.start_constants(&values));
+}
+
+/// Adds to a row of the regression, of efforts of an actuator, the entry of its unknown torque constant, in units of
+/// the parameter's scale: the predicted effort.
+pub(super) fn complete(
+    row: &mut nalgebra::RowDVector<f64>,
+    (known, constant): (f64, Option<usize>),
+    parameters: &[Parameter],
+) {
+    let Some(k) = constant else { return };
+    let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+    let at: DVector<f64> = differences(parameters, &priors);
+    row[k] = 0.0;
+    let predicted = known + (&*row * at)[0];
+    row[k] = -predicted / parameters[k].scale;
+}
+
+/// Torque constants that only the prior determines, by index.
+///
+/// # Errors
+/// Such a torque constant without a stated strength of the prior.
+pub(super) fn by_prior(
+    parameters: &[Parameter],
+    structure: &Structure,
+    settings: &IdentifySettings,
+) -> Result<Vec<usize>, IdentifyError> {
+    let constants =
+        (0..parameters.len()).filter(|&k| matches!(parameters[k].kind, Kind::TorqueConstant(_)));
+    let open: Vec<usize> = constants.filter(|&k| !structure.free.is_alone(k)).collect();
+    let (Some(&first), None) = (open.first(), settings.strength) else { return Ok(open) };
+    let name = &parameters[first].name;
+    let names: Vec<&str> = open.iter().map(|&k| parameters[k].name.as_str()).collect();
+    let partners = partners(structure, first);
+    let shown: Vec<&str> =
+        partners.iter().take(NAMED).map(|&k| parameters[k].name.as_str()).collect();
+    let more = match partners.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let train = name.strip_suffix(".torque_constant").unwrap_or(name);
+    Err(refuse(
+        format!(
+            "{} cannot be found: currents determine only the ratio to {}{more}; all of these times one factor need the \
+             same currents",
+            names.join(", "),
+            if shown.is_empty() { "all other parameters".to_owned() } else { shown.join(", ") },
+        ),
+        format!(
+            "log a second time with a payload of known mass (`payload` below [[logs]]), hold a known inertia or moment of mass \
+             (`hold = [\"BODY.mx\"]`), add `torque_constant` to [actuators.{train}] of the model, or state the weight of its \
+             inertias, such as `prior = 100`"
+        ),
+    ))
+}
+
+/// Parameters with which a torque constant forms combinations.
+fn partners(structure: &Structure, constant: usize) -> Vec<usize> {
+    let mut all = Vec::new();
+    for c in &structure.free.combinations {
+        let members = || std::iter::once(c.leader).chain(c.others.iter().map(|(k, _)| *k));
+        if members().any(|k| k == constant) {
+            all.extend(members().filter(|&k| k != constant));
+        }
+    }
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// Moderates the verdicts on values whose scale rests on the inertias of the model, and says so.
+pub(super) fn judge(named: &mut [Named], open: &[usize], strength: f64) -> Option<String> {
+    if open.is_empty() {
+        return None;
+    }
+    for p in named.iter_mut() {
+        let is_useful = p.sigma < USEFUL * p.value.abs();
+        if p.verdict == Verdict::NotExcited && is_useful && !p.is_inertia {
+            p.verdict = Verdict::FitsOnly;
+        }
+    }
+    let each = open.iter().map(|&k| {
+        let p = &mut named[k];
+        p.verdict = Verdict::FitsOnly;
+        format!("{} ({:.4} +- {:.4} {})", p.name, p.value, p.sigma, p.unit)
+    });
+    let names: Vec<String> = each.collect();
+    Some(format!(
+        "the scale of {} rests on the inertias of the model, with the stated weight of {strength} samples; if these are \
+         wrong by a common factor, so are all values: log a payload of known mass",
+        names.join(", ")
+    ))
+}
