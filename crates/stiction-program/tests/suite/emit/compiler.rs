@@ -132,6 +132,11 @@ impl Code {
         run_in(&self.folder, Command::new("make").arg(target))
     }
 
+    /// Runs a program of Python in the folder; returns what it prints.
+    pub(crate) fn python(&self, program: &str) -> String {
+        run_in(&self.folder, Command::new("python3").args(["-c", program]))
+    }
+
     /// Size of code and constants, and sum of the stack of all functions, bytes.
     pub(crate) fn size(&self, flags: &[&str]) -> (u32, u32) {
         let source = format!("{}.c", self.name);
