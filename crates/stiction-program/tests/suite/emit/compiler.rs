@@ -8,6 +8,10 @@ use stiction_program::emit::SourceFile;
 /// Warnings that are errors.
 pub(crate) const STRICT: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
+/// Options that end a program at undefined behaviour, among it conversions of NaN to integers.
+pub(crate) const SANITIZERS: [&str; 3] =
+    ["-O1", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"];
+
 /// Source code in a folder, with a compiler.
 pub(crate) struct Code {
     folder: PathBuf,

@@ -1,7 +1,7 @@
 //! Kinematics, reactions, holding efforts, loads, derivatives and forward dynamics of the source code against the
 //! general solver.
 
-use super::compiler::{Code, STRICT, rust_program};
+use super::compiler::{Code, SANITIZERS, STRICT, rust_program};
 use super::labels;
 use crate::common::{Loop, Robot, gallery_loop, model};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
@@ -105,11 +105,10 @@ fn generated_functions_reproduce_the_solver() {
                 .replace("ROWS", &rows.len().to_string())
                 .replace("DATA", &table(&rows, ["{ ", " }"]))
                 .replace("WRENCH", &format!("{WRENCH:?}").replace(['[', ']'], ""));
-            let sanitizers = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
             code.run_with(
                 "functions_main",
                 &main,
-                &[&STRICT[..], &["-std=c99"], &sanitizers].concat(),
+                &[&STRICT[..], &["-std=c99"], &SANITIZERS].concat(),
             );
         }
     }
