@@ -7,14 +7,13 @@ use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::number;
 use stiction_format::ModelFile;
 
-/// Largest number of controllers in a plot.
-const DRAWN: usize = 7;
-
 /// Result of a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tracking {
     /// Name.
     pub label: String,
+    /// True for a controller whose errors the report draws over time.
+    pub is_drawn: bool,
     /// For each actuator: rms error, peak error, largest effort, largest change of the effort between two samples.
     pub figures: Vec<[f64; 4]>,
     /// Work of all actuators, J.
@@ -60,22 +59,27 @@ pub fn draw_report(model: &ModelFile, found: &Controllers, command: Option<&str>
     html::page(&format!("{}: friction compensation", model.name), &inner.concat())
 }
 
+/// Thousandths of a unit, in which tracking errors are read.
+fn thousandths(value: f64) -> f64 {
+    1e3 * value
+}
+
 fn errors(found: &Controllers) -> String {
+    let drawn = || found.tracking.iter().filter(|own| own.is_drawn);
     let panel = |(k, (name, unit, _)): (usize, &(String, &str, &str))| {
         let line = |(colour, own): (usize, &Tracking)| {
             let mut trace = Trace::new(own.errors.len());
-            own.errors.iter().for_each(|(time, errors)| trace.push(*time, errors[k]));
-            let label = if k == 0 { own.label.as_str() } else { "" };
-            trace.line(label, colour, false)
+            own.errors.iter().for_each(|(time, errors)| trace.push(*time, thousandths(errors[k])));
+            trace.line(&own.label, colour, false)
         };
-        let lines = found.tracking.iter().take(DRAWN).enumerate().map(line).collect();
-        Panel { y_label: format!("{name} [{unit}]"), lines, ..Panel::default() }
+        let lines = drawn().enumerate().map(line).collect();
+        Panel { y_label: format!("{name} [m{unit}]"), lines, ..Panel::default() }
     };
     let panels: Vec<Panel> = found.actuators.iter().enumerate().map(panel).collect();
     let title = "Reference minus position of each actuator".to_owned();
     let figure = Figure { title, x_label: "time [s]".to_owned(), panels };
-    let more = match found.tracking.len() > DRAWN {
-        true => note(&format!("The first {DRAWN} of {} controllers.", found.tracking.len())),
+    let more = match drawn().count() < found.tracking.len() {
+        true => note("The first transition of each controller; the others are in compensate.csv."),
         false => String::new(),
     };
     more + &html::curves(&figure)
@@ -85,19 +89,17 @@ fn figures(found: &Controllers) -> String {
     let mut rows = Vec::new();
     for own in &found.tracking {
         for (k, (name, unit, effort)) in found.actuators.iter().enumerate() {
-            let first = |text: String| if k == 0 { text } else { String::new() };
-            let mut cells = vec![first(own.label.clone()), name.clone()];
+            let label = if k == 0 { own.label.clone() } else { String::new() };
+            let mut cells = vec![label, name.clone()];
             match own.figures.get(k) {
                 Some([rms, peak, most, change]) => cells.extend([
-                    format!("{} {unit}", number(*rms)),
-                    format!("{} {unit}", number(*peak)),
+                    format!("{} m{unit}", number(thousandths(*rms))),
+                    format!("{} m{unit}", number(thousandths(*peak))),
                     format!("{} {effort}", number(*most)),
                     format!("{} {effort}", number(*change)),
                 ]),
                 None => cells.extend([const { String::new() }; 4]),
             }
-            let counts = [number(own.work), own.sticks.to_string(), own.reversals.to_string()];
-            cells.extend(counts.map(first));
             rows.push(cells.iter().map(|cell| text(cell)).collect());
         }
     }
@@ -108,13 +110,35 @@ fn figures(found: &Controllers) -> String {
         ("peak error", Column::Number),
         ("largest effort", Column::Number),
         ("change per sample", Column::Number),
-        ("work [J]", Column::Number),
+    ];
+    html::table_of(&head, &rows) + &totals(found)
+}
+
+/// Figures of all actuators and interfaces together.
+fn totals(found: &Controllers) -> String {
+    let row = |own: &Tracking| {
+        let cells = [
+            own.label.clone(),
+            format!("{} J", number(own.work)),
+            own.sticks.to_string(),
+            own.reversals.to_string(),
+        ];
+        cells.iter().map(|cell| text(cell)).collect()
+    };
+    let rows: Vec<_> = found.tracking.iter().map(row).collect();
+    let head = [
+        ("controller", Column::Text),
+        ("work of all actuators", Column::Number),
         ("stick onsets", Column::Number),
         ("extra reversals", Column::Number),
     ];
-    let about = "Work, stick onsets and reversals are of all actuators and interfaces. Reversals beyond those of the \
-                 reference come from limit cycles and chatter.";
-    note(about) + &html::table_of(&head, &rows)
+    let about =
+        "Reversals beyond those of the reference come from limit cycles, chatter and noise.";
+    html::table_of(&head, &rows) + &note(about)
+}
+
+fn reversals(count: usize) -> String {
+    format!("{count} reversal{}", if count == 1 { "" } else { "s" })
 }
 
 fn verdicts(found: &Controllers) -> Vec<Finding> {
@@ -127,7 +151,7 @@ fn verdicts(found: &Controllers) -> Vec<Finding> {
             ));
         } else if own.reversals > 0 {
             all.push(Finding::open(
-                format!("{}: {} reversals beyond those of the reference", own.label, own.reversals),
+                format!("{}: {} beyond those of the reference", own.label, reversals(own.reversals)),
                 "A limit cycle or chatter. Try a smoother transition, a lower bandwidth, or better sensors.",
             ));
         }

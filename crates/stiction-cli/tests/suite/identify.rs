@@ -147,6 +147,15 @@ fn friction_of_a_five_bar() {
     let again = ["inverse", "found/identified.toml", "--motion", MOTION, "--step", "20 ms"];
     folder.stiction(&again).succeeds();
     assert!(folder.read("found/identified.toml").contains("# left_motor.viscous = "));
+    // It is exported as it is, with its coefficients as defaults of the parameters.
+    let options = ["--to", "c", "--name", "arm", "--vectors", "5", "-o", "code"];
+    folder.stiction(&[&["export", "found/identified.toml"], &options[..]].concat()).succeeds();
+    let header = folder.read("code/arm.h");
+    let line = header.lines().find(|line| line.contains("left_elbow = ")).unwrap();
+    let default: f64 = line.rsplit(' ').next().unwrap().parse().unwrap();
+    let estimate = parameter(&result, "left_elbow.mu")["value"].as_f64().unwrap();
+    // The file contains the digits that the standard deviation leaves.
+    assert!((default / estimate - 1.0).abs() < 0.01, "{line}: {estimate}");
 }
 
 #[test]

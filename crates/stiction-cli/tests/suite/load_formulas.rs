@@ -68,4 +68,12 @@ fn other_commands_refuse_such_loads() {
     let load = ["forward", "block.toml", "--load", "block.fx = -1 N*sqrt(0.1 - X/(1 m))"];
     let said = folder.stiction(&[&load[..], &from].concat());
     said.fails(2, &["the formula of the load on `block` has no value at t = "]);
+    // A barrier of 100 J turns the block before the end of its domain, although trial steps go beyond.
+    let from = ["--from", "X = 0; d(X) = 9.9 m/s", "--drives", "none", "--until", "0.1"];
+    let load = ["forward", "block.toml", "--load", "block.fx = 1000 N*log(1 - X/(100 mm))"];
+    let more = ["--tolerance", "1e-4", "--step", "0.1 ms", "-o", "barrier", "--report", "off"];
+    folder.stiction(&[&load[..], &from, &more].concat()).succeeds();
+    let x = column(&folder.read("barrier/forward.csv"), "X.position [m]");
+    let most = x.iter().fold(0.0_f64, |most, x| most.max(*x));
+    assert!(most > 0.08 && most < 0.1 && x.iter().any(|x| *x < -0.01), "{most}");
 }

@@ -90,6 +90,9 @@ pub const COLOURS: [&str; 8] =
 pub const COLOURS_ON_DARK: [&str; 8] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
+/// Largest number of letters of a name at the end of a line that leaves room for the panel on a narrow page.
+const LONG: usize = 20;
+
 impl Figure {
     /// Figure as SVG.
     pub fn svg(&self) -> String {
@@ -103,13 +106,15 @@ impl Figure {
     }
 
     /// True if the names of the lines are written at their ends; false if one legend serves all panels, because each
-    /// appearance (colour, and solid or dashed) has the same meaning in all panels, and some name is in several.
+    /// appearance (colour, and solid or dashed) has the same meaning in all panels, and some name is in several or long.
     fn labels_lines(&self) -> bool {
         let all = || self.panels.iter().flat_map(Panel::labels).filter(|entry| !entry.0.is_empty());
         let entries: HashSet<_> = all().collect();
         let appearances: HashSet<_> =
             all().map(|(_, colour, dashed, is_band)| (colour, dashed, is_band)).collect();
-        let is_common = appearances.len() == entries.len() && entries.len() < all().count();
+        let is_long = all().any(|entry| entry.0.chars().count() > LONG);
+        let has_one_meaning = appearances.len() == entries.len();
+        let is_common = has_one_meaning && (entries.len() < all().count() || is_long);
         let most = self.panels.iter().map(|panel| panel.labels().count()).max().unwrap_or(0);
         // More names than this do not fit beside a panel.
         !is_common && most <= 9
@@ -216,10 +221,13 @@ mod tests {
     fn names_stand_at_their_lines_unless_panels_share_them() {
         let mut pair = figure(vec![vec![(0.0, 0.0), (1.0, 1.0)], vec![(0.0, 1.0), (1.0, 0.0)]]);
         assert!(pair.labels_lines(), "one panel");
+        let mut long = pair.clone();
+        long.panels[0].lines[1].label += ", with a name that is long";
+        assert!(!long.labels_lines(), "a long name");
         pair.panels.push(pair.panels[0].clone());
         assert!(!pair.labels_lines(), "the same names in both");
         for (k, line) in pair.panels[1].lines.iter_mut().enumerate() {
-            line.label += " of another panel";
+            line.label += " elsewhere";
             line.colour = 4 + k;
         }
         assert!(pair.labels_lines(), "other names in each");

@@ -19,6 +19,48 @@ from = "0.1003 s"
 until = "0.2 s"
 "#;
 
+/// A barrier whose force has no value beyond 100 mm, and a block that turns just before: steps that would pass it are
+/// repeated with a shorter one. With more energy the block leaves the domain, which is an error.
+#[test]
+fn trial_steps_may_leave_the_domain_of_a_formula() {
+    let text = "gravity = [0, 0, -9.81]\n[bodies.block]\nmass = 2\ncom = [0, 0, 0]\ninertia = [1, 1, 1]\n\
+                [joints.X]\ntype = \"P\"\nfrom = \"ground\"\nto = \"block\"\naxis = \"x\"\nactuated = true\n\
+                [loads.barrier.block]\nfx = \"1000 N*log(1 - X/(100 mm))\"\n";
+    let robot = Robot::parse(text).unwrap();
+    let export = robot.export().plant().load("barrier").from("X = 0; d(X) = 0").tolerance(1e-4);
+    let unit = Extracted::new("barrier", &export);
+    // The barrier takes 100 J.
+    for (speed, returns) in [(9.9, true), (10.1, false)] {
+        let plant = Importer::new(&unit, Version::Three { events: false });
+        plant.set("start.X.speed", speed);
+        plant.enter(0.0);
+        assert_eq!(plant.exit(), 0, "{}", plant.said());
+        let (mut most, mut back) = (0.0_f64, 0.0_f64);
+        let outcome = (0..100_u32).try_for_each(|step| {
+            plant.try_step(PERIOD * f64::from(step), PERIOD)?;
+            most = most.max(plant.get("X.position"));
+            back = back.max(-plant.get("X.speed"));
+            Ok::<_, i32>(())
+        });
+        assert!(most < 0.1, "{most}");
+        match returns {
+            true => {
+                assert!(outcome.is_ok(), "{}", plant.said());
+                // The speed changes by 0.01 m/s between the steps about the start.
+                assert!(most > 0.08 && (back - speed).abs() < 0.02, "{most} {back}");
+            }
+            false => {
+                assert!(outcome.is_err());
+                assert!(
+                    plant.said().contains("the load on `block` has no value"),
+                    "{}",
+                    plant.said()
+                );
+            }
+        }
+    }
+}
+
 fn effort(time: f64, position: f64, rate: f64, start: f64) -> f64 {
     let reference = start + 0.2 * (1.0 - (20.0 * time).cos());
     60.0 * (reference - position) - 2.0 * rate

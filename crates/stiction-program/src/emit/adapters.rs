@@ -41,7 +41,10 @@ impl C<'_> {
                 let _ =
                     writeln!(fields, "        (\"{}\", Real * {}),", kind.field, kind.values.len());
             }
-            let text = self.fill_with(CTYPES, &[("PYTHON_FIELDS", fields)]);
+            let fingerprint = self.program.fingerprint();
+            let halves = format!("{:#010x}, {:#010x}", fingerprint as u32, fingerprint >> 32);
+            let more = [("PYTHON_FIELDS", fields), ("PYTHON_FINGERPRINT", halves)];
+            let text = self.fill_with(CTYPES, &more);
             found.push(file(format!("{name}.py"), text));
         }
         if linuxcnc {

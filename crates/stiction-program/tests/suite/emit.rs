@@ -9,7 +9,7 @@ mod functions;
 mod speed;
 
 use crate::common::{Loop, Robot, gallery_loop};
-use compiler::{Code, STRICT};
+use compiler::{Code, SANITIZERS, STRICT};
 use stiction_program::emit::{Labels, Language, Precision, SourceOptions, TestVector};
 use stiction_program::{Feedforward, Tunable};
 
@@ -77,8 +77,7 @@ fn check(names: &[&str], count: usize, all: bool) {
                 program.files(Language::C, &labels(name, &robot), &options, &vectors).unwrap();
             let folder = format!("{name}-{precision:?}-{own_math}");
             let Some(code) = Code::new(&folder, &options.name, &files) else { return };
-            let sanitizers = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
-            code.selftest(&[&STRICT[..], &["-std=c99"], &sanitizers].concat());
+            code.selftest(&[&STRICT[..], &["-std=c99"], &SANITIZERS].concat());
             if all || precision == Precision::Float {
                 code.selftest(&[&STRICT[..], &["-x", "c++", "-O0"]].concat());
             }

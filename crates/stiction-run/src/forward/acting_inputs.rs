@@ -71,6 +71,8 @@ pub(super) struct Acting<'a> {
     pub(super) is_stopped: bool,
     /// First error in the evaluation of the inputs.
     pub(super) failed: Option<Error>,
+    /// Last state in which a formula of a load had no value. The simulation avoids it by a shorter step if it can.
+    pub(super) without_load: Option<Error>,
 }
 
 /// Actuators with a prescribed motion or a lock, in the order of the targets of [`Acting`].
@@ -155,6 +157,7 @@ impl<'a> Acting<'a> {
             limited,
             reference_from: Vec::new(),
             failed: None,
+            without_load: None,
         })
     }
 
@@ -501,7 +504,7 @@ impl Inputs for Acting<'_> {
         let before: usize = self.laws().iter().map(|(_, law)| law.switches()).sum();
         let sides = self.law_sides(view).get(before..).unwrap_or_default();
         if let Err(error) = self.acting_loads().append(view, sides, loads) {
-            self.failed.get_or_insert(error);
+            self.without_load = Some(error);
         }
     }
 

@@ -20,7 +20,7 @@ impl ActingLoads<'_> {
     }
 
     /// Appends the loads to a list; `sides` are those of the switching functions of the formulas. A formula without a
-    /// value appends a load of zero.
+    /// value appends NaN: the simulation then repeats the step with a shorter one, or ends if that does not help.
     ///
     /// # Errors
     /// [`Error::NoLoad`] for the first formula without a value.
@@ -38,7 +38,7 @@ impl ActingLoads<'_> {
             if !value.is_finite() && found.is_ok() {
                 found = Err(Error::NoLoad { load: self.name(law), time: view.time });
             }
-            loads.push(law.load(if value.is_finite() { value } else { 0.0 }));
+            loads.push(law.load(if value.is_finite() { value } else { f64::NAN }));
             sides = rest;
         }
         found

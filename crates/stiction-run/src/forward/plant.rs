@@ -115,7 +115,7 @@ impl Plant {
         let mut inputs = self.inputs(held, 0, f64::INFINITY);
         let started = forward.start(job.from, state, self.settings, &mut inputs);
         let simulation = inputs.outcome(started)?;
-        self.show(&simulation, (0, held), receive);
+        self.show(&simulation, (0, held), receive)?;
         Ok(PlantState { simulation: simulation.suspend().numbers, changes: 0 })
     }
 
@@ -167,7 +167,7 @@ impl Plant {
                 break;
             }
         }
-        self.show(&simulation, (stage, held), receive);
+        self.show(&simulation, (stage, held), receive)?;
         *state = PlantState { simulation: simulation.suspend().numbers, changes: stage };
         Ok(events)
     }
@@ -189,7 +189,7 @@ impl Plant {
         let changed = simulation.change_parameters(&mut inputs);
         inputs.outcome(changed)?;
         let events = simulation.take_events();
-        self.show(&simulation, (stage, held), receive);
+        self.show(&simulation, (stage, held), receive)?;
         state.simulation = simulation.suspend().numbers;
         Ok(events)
     }
@@ -205,8 +205,7 @@ impl Plant {
         receive: &mut dyn FnMut(&Sample<'_>),
     ) -> Result<(), Error> {
         let simulation = self.resume(state, state.changes)?;
-        self.show(&simulation, (state.changes, held), receive);
-        Ok(())
+        self.show(&simulation, (state.changes, held), receive)
     }
 
     fn resume(&self, state: &PlantState, stage: usize) -> Result<Simulation<'_>, Error> {
@@ -220,7 +219,7 @@ impl Plant {
     }
 
     fn inputs<'a>(&'a self, held: &'a Held, stage: usize, until: f64) -> HeldInputs<'a> {
-        HeldInputs { loads: self.loads(stage), held, until, failed: None }
+        HeldInputs { loads: self.loads(stage), held, until, without_load: None }
     }
 
     fn show(
@@ -228,15 +227,14 @@ impl Plant {
         simulation: &Simulation<'_>,
         (stage, held): (usize, &Held),
         receive: &mut dyn FnMut(&Sample<'_>),
-    ) {
+    ) -> Result<(), Error> {
         let forward = &self.stages[stage];
         let now = simulation.instant();
         let motion = |dof: &Dof| simulation.joint_motion(dof.joint, dof.index);
         let joints: Vec<_> = self.dofs.iter().map(motion).collect();
         let view = simulation.view();
         let mut loads = Vec::new();
-        // A formula without a value has already ended the step.
-        let _ = self.loads(stage).append(&view, view.sides(), &mut loads);
+        self.loads(stage).append(&view, view.sides(), &mut loads)?;
         loads.extend_from_slice(&held.loads);
         receive(&Sample {
             forward,
@@ -248,6 +246,7 @@ impl Plant {
             loads: &loads,
             closure: forward.closure_error(&now.bodies, &now.state),
         });
+        Ok(())
     }
 }
 
@@ -256,21 +255,19 @@ struct HeldInputs<'a> {
     loads: ActingLoads<'a>,
     held: &'a Held,
     until: f64,
-    /// First error in the evaluation of the inputs.
-    failed: Option<Error>,
+    /// Last state in which a formula of a load had no value. The simulation avoids it by a shorter step if it can.
+    without_load: Option<Error>,
 }
 
 impl HeldInputs<'_> {
-    /// Converts the result of a computation with these inputs. If the inputs had an error, it replaces the error of the
+    /// Converts the result of a computation with these inputs. A formula without a value replaces the error of the
     /// computation, which it caused.
     fn outcome<T>(
         &mut self,
         result: Result<T, stiction_core::forward::ForwardError>,
     ) -> Result<T, Error> {
-        match self.failed.take() {
-            Some(error) => Err(error),
-            None => result.map_err(Error::Forward),
-        }
+        let cause = self.without_load.take();
+        result.map_err(|error| cause.unwrap_or(Error::Forward(error)))
     }
 }
 
@@ -281,7 +278,7 @@ impl Inputs for HeldInputs<'_> {
 
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
         if let Err(error) = self.loads.append(view, view.sides(), loads) {
-            self.failed.get_or_insert(error);
+            self.without_load = Some(error);
         }
         loads.extend_from_slice(&self.held.loads);
     }

@@ -78,7 +78,10 @@ impl Job<'_> {
         }
         let mut simulation = match (started, acting.failed.take()) {
             (_, Some(error)) => return Err(error),
-            (Err(error), None) => return Err(self.explain(Error::Forward(error), self.from)),
+            (Err(error), None) => {
+                let cause = acting.without_load.take();
+                return Err(cause.unwrap_or_else(|| self.explain(Error::Forward(error), self.from)));
+            }
             (Ok(simulation), None) => simulation,
         };
         let now = simulation.instant();
@@ -146,9 +149,16 @@ impl Job<'_> {
                 ending = Ending::Failed(Box::new(error));
                 break;
             }
-            if let Err(error) = advanced {
-                ending = Ending::Failed(Box::new(self.explain(error, time)));
-                break;
+            match (advanced, acting.without_load.take()) {
+                (Ok(()), _) => {}
+                (Err(Error::Forward(_)), Some(cause)) => {
+                    ending = Ending::Failed(Box::new(cause));
+                    break;
+                }
+                (Err(error), _) => {
+                    ending = Ending::Failed(Box::new(self.explain(error, time)));
+                    break;
+                }
             }
             let now = simulation.instant();
             let time = now.time;

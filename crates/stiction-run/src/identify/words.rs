@@ -4,6 +4,7 @@ use super::run::{Identified, Named};
 use crate::exchange::{Instant, model_file};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
+use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::ModelFile;
 use stiction_identify::{FitVerdict, Verdict};
 
@@ -210,12 +211,20 @@ impl Identified {
         Ok(())
     }
 
-    /// Returns the text of the identified model; comments contain values and standard deviations.
+    /// Returns the text of the identified model; comments contain values and standard deviations. Its motion is rest at
+    /// the first instant of the default motion, where code for the model begins.
     ///
     /// # Errors
     /// A message if a model file cannot express the friction.
     pub fn model_text(&self, model: &ModelFile) -> Result<String, String> {
-        let instant = Instant { friction: model.default_friction, ..Instant::default() };
+        let motion = model.default_motion.as_deref().and_then(|name| model.motion(name));
+        let start: Vec<(Coordinate, Target<f64>)> = motion.map_or(Vec::new(), |motion| {
+            let coordinates = motion.coordinates.iter().map(|(coordinate, _)| *coordinate);
+            let at_rest = |at: Target<f64>| Target { rate: 0.0, acceleration: 0.0, ..at };
+            coordinates.zip(motion.at(motion.start).map(at_rest)).collect()
+        });
+        let instant =
+            Instant { motion: &start, friction: model.default_friction, ..Instant::default() };
         let text = model_file(&self.mechanism, &model.title, instant)
             .map_err(|error| error.to_string())?;
         let mut out = format!(

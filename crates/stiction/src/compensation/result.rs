@@ -143,11 +143,31 @@ impl Compared {
         each.any(|own| Some(own.transition) != first)
     }
 
+    /// True for a control law without friction, or with the first of several transitions.
+    fn is_main(&self, own: &LawResult) -> bool {
+        let first = self.laws.iter().find(|own| own.law.has_friction()).map(|own| own.transition);
+        !own.law.has_friction() || Some(own.transition) == first
+    }
+
+    /// Resolution, noise and delay of the sensors in words; `None` if they are exact.
+    fn sensors(&self) -> Option<String> {
+        let is_exact = self.resolution == 0.0 && self.noise == 0.0 && self.delay == 0.0;
+        (!is_exact).then(|| {
+            format!(
+                "encoders with steps of {}, noise {} (m or rad), delay {}",
+                digits(self.resolution),
+                digits(self.noise),
+                small(self.delay, "s")
+            )
+        })
+    }
+
     /// Data of the report.
     pub fn report(&self) -> Controllers {
         let several = self.has_several();
         let tracking = |own: &LawResult| Tracking {
             label: own.label(several),
+            is_drawn: self.is_main(own),
             figures: (0..own.rms.len())
                 .map(|k| [own.rms[k], own.peak[k], own.effort[k], own.change[k]])
                 .collect(),
@@ -168,8 +188,9 @@ impl Compared {
                 headlines.push((digits(ratio), small));
             }
         }
+        let sensors = self.sensors().map_or(String::new(), |sensors| format!(", {sensors}"));
         let about = format!(
-            "Motion {} ({} s), load {}; controllers every {}, bandwidth {} Hz, friction coefficients known to {} %.",
+            "Motion {} ({} s), load {}; controllers every {}, bandwidth {} Hz, friction coefficients known to {} %{sensors}.",
             self.motion,
             digits(self.duration),
             self.load,
@@ -179,7 +200,9 @@ impl Compared {
         );
         let mut options = self.to_json();
         if let Some(all) = options.as_object_mut() {
-            all.retain(|key, _| !["model", "actuators", "controllers"].contains(&key.as_str()));
+            let is_result = |key: &str| key.starts_with("improvement");
+            let other = ["model", "actuators", "controllers"];
+            all.retain(|key, _| !is_result(key) && !other.contains(&key.as_str()));
         }
         let tracking = self.laws.iter().map(tracking).collect();
         Controllers { about, headlines, actuators: self.actuators.clone(), tracking, options }
@@ -324,14 +347,8 @@ impl fmt::Display for Compared {
             digits(self.bandwidth),
             digits(100.0 * self.known_to)
         )?;
-        if self.resolution > 0.0 || self.noise > 0.0 || self.delay > 0.0 {
-            writeln!(
-                f,
-                "encoders with steps of {}, noise {} (m or rad), delay {}",
-                digits(self.resolution),
-                digits(self.noise),
-                small(self.delay, "s")
-            )?;
+        if let Some(sensors) = self.sensors() {
+            writeln!(f, "{sensors}")?;
         }
         writeln!(f)?;
         writeln!(
@@ -347,9 +364,7 @@ impl fmt::Display for Compared {
             "reversals"
         )?;
         let several = self.has_several();
-        let first = self.laws.iter().find(|own| own.law.has_friction()).map(|own| own.transition);
-        let is_first = |own: &&LawResult| !own.law.has_friction() || Some(own.transition) == first;
-        for own in self.laws.iter().filter(is_first) {
+        for own in self.laws.iter().filter(|own| self.is_main(own)) {
             for (k, (name, unit, _)) in self.actuators.iter().enumerate() {
                 let law = if k == 0 { own.law.name() } else { "" };
                 let shown: String = name.chars().take(12).collect();

@@ -96,6 +96,7 @@ pub struct Simulation<'a> {
     in_passage: bool,
     reported_others: bool,
     reported_shares: usize,
+    /// Number of decisions between stick and slip since time last advanced without one.
     stalled: usize,
     steps: Steps,
     scales: Vec<f64>,

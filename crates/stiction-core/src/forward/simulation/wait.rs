@@ -35,6 +35,7 @@ impl Simulation<'_> {
         if inputs.steady_until(time) >= end {
             // Constant inputs leave all forces unchanged.
             self.now.time = end;
+            self.stalled = 0;
             return Ok(());
         }
         let count = ((end - time) * SAMPLES / self.settings.longest_step).ceil().max(1.0);
@@ -104,6 +105,9 @@ impl Simulation<'_> {
         done.map_err(|u| model.unsolved(time, u))?;
         model.instant_into(situation, &self.modes, solved, &mut instant);
         instant.state.accelerations.fill(0.0);
-        Ok(instant)
+        match instant.nonfinite() {
+            Some(what) => Err(ForwardError::NotFinite { time, what }),
+            None => Ok(instant),
+        }
     }
 }

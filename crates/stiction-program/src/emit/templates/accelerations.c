@@ -2,11 +2,41 @@
 /* Relative changes of the accelerations and of the efforts at which they are accepted. */
 static const real SETTLED_STEP = @SETTLED_STEP@;
 static const real RESIDUAL = @RESIDUAL@;
+/* Relative error of the efforts and of their derivatives. */
+static const real INEXACT = @TOLERANCE@@F@;
 
-/* Solves a x = x by elimination with pivoting; returns 0 if the matrix is singular. */
+/* Solves a x = x by elimination with pivoting. Rows and columns, whose units differ, are first divided by their
+   largest entries. Returns 0 if a pivot is not above the error of the matrix: no digit of x would be correct. */
 static int eliminate(real *a, real *x)
 {
+    real units[COORDINATES];
     int column;
+    for (column = 0; column < COORDINATES; ++column) {
+        real *row = a + column * COORDINATES;
+        const real size = largest(row, COORDINATES);
+        int k;
+        if (!(size > 0)) {
+            return 0;
+        }
+        for (k = 0; k < COORDINATES; ++k) {
+            row[k] /= size;
+        }
+        x[column] /= size;
+    }
+    for (column = 0; column < COORDINATES; ++column) {
+        int row;
+        units[column] = 0;
+        for (row = 0; row < COORDINATES; ++row) {
+            const real size = fabs@F@(a[row * COORDINATES + column]);
+            units[column] = size > units[column] ? size : units[column];
+        }
+        if (!(units[column] > 0)) {
+            return 0;
+        }
+        for (row = 0; row < COORDINATES; ++row) {
+            a[row * COORDINATES + column] /= units[column];
+        }
+    }
     for (column = 0; column < COORDINATES; ++column) {
         int best = column;
         int row;
@@ -15,7 +45,7 @@ static int eliminate(real *a, real *x)
             const real size = fabs@F@(a[row * COORDINATES + column]);
             best = size > fabs@F@(a[best * COORDINATES + column]) ? row : best;
         }
-        if (!(fabs@F@(a[best * COORDINATES + column]) > 0)) {
+        if (!(fabs@F@(a[best * COORDINATES + column]) > INEXACT)) {
             return 0;
         }
         for (k = 0; k < COORDINATES; ++k) {
@@ -43,6 +73,9 @@ static int eliminate(real *a, real *x)
         for (row = 0; row < column; ++row) {
             x[row] -= a[row * COORDINATES + column] * x[column];
         }
+    }
+    for (column = 0; column < COORDINATES; ++column) {
+        x[column] /= units[column];
     }
     return are_finite(x, COORDINATES);
 }

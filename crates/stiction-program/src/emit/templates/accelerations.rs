@@ -2,9 +2,37 @@
 /// Relative changes of the accelerations and of the efforts at which they are accepted.
 const SETTLED_STEP: Real = @SETTLED_STEP@;
 const RESIDUAL: Real = @RESIDUAL@;
+/// Relative error of the efforts and of their derivatives.
+const INEXACT: Real = @TOLERANCE@;
 
-/// Solves `a x = x` by elimination with pivoting; returns `None` if the matrix is singular.
+/// Solves `a x = x` by elimination with pivoting. Rows and columns, whose units differ, are first divided by their
+/// largest entries. Returns `None` if a pivot is not above the error of the matrix: no digit of `x` would be correct.
 fn eliminate(mut a: Matrix, mut x: [Real; COORDINATES]) -> Option<[Real; COORDINATES]> {
+    for row in 0..COORDINATES {
+        let size = largest(&a[row]);
+        if !(size > 0.0) {
+            return None;
+        }
+        for k in 0..COORDINATES {
+            a[row][k] /= size;
+        }
+        x[row] /= size;
+    }
+    let mut units = [0.0; COORDINATES];
+    for column in 0..COORDINATES {
+        for row in 0..COORDINATES {
+            let size = size_of(a[row][column]);
+            if size > units[column] {
+                units[column] = size;
+            }
+        }
+        if !(units[column] > 0.0) {
+            return None;
+        }
+        for row in 0..COORDINATES {
+            a[row][column] /= units[column];
+        }
+    }
     for column in 0..COORDINATES {
         let mut best = column;
         for row in column + 1..COORDINATES {
@@ -12,7 +40,7 @@ fn eliminate(mut a: Matrix, mut x: [Real; COORDINATES]) -> Option<[Real; COORDIN
                 best = row;
             }
         }
-        if !(size_of(a[best][column]) > 0.0) {
+        if !(size_of(a[best][column]) > INEXACT) {
             return None;
         }
         a.swap(column, best);
@@ -30,6 +58,9 @@ fn eliminate(mut a: Matrix, mut x: [Real; COORDINATES]) -> Option<[Real; COORDIN
         for row in 0..column {
             x[row] -= a[row][column] * x[column];
         }
+    }
+    for column in 0..COORDINATES {
+        x[column] /= units[column];
     }
     if are_finite(&x) { Some(x) } else { None }
 }

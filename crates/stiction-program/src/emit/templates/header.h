@@ -30,7 +30,8 @@ typedef @REAL@ @NAME@_real;
 enum {
     /* Success. */
     @GUARD@_OK = 0,
-    /* Success, but joints are at rest: a rule chose the direction of their friction, see `rest`. */
+    /* Success, but a rule chose the direction of friction, see `rest`: joints are at rest, or friction did not
+       converge with the direction of the rates. */
     @GUARD@_UNDETERMINED = 1,
     /* Efforts without friction: friction has no solution (it locks the mechanism), a joint is at
        rest while others move, or the position is far from those of the recording. */
@@ -95,6 +96,11 @@ typedef struct @NAME@_info {
     /* 1 if tau contains no friction, 2 if tau keeps its last value, else 0. */
     int fallback;
 } @NAME@_info;
+
+/* Identifies the compiled code for callers that load it as a library and lay out its structures themselves. Items:
+   0 and 1, low and high half of the fingerprint; 2 to 5, sizes of @NAME@_real, @NAME@_params, @NAME@_state and
+   @NAME@_info in bytes. Returns 0 for other items. */
+unsigned @NAME@_identity(int item);
 
 /* Sets the parameters of the model. */
 void @NAME@_defaults(@NAME@_params *params);

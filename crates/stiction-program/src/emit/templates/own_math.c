@@ -6,8 +6,8 @@ static void @NAME@_sin_cos(real x, real *sine, real *cosine)
 {
     const double angle = (double)x;
     const double turns = angle * @QUARTERS@;
-    /* Beyond the range of the reduction the results are inexact, but between -1 and 1. */
-    const double bounded = turns > 1e9 ? 1e9 : (turns < -1e9 ? -1e9 : turns);
+    /* Beyond the range of the reduction the results are inexact, but between -1 and 1. Those of NaN are NaN. */
+    const double bounded = turns < 1e9 ? (turns > -1e9 ? turns : -1e9) : 1e9;
     const long n = (long)(bounded < 0 ? bounded - 0.5 : bounded + 0.5);
     const double count = (double)n;
     const double first = (angle - count * @QUARTER_1@);

@@ -245,6 +245,26 @@ static void creep(real *rates, const real *direction)
     }
 }
 
+unsigned @NAME@_identity(int item)
+{
+    switch (item) {
+    case 0:
+        return @GUARD@_FINGERPRINT_LOW;
+    case 1:
+        return @GUARD@_FINGERPRINT_HIGH;
+    case 2:
+        return (unsigned)sizeof(real);
+    case 3:
+        return (unsigned)sizeof(@NAME@_params);
+    case 4:
+        return (unsigned)sizeof(@NAME@_state);
+    case 5:
+        return (unsigned)sizeof(@NAME@_info);
+    default:
+        return 0;
+    }
+}
+
 void @NAME@_defaults(@NAME@_params *params)
 {
     if (params == 0) {
@@ -350,7 +370,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     if (weight > 0) {
         has_friction = solve_friction(w, r, with, info);
         for (attempt = 0; attempt < 1 && !has_friction && !rests; ++attempt) {
-            /* A joint at rest while others move: the accelerations give its next direction. */
+            /* A joint at rest while others move, or no convergence: the accelerations give its next direction. */
             real moved[COORDINATES];
             real ideal[ANSWERS];
             if (!(largest(next, COORDINATES) > 0)) {

@@ -41,6 +41,39 @@ fn python_reproduces_the_solver() {
     }
 }
 
+/// Python refuses a library of another model, with other structures, or without an identity.
+#[test]
+fn python_refuses_another_library() {
+    let Some(code) = complete("slider-crank", Precision::Double) else { return };
+    if !(is_installed("python3") && is_installed("make")) {
+        return;
+    }
+    let begin = "import slider_crank\n\
+                 try:\n    slider_crank.Robot([0.1])\n    print('accepted')\n\
+                 except ValueError as error:\n    print(error)\n";
+    code.make("library");
+    assert_eq!(code.python(begin), "accepted\n");
+    let read = |file: &str| String::from_utf8(code.read(file)).unwrap();
+    let files = ["slider_crank.h", "slider_crank.c"].map(|file| (file, read(file)));
+    let line = |part: &str| files[0].1.lines().find(|line| line.contains(part)).unwrap();
+    let fingerprint = line("FINGERPRINT_HIGH 0x");
+    let other = fingerprint.split("0x").next().unwrap().to_owned() + "0x1u";
+    let longer = ["    unsigned ready;", "    int rest;", "    int fallback;"];
+    let longer = longer.map(|field| (0, field, format!("{field}\n    int more[2];")));
+    let renamed = "unsigned slider_crank_other(".to_owned();
+    let changes = [(0, fingerprint, other), (1, "unsigned slider_crank_identity(", renamed)];
+    for (file, before, after) in changes.into_iter().chain(longer) {
+        let (name, text) = &files[file];
+        let changed = text.replacen(before, &after, 1);
+        assert_ne!(&changed, text, "{before}");
+        code.write(name, changed.as_bytes());
+        code.make("library");
+        let said = code.python(begin);
+        assert!(said.contains("run `make library`"), "{after}: {said}");
+        code.write(name, text.as_bytes());
+    }
+}
+
 /// On a bare Cortex-M7 and on AArch64, both in emulators.
 #[test]
 #[ignore = "needs compilers and emulators for other processors"]

@@ -8,6 +8,10 @@ use stiction_program::emit::SourceFile;
 /// Warnings that are errors.
 pub(crate) const STRICT: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
+/// Options that end a program at undefined behaviour, among it conversions of NaN to integers.
+pub(crate) const SANITIZERS: [&str; 3] =
+    ["-O1", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"];
+
 /// Source code in a folder, with a compiler.
 pub(crate) struct Code {
     folder: PathBuf,
@@ -130,6 +134,11 @@ impl Code {
     /// Makes a target of the Makefile; returns what it prints.
     pub(crate) fn make(&self, target: &str) -> String {
         run_in(&self.folder, Command::new("make").arg(target))
+    }
+
+    /// Runs a program of Python in the folder; returns what it prints.
+    pub(crate) fn python(&self, program: &str) -> String {
+        run_in(&self.folder, Command::new("python3").args(["-c", program]))
     }
 
     /// Size of code and constants, and sum of the stack of all functions, bytes.

@@ -1,7 +1,7 @@
 //! Functional mock-up units: description and code.
 
 use super::{gallery_loop, labels, variant};
-use crate::emit::compiler::{Code, STRICT};
+use crate::emit::compiler::{Code, SANITIZERS, STRICT};
 use std::fmt::Write;
 use stiction_program::emit::fmu::Fmi;
 use stiction_program::emit::{Precision, SourceFile, TestVector};
@@ -65,9 +65,8 @@ fn fmus_reproduce_the_solver() {
             .replace("VECTORS_HERE", &rows)
             .replace("TOKEN", token)
             .replace("VERSION", number);
-        let sanitizers = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
         let said =
-            code.run_with("driver", &main, &[&STRICT[..], &["-std=c99"], &sanitizers].concat());
+            code.run_with("driver", &main, &[&STRICT[..], &["-std=c99"], &SANITIZERS].concat());
         let expected = format!("{} rows, 100 instances, 0 complaints", vectors.len());
         assert!(vectors.len() > 10 && said.contains(&expected), "{said}");
     }

@@ -1,9 +1,9 @@
 //! Kinematics, reactions, holding efforts, loads, derivatives and forward dynamics of the source code against the
 //! general solver.
 
-use super::compiler::{Code, STRICT, rust_program};
+use super::compiler::{Code, SANITIZERS, STRICT, rust_program};
 use super::labels;
-use crate::common::{Loop, gallery_loop};
+use crate::common::{Loop, Robot, gallery_loop, model};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction_core::kinematics::Target;
 use stiction_core::mechanism::BodyId;
@@ -105,11 +105,10 @@ fn generated_functions_reproduce_the_solver() {
                 .replace("ROWS", &rows.len().to_string())
                 .replace("DATA", &table(&rows, ["{ ", " }"]))
                 .replace("WRENCH", &format!("{WRENCH:?}").replace(['[', ']'], ""));
-            let sanitizers = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
             code.run_with(
                 "functions_main",
                 &main,
-                &[&STRICT[..], &["-std=c99"], &sanitizers].concat(),
+                &[&STRICT[..], &["-std=c99"], &SANITIZERS].concat(),
             );
         }
     }
@@ -127,4 +126,70 @@ fn generated_functions_in_rust_reproduce_the_solver() {
         .replace("DATA", &table(&rows, ["[", "]"]))
         .replace("WRENCH", &format!("{WRENCH:?}"));
     rust_program("rust-functions", &files, &main);
+}
+
+/// Two links without mass, of 0.3 m and 0.2 m, carry a point mass. Stretched and folded, the force along them moves
+/// nothing: their mass matrix is singular.
+const POINT_MASS: &str = r#"
+gravity = [0, -9.81, 0]
+
+[bodies.upper]
+mass = 0
+com = [0, 0, 0]
+inertia = [0, 0, 0]
+
+[bodies.lower]
+mass = 2
+com = [0.2, 0, 0]
+inertia = [0, 0, 0]
+
+[joints.A]
+type = "R"
+from = "ground"
+to = "upper"
+axis = "z"
+actuated = true
+
+[joints.B]
+type = "R"
+from = "upper"
+to = "lower"
+at = [0.3, 0, 0]
+axis = "z"
+start = 1
+actuated = true
+
+[motions.swing]
+duration = 1
+A = "0.5*sin(6*t)"
+B = "1 + 0.5*sin(6*t)"
+
+[loads.none]
+
+[default]
+motion = "swing"
+load = "none"
+"#;
+
+/// Where rounding decides about accelerations, forward dynamics returns a code instead of a huge number.
+#[test]
+fn singular_mass_matrices_are_refused() {
+    let Robot { solver, signal, .. } = Robot::of(&model("point-mass", POINT_MASS), None);
+    let program = Feedforward::record(&solver, &signal, &[]).unwrap();
+    let program = program.with_derivatives(&solver, &signal).unwrap();
+    let robot = Loop { solver, signal };
+    let labels = labels("arm", &robot);
+    let functions = Functions { accelerations: true, ..Functions::default() };
+    for precision in [Precision::Double, Precision::Float] {
+        let options = SourceOptions { functions, precision, ..SourceOptions::new("arm") };
+        let files = |language| program.files(language, &labels, &options, &[]).unwrap();
+        let folder = format!("singular-{precision:?}");
+        if let Some(code) = Code::new(&folder, &options.name, &files(Language::C)) {
+            let flags = [&STRICT[..], &["-std=c99", "-O2"]].concat();
+            code.run_with("singular_main", include_str!("singular.c"), &flags);
+        }
+        let main = include_str!("singular_main.rs")
+            .replace("STD_MATH", include_str!("../../../src/emit/templates/std_math.rs"));
+        rust_program(&format!("rust-{folder}"), &files(Language::Rust), &main);
+    }
 }

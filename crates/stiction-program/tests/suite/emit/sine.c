@@ -1,6 +1,7 @@
 /* Compares sine and cosine of the code with those of the library in a wider format. */
 /* The code is linked, too: its functions have other names here. */
 #define NAME_defaults included_defaults
+#define NAME_identity included_identity
 #define NAME_init included_init
 #define NAME_ff included_ff
 #define NAME_ff_towards included_ff_towards

@@ -64,6 +64,23 @@ def _library():
     return os.path.join(os.path.dirname(os.path.abspath(__file__)), "lib@NAME@" + end)
 
 
+def _fitting(path):
+    """Loads the library. Code of another model or precision would write beyond the structures of this file."""
+    code = ctypes.CDLL(path)
+    expected = [@PYTHON_FINGERPRINT@] + [ctypes.sizeof(part) for part in (Real, Params, State, Info)]
+    try:
+        code.@NAME@_identity.restype = ctypes.c_uint
+        found = [code.@NAME@_identity(item) for item in range(len(expected))]
+    except AttributeError:
+        found = None
+    if found != expected:
+        raise ValueError(
+            f"{path} and {__file__} are from different exports (fingerprint and sizes are {found}, expected "
+            f"{expected}): run `make library` in the folder of this file"
+        )
+    return code
+
+
 def _coordinates(row):
     # An array of C fills missing numbers with zeros.
     if len(row) != len(Coordinates()):
@@ -75,11 +92,9 @@ class Robot:
     """Feed-forward that begins at the positions q."""
 
     def __init__(self, q, library=None):
-        self._code = ctypes.CDLL(library or _library())
+        self._code = _fitting(library or _library())
         self.params, self.info, self._state = Params(), Info(), State()
         self._code.@NAME@_defaults(ctypes.byref(self.params))
-        if self.params.rest_rate != Real(@REST@).value or self.params.rest != HELD:
-            raise ValueError("the library does not fit this file: build it again")
         code = self._code.@NAME@_init(ctypes.byref(self._state), _coordinates(q))
         if code != OK:
             raise ValueError(f"the loops cannot be closed at {list(q)}: code {code}")
