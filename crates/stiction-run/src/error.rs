@@ -134,6 +134,14 @@ pub enum Error {
     /// The inverse dynamics of the controller's model has no solution.
     #[error("{0}")]
     ControllerForces(InverseError),
+    /// Motors that share efforts cannot make a motion.
+    #[error(
+        "the motors {motors} share their effort, and no torques in the ratio of their shares make this motion: a          self-locking gear jams; change the shares, or the efficiencies of the gears"
+    )]
+    SharedMotors {
+        /// Names of the motors.
+        motors: String,
+    },
     /// The controller failed during the simulation.
     #[error("at t = {time} s the controller cannot compute efforts: {error}")]
     ControllerAt {
@@ -184,11 +192,9 @@ impl Error {
             Self::Assembly { error, .. } | Self::Forward(ForwardError::Assembly(error)) => {
                 matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
             }
-            Self::Forward(
-                ForwardError::Contradiction { .. }
-                | ForwardError::Blocked { .. }
-                | ForwardError::UnequalGears { .. },
-            ) => true,
+            Self::Forward(ForwardError::Contradiction { .. } | ForwardError::Blocked { .. }) => {
+                true
+            }
             _ => false,
         }
     }

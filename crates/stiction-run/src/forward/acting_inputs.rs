@@ -326,8 +326,9 @@ impl<'a> Acting<'a> {
             let (with, without) = guide.drives()?;
             let (mut with, mut without) = (with.to_vec(), without.to_vec());
             let motion = (&reference[..], guide.bodies());
-            self.motors.add(&mut with, motion, self.job.friction);
-            self.motors.add(&mut without, motion, false);
+            let at = |error| Error::ControllerAt { time, error: Box::new(error) };
+            self.motors.add(&mut with, motion, self.job.friction).map_err(at)?;
+            self.motors.add(&mut without, motion, false).map_err(at)?;
             for (index, (with, without)) in with.iter().zip(without).enumerate() {
                 friction[index] = with - without;
                 if matches!(self.job.drives, Feed::Inverse) {

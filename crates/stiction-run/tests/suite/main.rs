@@ -36,6 +36,7 @@ mod pose;
 mod references;
 mod reports;
 mod round_trip;
+mod shared_motors;
 mod singularities;
 mod spelling;
 mod spinning_rotors;
