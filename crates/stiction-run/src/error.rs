@@ -136,9 +136,12 @@ pub enum Error {
     ControllerForces(InverseError),
     /// Motors that share efforts cannot make a motion.
     #[error(
-        "the motors {motors} share their effort, and no torques in the ratio of their shares make this motion: a          self-locking gear jams; change the shares, or the efficiencies of the gears"
+        "at t = {time} s no torques of the motors {motors} in the ratio of their shares make the motion, \
+         because a self-locking gear jams; change the shares or the efficiencies"
     )]
     SharedMotors {
+        /// Time, s.
+        time: f64,
         /// Names of the motors.
         motors: String,
     },

@@ -5,7 +5,7 @@
 //! The constraints exert the efforts of prescribed actuators at the joints of these actuators. If motors with added
 //! shafts move such a joint, their gears transmit these efforts in addition.
 //!
-//! Equation (G8) of the book's theory.
+//! Equations (G8) and (G14) of the book's theory.
 
 use super::Forward;
 use super::constraint_jacobian::{ConstraintRow, StickingDof};

@@ -326,9 +326,8 @@ impl<'a> Acting<'a> {
             let (with, without) = guide.drives()?;
             let (mut with, mut without) = (with.to_vec(), without.to_vec());
             let motion = (&reference[..], guide.bodies());
-            let at = |error| Error::ControllerAt { time, error: Box::new(error) };
-            self.motors.add(&mut with, motion, self.job.friction).map_err(at)?;
-            self.motors.add(&mut without, motion, false).map_err(at)?;
+            self.motors.add(time, &mut with, motion, self.job.friction)?;
+            self.motors.add(time, &mut without, motion, false)?;
             for (index, (with, without)) in with.iter().zip(without).enumerate() {
                 friction[index] = with - without;
                 if matches!(self.job.drives, Feed::Inverse) {

@@ -138,7 +138,7 @@ impl Job<'_> {
         let forces = model.solve(&loads).map_err(Error::ControllerForces)?;
         let mut efforts = forces.efforts.clone();
         let motors = Motors::new(forward.mechanism());
-        motors.add(&mut efforts, (&targets, &bodies), self.friction)?;
+        motors.add(self.from, &mut efforts, (&targets, &bodies), self.friction)?;
         Ok(efforts)
     }
 

@@ -74,9 +74,11 @@ impl Motors {
     /// accelerate their rotors and, if `friction` is true, to overcome the friction of motors and gears.
     ///
     /// # Errors
-    /// [`Error::SharedMotors`] if motors with torques in the ratio of their shares cannot exert these efforts.
+    /// [`Error::SharedMotors`] at this time, s, if motors with torques in the ratio of their shares cannot exert these
+    /// efforts.
     pub(super) fn add(
         &self,
+        time: f64,
         efforts: &mut [f64],
         (motion, bodies): (&[Target<f64>], &Bodies<f64>),
         friction: bool,
@@ -109,6 +111,7 @@ impl Motors {
             let outputs: Vec<f64> = shared.actuators.iter().map(|&k| joints[k]).collect();
             let names = || shared.trains.iter().map(|&k| format!("`{}`", self.trains[k].0.name));
             let found = shared.efforts(&inputs, &outputs).ok_or_else(|| Error::SharedMotors {
+                time,
                 motors: names().collect::<Vec<_>>().join(", "),
             })?;
             shared.actuators.iter().zip(found).for_each(|(&k, effort)| efforts[k] = effort);

@@ -14,7 +14,7 @@ use stiction_run::exchange::{Instant, model_file};
 use stiction_run::inverse::{Sample, Summary};
 
 /// A wrist: pitch about y, then roll about x; a hand of 1.5 kg at 80 mm on the axis of roll, round about it.
-const WRIST: &str = "
+pub(crate) const WRIST: &str = "
 gravity = [0, 0, -9.81]
 [bodies.cradle]
 [bodies.hand]
@@ -38,9 +38,9 @@ pitch = \"0.9 rad*sin(2*pi*t/1 s)\"
 roll = \"1.4 rad*cos(2*pi*t/2 s)\"
 ";
 /// Inertia about the pitch axis, and about the roll axis, kg m^2; moment of weight, N m.
-const PITCH: f64 = 0.004 + 1.5 * 0.08 * 0.08;
-const ROLL: f64 = 0.002;
-const WEIGHT: f64 = 1.5 * 9.81 * 0.08;
+pub(crate) const PITCH: f64 = 0.004 + 1.5 * 0.08 * 0.08;
+pub(crate) const ROLL: f64 = 0.002;
+pub(crate) const WEIGHT: f64 = 1.5 * 9.81 * 0.08;
 
 fn run(model: &ModelFile) -> (Csv, Csv, Value) {
     let job = job(model, "m", "none", FrictionMode::Converged);

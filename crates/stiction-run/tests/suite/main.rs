@@ -33,6 +33,7 @@ mod mobility;
 mod motion;
 mod payload;
 mod pose;
+mod prescribed_motors;
 mod references;
 mod reports;
 mod round_trip;

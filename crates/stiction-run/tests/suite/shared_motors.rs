@@ -180,6 +180,11 @@ fn rest_with_unequal_losses() {
                     let middle = 0.5 * (low + high);
                     if exerted(middle) < load { low = middle } else { high = middle }
                 }
+                let mechanism = &model.mechanism;
+                let [shared] = &mechanism.shared_motors()[..] else { panic!("{drives:?}") };
+                let range = shared.holding(mechanism.drive_trains(), (load, load)).unwrap();
+                let end = if sense > 0.0 { range.1 } else { range.0 };
+                assert!((end - high).abs() < 1e-10 * (high.abs() + WEIGHT), "{range:?} {high}");
                 for (part, begins) in [(-1e-4, false), (1e-4, true)] {
                     // Static frictions that share an effort may exceed their limits by 1e-5, see `stick`.
                     let effort = high + part * sense * (high.abs() + WEIGHT);

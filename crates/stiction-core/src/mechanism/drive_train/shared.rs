@@ -3,7 +3,7 @@
 //! A simulation gives each motor its share of the efforts of the actuators. Frictions, losses and rotors of the motors then
 //! determine the part of the effort that each gear transmits. This module solves the inverse problems.
 //!
-//! Equations (G14) and (G15) of the book's theory.
+//! Equations (G15) and (G16) of the book's theory.
 
 use super::DriveTrain;
 use super::sharing::Group;
