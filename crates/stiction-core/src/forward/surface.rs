@@ -75,6 +75,9 @@ impl Forward {
         place: usize,
         rate: impl Fn(usize) -> f64,
     ) -> Option<f64> {
+        if self.prescribed.is_empty() {
+            return None;
+        }
         let content = &self.parameters.interfaces[interface];
         let arm = content.arms(self.parameters.pitch[content.joint])[place];
         let index = |actuator: usize| self.prescribed.iter().position(|&known| known == actuator);

@@ -8,7 +8,7 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_core::forward::{ConstantEfforts, Forward, Inputs, Known, Settings, View};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::JointId;
-use stiction_format::{LoadCase, ModelFile};
+use stiction_format::{LoadCase, ModelFile, gallery};
 use stiction_run::Sink;
 use stiction_run::forward::{Feed, Job, Recorder, Start, Tables};
 
@@ -359,4 +359,49 @@ fn loop_of_shared_joints() {
         // In the plane, where reactions are determined.
         assert!((a.0.x - b.0.x).abs() < 1e-7 && (a.0.y - b.0.y).abs() < 1e-7, "{a:?} {b:?}");
     }
+}
+
+/// Two motors with unequal gears on each leg of a hexapod. It assembles as without motors, and the efforts of inverse
+/// dynamics cause the motion.
+#[test]
+fn hexapod_with_two_motors_on_each_leg() {
+    let mut text = gallery::get("gough").unwrap().to_owned();
+    for leg in 1..=6 {
+        for (name, forward, backward) in [("a", 0.9, 0.8), ("b", 0.6, 0.3)] {
+            text += &format!(
+                "\n[actuators.{name}{leg}]\njoint = \"leg{leg}.P\"\nlead = 0.02\nshare = 0.5\nefficiency = {forward}\n\
+                 backward_efficiency = {backward}\nrotor_inertia = 4e-5\nmotor_friction = {{ constant = 0.01 }}\n"
+            );
+        }
+    }
+    let model = model_of("gough", &text);
+    let load = LoadCase::default();
+    let along = stiction_run::Job {
+        load: &load,
+        ..job(&model, "sway", "payload", FrictionMode::Converged)
+    };
+    let mut tables = tables(&along);
+    along.run(|sample| tables.add(sample), |_, _, _| true).unwrap();
+    let expected = Csv::parse(&files(&along, tables).remove("joints.csv").unwrap());
+    let fed = Job {
+        motion: Some(model.motion("sway").unwrap()),
+        start: Start::Moving,
+        drives: Feed::Inverse,
+        until: 1e-3,
+        step: 1e-3,
+        ..Job::new(&model, ("none", &load))
+    };
+    let found = simulated(&fed).unwrap();
+    for leg in 1..=6 {
+        let column = format!("leg{leg}.P.acceleration [m/s^2]");
+        let (a, b) = (found.column(&column)[0], expected.column(&column)[0]);
+        assert!((a - b).abs() < 1e-9, "{leg}: {a} {b}");
+    }
+    let forward = Forward::new(model.mechanism.clone(), &[]);
+    let plain = Forward::new(model.mechanism.without_friction(), &[]);
+    let [with_shafts, without] = [&forward, &plain].map(|forward| {
+        let (_, report) = forward.assemble_with_report(&model.initial_poses, &[], &[]).unwrap();
+        report.notes()
+    });
+    assert_eq!(with_shafts, without);
 }

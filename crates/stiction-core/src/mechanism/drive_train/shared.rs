@@ -118,8 +118,12 @@ fn is_proportional(one: &DriveTrain, other: &DriveTrain) -> bool {
 impl SharedMotors {
     /// Computes the efforts of the actuators, torques of their motors times transmissions, with which the gears exert the
     /// efforts `outputs` on the degrees of freedom. `inputs` are those of the motors' gears. `None` if no torques in the
-    /// ratio of the shares do this, which self-locking gears can cause.
+    /// ratio of the shares do this, which self-locking gears can cause, or if the numbers of motors or degrees of freedom
+    /// differ from those of the group.
     pub fn efforts(&self, inputs: &[GearInput], outputs: &[f64]) -> Option<Vec<f64>> {
+        if (inputs.len(), outputs.len()) != self.parts.shape() {
+            return None;
+        }
         let outputs = DVector::from_column_slice(outputs);
         let even = &self.shares * &outputs;
         let each = inputs.iter().zip(even.iter());
@@ -177,12 +181,13 @@ impl SharedMotors {
 
     /// Computes the interval of the actuator's effort that keeps a single degree of freedom at rest by static friction of
     /// motors and gears, while the gears exert efforts within `bounds` on it. A self-locking gear exerts any effort against
-    /// which its motor does not turn it. `None` for several degrees of freedom.
+    /// which its motor does not turn it. `None` for several degrees of freedom, or if `trains` are not those of the mechanism.
     pub fn holding(&self, trains: &[DriveTrain], (low, high): (f64, f64)) -> Option<(f64, f64)> {
         if self.actuators.len() != 1 {
             return None;
         }
-        let motors: Vec<Holding> = self.trains.iter().map(|&k| Holding::of(&trains[k])).collect();
+        let motors = self.trains.iter().map(|&k| trains.get(k).map(Holding::of));
+        let motors: Vec<Holding> = motors.collect::<Option<_>>()?;
         Some((-greatest(&motors, -low), greatest(&motors, high)))
     }
 }
