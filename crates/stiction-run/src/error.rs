@@ -145,6 +145,15 @@ pub enum Error {
         /// Names of the motors.
         motors: String,
     },
+    /// Motors with losses share the efforts of several joints, so that static friction does not hold each effort by itself.
+    #[error(
+        "the motors {motors} with losses in their gears share the efforts of fewer joints, so the range of each \
+         effort depends on the others"
+    )]
+    SharedHolding {
+        /// Names of the motors.
+        motors: String,
+    },
     /// The controller failed during the simulation.
     #[error("at t = {time} s the controller cannot compute efforts: {error}")]
     ControllerAt {

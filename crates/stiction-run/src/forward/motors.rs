@@ -109,11 +109,9 @@ impl Motors {
             };
             let inputs: Vec<GearInput> = shared.trains.iter().map(input).collect();
             let outputs: Vec<f64> = shared.actuators.iter().map(|&k| joints[k]).collect();
-            let names = || shared.trains.iter().map(|&k| format!("`{}`", self.trains[k].0.name));
-            let found = shared.efforts(&inputs, &outputs).ok_or_else(|| Error::SharedMotors {
-                time,
-                motors: names().collect::<Vec<_>>().join(", "),
-            })?;
+            let found = shared
+                .efforts(&inputs, &outputs)
+                .ok_or_else(|| Error::SharedMotors { time, motors: self.names(shared) })?;
             shared.actuators.iter().zip(found).for_each(|(&k, effort)| efforts[k] = effort);
         }
         Ok(())
@@ -121,7 +119,10 @@ impl Motors {
 
     /// Widens the ranges of efforts that hold joints at rest, by the friction of the motors and the losses of the
     /// gears.
-    pub(super) fn widen(&self, low: &mut [f64], high: &mut [f64]) {
+    ///
+    /// # Errors
+    /// [`Error::SharedHolding`] if motors with losses share the efforts of several joints.
+    pub(super) fn widen(&self, low: &mut [f64], high: &mut [f64]) -> Result<(), Error> {
         let joints: Vec<(f64, f64)> = low.iter().copied().zip(high.iter().copied()).collect();
         for (train, map) in &self.trains {
             let bounds = map.effort_bounds(&joints);
@@ -137,12 +138,23 @@ impl Motors {
         }
         let trains: Vec<DriveTrain> = self.trains().cloned().collect();
         for shared in &self.shared {
-            if let [actuator] = shared.actuators[..]
-                && let Some(range) = shared.holding(&trains, joints[actuator])
-            {
-                (low[actuator], high[actuator]) = range;
-            }
+            let range = match shared.actuators[..] {
+                [actuator] => {
+                    shared.holding(&trains, joints[actuator]).map(|range| (actuator, range))
+                }
+                _ => None,
+            };
+            let Some((actuator, range)) = range else {
+                return Err(Error::SharedHolding { motors: self.names(shared) });
+            };
+            (low[actuator], high[actuator]) = range;
         }
+        Ok(())
+    }
+
+    fn names(&self, shared: &SharedMotors) -> String {
+        let names = shared.trains.iter().map(|&k| format!("`{}`", self.trains[k].0.name));
+        names.collect::<Vec<_>>().join(", ")
     }
 
     /// Adds the reflected inertia of the rotors to the effective masses of the actuators, kg or kg m^2.

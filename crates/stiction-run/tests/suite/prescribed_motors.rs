@@ -190,10 +190,8 @@ fn locked_differential() {
     assert!((drives[0] + WEIGHT).abs() < 1e-13 && drives[1].abs() < 1e-13, "{drives:?}");
 }
 
-/// The efforts of inverse dynamics for motors with unequal losses cause the motion: two on a pendulum, and three on the two
-/// joints of the wrist.
-#[test]
-fn efforts_of_inverse_dynamics() {
+/// Two motors with unequal losses on a pendulum, and three on the two joints of the wrist.
+fn shared() -> [ModelFile; 2] {
     let train = |name: &str, joints: &str, (forward, backward): (f64, f64), more: &str| {
         format!(
             "[actuators.{name}]\n{joints}\nratio = 20\nefficiency = {forward}\nbackward_efficiency = {backward}\n{more}\n"
@@ -208,13 +206,19 @@ fn efforts_of_inverse_dynamics() {
         &train("b", pivot, (0.5, 0.2), "share = 0.6\nmotor_friction = { constant = 0.05 }"),
     ]);
     let wrist = with(&[
-        WRIST,
+        &WRIST.replace("com = [0.08, 0, 0]", "com = [0.08, 0.01, 0]"),
         &train("a", "joint = \"pitch\"", (0.9, 0.8), &format!("share = 0.2\n{rotor}")),
         &train("b", "joints = { pitch = 1, roll = 1 }", (0.6, 0.3), "share = 0.5"),
         &train("c", "joints = { pitch = 0.5, roll = -1 }", (0.7, 0.6), "share = 0.9"),
     ]);
-    for (model, names) in [(pendulum, &["pivot"][..]), (wrist, &["pitch", "roll"])] {
-        let expected = inverse(&model);
+    [pendulum, wrist]
+}
+
+/// The efforts of inverse dynamics for motors with unequal losses cause the motion.
+#[test]
+fn efforts_of_inverse_dynamics() {
+    for (model, names) in shared().iter().zip([&["pivot"][..], &["pitch", "roll"]]) {
+        let expected = inverse(model);
         let load = LoadCase::default();
         let motion = model.motion("m").unwrap();
         for k in (1..200).step_by(7) {
@@ -236,7 +240,7 @@ fn efforts_of_inverse_dynamics() {
                 from,
                 until: from + 1e-3,
                 step: 1e-3,
-                ..Job::new(&model, ("none", &load))
+                ..Job::new(model, ("none", &load))
             };
             let found = simulated(&fed).unwrap();
             for (name, reference) in names.iter().zip(&references) {
@@ -252,8 +256,9 @@ fn efforts_of_inverse_dynamics() {
     let stuck = with(&[
         PENDULUM,
         SWING,
-        &train("a", pivot, (0.9, 0.8), "share = 1"),
-        &train("b", pivot, (0.3, -0.5), &format!("share = 0\n{rotor}")),
+        "[actuators.a]\njoint = \"pivot\"\nratio = 20\nefficiency = 0.9\n\
+         [actuators.b]\njoint = \"pivot\"\nratio = 20\nefficiency = 0.3\nbackward_efficiency = -0.5\nshare = 0\n\
+         motor_friction = { constant = 0.02 }\n",
     ]);
     let load = LoadCase::default();
     let fed = Job {
@@ -269,6 +274,27 @@ fn efforts_of_inverse_dynamics() {
             && error.contains("a self-locking gear jams"),
         "{error}"
     );
+}
+
+/// Efforts that hold the hanging pendulum by the friction of its motors; those of the wrist depend on each other.
+#[test]
+fn holding_efforts_of_shared_motors() {
+    let load = LoadCase::default();
+    let [pendulum, wrist] = shared().map(|model| {
+        let mut smooth = model.clone();
+        smooth.mechanism = model.mechanism.without_friction();
+        let smooth = Job { friction: false, ..Job::new(&smooth, ("none", &load)) };
+        let found = smooth.equilibrium(false).unwrap();
+        Job::new(&model, ("none", &load)).holding(&found).unwrap()
+    });
+    // With 0.4 U > 0.4 N m at the first motor, which drives, and 0.6 U < 1 N m at the second, which is driven:
+    // 0.9 (0.4 U - 0.4) + (0.6 U - 1)/0.2 = 0.
+    let limit = (0.36 + 5.0) / (0.36 + 3.0);
+    let (low, high) = pendulum.ranges[0].range;
+    assert!((low + limit).abs() < 1e-9 && (high - limit).abs() < 1e-9, "{low} {high} {limit}");
+    assert!(wrist.ranges.is_empty());
+    let unknown = wrist.unknown.unwrap();
+    assert!(unknown.contains("`a`, `b`, `c` with losses in their gears share"), "{unknown}");
 }
 
 /// A motor with a gear on pitch, and one without loss on pitch and roll: the gear transmits what the first motor exerts, not
@@ -399,8 +425,14 @@ fn hexapod_with_two_motors_on_each_leg() {
     }
     let forward = Forward::new(model.mechanism.clone(), &[]);
     let plain = Forward::new(model.mechanism.without_friction(), &[]);
+    let motion = model.motion("sway").unwrap();
+    let coordinates: Vec<Coordinate> =
+        motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
+    let targets: Vec<Target<f64>> =
+        motion.coordinates.iter().map(|(_, signal)| signal.at(0.0)).collect();
     let [with_shafts, without] = [&forward, &plain].map(|forward| {
-        let (_, report) = forward.assemble_with_report(&model.initial_poses, &[], &[]).unwrap();
+        let poses = &model.initial_poses;
+        let (_, report) = forward.assemble_with_report(poses, &coordinates, &targets).unwrap();
         report.notes()
     });
     assert_eq!(with_shafts, without);

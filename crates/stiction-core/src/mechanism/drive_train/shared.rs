@@ -119,7 +119,7 @@ impl SharedMotors {
     /// Computes the efforts of the actuators, torques of their motors times transmissions, with which the gears exert the
     /// efforts `outputs` on the degrees of freedom. `inputs` are those of the motors' gears. `None` if no torques in the
     /// ratio of the shares do this, which self-locking gears can cause, or if the numbers of motors or degrees of freedom
-    /// differ from those of the group.
+    /// differ from those of the group. Of several solutions, which self-locking gears can cause as well, one is returned.
     pub fn efforts(&self, inputs: &[GearInput], outputs: &[f64]) -> Option<Vec<f64>> {
         if (inputs.len(), outputs.len()) != self.parts.shape() {
             return None;
@@ -131,9 +131,10 @@ impl SharedMotors {
         let mut seen = HashSet::new();
         // For gears that do not lock themselves, the directions of the last solution lead to the next.
         while seen.insert(driving.clone()) {
-            match self.with_directions(inputs, &outputs, &driving)? {
-                (efforts, None) => return Some(efforts),
-                (_, Some(next)) => driving = next,
+            match self.with_directions(inputs, &outputs, &driving) {
+                Some((efforts, None)) => return Some(efforts),
+                Some((_, Some(next))) => driving = next,
+                None => break,
             }
         }
         let count = u32::try_from(inputs.len()).ok().filter(|_| inputs.len() <= COMBINED)?;
