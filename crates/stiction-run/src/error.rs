@@ -134,6 +134,26 @@ pub enum Error {
     /// The inverse dynamics of the controller's model has no solution.
     #[error("{0}")]
     ControllerForces(InverseError),
+    /// Motors that share efforts cannot make a motion.
+    #[error(
+        "at t = {time} s no torques of the motors {motors} in the ratio of their shares make the motion, \
+         because a self-locking gear jams; change the shares or the efficiencies"
+    )]
+    SharedMotors {
+        /// Time, s.
+        time: f64,
+        /// Names of the motors.
+        motors: String,
+    },
+    /// Motors with losses share the efforts of several joints, so that static friction does not hold each effort by itself.
+    #[error(
+        "the motors {motors} with losses in their gears share the efforts of fewer joints, so the range of each \
+         effort depends on the others"
+    )]
+    SharedHolding {
+        /// Names of the motors.
+        motors: String,
+    },
     /// The controller failed during the simulation.
     #[error("at t = {time} s the controller cannot compute efforts: {error}")]
     ControllerAt {
@@ -184,11 +204,9 @@ impl Error {
             Self::Assembly { error, .. } | Self::Forward(ForwardError::Assembly(error)) => {
                 matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
             }
-            Self::Forward(
-                ForwardError::Contradiction { .. }
-                | ForwardError::Blocked { .. }
-                | ForwardError::UnequalGears { .. },
-            ) => true,
+            Self::Forward(ForwardError::Contradiction { .. } | ForwardError::Blocked { .. }) => {
+                true
+            }
             _ => false,
         }
     }

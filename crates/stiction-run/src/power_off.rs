@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::Forces;
-use stiction_core::mechanism::{DriveTrain, Motor, MotorMap};
+use stiction_core::mechanism::{DriveTrain, Motor, MotorMap, SharedMotors};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
 
@@ -25,16 +25,20 @@ pub(crate) enum PowerOff {
 
 /// Determines for each drive train the means that hold its motor with power off, given the forces of the mechanism at
 /// rest.
-pub(crate) fn of(trains: &[DriveTrain], maps: &[MotorMap], forces: &Forces) -> Vec<PowerOff> {
+pub(crate) fn of(
+    (trains, maps, shared): (&[DriveTrain], &[MotorMap], &[SharedMotors]),
+    forces: &Forces,
+) -> Vec<PowerOff> {
     let largest = |size: fn(&(Vec3<f64>, Vec3<f64>)) -> f64| {
         forces.reactions.iter().map(size).fold(0.0, f64::max)
     };
     let rounding = [largest(|(force, _)| force.norm()), largest(|(_, moment)| moment.norm())];
+    let error = |train: &DriveTrain| ROUNDING * rounding[usize::from(!train.translates())];
     let each = trains.iter().zip(maps).map(|(train, map)| {
         let effort = map.effort(&forces.efforts);
         let at = |bounds| train.motor(effort, bounds, None, 0.0, 0.0);
         let bounds = map.effort_bounds(&forces.effort_bounds);
-        let error = ROUNDING * rounding[usize::from(!train.translates())];
+        let error = error(train);
         let holds = |(low, high)| at((low - error, high + error)).holds_without_power();
         if !holds(bounds) {
             let (low, high) = at(bounds).torque_bounds;
@@ -48,7 +52,30 @@ pub(crate) fn of(trains: &[DriveTrain], maps: &[MotorMap], forces: &Forces) -> V
             PowerOff::Undecided
         }
     });
-    each.collect()
+    let mut found: Vec<PowerOff> = each.collect();
+    // On one degree of freedom the gear that holds best may hold for the others.
+    for shared in shared {
+        let [actuator] = shared.actuators[..] else { continue };
+        let (effort, bounds) = (forces.efforts[actuator], forces.effort_bounds[actuator]);
+        let error = shared.trains.iter().map(|&k| error(&trains[k])).fold(0.0, f64::max);
+        let range = |(low, high)| shared.holding(trains, (low - error, high + error));
+        let Some((low, high)) = range(bounds) else { continue };
+        let brake = if low > 0.0 { low } else { (-high).max(0.0) };
+        let certain = range((effort, effort)).is_some_and(|(low, high)| low <= 0.0 && high >= 0.0);
+        for &k in &shared.trains {
+            if found[k] == PowerOff::Unloaded {
+                continue;
+            }
+            found[k] = if brake > 0.0 {
+                PowerOff::Brake(brake * trains[k].share / trains[k].transmission().abs())
+            } else if certain || forces.efforts.len() == 1 {
+                PowerOff::Held
+            } else {
+                PowerOff::Undecided
+            };
+        }
+    }
+    found
 }
 
 /// True if no torque but rounding errors can act on the motor at rest.

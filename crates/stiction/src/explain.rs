@@ -135,7 +135,6 @@ fn cannot_carry(missing: &Missing) -> Error {
 /// Adds suggestions to the plain message of a simulation error.
 fn simulation(error: &ForwardError, plain: Error) -> Error {
     match error {
-        ForwardError::UnequalGears { .. } => plain,
         ForwardError::Blocked { .. } => plain
             .with_help("give other rates at the start, or lock other joints")
             .with_option("from"),

@@ -3,7 +3,7 @@
 use super::Forward;
 use super::balance::{Balance, Response};
 use super::data::Data;
-use super::transmitted::{gearings_behind, is_behind};
+use super::transmitted::{is_behind, parallel_to_gear};
 use crate::friction_problem::complementarity::{Complementarity, Member, MemberLaw};
 use crate::friction_problem::influence::Influence;
 use crate::kinematics::Bodies;
@@ -41,7 +41,7 @@ impl Influence for MemberWrenches<'_> {
                 let behind =
                     friction_behind(self.model, member.interface, std::slice::from_ref(own));
                 let geared =
-                    gearings_behind(self.model, self.bodies, member.interface, &unit.multipliers);
+                    parallel_to_gear(self.model, self.bodies, member.interface, &unit.multipliers);
                 put(row, column, unit.wrenches[joint] - behind - geared);
             }
         }
@@ -99,10 +99,11 @@ impl<'a> Members<'a> {
         for member in self.members.iter().filter(|m| !matches!(m.law, MemberLaw::Sliding(_))) {
             let own = free(member.interface);
             for (place, i) in member.places.clone().enumerate() {
-                if let Some((actuator, arm)) = model.prescribed_place(member.interface, place) {
+                let rate = model.prescribed_rate(member.interface, place, |k| prescribed[k]);
+                if let Some(rate) = rate {
                     // Computed rates of a locked actuator are round-off, whose sign would choose a
                     // direction of slip.
-                    rates[i] = arm * prescribed[actuator];
+                    rates[i] = rate;
                     continue;
                 }
                 rates[i] = own[place];
@@ -116,7 +117,7 @@ impl<'a> Members<'a> {
         }
         let of_base = |member: &Member| {
             let joint = model.parameters.interfaces[member.interface].joint;
-            let geared = gearings_behind(model, &data.bodies, member.interface, &base.multipliers);
+            let geared = parallel_to_gear(model, &data.bodies, member.interface, &base.multipliers);
             base.wrenches[joint] - friction_behind(model, member.interface, &self.known) - geared
         };
         let base = self.members.iter().map(of_base).collect();

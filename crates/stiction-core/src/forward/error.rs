@@ -55,28 +55,6 @@ pub enum ForwardError {
         /// Name of a joint that can neither stick nor slide.
         joint: String,
     },
-    /// Two drive trains of one degree of freedom have gears with different losses, so their parts of the effort are
-    /// unknown.
-    #[error(
-        "the motors `{first}` and `{second}` drive one degree of freedom by gears with different losses, so \
-         that their parts of the effort are not known; give both gears the same efficiencies"
-    )]
-    UnequalGears {
-        /// Name of a drive train of this degree of freedom.
-        first: String,
-        /// Name of another drive train of the same degree of freedom.
-        second: String,
-    },
-    /// The friction of a motor that moves several joints together cannot be simulated.
-    #[error(
-        "the motor `{actuator}` moves several joints together, and its friction is not simulated {problem}"
-    )]
-    FrictionOfSeveral {
-        /// Name of the drive train.
-        actuator: String,
-        /// Condition under which, or reason for which, the friction is not simulated, and the remedy.
-        problem: String,
-    },
     /// A body has no inertia in a motion that the constraints allow.
     #[error(
         "at t = {t} s body `{body}` can move without any inertia, so its acceleration is not \

@@ -1,15 +1,15 @@
-//! Shafts that the model adds to the mechanism for motors of several joints, so that their friction is simulated.
+//! Shafts that the model adds to the mechanism for motors that share the efforts of joints, so that the friction of each is
+//! simulated.
 //!
 //! Equation (G13) of the book's theory.
 
 use super::Forward;
 use super::data::Data;
-use super::error::ForwardError;
-use crate::mechanism::{JointId, Mechanism};
+use crate::mechanism::{JointId, Mechanism, MotorShaft};
 use crate::spatial::Wrench;
 
 impl Forward {
-    /// The mechanism that is simulated: with added shafts for motors of several joints that have friction.
+    /// The mechanism that is simulated: with added shafts, see [`Mechanism::trains_on_shafts`].
     pub(super) fn simulated(&self) -> &Mechanism {
         self.with_shafts.as_ref().map_or(&self.mechanism, |(mechanism, _)| mechanism)
     }
@@ -17,42 +17,14 @@ impl Forward {
     /// Joint by which results name an interface. If the interface is on an added motor shaft, it is the first joint
     /// that the motor moves.
     pub(super) fn reported_joint(&self, interface: usize) -> JointId {
-        let own = JointId(self.parameters.interfaces[interface].joint);
-        let shafts = self.with_shafts.iter().flat_map(|(_, shafts)| shafts);
-        shafts.filter(|shaft| shaft.joint == own).map(|shaft| shaft.moved).next().unwrap_or(own)
+        let own = self.parameters.interfaces[interface].joint;
+        self.shaft_at(own).map_or(JointId(own), |shaft| shaft.moved)
     }
 
-    /// Checks that the friction of every motor of several joints can be simulated.
-    ///
-    /// # Errors
-    /// [`ForwardError::FrictionOfSeveral`].
-    pub(super) fn check_motors(&self) -> Result<(), ForwardError> {
-        let on_shaft = self.mechanism.trains_on_shafts();
-        let trains = self.mechanism.drive_trains().iter().zip(on_shaft);
-        for (train, _) in trains.filter(|(_, on_shaft)| *on_shaft) {
-            let refused = |problem: String| {
-                Err(ForwardError::FrictionOfSeveral { actuator: train.name.clone(), problem })
-            };
-            if self.with_shafts.is_none() {
-                return refused(
-                    "because geared joints alone close a loop; divide a body of the loop by a fixed joint"
-                        .into(),
-                );
-            }
-            let actuators = &self.topology.actuators;
-            let is_moved = |a: &&usize| {
-                let at = actuators[**a];
-                train.moves(JointId(at.joint), at.dof)
-            };
-            if let Some(&actuator) = self.prescribed.iter().find(is_moved) {
-                let at = actuators[actuator];
-                let joint = self.mechanism.joints()[at.joint].dof_name(at.dof);
-                return refused(format!(
-                    "while the motion of `{joint}` is prescribed; move `{joint}` by an effort or a controller"
-                ));
-            }
-        }
-        Ok(())
+    /// The motor shaft that the model adds with this joint.
+    pub(super) fn shaft_at(&self, joint: usize) -> Option<&MotorShaft> {
+        let mut shafts = self.with_shafts.iter().flat_map(|(_, shafts)| shafts);
+        shafts.find(|shaft| shaft.joint.0 == joint)
     }
 
     /// Returns the wrench of each motor or actuator that exerts an effort, with the index of its joint.

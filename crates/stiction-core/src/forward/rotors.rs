@@ -5,7 +5,7 @@
 use super::constraint_jacobian::{each_dof, opening};
 use crate::friction::{InterfaceShape, Law, NormalLoadMap};
 use crate::kinematics::Bodies;
-use crate::mechanism::{DriveTrain, Mechanism, RotorAxis};
+use crate::mechanism::{Mechanism, RotorAxis};
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Role, Topology};
@@ -127,11 +127,12 @@ impl RotorTerm {
 
 /// Friction of all motors and gears on each degree of freedom, as an interface with friction coefficient one. Its
 /// normal load is the constant motor friction, plus the gear loss, which is affine in the magnitude of the transmitted
-/// effort.
+/// effort. Gears that share a degree of freedom have the same losses, and transmit efforts in constant ratios; others
+/// have shafts.
 pub(super) fn shaft_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f64>> {
     let mut frictions: Vec<InterfaceParameters<f64>> = Vec::new();
     for train in mechanism.drive_trains().iter().filter(|train| train.has_friction()) {
-        // Motors of several joints with friction have shafts, or are refused before a simulation starts.
+        // Motors of several joints with friction have shafts.
         let Some((joint, dof)) = train.only_dof() else { continue };
         let (n, friction) = (train.transmission().abs(), train.motor_friction);
         let (joint, joint_type) = (joint.0, mechanism.joints()[joint.0].joint_type);
@@ -163,16 +164,4 @@ pub(super) fn shaft_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f
         friction.law.mu = 0.0;
     }
     frictions
-}
-
-/// Finds two drive trains of one degree of freedom whose gears have different losses.
-pub(super) fn unequal_gears(mechanism: &Mechanism) -> Option<[&DriveTrain; 2]> {
-    let trains = mechanism.drive_trains();
-    trains.iter().enumerate().find_map(|(k, train)| {
-        let differs = |other: &&DriveTrain| {
-            let same = other.only_dof().is_some() && other.only_dof() == train.only_dof();
-            same && other.losses() != train.losses()
-        };
-        trains[..k].iter().find(differs).map(|other| [other, train])
-    })
 }

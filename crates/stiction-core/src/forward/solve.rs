@@ -69,8 +69,7 @@ impl Forward {
             for (place, dof) in interface.shape.dofs().enumerate() {
                 let joint = interface.joint;
                 // Several interfaces of one DOF share its static friction.
-                let prescribed = &constrained[..targets.len().min(self.prescribed.len())];
-                if prescribed.iter().any(|c| (c.joint, c.dof) == (joint, dof)) {
+                if !targets.is_empty() && self.is_prescribed_place(index, place) {
                     continue;
                 }
                 sticking.push(StickingDof { interface: index, place, row: constrained.len() });

@@ -66,15 +66,34 @@ impl Forward {
         arm * rate
     }
 
-    /// Finds the prescribed actuator that determines the surface rate of an interface along one of its DOFs. Returns
-    /// its index among the prescribed actuators, and the surface rate per rate of the actuator, m or 1. `None` if no
-    /// actuator prescribes that DOF.
-    pub(super) fn prescribed_place(&self, interface: usize, place: usize) -> Option<(usize, f64)> {
+    /// Computes the surface rate of an interface along one of its DOFs, m/s, from the rates of the prescribed actuators
+    /// (by their index among the prescribed ones); rates may also be accelerations. `None` if they do not determine it:
+    /// they determine the DOFs of their own joints, and the added shafts of motors all of whose joints they move.
+    pub(super) fn prescribed_rate(
+        &self,
+        interface: usize,
+        place: usize,
+        rate: impl Fn(usize) -> f64,
+    ) -> Option<f64> {
+        if self.prescribed.is_empty() {
+            return None;
+        }
         let content = &self.parameters.interfaces[interface];
+        let arm = content.arms(self.parameters.pitch[content.joint])[place];
+        let index = |actuator: usize| self.prescribed.iter().position(|&known| known == actuator);
+        if let Some(shaft) = self.shaft_at(content.joint) {
+            let moving = shaft.motor.terms.iter().filter(|term| term.part != 0.0);
+            let each = moving.map(|term| Some(term.part * rate(index(term.actuator)?)));
+            return each.sum::<Option<f64>>().map(|sum| arm * sum);
+        }
         let at = (content.joint, content.shape.dofs().start + place);
-        let actuators = &self.topology.actuators;
-        let is_there = |&a: &usize| (actuators[a].joint, actuators[a].dof) == at;
-        let actuator = self.prescribed.iter().position(is_there)?;
-        Some((actuator, content.arms(self.parameters.pitch[content.joint])[place]))
+        let mut actuators = self.topology.actuators.iter();
+        let actuator = actuators.position(|actuator| (actuator.joint, actuator.dof) == at)?;
+        Some(arm * rate(index(actuator)?))
+    }
+
+    /// Returns whether prescribed actuators determine the motion of an interface along one of its DOFs.
+    pub(super) fn is_prescribed_place(&self, interface: usize, place: usize) -> bool {
+        self.prescribed_rate(interface, place, |_| 0.0).is_some()
     }
 }

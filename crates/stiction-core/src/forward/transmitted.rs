@@ -2,8 +2,10 @@
 //!
 //! A gear lies between its motor and its joint. Its loss depends on the effort that it transmits: the effort of the
 //! joint's complete wrench without the friction of the joint itself, and without the effort of gearings at that joint.
+//! The constraints exert the efforts of prescribed actuators at the joints of these actuators. If motors with added
+//! shafts move such a joint, their gears transmit these efforts in addition.
 //!
-//! Equation (G8) of the book's theory.
+//! Equations (G8) and (G14) of the book's theory.
 
 use super::Forward;
 use super::constraint_jacobian::{ConstraintRow, StickingDof};
@@ -21,9 +23,10 @@ pub(super) fn is_behind(parameters: &Parameters<f64>, gear: usize, other: usize)
     gear.load.gear.is_some() && gear.joint == other.joint && !is_shaft(other.shape)
 }
 
-/// Wrench of the gearings at the joint of an interface with a gear. They act in parallel to the gear, so the gear does
-/// not transmit it.
-pub(super) fn gearings_behind<T: Scalar>(
+/// Wrench at the joint of an interface with a gear that this gear does not transmit: that of gearings, which act in
+/// parallel to it. On an added shaft it contains, with negative sign, the part of the motor in the efforts of prescribed
+/// actuators, because the gear transmits this part although it does not act on the shaft's joint.
+pub(super) fn parallel_to_gear<T: Scalar>(
     model: &Forward,
     bodies: &Bodies<f64>,
     gear: usize,
@@ -36,6 +39,14 @@ pub(super) fn gearings_behind<T: Scalar>(
         return sum;
     };
     let dofs = topology.joint_types[gear.joint].dofs();
+    if let Some(shaft) = model.shaft_at(gear.joint) {
+        let effort = bodies.effort(&dofs[0], gear.joint);
+        let first = topology.closures();
+        for (actuator, multiplier) in model.prescribed.iter().zip(&multipliers[first..]) {
+            let share = shaft.motor.share_of(*actuator);
+            sum -= (effort * share).lift() * *multiplier;
+        }
+    }
     for (own, multiplier) in topology.gearings.iter().zip(&multipliers[topology.constraints..]) {
         for (tree_dof, coefficient) in own.terms(parameters) {
             if node.tree_dofs.contains(&tree_dof) {
@@ -76,7 +87,7 @@ impl LoadSide<'_> {
         if self.model.parameters.interfaces[gear].load.gear.is_none() {
             return Wrench::zero();
         }
-        let mut sum = gearings_behind(self.model, self.bodies, gear, multipliers);
+        let mut sum = parallel_to_gear(self.model, self.bodies, gear, multipliers);
         for dof in self.sticking.iter().filter(|dof| self.is_behind(gear, dof.interface)) {
             let row = self.model.topology.closures() + dof.row;
             sum += self.rows[row].covector.lift() * multipliers[row];

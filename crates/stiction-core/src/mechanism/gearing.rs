@@ -3,7 +3,7 @@
 //! Equation (G12) of the book's theory.
 
 use super::scalar_dof::{self, Coefficients};
-use super::{Defect, GearedDof, Joint};
+use super::{Defect, GearedDof, Joint, JointId};
 
 /// Rigid gearing of several degrees of freedom: a weighted sum of their coordinates is constant.
 ///
@@ -95,25 +95,34 @@ pub(super) fn check_loops(
     (bodies, joints): (usize, &[Joint]),
     defects: &mut Vec<Defect>,
 ) {
+    if let Some((gearing, joint)) = closing_joint(gearings, (bodies, joints)) {
+        let problem = format!(
+            "all joints of a loop through `{}` are geared: divide a body of it by a fixed joint",
+            joints[joint.0].name
+        );
+        defects.push(Defect::Gearing { gearing: gearings[gearing].name.clone(), problem });
+    }
+}
+
+/// Finds the first joint that closes a loop of geared joints alone, with the index of its gearing.
+pub(super) fn closing_joint(
+    gearings: &[Gearing],
+    (bodies, joints): (usize, &[Joint]),
+) -> Option<(usize, JointId)> {
     let mut tree_of: Vec<usize> = (0..bodies).collect();
     let mut known = vec![false; joints.len()];
-    for gearing in gearings {
+    for (index, gearing) in gearings.iter().enumerate() {
         for geared in &gearing.dofs {
-            let index = geared.joint.0;
-            if std::mem::replace(&mut known[index], true) {
+            if std::mem::replace(&mut known[geared.joint.0], true) {
                 continue;
             }
-            let joint = &joints[index];
+            let joint = &joints[geared.joint.0];
             let (one, other) = (tree_of[joint.predecessor.0], tree_of[joint.successor.0]);
             if one == other {
-                let problem = format!(
-                    "all joints of a loop through `{}` are geared: divide a body of it by a fixed joint",
-                    joint.name
-                );
-                defects.push(Defect::Gearing { gearing: gearing.name.clone(), problem });
-                return;
+                return Some((index, geared.joint));
             }
             tree_of.iter_mut().filter(|tree| **tree == other).for_each(|tree| *tree = one);
         }
     }
+    None
 }

@@ -21,8 +21,8 @@ pub use changed::Changeable;
 pub use compliance::Compliance;
 pub use defect::{Defect, Defects};
 pub use drive_train::{
-    DriveTrain, DriveTrainSpec, GearLoss, Mesh, Motor, MotorFriction, MotorLimits, MotorMap,
-    MotorTerm, RotorAxis,
+    DriveTrain, DriveTrainSpec, GearInput, GearLoss, Mesh, Motor, MotorFriction, MotorLimits,
+    MotorMap, MotorTerm, RotorAxis, SharedMotors,
 };
 pub use gearing::{Gearing, GearingSpec};
 pub use range::{JointRange, RangeOf};
@@ -216,8 +216,8 @@ impl Mechanism {
     }
 
     /// Actuated degrees of freedom whose motors or gears have friction, in the order of the drive trains: the name of the
-    /// first motor with friction, and the joint. A motor that shares several joints with others counts by itself, with the
-    /// first of its joints. Simulations append one friction interface for each of these to the interfaces of the joints.
+    /// first motor with friction, and the joint. A motor to which simulations give a shaft of its own counts by itself, with
+    /// the first of its joints. Simulations append one friction interface for each of these to the interfaces of the joints.
     #[doc(hidden)]
     pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
         let mut found: Vec<(&str, (JointId, usize))> = Vec::new();

@@ -1,8 +1,9 @@
-//! Shafts of motors that move several joints together: what simulations of their friction add to the mechanism.
+//! Shafts of motors that share the efforts of joints: what simulations of their friction add to the mechanism.
 //!
 //! Equation (G13) of the book's theory.
 
-use super::gearing::check_loops;
+use super::drive_train::Group;
+use super::gearing::closing_joint;
 use super::{Body, BodyId, GearedDof, Gearing, Joint, JointId, Mechanism, MotorMap};
 use crate::joint::JointType;
 use crate::spatial::{Mat3, Pose, Vec3};
@@ -19,29 +20,19 @@ pub(crate) struct MotorShaft {
 }
 
 impl Mechanism {
-    /// For each drive train whether simulations give it a shaft of its own: motors of several joints with friction in
-    /// motor or gear, and motors that share efforts with them, directly or through others.
+    /// For each drive train whether simulations give it a shaft of its own, see [`Group::needs_shafts`].
     pub(crate) fn trains_on_shafts(&self) -> Vec<bool> {
         let trains = self.drive_trains();
-        let mut on_shaft: Vec<bool> =
-            trains.iter().map(|train| train.only_dof().is_none() && train.has_friction()).collect();
-        let moves_together = |a: usize, b: usize| {
-            trains[a].dofs.iter().any(|driven| trains[b].moves(driven.joint, driven.dof))
-        };
-        loop {
-            let joins = |k: usize| {
-                (0..trains.len()).any(|other| on_shaft[other] && moves_together(k, other))
-            };
-            let Some(next) = (0..trains.len()).find(|&k| !on_shaft[k] && joins(k)) else {
-                return on_shaft;
-            };
-            on_shaft[next] = true;
+        let mut on_shaft = vec![false; trains.len()];
+        for group in Group::all(trains).iter().filter(|group| group.needs_shafts(trains)) {
+            group.trains.iter().for_each(|&train| on_shaft[train] = true);
         }
+        on_shaft
     }
 
     /// Returns the mechanism with massless shafts for the motors of [`Self::trains_on_shafts`], after all other bodies and
-    /// joints. Each motor drives its shaft alone, and a gearing connects the shaft with the joints. `None` if no motor
-    /// needs a shaft, or if all joints of a loop would be geared.
+    /// joints. Each motor drives its shaft alone, and a gearing connects the shaft with the joints. If all joints of a loop
+    /// are then geared, a fixed joint divides one of its bodies. `None` if no motor needs a shaft.
     pub(crate) fn with_shafts(&self) -> Option<(Self, Vec<MotorShaft>)> {
         let on_shaft = self.trains_on_shafts();
         if !on_shaft.contains(&true) {
@@ -70,35 +61,56 @@ impl Mechanism {
             let name = format!("{}.motor", train.name);
             other.gearings.push(Gearing { name: name.clone(), dofs, offset: 0.0 });
             let body = BodyId(other.bodies.len());
-            other.bodies.push(Body {
-                name: name.clone(),
-                mass: 0.0,
-                com: Vec3::zero(),
-                inertia: Mat3::zero(),
-            });
+            other.bodies.push(massless(name.clone()));
             let joint_type = if translates { JointType::Prismatic } else { JointType::Revolute };
-            other.joints.push(Joint {
-                name,
-                joint_type,
-                predecessor: BodyId::GROUND,
-                successor: body,
-                frame_j: Pose::identity(),
-                frame_k: Pose::identity(),
-                pitch: 0.0,
-                actuated: vec![false],
-                // The gearing determines it.
-                start: None,
-                friction: Vec::new(),
-                compliance: None,
-                ranges: Vec::new(),
-            });
+            other.joints.push(added_joint(name, joint_type, (BodyId::GROUND, body)));
             let train = &mut other.drive_trains[k];
             train.dofs = vec![GearedDof { joint, dof: 0, coefficient: 1.0, translates }];
             train.share = 1.0;
             shafts.push(MotorShaft { joint, moved, motor });
         }
-        let mut defects = Vec::new();
-        check_loops(&other.gearings, (other.bodies.len(), &other.joints), &mut defects);
-        defects.is_empty().then_some((other, shafts))
+        while let Some((_, joint)) =
+            closing_joint(&other.gearings, (other.bodies.len(), &other.joints))
+        {
+            other.divide_successor(joint);
+        }
+        Some((other, shafts))
+    }
+
+    /// Inserts a massless body between a joint and its successor, fixed to the successor.
+    fn divide_successor(&mut self, joint: JointId) {
+        let body = BodyId(self.bodies.len());
+        let divided = &mut self.joints[joint.0];
+        let successor = std::mem::replace(&mut divided.successor, body);
+        let name = format!("{}.divided", divided.name);
+        self.bodies.push(massless(name.clone()));
+        self.joints.push(added_joint(name, JointType::Fixed, (body, successor)));
+    }
+}
+
+fn massless(name: String) -> Body {
+    Body { name, mass: 0.0, com: Vec3::zero(), inertia: Mat3::zero() }
+}
+
+/// Joint without friction whose frames are those of its bodies.
+fn added_joint(
+    name: String,
+    joint_type: JointType,
+    (predecessor, successor): (BodyId, BodyId),
+) -> Joint {
+    Joint {
+        name,
+        joint_type,
+        predecessor,
+        successor,
+        frame_j: Pose::identity(),
+        frame_k: Pose::identity(),
+        pitch: 0.0,
+        actuated: vec![false; joint_type.dofs().len()],
+        // The constraints determine it.
+        start: None,
+        friction: Vec::new(),
+        compliance: None,
+        ranges: Vec::new(),
     }
 }

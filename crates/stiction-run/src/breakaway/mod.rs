@@ -86,7 +86,8 @@ fn rest_at(job: &Job<'_>, follower: &mut Follower<'_>) -> Result<Findings, Error
     let loads = solver.determined_loads(&statics);
     let (forces, trains) = (solver.forces(), solver.mechanism().drive_trains());
     let maps = solver.mechanism().motor_maps();
-    let power_off = power_off::of(trains, &maps, forces);
+    let shared = solver.mechanism().shared_motors();
+    let power_off = power_off::of((trains, &maps, &shared), forces);
     let motors = trains.iter().zip(&maps).map(|(train, map)| {
         let bounds = map.effort_bounds(&forces.effort_bounds);
         train.motor(map.effort(&forces.efforts), bounds, None, 0.0, 0.0)

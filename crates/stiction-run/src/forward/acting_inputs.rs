@@ -329,8 +329,8 @@ impl<'a> Acting<'a> {
             let (with, without) = guide.drives()?;
             let (mut with, mut without) = (with.to_vec(), without.to_vec());
             let motion = (&reference[..], guide.bodies());
-            self.motors.add(&mut with, motion, self.job.friction);
-            self.motors.add(&mut without, motion, false);
+            self.motors.add(time, &mut with, motion, self.job.friction)?;
+            self.motors.add(time, &mut without, motion, false)?;
             for (index, (with, without)) in with.iter().zip(without).enumerate() {
                 friction[index] = with - without;
                 if matches!(self.job.drives, Feed::Inverse) {

@@ -229,7 +229,7 @@ impl<'a> Controller<'a> {
                     model.solve(loads).map_err(|error| at(Error::ControllerForces(error)))?;
                 let mut efforts = forces.efforts.clone();
                 let friction = control.friction == FrictionFeed::Measured;
-                self.motors.add(&mut efforts, (&targets, model.bodies()), friction);
+                self.motors.add(*time, &mut efforts, (&targets, model.bodies()), friction)?;
                 efforts
             }
             _ => corrections.collect(),

@@ -153,7 +153,7 @@ impl Job<'_> {
         let (mut low, mut high): (Vec<f64>, Vec<f64>) =
             forces.effort_bounds.iter().copied().unzip();
         let motors = Motors::new(&self.model.mechanism);
-        motors.widen(&mut low, &mut high);
+        motors.widen(&mut low, &mut high)?;
         let names = Names::new(&self.model.mechanism).drives.into_iter();
         let ranges = names.zip(low.into_iter().zip(high));
         Ok(ranges.map(|((name, unit), range)| HoldingRange { name, unit, range }).collect())

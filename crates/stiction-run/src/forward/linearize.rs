@@ -137,7 +137,8 @@ impl Job<'_> {
         let loads = self.loads_without_state()?;
         let forces = model.solve(&loads).map_err(Error::ControllerForces)?;
         let mut efforts = forces.efforts.clone();
-        Motors::new(forward.mechanism()).add(&mut efforts, (&targets, &bodies), self.friction);
+        let motors = Motors::new(forward.mechanism());
+        motors.add(self.from, &mut efforts, (&targets, &bodies), self.friction)?;
         Ok(efforts)
     }
 

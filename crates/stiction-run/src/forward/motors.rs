@@ -3,19 +3,32 @@
 //! The effort of an actuator with a drive train is the torque of its motor times the transmission: the rotor, the
 //! friction of the motor and the loss of the gear belong to the mechanism on which this effort acts.
 
+use crate::error::Error;
 use stiction_core::kinematics::{Bodies, Target};
-use stiction_core::mechanism::{DriveTrain, Mechanism, MotorMap};
+use stiction_core::mechanism::{DriveTrain, GearInput, Mechanism, MotorMap, SharedMotors};
 
 /// Drive trains, each with the actuators that it moves.
 #[derive(Clone, Debug)]
 pub(super) struct Motors {
     trains: Vec<(DriveTrain, MotorMap)>,
+    /// Those of them that share efforts, and whose gears do not transmit them in the ratio of the shares.
+    shared: Vec<SharedMotors>,
+}
+
+/// Motion at the output of a motor's gear.
+struct OutputMotion {
+    /// Rate, rad/s or m/s; `None` at rest, where friction has any direction.
+    rate: Option<f64>,
+    acceleration: f64,
+    /// Angular acceleration of the body that carries the rotor, about its axis, rad/s^2.
+    carrier: f64,
 }
 
 impl Motors {
     pub(super) fn new(mechanism: &Mechanism) -> Self {
         let trains = mechanism.drive_trains().iter().cloned();
-        Self { trains: trains.zip(mechanism.motor_maps()).collect() }
+        let trains = trains.zip(mechanism.motor_maps()).collect();
+        Self { trains, shared: mechanism.shared_motors() }
     }
 
     /// Names of the columns of all motors.
@@ -59,20 +72,22 @@ impl Motors {
 
     /// Adds to the efforts that a motion requires at the joints those that the motors require in addition: to
     /// accelerate their rotors and, if `friction` is true, to overcome the friction of motors and gears.
+    ///
+    /// # Errors
+    /// [`Error::SharedMotors`] at this time, s, if motors with torques in the ratio of their shares cannot exert these
+    /// efforts.
     pub(super) fn add(
         &self,
+        time: f64,
         efforts: &mut [f64],
         (motion, bodies): (&[Target<f64>], &Bodies<f64>),
         friction: bool,
-    ) {
+    ) -> Result<(), Error> {
         let joints = efforts.to_vec();
         for (train, map) in &self.trains {
-            let rate = map.output(|actuator| motion[actuator].rate);
-            let acceleration = map.output(|actuator| motion[actuator].acceleration);
+            let OutputMotion { rate, acceleration, carrier } =
+                output_motion((train, map), motion, bodies);
             let effort = map.effort(&joints);
-            // At rest, friction has any direction.
-            let rate = (rate != 0.0).then_some(rate);
-            let carrier = train.acceleration_of_carrier(&bodies.pose, &bodies.acceleration);
             let bounds = (effort, effort);
             let motor = match friction {
                 true => train.motor(effort, bounds, rate, acceleration, carrier),
@@ -84,11 +99,30 @@ impl Motors {
             let more = train.transmission() * motor.torque - effort;
             map.terms.iter().for_each(|term| efforts[term.actuator] += term.part * more);
         }
+        // Without friction the efforts of the motors matter only together.
+        for shared in self.shared.iter().filter(|_| friction) {
+            let input = |&k: &usize| -> GearInput {
+                let (train, map) = &self.trains[k];
+                let OutputMotion { rate, acceleration, carrier } =
+                    output_motion((train, map), motion, bodies);
+                train.gear_input(rate, acceleration, carrier)
+            };
+            let inputs: Vec<GearInput> = shared.trains.iter().map(input).collect();
+            let outputs: Vec<f64> = shared.actuators.iter().map(|&k| joints[k]).collect();
+            let found = shared
+                .efforts(&inputs, &outputs)
+                .ok_or_else(|| Error::SharedMotors { time, motors: self.names(shared) })?;
+            shared.actuators.iter().zip(found).for_each(|(&k, effort)| efforts[k] = effort);
+        }
+        Ok(())
     }
 
     /// Widens the ranges of efforts that hold joints at rest, by the friction of the motors and the losses of the
     /// gears.
-    pub(super) fn widen(&self, low: &mut [f64], high: &mut [f64]) {
+    ///
+    /// # Errors
+    /// [`Error::SharedHolding`] if motors with losses share the efforts of several joints.
+    pub(super) fn widen(&self, low: &mut [f64], high: &mut [f64]) -> Result<(), Error> {
         let joints: Vec<(f64, f64)> = low.iter().copied().zip(high.iter().copied()).collect();
         for (train, map) in &self.trains {
             let bounds = map.effort_bounds(&joints);
@@ -102,6 +136,25 @@ impl Motors {
                 high[term.actuator] += a.max(b);
             }
         }
+        let trains: Vec<DriveTrain> = self.trains().cloned().collect();
+        for shared in &self.shared {
+            let range = match shared.actuators[..] {
+                [actuator] => {
+                    shared.holding(&trains, joints[actuator]).map(|range| (actuator, range))
+                }
+                _ => None,
+            };
+            let Some((actuator, range)) = range else {
+                return Err(Error::SharedHolding { motors: self.names(shared) });
+            };
+            (low[actuator], high[actuator]) = range;
+        }
+        Ok(())
+    }
+
+    fn names(&self, shared: &SharedMotors) -> String {
+        let names = shared.trains.iter().map(|&k| format!("`{}`", self.trains[k].0.name));
+        names.collect::<Vec<_>>().join(", ")
     }
 
     /// Adds the reflected inertia of the rotors to the effective masses of the actuators, kg or kg m^2.
@@ -111,5 +164,18 @@ impl Motors {
                 masses[term.actuator] += term.part * term.part * train.reflected_inertia();
             }
         }
+    }
+}
+
+fn output_motion(
+    (train, map): (&DriveTrain, &MotorMap),
+    motion: &[Target<f64>],
+    bodies: &Bodies<f64>,
+) -> OutputMotion {
+    let rate = map.output(|actuator| motion[actuator].rate);
+    OutputMotion {
+        rate: (rate != 0.0).then_some(rate),
+        acceleration: map.output(|actuator| motion[actuator].acceleration),
+        carrier: train.acceleration_of_carrier(&bodies.pose, &bodies.acceleration),
     }
 }

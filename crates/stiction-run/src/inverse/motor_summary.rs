@@ -8,7 +8,7 @@ use crate::statistics::{Integral, Size};
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::Forces;
-use stiction_core::mechanism::{DriveTrain, Motor, MotorMap};
+use stiction_core::mechanism::{DriveTrain, Motor, MotorMap, SharedMotors};
 use stiction_draw::numbers::{number, percent};
 
 /// Statistics of all motors along a motion.
@@ -17,6 +17,7 @@ pub(super) struct MotorSummary {
     motors: Vec<OneMotor>,
     trains: Vec<DriveTrain>,
     maps: Vec<MotorMap>,
+    shared: Vec<SharedMotors>,
     /// Time, s, of the last pose at rest, and the means that hold it with power off: friction or brakes.
     power_off: Option<(f64, Vec<PowerOff>)>,
     residual: Size,
@@ -44,6 +45,7 @@ impl MotorSummary {
             motors: vec![OneMotor::default(); trains.len()],
             trains,
             maps: mechanism.motor_maps(),
+            shared: mechanism.shared_motors(),
             power_off: None,
             residual: Size::default(),
         }
@@ -70,7 +72,7 @@ impl MotorSummary {
         }
         self.residual.add(time, residual(motors, forces));
         if motors.iter().all(|motor| motor.speed == 0.0 && motor.acceleration.abs() < STILL) {
-            let found = power_off::of(&self.trains, &self.maps, forces);
+            let found = power_off::of((&self.trains, &self.maps, &self.shared), forces);
             self.power_off = Some((time, found));
         }
     }

@@ -5,7 +5,7 @@ use crate::drive_trains::{relative_error, with};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use stiction_core::dynamics::FrictionMode;
-use stiction_core::forward::{ConstantEfforts, Forward, ForwardError, Settings};
+use stiction_core::forward::{ConstantEfforts, Forward, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::JointId;
 use stiction_format::{ModelFile, Source, read};
@@ -14,7 +14,7 @@ use stiction_run::exchange::{Instant, model_file};
 use stiction_run::inverse::{Sample, Summary};
 
 /// A wrist: pitch about y, then roll about x; a hand of 1.5 kg at 80 mm on the axis of roll, round about it.
-const WRIST: &str = "
+pub(crate) const WRIST: &str = "
 gravity = [0, 0, -9.81]
 [bodies.cradle]
 [bodies.hand]
@@ -38,9 +38,9 @@ pitch = \"0.9 rad*sin(2*pi*t/1 s)\"
 roll = \"1.4 rad*cos(2*pi*t/2 s)\"
 ";
 /// Inertia about the pitch axis, and about the roll axis, kg m^2; moment of weight, N m.
-const PITCH: f64 = 0.004 + 1.5 * 0.08 * 0.08;
-const ROLL: f64 = 0.002;
-const WEIGHT: f64 = 1.5 * 9.81 * 0.08;
+pub(crate) const PITCH: f64 = 0.004 + 1.5 * 0.08 * 0.08;
+pub(crate) const ROLL: f64 = 0.002;
+pub(crate) const WEIGHT: f64 = 1.5 * 9.81 * 0.08;
 
 fn run(model: &ModelFile) -> (Csv, Csv, Value) {
     let job = job(model, "m", "none", FrictionMode::Converged);
@@ -417,17 +417,4 @@ fn what_differentials_refuse() {
     assert!(message.contains("move only some combinations"), "{message}");
     let message = errors(&[WRIST, &train("a", "pitch = 1, slide = 1")]);
     assert!(message.contains("drives joint `slide`, which does not exist"), "{message}");
-    // Friction of such a motor is not simulated while its joints follow a given motion.
-    let dry = train("b", "pitch = 1, roll = -1") + "motor_friction = { constant = 0.1 }\n";
-    let model = with(&[WRIST, &both, &dry]);
-    let forward = Forward::new(model.mechanism.clone(), &[1]);
-    let coordinates = [0, 1].map(|joint| Coordinate::Joint { joint: JointId(joint), dof: 0 });
-    let start = [Target { value: 0.0, rate: 0.0, acceleration: 0.0 }; 2];
-    let state = forward.assemble(&[], &coordinates, &start).unwrap();
-    let mut none = ConstantEfforts(vec![0.0; 2]);
-    let refused = forward.start(0.0, state, Settings::default(), &mut none).unwrap_err();
-    assert!(
-        matches!(&refused, ForwardError::FrictionOfSeveral { actuator, .. } if actuator == "a")
-    );
-    assert!(refused.to_string().contains("while the motion of `roll` is prescribed"), "{refused}");
 }

@@ -14,7 +14,7 @@ use stiction_run::inverse::{Curves, Sample, Summary};
 use stiction_run::{Job, Sink};
 
 /// A pendulum of 2 kg at 0.3 m with 0.05 kg m^2 about its centre of mass; it hangs down at zero.
-const PENDULUM: &str = "
+pub(crate) const PENDULUM: &str = "
 gravity = [0, 0, -9.81]
 [bodies.arm]
 mass = 2
@@ -41,7 +41,7 @@ to = \"table\"
 axis = \"z\"
 [loads.none]
 ";
-const SWING: &str = "[motions.m]\nduration = 2\npivot = \"1.2 rad*sin(2*pi*t/1 s)\"\n";
+pub(crate) const SWING: &str = "[motions.m]\nduration = 2\npivot = \"1.2 rad*sin(2*pi*t/1 s)\"\n";
 pub(crate) const LIFT: &str =
     "[motions.m]\nduration = 2\nstep = 0.01\naxis = \"0.1 m*sin(2*pi*t/2 s)\"\n";
 

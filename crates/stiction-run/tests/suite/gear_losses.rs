@@ -196,25 +196,6 @@ fn self_locking_gears_jam() {
     assert!((others[0].accelerations[0] - expected[1]).abs() < 1e-11, "{others:?} {expected:?}");
 }
 
-/// Motors with different gears on one degree of freedom are refused: who takes which part is not known.
-#[test]
-fn unequal_gears_are_refused() {
-    let train = |name: &str, eta: f64| {
-        format!(
-            "[actuators.{name}]\njoint = \"axis\"\nlead = 0.01\nefficiency = {eta}\nshare = 0.5\n"
-        )
-    };
-    let model = with(&[SLIDE, LIFT, &train("left", 0.9), &train("right", 0.8)]);
-    let forward = Forward::new(model.mechanism.clone(), &[]);
-    let refused = started(&forward, 0.0, 0.0).err().unwrap().to_string();
-    assert!(refused.contains("`left`") && refused.contains("`right`"), "{refused}");
-    let model = with(&[SLIDE, LIFT, &train("left", 0.8), &train("right", 0.8)]);
-    let forward = Forward::new(model.mechanism.clone(), &[]);
-    let simulation = started(&forward, 800.0, 0.1).unwrap();
-    let a = simulation.joint_motion(JointId(0), 0).acceleration;
-    assert!((a - (0.8 * 800.0 - MASS * GRAVITY) / MASS).abs() < 1e-12, "{a}");
-}
-
 /// Steady lifting: `inverse` and `forward` state the same torque, its limits, and which of them are exceeded.
 #[test]
 fn motors_in_summaries() {

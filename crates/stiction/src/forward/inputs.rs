@@ -136,9 +136,7 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
             .with_option("controller"));
     }
     if job.follows() && job.motion.is_none() {
-        return Err(Error::input("there is no motion to follow")
-            .with_help("add one to the model as [motions.NAME], or give one as assignments")
-            .with_option("motion"));
+        return Err(request.robot.motion_missing());
     }
     check_start(request)?;
     check_until(request, job)?;

@@ -177,7 +177,9 @@ fn weigh(
             actuated.map(|(row, m)| m * weight(row.scale != 1.0)).for_each(put);
         }
         Criterion::Energy | Criterion::Reactions => {
-            for (joint, wrench) in response.wrenches.iter().enumerate() {
+            // Joints that the model adds are no part of the machine.
+            let own = model.mechanism.joints().len();
+            for (joint, wrench) in response.wrenches.iter().take(own).enumerate() {
                 let j = &data.bodies.frame_j[joint];
                 let (force, moment) =
                     (wrench.force, wrench.moment_about(j.position) * (1.0 / length));

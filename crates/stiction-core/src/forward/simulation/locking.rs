@@ -17,10 +17,8 @@ impl Simulation<'_> {
         for &interface in interfaces {
             let content = &self.model.parameters.interfaces[interface];
             let joint = content.joint;
-            for dof in content.shape.dofs() {
-                let driven = self.model.prescribed.iter().any(|&a| {
-                    (topology.actuators[a].joint, topology.actuators[a].dof) == (joint, dof)
-                });
+            for (place, dof) in content.shape.dofs().enumerate() {
+                let driven = self.model.is_prescribed_place(interface, place);
                 match topology.role[joint] {
                     _ if driven => {}
                     Role::Tree { node } => {

@@ -5,6 +5,7 @@ use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::inputs::Inputs;
 use crate::kinematics::Target;
+use core::ops::Range;
 
 /// Time, s, after which the direction of a prescribed motion that starts from rest is sampled.
 const AHEAD: f64 = 1e-6;
@@ -13,36 +14,29 @@ const AHEAD: f64 = 1e-6;
 const MOVES: f64 = 1e-13;
 
 impl Forward {
-    /// Index among the prescribed actuators for each degree of freedom of an interface; `None` for a degree of freedom
-    /// that is not prescribed.
-    fn targets_of(&self, interface: usize) -> [Option<usize>; 3] {
-        let content = &self.parameters.interfaces[interface];
-        let mut of_dofs = [None; 3];
-        for (target, dof) in of_dofs.iter_mut().zip(content.shape.dofs()) {
-            *target = self.prescribed.iter().position(|&actuator| {
-                let at = self.topology.actuators[actuator];
-                (at.joint, at.dof) == (content.joint, dof)
-            });
-        }
-        of_dofs
+    /// Indices of the degrees of freedom of an interface, counted within the interface.
+    fn places(&self, interface: usize) -> Range<usize> {
+        0..self.parameters.interfaces[interface].shape.dofs().len()
     }
 
     /// Returns whether all degrees of freedom of an interface are prescribed.
     pub(in crate::forward) fn is_prescribed_interface(&self, interface: usize) -> bool {
-        let dofs = self.parameters.interfaces[interface].shape.dofs().len();
-        self.targets_of(interface)[..dofs].iter().all(Option::is_some)
+        self.places(interface).all(|place| self.is_prescribed_place(interface, place))
+    }
+
+    /// Returns whether any degree of freedom of an interface is prescribed.
+    fn is_partly_prescribed(&self, interface: usize) -> bool {
+        self.places(interface).any(|place| self.is_prescribed_place(interface, place))
     }
 
     /// Slip velocity of an interface along its prescribed degrees of freedom, m/s, for given targets.
-    fn prescribed_slip_velocity(
-        &self,
-        interface: usize,
-        of_dofs: &[Option<usize>; 3],
-        targets: &[Target<f64>],
-    ) -> [f64; 3] {
-        let content = &self.parameters.interfaces[interface];
-        let arms = content.arms(self.parameters.pitch[content.joint]);
-        [0, 1, 2].map(|k| of_dofs[k].map_or(0.0, |target| arms[k] * targets[target].rate))
+    fn prescribed_slip_velocity(&self, interface: usize, targets: &[Target<f64>]) -> [f64; 3] {
+        let mut velocity = [0.0; 3];
+        for (place, own) in self.places(interface).zip(&mut velocity) {
+            let rate = self.prescribed_rate(interface, place, |target| targets[target].rate);
+            *own = rate.unwrap_or(0.0);
+        }
+        velocity
     }
 
     /// Mode of an interface at rest as far as the prescribed motion determines it. `None` if it does not, because the
@@ -53,14 +47,13 @@ impl Forward {
         (time, fastest): (f64, f64),
         inputs: &mut dyn Inputs,
     ) -> Option<InterfaceMode> {
-        let of_dofs = self.targets_of(interface);
-        if of_dofs == [None; 3] {
+        if !self.is_partly_prescribed(interface) {
             return None;
         }
         let least = self.least_prescribed_speed(fastest);
         for ahead in [0.0, AHEAD] {
             let targets = self.targets(time + ahead, inputs);
-            let velocity = self.prescribed_slip_velocity(interface, &of_dofs, &targets);
+            let velocity = self.prescribed_slip_velocity(interface, &targets);
             let speed = norm(velocity);
             if speed > least {
                 return Some(InterfaceMode::Slides(velocity.map(|v| v / speed)));
@@ -122,14 +115,13 @@ impl Simulation<'_> {
         (time, step): (f64, f64),
         inputs: &mut dyn Inputs,
     ) -> Option<f64> {
-        let of_dofs = self.model.targets_of(interface);
-        if of_dofs == [None; 3] {
+        if !self.model.is_partly_prescribed(interface) {
             return None;
         }
         let least = self.model.least_prescribed_speed(self.fastest);
         let mut moves = |part: f64| {
             let targets = self.model.targets(time + part * step, inputs);
-            norm(self.model.prescribed_slip_velocity(interface, &of_dofs, &targets)) > least
+            norm(self.model.prescribed_slip_velocity(interface, &targets)) > least
         };
         if !moves(1.0) {
             return None;

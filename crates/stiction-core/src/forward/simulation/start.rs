@@ -10,7 +10,6 @@ use crate::forward::affine_friction::{InterfaceMode, is_smooth, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{InputState, Inputs, View};
 use crate::forward::integrator::Steps;
-use crate::forward::rotors::unequal_gears;
 use crate::forward::stick::Choice;
 use crate::forward::time_stepping::StepStart;
 use crate::kinematics::{Bodies, State};
@@ -63,11 +62,6 @@ impl<'a> Simulation<'a> {
         inputs: &mut dyn Inputs,
     ) -> Result<Self, ForwardError> {
         check(model, time, &state)?;
-        if let Some([first, second]) = unequal_gears(model.simulated()) {
-            let [first, second] = [first, second].map(|train| train.name.clone());
-            return Err(ForwardError::UnequalGears { first, second });
-        }
-        model.check_motors()?;
         let interfaces = &model.parameters.interfaces;
         let bristles = vec![[0.0; 3]; interfaces.len()];
         let frozen = vec![false; model.topology.dofs()];

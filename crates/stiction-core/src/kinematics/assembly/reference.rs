@@ -61,6 +61,7 @@ impl Given<'_> {
         let is_certain = bodies.is_known.clone();
         self.close_loops(prescribed, &joints, &mut bodies);
         let mut state = State::new(self.topology);
+        let mut is_given = vec![true; state.coordinates.len()];
         for node in &self.topology.nodes {
             let q = &mut state.coordinates[node.coordinates.clone()];
             match node.link {
@@ -72,6 +73,12 @@ impl Given<'_> {
                         || !bodies.is_placed[predecessor]
                         || !bodies.is_placed[successor]
                     {
+                        let values = self.prescribed_values(joint).into_iter();
+                        for (is_given, value) in
+                            is_given[node.coordinates.clone()].iter_mut().zip(values)
+                        {
+                            *is_given = joints[joint].are_given || (prescribed && value.is_some());
+                        }
                         continue;
                     }
                     let j = bodies.poses[predecessor] * self.parameters.frame_j[joint];
@@ -87,9 +94,25 @@ impl Given<'_> {
                 }
             }
         }
+        self.follow_gearings(&mut is_given, &mut state);
         let poses = bodies.poses.into_iter().zip(bodies.is_known);
         let poses = poses.map(|(pose, is_known)| is_known.then_some(pose)).collect();
         Reference { state, poses, is_certain, conflicts }
+    }
+
+    /// Sets each coordinate that is not given but follows from a gearing with given ones.
+    fn follow_gearings(&self, is_given: &mut [bool], state: &mut State<f64>) {
+        for gearing in &self.topology.gearings {
+            let coefficients = &self.parameters.gearings[gearing.gearing].coefficients;
+            let terms = gearing.dofs.iter().zip(coefficients);
+            let mut open = terms.filter(|((_, coordinate), _)| !is_given[*coordinate]);
+            let (Some((&(_, coordinate), coefficient)), None) = (open.next(), open.next()) else {
+                continue;
+            };
+            state.coordinates[coordinate] -=
+                gearing.error(self.parameters, &state.coordinates) / coefficient;
+            is_given[coordinate] = true;
+        }
     }
 
     /// The prescribed value of each scalar coordinate of a joint.

@@ -4,13 +4,15 @@
 
 mod mesh;
 mod motor;
+mod shared;
 mod sharing;
 mod spec;
 
 pub use mesh::Mesh;
 pub use motor::Motor;
+pub use shared::{GearInput, SharedMotors};
+pub(super) use sharing::{Group, check_shares, motor_maps};
 pub use sharing::{MotorMap, MotorTerm};
-pub(super) use sharing::{check_shares, motor_maps};
 pub use spec::DriveTrainSpec;
 pub(super) use spec::check_rotors;
 
@@ -41,7 +43,8 @@ pub struct DriveTrain {
     /// Travel per revolution of the screw or pulley, m; only for degrees of freedom that translate, not zero.
     pub lead: Option<f64>,
     /// Weight of this motor where several motors share the efforts of joints; for a single degree of freedom, the
-    /// fraction of its effort that this motor exerts. One if no efforts are shared.
+    /// fraction of its effort that this motor exerts: at the output of its gear in inverse dynamics, by its torque in
+    /// simulations. One if no efforts are shared.
     pub share: f64,
     /// Moment of inertia of all parts that turn with the motor, about the motor's axis, kg m^2; nonnegative.
     pub rotor_inertia: f64,

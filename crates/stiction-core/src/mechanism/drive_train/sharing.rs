@@ -37,6 +37,12 @@ impl MotorMap {
         self.terms.iter().map(|term| term.part.abs() * of(term.actuator)).sum()
     }
 
+    /// Effort at the output of the gear per unit effort of an actuator; zero for actuators without a term.
+    pub(crate) fn share_of(&self, actuator: usize) -> f64 {
+        let term = self.terms.iter().find(|term| term.actuator == actuator);
+        term.map_or(0.0, |term| term.share)
+    }
+
     /// Computes the effort at the output of the gear from the efforts of all actuators.
     pub fn effort(&self, efforts: &[f64]) -> f64 {
         self.terms.iter().map(|term| term.share * efforts[term.actuator]).sum()
@@ -56,15 +62,15 @@ impl MotorMap {
 }
 
 /// Drive trains linked by degrees of freedom that they share, directly or through other drive trains.
-struct Group {
+pub(in crate::mechanism) struct Group {
     /// Indices of the drive trains.
-    trains: Vec<usize>,
+    pub(in crate::mechanism) trains: Vec<usize>,
     /// Degrees of freedom that they move.
-    dofs: Vec<(JointId, usize)>,
+    pub(super) dofs: Vec<(JointId, usize)>,
 }
 
 impl Group {
-    fn all(trains: &[DriveTrain]) -> Vec<Self> {
+    pub(in crate::mechanism) fn all(trains: &[DriveTrain]) -> Vec<Self> {
         let mut groups: Vec<Self> = Vec::new();
         for (k, train) in trains.iter().enumerate() {
             let mut merged = Self { trains: vec![k], dofs: Vec::new() };
@@ -86,7 +92,7 @@ impl Group {
     }
 
     /// Derivatives of the output coordinates (rows) with respect to the degrees of freedom (columns).
-    fn parts(&self, trains: &[DriveTrain]) -> DMatrix<f64> {
+    pub(super) fn parts(&self, trains: &[DriveTrain]) -> DMatrix<f64> {
         let mut parts = DMatrix::zeros(self.trains.len(), self.dofs.len());
         for (row, &train) in self.trains.iter().enumerate() {
             for (joint, dof, part) in trains[train].output_parts() {
@@ -101,7 +107,7 @@ impl Group {
     /// Efforts of the motors per unit effort of each degree of freedom. Among the motor efforts that produce the
     /// efforts of the joints, selects those with the least sum of `effort^2 / share`. `None` if the motors do not
     /// determine all motions.
-    fn shares(&self, trains: &[DriveTrain]) -> Option<DMatrix<f64>> {
+    pub(super) fn shares(&self, trains: &[DriveTrain]) -> Option<DMatrix<f64>> {
         // Relative size below which singular values are round-off.
         const DEPENDENT: f64 = 1e-9;
         if self.dofs.len() == 1 {

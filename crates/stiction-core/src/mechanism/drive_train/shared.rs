@@ -1,0 +1,248 @@
+//! Motors that share the efforts of joints in a constant ratio at their shafts, while their gears have losses of their own.
+//!
+//! A simulation gives each motor its share of the efforts of the actuators. Frictions, losses and rotors of the motors then
+//! determine the part of the effort that each gear transmits. This module solves the inverse problems.
+//!
+//! Equations (G15) and (G16) of the book's theory.
+
+use super::DriveTrain;
+use super::sharing::Group;
+use crate::mechanism::Mechanism;
+use nalgebra::{DMatrix, DVector};
+use std::collections::HashSet;
+
+/// Largest number of motors of which all combinations of driving and driven gears are tried.
+const COMBINED: usize = 12;
+/// Relative size below which an effort of a gear counts as zero.
+const ROUNDING: f64 = 1e-12;
+
+/// Motors that share the efforts of actuators, more motors than actuators, with gears whose losses differ.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SharedMotors {
+    /// Indices of the drive trains.
+    pub trains: Vec<usize>,
+    /// Indices of the actuators, in the order of [`Mechanism::actuators`].
+    pub actuators: Vec<usize>,
+    /// Derivatives of the output coordinates (rows) with respect to the degrees of freedom (columns).
+    parts: DMatrix<f64>,
+    /// Efforts of the motors (rows) per unit effort of each degree of freedom (columns).
+    shares: DMatrix<f64>,
+}
+
+/// Effort that a motor exerts on its gear, torque times transmission, as a function of the effort at the output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GearInput {
+    /// Effort without an effort at the output: for the rotor and the friction of the motor.
+    resistance: f64,
+    /// Input per output while the motor drives, and while it is driven.
+    factors: [f64; 2],
+    /// Direction of motion, 1 or -1; zero at rest.
+    sense: f64,
+}
+
+impl GearInput {
+    /// Returns whether the motor drives with this effort at the output, if it is not zero.
+    fn drives(&self, output: f64) -> bool {
+        output * self.sense > 0.0
+    }
+}
+
+impl DriveTrain {
+    /// Returns the input of the gear for rate and acceleration of the output coordinate, and the acceleration of the body
+    /// that carries the rotor, see [`Self::motor`]. At rest, without a rate, neither friction nor loss acts.
+    pub fn gear_input(&self, rate: Option<f64>, acceleration: f64, carrier: f64) -> GearInput {
+        let motor = self.motor(0.0, (0.0, 0.0), rate, acceleration, carrier);
+        let (forward, backward) = self.gear.efficiencies();
+        GearInput {
+            resistance: self.transmission() * motor.torque,
+            factors: rate.map_or([1.0; 2], |_| [forward.recip(), backward]),
+            sense: rate.map_or(0.0, f64::signum),
+        }
+    }
+}
+
+impl Mechanism {
+    /// Lists the motors that share efforts and whose gears do not transmit them in the ratio of the shares.
+    pub fn shared_motors(&self) -> Vec<SharedMotors> {
+        let (trains, actuators) = (self.drive_trains(), self.actuators().collect::<Vec<_>>());
+        let groups = Group::all(trains).into_iter();
+        let shared = groups.filter(|group| group.shares_vary(trains)).filter_map(|group| {
+            let index = |dof| actuators.iter().position(|known| known == dof);
+            Some(SharedMotors {
+                actuators: group.dofs.iter().map(index).collect::<Option<_>>()?,
+                parts: group.parts(trains),
+                shares: group.shares(trains)?,
+                trains: group.trains,
+            })
+        });
+        shared.collect()
+    }
+}
+
+impl Group {
+    /// Returns whether the gears do not transmit the efforts of the joints in the ratio of the shares: more motors than
+    /// degrees of freedom, and losses that differ between the motors.
+    fn shares_vary(&self, trains: &[DriveTrain]) -> bool {
+        let mut all = self.trains.iter().map(|&train| &trains[train]);
+        let first = &trains[self.trains[0]];
+        self.trains.len() > self.dofs.len()
+            && all.clone().any(|train| train.losses().is_some())
+            && (self.dofs.len() > 1 || !all.all(|train| is_proportional(first, train)))
+    }
+
+    /// Returns whether simulations give each motor of the group a shaft of its own: if the friction of a motor acts on
+    /// several joints, or the loss of a gear depends on the part of the effort that the gear transmits.
+    pub(in crate::mechanism) fn needs_shafts(&self, trains: &[DriveTrain]) -> bool {
+        let mut all = self.trains.iter().map(|&train| &trains[train]);
+        let acts_on_several = |train: &DriveTrain| {
+            train.losses().is_some() || (train.only_dof().is_none() && train.has_friction())
+        };
+        self.shares_vary(trains) || (self.dofs.len() > 1 && all.any(acts_on_several))
+    }
+}
+
+/// Returns whether two motors on one degree of freedom, with efforts in the ratio of their shares, transmit efforts in this
+/// ratio at every motion: if rotors and frictions have it as well, and the gears have the same losses.
+fn is_proportional(one: &DriveTrain, other: &DriveTrain) -> bool {
+    let sizes = |train: &DriveTrain| {
+        let (n, friction) = (train.transmission(), train.motor_friction);
+        let momentum = train.rotor_axis.map_or(0.0, |_| n * train.rotor_inertia);
+        [train.reflected_inertia(), n.abs() * friction.constant, n * n * friction.viscous, momentum]
+    };
+    let mut pairs = sizes(one).into_iter().zip(sizes(other));
+    one.losses() == other.losses()
+        && one.rotor_axis == other.rotor_axis
+        && pairs.all(|(a, b)| a * other.share == b * one.share)
+}
+
+impl SharedMotors {
+    /// Computes the efforts of the actuators, torques of their motors times transmissions, with which the gears exert the
+    /// efforts `outputs` on the degrees of freedom. `inputs` are those of the motors' gears. `None` if no torques in the
+    /// ratio of the shares do this, which self-locking gears can cause, or if the numbers of motors or degrees of freedom
+    /// differ from those of the group. Of several solutions, which self-locking gears can cause as well, one is returned.
+    pub fn efforts(&self, inputs: &[GearInput], outputs: &[f64]) -> Option<Vec<f64>> {
+        if (inputs.len(), outputs.len()) != self.parts.shape() {
+            return None;
+        }
+        let outputs = DVector::from_column_slice(outputs);
+        let even = &self.shares * &outputs;
+        let each = inputs.iter().zip(even.iter());
+        let mut driving: Vec<bool> = each.map(|(input, output)| input.drives(*output)).collect();
+        let mut seen = HashSet::new();
+        // For gears that do not lock themselves, the directions of the last solution lead to the next.
+        while seen.insert(driving.clone()) {
+            match self.with_directions(inputs, &outputs, &driving) {
+                Some((efforts, None)) => return Some(efforts),
+                Some((_, Some(next))) => driving = next,
+                None => break,
+            }
+        }
+        let count = u32::try_from(inputs.len()).ok().filter(|_| inputs.len() <= COMBINED)?;
+        (0..2_usize.pow(count)).find_map(|pattern| {
+            let driving: Vec<bool> = (0..inputs.len()).map(|k| pattern >> k & 1 == 1).collect();
+            match self.with_directions(inputs, &outputs, &driving)? {
+                (efforts, None) => Some(efforts),
+                _ => None,
+            }
+        })
+    }
+
+    /// Solves with given gears driving and the others driven. Returns the efforts of the actuators, and the directions that
+    /// the solution has if they are others.
+    fn with_directions(
+        &self,
+        inputs: &[GearInput],
+        outputs: &DVector<f64>,
+        driving: &[bool],
+    ) -> Option<(Vec<f64>, Option<Vec<bool>>)> {
+        let (motors, dofs) = self.parts.shape();
+        // Unknown outputs of the gears, then unknown efforts of the actuators.
+        let mut matrix = DMatrix::zeros(motors + dofs, motors + dofs);
+        let mut right = DVector::zeros(motors + dofs);
+        for (k, (input, driving)) in inputs.iter().zip(driving).enumerate() {
+            matrix[(k, k)] = input.factors[usize::from(!driving)];
+            right[k] = -input.resistance;
+        }
+        matrix.view_mut((0, motors), (motors, dofs)).copy_from(&-&self.shares);
+        matrix.view_mut((motors, 0), (dofs, motors)).copy_from(&self.parts.transpose());
+        right.rows_mut(motors, dofs).copy_from(outputs);
+        let solution = matrix.lu().solve(&right)?;
+        let transmitted = solution.rows(0, motors);
+        let rounding = ROUNDING * transmitted.amax();
+        let each = inputs.iter().zip(transmitted.iter()).zip(driving);
+        let next: Vec<bool> = each
+            .map(|((input, output), driving)| match output.abs() > rounding {
+                true => input.sense == 0.0 && *driving || input.drives(*output),
+                false => *driving,
+            })
+            .collect();
+        let efforts = solution.rows(motors, dofs).iter().copied().collect();
+        Some((efforts, (next != driving).then_some(next)))
+    }
+
+    /// Computes the interval of the actuator's effort that keeps a single degree of freedom at rest by static friction of
+    /// motors and gears, while the gears exert efforts within `bounds` on it. A self-locking gear exerts any effort against
+    /// which its motor does not turn it. `None` for several degrees of freedom, or if `trains` are not those of the mechanism.
+    pub fn holding(&self, trains: &[DriveTrain], (low, high): (f64, f64)) -> Option<(f64, f64)> {
+        if self.actuators.len() != 1 {
+            return None;
+        }
+        let motors = self.trains.iter().map(|&k| trains.get(k).map(Holding::of));
+        let motors: Vec<Holding> = motors.collect::<Option<_>>()?;
+        Some((-greatest(&motors, -low), greatest(&motors, high)))
+    }
+}
+
+/// Static friction of a motor that shares an effort.
+struct Holding {
+    share: f64,
+    /// Constant friction, as an effort.
+    friction: f64,
+    efficiencies: (f64, f64),
+}
+
+impl Holding {
+    fn of(train: &DriveTrain) -> Self {
+        let friction = train.transmission().abs() * train.motor_friction.constant;
+        Self { share: train.share, friction, efficiencies: train.gear.efficiencies() }
+    }
+
+    /// Effort of the actuator at which the motor overcomes its friction. Without a share it never does.
+    fn onset(&self) -> f64 {
+        if self.share > 0.0 { self.friction / self.share } else { f64::INFINITY }
+    }
+}
+
+/// Greatest effort of the actuator at which motors that begin to turn forward exert no more than `output`. What they exert
+/// grows with the effort, linearly between the onsets of the motors.
+fn greatest(motors: &[Holding], output: f64) -> f64 {
+    let mut starts: Vec<f64> = motors.iter().map(Holding::onset).collect();
+    starts.retain(|start| start.is_finite());
+    starts.push(f64::NEG_INFINITY);
+    starts.sort_by(|a, b| b.total_cmp(a));
+    let mut end = f64::INFINITY;
+    for start in starts {
+        let (mut slope, mut lost) = (0.0, 0.0);
+        for motor in motors {
+            let (forward, backward) = motor.efficiencies;
+            let factor = if motor.onset() <= start {
+                forward
+            } else if backward > 0.0 {
+                backward.recip()
+            } else if motor.share == 0.0 && motor.friction == 0.0 {
+                0.0
+            } else {
+                // The motor does not turn a self-locking gear, against any effort.
+                return end;
+            };
+            slope += factor * motor.share;
+            lost += factor * motor.friction;
+        }
+        let effort = (output + lost) / slope;
+        if effort >= start {
+            return effort.min(end);
+        }
+        end = start;
+    }
+    end
+}
