@@ -98,7 +98,7 @@ impl Rest {
     /// Least and greatest effort of an actuator for which the robot can remain at rest, N or N m.
     ///
     /// # Errors
-    /// There is no actuator of that name.
+    /// No actuator has that name.
     pub fn effort_bounds(&self, actuator: &str) -> Result<(f64, f64), Error> {
         Ok(self.findings.forces.effort_bounds[self.robot.names().actuator(actuator)?])
     }

@@ -184,7 +184,7 @@ impl Forward {
     /// from the loops and from the model's home position.
     ///
     /// # Errors
-    /// There is no such coordinate.
+    /// The coordinate does not exist.
     pub fn at(mut self, coordinate: &str, value: f64) -> Result<Self, Error> {
         let known = self.known(coordinate)?;
         known.value = Some(value);
@@ -195,7 +195,7 @@ impl Forward {
     /// Sets the rate of a coordinate at the start, m/s or rad/s.
     ///
     /// # Errors
-    /// There is no such coordinate.
+    /// The coordinate does not exist.
     pub fn rate(mut self, coordinate: &str, rate: f64) -> Result<Self, Error> {
         self.known(coordinate)?.rate = Some(rate);
         Ok(self)

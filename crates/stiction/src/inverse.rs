@@ -224,7 +224,7 @@ impl Sample {
     /// Force (N) or torque (N m) of an actuator, friction included.
     ///
     /// # Errors
-    /// There is no actuator of that name.
+    /// No actuator has that name.
     pub fn effort(&self, actuator: &str) -> Result<f64, Error> {
         Ok(self.efforts[self.names.actuator(actuator)?])
     }
@@ -232,7 +232,7 @@ impl Sample {
     /// Force (N) or torque (N m) of an actuator without friction.
     ///
     /// # Errors
-    /// There is no actuator of that name.
+    /// No actuator has that name.
     pub fn effort_frictionless(&self, actuator: &str) -> Result<f64, Error> {
         Ok(self.efforts_frictionless[self.names.actuator(actuator)?])
     }
@@ -241,7 +241,7 @@ impl Sample {
     /// the effort itself while all joints slide.
     ///
     /// # Errors
-    /// There is no actuator of that name.
+    /// No actuator has that name.
     pub fn effort_bounds(&self, actuator: &str) -> Result<(f64, f64), Error> {
         Ok(self.effort_bounds[self.names.actuator(actuator)?])
     }

@@ -31,7 +31,7 @@ macro_rules! shared_options {
         /// Sets the motion: its name in the model, the name of a file, or assignments.
         ///
         /// # Errors
-        /// There is no such motion, or it is defective.
+        /// The motion does not exist or is defective.
         pub fn motion(mut self, motion: &str) -> Result<Self, Error> {
             self.forward = self.forward.motion(motion)?;
             Ok(self)
@@ -40,7 +40,7 @@ macro_rules! shared_options {
         /// Sets the load: its name in the model, or assignments.
         ///
         /// # Errors
-        /// There is no such load, or it is defective.
+        /// The load does not exist or is defective.
         pub fn load(mut self, load: &str) -> Result<Self, Error> {
             self.forward = self.forward.load(load)?;
             Ok(self)
@@ -58,7 +58,7 @@ macro_rules! shared_options {
         /// Locks a joint at its position, with or without an actuator.
         ///
         /// # Errors
-        /// There is no such joint, or it has no scalar coordinate.
+        /// The joint does not exist or has no scalar coordinate.
         pub fn hold(mut self, joint: &str) -> Result<Self, Error> {
             self.forward = self.forward.hold(joint)?;
             Ok(self)
@@ -162,7 +162,7 @@ impl Equilibrium {
     /// Coordinate of a joint, m or rad.
     ///
     /// # Errors
-    /// There is no such coordinate.
+    /// The coordinate does not exist.
     pub fn position(&self, coordinate: &str) -> Result<f64, Error> {
         self.found
             .coordinate(coordinate)

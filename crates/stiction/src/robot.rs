@@ -51,7 +51,7 @@ impl Robot {
     /// all.
     ///
     /// # Errors
-    /// There is no built-in model of that name.
+    /// No built-in model has that name.
     pub fn builtin(name: &str) -> Result<Self, Error> {
         ModelText::builtin(name)?.read()
     }

@@ -10,13 +10,15 @@ use crate::random::Random;
 use crate::spatial::Wrench;
 use crate::statics::AppliedLoad;
 
-/// Friction margin to jamming: the common factor by which all friction coefficients can grow.
+/// Friction margin to jamming: the largest common factor by which all friction coefficients can
+/// grow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionMargin {
-    /// Factor at which friction locks the mechanism: the solution branch connected with the frictionless
-    /// solution ends there. `None` if this branch exists up to the largest requested factor.
+    /// Factor at which friction locks the mechanism: the solution branch connected with the
+    /// frictionless solution ends there. `None` if this branch exists up to the largest requested
+    /// factor.
     pub locks_at: Option<f64>,
-    /// Joint whose normal load grows without bound at this factor.
+    /// Joint whose normal load grows without bound as the factor approaches `locks_at`.
     pub joint: Option<JointId>,
 }
 
@@ -24,9 +26,9 @@ pub struct FrictionMargin {
 const STARTS: usize = 32;
 /// Largest number of Newton steps from each start.
 const STEPS: usize = 60;
-/// Relative difference of actuator efforts below which two solutions are equal.
+/// Relative difference of actuator efforts below which two solutions count as equal.
 const SAME: f64 = 1e-6;
-/// Growth factor of the normal loads that counts as unbounded.
+/// Growth factor of the normal loads above which they count as unbounded.
 const UNBOUNDED: f64 = 1e6;
 
 impl InverseDynamics {
@@ -63,8 +65,8 @@ impl InverseDynamics {
 
     /// Searches for solutions for friction and reactions that differ from the result of the last
     /// [`InverseDynamics::solve`], by Newton's method from many starts, and returns their actuator
-    /// efforts; more solutions may exist. Empty if [`InverseDynamics::coupling`] is below one: the
-    /// solution is then unique.
+    /// efforts; the list may be incomplete. Empty if [`InverseDynamics::coupling`] is below one:
+    /// the solution is then unique.
     pub fn other_solutions(&mut self, loads: &[AppliedLoad<f64>]) -> Vec<Vec<f64>> {
         if self.coupling().is_none_or(|coupling| coupling < 1.0) {
             return Vec::new();

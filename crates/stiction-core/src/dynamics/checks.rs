@@ -1,4 +1,4 @@
-//! Checks of loads and of the position, before forces are computed.
+//! Checks of loads and of the position before forces are computed.
 
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
@@ -20,7 +20,8 @@ pub(super) fn not_finite_load(loads: &[AppliedLoad<f64>], bodies: usize) -> Opti
     })
 }
 
-/// First friction interface whose two supports have passed each other, and the distance between them, m.
+/// Finds the first friction interface whose two supports no longer overlap. Returns its index and
+/// the distance between the supports, m.
 pub(super) fn parted_supports(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,

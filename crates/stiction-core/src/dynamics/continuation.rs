@@ -1,4 +1,4 @@
-//! Continuation from frictionless joints by the sparse balance of inverse dynamics.
+//! Continuation of the friction solution from frictionless joints, using the sparse balance.
 //!
 //! Equation (F8) of the book's theory.
 
@@ -12,7 +12,8 @@ use crate::kinematics::{Bodies, Kinematics};
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
-/// Short steps: a longer step might skip an interval without a solution, or reach another branch.
+/// Step sizes of the continuation. Steps are short because a longer step might skip an interval
+/// without a solution, or reach another branch.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.01, growth: 2.0, longest: 0.02, shortest: 1e-5, most: usize::MAX };
 

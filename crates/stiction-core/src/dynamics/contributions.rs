@@ -1,10 +1,10 @@
 //! Friction contributions: the part of each effort that the friction of each interface causes.
 //!
 //! With the friction forces held constant, the balance is linear in them: each effort is the
-//! frictionless effort plus a sum over interfaces. The contribution of an interface is the response of
-//! the effort to the friction of that interface, with no other load. For unique efforts, virtual
-//! work yields the same result: friction times sliding velocity in the motion with unit rate of that
-//! actuator while all other actuators are at rest.
+//! frictionless effort plus a sum over interfaces. The contribution of an interface is the response
+//! of the effort to the friction of that interface, without any other load. For unique efforts,
+//! virtual work yields the same result: friction times sliding velocity in the motion with unit
+//! rate of that actuator while all other actuators are at rest.
 //!
 //! The friction force of an interface depends on the other interfaces through the reactions; the
 //! contribution of a given friction force does not.
@@ -27,7 +27,7 @@ use crate::spatial::Wrench;
 pub struct Contributions<T> {
     actuators: usize,
     interfaces: usize,
-    /// Contributions to all actuators, interface by interface.
+    /// Contributions to the efforts of all actuators, interface by interface.
     values: Vec<T>,
 }
 
@@ -44,7 +44,7 @@ impl<T: Scalar> Contributions<T> {
         self.values[interface * self.actuators + actuator]
     }
 
-    /// Contributions to one effort, interface by interface.
+    /// Contributions to the effort of one actuator, interface by interface.
     pub fn of_actuator(&self, actuator: usize) -> impl ExactSizeIterator<Item = T> + '_ {
         (0..self.interfaces).map(move |interface| self.of(actuator, interface))
     }
@@ -54,7 +54,7 @@ impl<T: Scalar> Contributions<T> {
         self.values.fill(T::zero());
     }
 
-    /// Sets the contributions of one interface.
+    /// Sets the contributions of one interface to the effort of each actuator.
     pub(super) fn set_interface(&mut self, interface: usize, efforts: &[T]) {
         self.row(interface).copy_from_slice(efforts);
     }
@@ -64,23 +64,25 @@ impl<T: Scalar> Contributions<T> {
     }
 }
 
-/// Change of all forces per newton of friction at one interface.
+/// Changes of all forces per newton of friction at one interface.
 #[derive(Clone, Debug)]
 pub struct Response<T> {
-    /// Change of each joint's complete wrench, predecessor on successor, about the reference point.
+    /// Change of the complete wrench at each joint, predecessor on successor, about the reference
+    /// point.
     pub wrenches: Vec<Wrench<T>>,
-    /// Change of each effort.
+    /// Change of the effort of each actuator.
     pub efforts: Vec<T>,
 }
 
-/// Buffers to compute [`Contributions`], allocated once. One factorisation serves all interfaces.
+/// Buffers for computing [`Contributions`], allocated once. One factorisation serves all
+/// interfaces.
 #[derive(Clone, Debug)]
 pub struct Sharing<T> {
     balance: Balance<T>,
 }
 
 impl<T: Scalar> Sharing<T> {
-    /// Buffers for a compiled model.
+    /// Allocates buffers for a compiled model.
     pub fn new(model: &Model) -> Self {
         Self { balance: Balance::new(&model.balance) }
     }

@@ -15,11 +15,11 @@ use crate::statics::AppliedLoad;
 
 /// Largest number of Newton steps for the loop closures.
 const CLOSURE_STEPS: usize = 12;
-/// Error below which one more Newton step closes the loops to round-off: lengths divided by the
-/// characteristic length, angles in rad.
+/// Closure error below which one more Newton step closes the loops to round-off: lengths divided by
+/// the characteristic length, angles in rad.
 const NEAR: f64 = 1e-7;
-/// Error above which the loops count as open: lengths divided by the characteristic length, angles in
-/// rad.
+/// Closure error above which the loops count as open: lengths divided by the characteristic length,
+/// angles in rad.
 const CLOSED: f64 = 1e-12;
 
 /// Outcome of [`Model::inverse_dynamics`].
@@ -32,10 +32,10 @@ pub enum Status {
     /// A coordinate, rate, acceleration or load is NaN or infinite.
     InputNotFinite,
     /// Newton's method does not close the loops from the last closed configuration: the position is
-    /// out of reach, or too far from the last one.
+    /// out of reach or too far from that configuration.
     LoopsOpen {
-        /// Largest error of a loop closure or a prescribed coordinate, lengths divided by the
-        /// characteristic length, angles in rad; NaN if Newton's method diverged.
+        /// Largest error of a loop closure or a prescribed coordinate: lengths divided by the
+        /// characteristic length, angles in rad. NaN if Newton's method diverged.
         error: f64,
     },
     /// The prescribed rates or accelerations would open a loop.
@@ -47,14 +47,14 @@ pub enum Status {
         /// Index in [`Parameters::springs`].
         spring: usize,
     },
-    /// A bushing or a spring on a joint that closes a loop is rotated too far for its moment to be defined.
+    /// A bushing, or a spring on a cut joint, is rotated too far for its moment to be defined.
     SpringTurned {
         /// Index in [`Parameters::bushings`] or, if `on_joint`, in [`Parameters::joint_springs`].
         spring: usize,
-        /// True for a spring on a joint.
+        /// True for a joint spring, false for a bushing.
         on_joint: bool,
     },
-    /// The two supports of this friction interface have passed each other.
+    /// The two supports of this friction interface no longer overlap.
     NoOverlap {
         /// Index in [`Parameters::interfaces`].
         interface: usize,
@@ -65,8 +65,9 @@ pub enum Status {
         /// Largest change of a normal force in the last step, N.
         change: f64,
     },
-    /// The determinant of the balance with friction differs in sign from that without friction: friction
-    /// locks the mechanism at smaller coefficients, or the solution is on another branch.
+    /// The determinant of the balance with friction differs in sign from that without friction:
+    /// friction locks the mechanism at smaller coefficients, or the solution is on another solution
+    /// branch.
     FrictionLocks,
     /// The relative power residual exceeds 1e-9, because the elimination order does not suit the position.
     /// Compile a model at this position with [`InverseDynamics`](super::InverseDynamics).
@@ -303,7 +304,7 @@ impl Data<f64> {
         &self.forces.interfaces
     }
 
-    /// Power balance.
+    /// Power balance of the last [`Model::inverse_dynamics`].
     pub fn power(&self) -> &Power {
         &self.forces.power
     }

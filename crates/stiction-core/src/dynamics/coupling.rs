@@ -20,15 +20,15 @@ use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::spatial::{Twist, Wrench};
 
-/// Largest number of interfaces for which all responses are stored and the normal loads solved as a
-/// dense problem, the cost of which grows with the cube of the number of interfaces.
+/// Largest number of interfaces for which all responses are stored and the normal loads are solved
+/// as a dense problem. The cost grows with the cube of the number of interfaces.
 const DENSE: usize = 64;
 
-/// Error of the normal loads, relative to the largest, at which extrapolated loads need no Newton step. A fixed-point step
-/// reduces it by the coupling.
+/// Relative error of the normal loads (relative to the largest) below which extrapolated loads need
+/// no Newton step. A fixed-point step reduces the error by the coupling factor.
 const ERROR: f64 = 1e-13;
 
-/// Friction that acts at one interface.
+/// Friction force acting at one interface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Acting {
     pub(super) resistance: Resistance<f64>,
@@ -38,14 +38,15 @@ pub(super) struct Acting {
 }
 
 impl Acting {
-    /// Creates the kinetic friction of a sliding interface, or the static friction along `held` at rest.
+    /// Creates the kinetic friction of a sliding interface, or the static friction along `held` for
+    /// an interface at rest.
     pub(super) fn of(state: &InterfaceState<f64>, held: [f64; 3]) -> Self {
         let slides = state.sliding > 0.0;
         let parts = if slides { [1.0, 0.0, 0.0] } else { held };
         Self { resistance: state.resistance, sense: state.sense, parts }
     }
 
-    /// Creates the friction of a sliding interface in the opposite motion.
+    /// Creates the friction of a sliding interface for the opposite motion.
     fn reversed(state: &InterfaceState<f64>, interface: &InterfaceParameters<f64>) -> Self {
         let reversed = state.reversed(interface);
         let parts = if state.sliding > 0.0 { [-1.0, 0.0, 0.0] } else { [0.0; 3] };
@@ -57,21 +58,23 @@ impl Acting {
     }
 }
 
-/// Normal loads from which Newton's method starts.
+/// Normal loads at which Newton's method starts.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Start<'a> {
-    /// Normal loads without friction.
+    /// Normal loads of the solution without friction.
     Uncoupled,
-    /// Normal loads of the last solution, if as many interfaces are coupled; otherwise without friction.
+    /// Normal loads of the last solution if it has the same number of coupled interfaces, otherwise
+    /// those without friction.
     Last,
     /// Normal loads extrapolated from previous positions of the present motion.
     Expected,
-    /// Normal loads extrapolated from previous positions of the opposite motion. As an alternative,
-    /// normal loads of these states of the present motion, reflected about those without friction.
+    /// Normal loads extrapolated from previous positions of the opposite motion. If unavailable,
+    /// the normal loads of the given states of the present motion, reflected about the frictionless
+    /// normal loads.
     Opposite(&'a [InterfaceState<f64>]),
 }
 
-/// Responses and frictionless forces at one position, with buffers to compute friction forces.
+/// Responses and frictionless forces at one position, with buffers for computing friction forces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrictionCoupling {
     responses: Responses,
@@ -82,27 +85,30 @@ pub(super) struct FrictionCoupling {
     wrenches: Vec<Wrench<f64>>,
     efforts: Vec<f64>,
     acting: Vec<Acting>,
-    /// Interfaces whose friction depends on their normal loads, with `loads`, these normal loads in N.
+    /// Indices of the interfaces whose friction depends on the normal load. `loads`: these normal
+    /// loads, N.
     unknowns: Vec<usize>,
     loads: Vec<f64>,
     /// Normal loads at previous positions, in the present and in the opposite motion.
     history: [LoadHistory; 2],
-    /// Without it, solutions do not depend on previous positions.
+    /// True if the normal loads at previous positions are kept as starting values; otherwise
+    /// solutions do not depend on previous positions.
     keeps_history: bool,
-    /// Friction of each component, N.
+    /// Friction force of each component, N.
     frictions: Vec<f64>,
     start: Vec<Wrench<f64>>,
     problem: LoadProblem,
     workspace: LoadWorkspace,
     bound: BoundWorkspace,
-    /// See [`FrictionCoupling::accept_up_to`].
+    /// Largest coupling bound that is accepted without refinement; see
+    /// [`FrictionCoupling::accept_up_to`].
     accepted: f64,
     /// Friction of each component per newton of normal load, and in N, in blocks of four components.
     factors: Vec<Four>,
     packed: Vec<Four>,
-    /// Bound of the last [`Self::begin`], or of the opposite motion.
+    /// Coupling bound of the last [`Self::begin`], or of the opposite motion.
     strength: f64,
-    /// Sensitivities to the normal loads.
+    /// Sensitivities of an effort to the normal loads.
     weights: Vec<f64>,
     gradients: Vec<Twist<f64>>,
     gains: Vec<Twist<f64>>,
@@ -166,12 +172,12 @@ impl Influence for ComputedInfluence<'_> {
 }
 
 impl FrictionCoupling {
-    /// Marks the responses as invalid after a change of position.
+    /// Marks the responses as invalid, after a change of position.
     pub(super) fn leave(&mut self) {
         self.is_current = false;
     }
 
-    /// Copies the forces in `inverse`, a solution without friction, at a new position.
+    /// Copies the forces of `inverse`, a solution without friction, at a new position.
     pub(super) fn start_from(&mut self, inverse: &Inverse<f64>) {
         self.is_current = false;
         self.wrenches.clear();
@@ -197,8 +203,9 @@ impl FrictionCoupling {
         &self.responses
     }
 
-    /// Computes responses and returns the bound on the coupling of friction and normal loads: below one,
-    /// the solution is unique. `inverse` contains the solution without friction.
+    /// Computes the responses and returns the bound on the coupling of friction and normal loads.
+    /// If it is below one, the solution is unique. `inverse` contains the solution without
+    /// friction.
     pub(super) fn begin(
         &mut self,
         inverse: &Inverse<f64>,
@@ -231,14 +238,15 @@ impl FrictionCoupling {
         strength
     }
 
-    /// Bound on the coupling of the acting friction.
+    /// Computes the bound on the coupling of the acting friction with the normal loads.
     fn coupling_bound(&mut self, at: Configuration<'_>) -> f64 {
         let Self { problem, workspace, keeps_history, accepted, .. } = self;
         let start = if *keeps_history { BoundStart::Last } else { BoundStart::New };
         problem.coupling_bound(at, (start, *accepted), workspace)
     }
 
-    /// Accepts any bound on the coupling of [`Self::begin`] up to this value in place of the least one.
+    /// Accepts any coupling bound of [`Self::begin`] up to this value instead of refining it to the
+    /// smallest one.
     pub(super) fn accept_up_to(&mut self, bound: f64) {
         self.accepted = bound;
     }
@@ -326,12 +334,12 @@ impl FrictionCoupling {
         true
     }
 
-    /// Keeps the loads at previous positions from now on, to start from them.
+    /// Enables the history: normal loads at previous positions become starting values.
     pub(super) fn keep_history(&mut self) {
         self.keeps_history = true;
     }
 
-    /// Forgets the loads at previous positions, so that the next solution does not depend on them.
+    /// Clears the history, so that the next solution does not depend on previous positions.
     pub(super) fn forget(&mut self) {
         self.history.iter_mut().for_each(LoadHistory::forget);
     }
@@ -355,17 +363,18 @@ impl FrictionCoupling {
         settled
     }
 
-    /// Wrenches of the last [`Self::joint_wrenches`].
+    /// Joint wrenches of the last [`Self::joint_wrenches`].
     pub(super) fn total_wrenches(&self) -> &[Wrench<f64>] {
         &self.start
     }
 
-    /// Interfaces whose friction depends on their normal loads, with these normal loads, N.
+    /// Iterates over the interfaces whose friction depends on the normal load, with this normal
+    /// load, N.
     pub(super) fn present_loads(&self) -> impl Iterator<Item = (usize, f64)> {
         self.unknowns.iter().copied().zip(self.loads.iter().copied())
     }
 
-    /// True if all interfaces with friction slide.
+    /// Returns true if all interfaces with friction slide.
     pub(super) fn has_only_sliding_friction(&self) -> bool {
         self.acting.iter().all(|acting| {
             let Resistance { coefficient, constant } = acting.resistance;
@@ -373,8 +382,8 @@ impl FrictionCoupling {
         })
     }
 
-    /// Runs Newton's method from the normal loads without friction or, if `opposite` is given, from its
-    /// normal loads reflected about those without friction.
+    /// Runs Newton's method from the normal loads without friction or, if `opposite` is given, from
+    /// the normal loads of `opposite` reflected about those without friction.
     fn newton_from_uncoupled(
         &mut self,
         at: Configuration<'_>,
@@ -397,7 +406,7 @@ impl FrictionCoupling {
         problem.solve_from(at, loads, Accepted { most, residual }, workspace)
     }
 
-    /// Computes the wrenches of all joints with the friction of [`Self::settle`].
+    /// Computes the wrenches of all joints with the friction found by [`Self::settle`].
     pub(super) fn joint_wrenches(&mut self) -> &[Wrench<f64>] {
         self.start.clone_from(&self.wrenches);
         pack(&self.frictions, &mut self.packed);
@@ -405,7 +414,7 @@ impl FrictionCoupling {
         &self.start
     }
 
-    /// Computes the effort of an actuator with the friction of [`Self::settle`].
+    /// Computes the effort of an actuator with the friction found by [`Self::settle`].
     pub(super) fn effort(&self, actuator: usize) -> f64 {
         let each = self.frictions.iter().enumerate();
         let change = each.map(|(k, friction)| self.responses.effort(k, actuator) * friction);
@@ -480,7 +489,7 @@ impl FrictionCoupling {
         Some(())
     }
 
-    /// Components of an interface.
+    /// Range of the friction components of an interface.
     pub(super) fn components(&self, interface: usize) -> core::ops::Range<usize> {
         self.responses.components(interface)
     }

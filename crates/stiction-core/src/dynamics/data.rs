@@ -1,4 +1,4 @@
-//! Data of a compiled model, and the kernel that computes them with any scalar type.
+//! Results of a compiled model, and the kernel that computes them with any scalar type.
 
 use super::forces::Forces;
 use super::inverse::Inverse;
@@ -21,7 +21,7 @@ pub struct Data<T> {
     pub inverse: Inverse<T>,
     /// Treatment of friction, tolerances and iteration limits.
     pub settings: Settings,
-    /// Last configuration with closed loops.
+    /// Last configuration at which the loops were closed.
     pub(super) closed: State<T>,
     pub(super) targets: Vec<Target<T>>,
     pub(super) forces: Forces,

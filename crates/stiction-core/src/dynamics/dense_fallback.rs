@@ -38,10 +38,10 @@ struct Reactions<'a> {
     responses: &'a [Vec<Wrench<f64>>],
 }
 
-/// Influence of the coupled interfaces on joint wrenches, per newton of normal load.
+/// Influence of the coupled interfaces on the joint wrenches, per newton of normal load.
 struct DenseInfluence<'a> {
     at: Configuration<'a>,
-    /// Index and coefficient of friction of each interface.
+    /// Index and friction coefficient of each coupled interface.
     coupled: &'a [(usize, f64)],
     responses: &'a [Vec<Wrench<f64>>],
 }
@@ -57,7 +57,7 @@ impl Influence for DenseInfluence<'_> {
 }
 
 impl Reactions<'_> {
-    /// Solves for the normal loads of `interfaces` with known speeds and resistances, by
+    /// Solves for the normal loads of `interfaces` with known sliding speeds and friction laws, by
     /// continuation from frictionless joints.
     ///
     /// # Errors
@@ -108,17 +108,17 @@ pub(super) struct DenseForces {
     pub(super) gearings: Vec<f64>,
     pub(super) wrenches: Vec<Wrench<f64>>,
     pub(super) interfaces: Interfaces<f64>,
-    /// Contribution of each friction force to each effort.
+    /// Contribution of the friction at each interface to each effort.
     pub(super) shares: Contributions<f64>,
-    /// Motion of the bodies, including the accelerations of passive spins.
+    /// Motion of the bodies, including the accelerations of local degrees of freedom.
     pub(super) bodies: Bodies<f64>,
-    /// True if friction has converged or locks the mechanism.
+    /// True if friction has converged, or locks the mechanism.
     pub(super) settled: bool,
-    /// Lock, if friction locks the mechanism; all other results are then meaningless.
+    /// Lock, if friction locks the mechanism; all other fields are then meaningless.
     pub(super) lock: Option<Lock>,
 }
 
-/// A position with its decomposed equilibrium equations.
+/// Position with the decomposed equilibrium equations.
 pub(super) struct Position<'a> {
     pub(super) mechanism: &'a Mechanism,
     pub(super) topology: &'a Topology,
@@ -127,10 +127,11 @@ pub(super) struct Position<'a> {
     pub(super) bodies: &'a Bodies<f64>,
 }
 
-/// Solves the Newton-Euler equations with friction by a fixed-point iteration, which alternately computes
-/// friction from the reactions, and reactions with this friction. Bodies with a passive spin accelerate
-/// about the axis of the spin as the unbalanced moment requires: `accelerations` are the accelerations of
-/// the tree, `spin_responses` its accelerations for unit accelerations of the spins.
+/// Solves the Newton-Euler equations with friction by a fixed-point iteration, which alternately
+/// computes friction from the reactions, and reactions with this friction. Bodies with a local
+/// degree of freedom accelerate about its axis as the unbalanced moment requires. `accelerations`
+/// are the accelerations of the tree, `spin_responses` those per unit acceleration of each local
+/// degree of freedom.
 ///
 /// # Errors
 /// Returns a load that the joints cannot carry.

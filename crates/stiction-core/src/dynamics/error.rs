@@ -3,7 +3,7 @@
 use crate::words::significant;
 use thiserror::Error;
 
-/// Percentage of the friction coefficients below which the message says "a small fraction".
+/// Percentage of the friction coefficients below which the message reads "a small fraction".
 pub(crate) const NO_PART: f64 = 0.05;
 
 /// Reason why inverse dynamics has no solution.
@@ -18,17 +18,17 @@ pub enum InverseError {
         significant(*missing, 6)
     )]
     CannotCarry {
-        /// Body with the largest displacement in the unresisted motion.
+        /// Body with the largest displacement in the motion that nothing resists.
         body: String,
-        /// Description of that motion; positions are in the world.
+        /// Description of this motion; positions in the world frame.
         motion: String,
-        /// Unbalanced part of the load along it: N m for a rotation, else N.
+        /// Unbalanced component of the load along this motion: N m for a rotation, else N.
         missing: f64,
         /// Unit of `missing`.
         unit: &'static str,
     },
     /// Friction locks the mechanism: the forces diverge at a fraction of the given friction
-    /// coefficients.
+    /// coefficients (see `percent`).
     #[error(
         "{}",
         if *percent < NO_PART {
@@ -65,10 +65,10 @@ pub enum InverseError {
     Spring {
         /// Name of the spring or bushing.
         spring: String,
-        /// The problem in words.
+        /// Description of the problem.
         problem: String,
     },
-    /// The two supports of a guide have passed each other.
+    /// The two supports of a guide no longer overlap.
     #[error(
         "the supports of joint `{joint}` do not overlap here: gland and piston have passed each other \
          by {} mm",
@@ -103,11 +103,12 @@ pub enum InverseError {
          friction requires forces that neither joints nor actuators can exert"
     )]
     Unsettled,
-    /// No model can be compiled at a position where no actuator and no constraint resists some motion.
+    /// The position is singular: some motion is resisted by no actuator and no constraint, so no
+    /// model can be compiled.
     #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
     Singular,
-    /// No model can be compiled if constraints and actuators are both redundant, which requires two
-    /// weightings in sequence.
+    /// Constraints and actuators are both redundant, which requires two weightings in sequence; no
+    /// model can be compiled.
     #[error("constraints and actuators are both redundant: no single weighting decides")]
     TwoWeightings,
 }

@@ -9,7 +9,7 @@ use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::{Vec3, Wrench};
 
-/// Largest relative power residual of accepted forces. Round-off is about 1e-15, but is amplified near
+/// Largest relative power residual of accepted forces. Round-off is about 1e-15, but grows near
 /// singular positions.
 pub(super) const BALANCED: f64 = 1e-9;
 
@@ -31,7 +31,7 @@ pub struct InterfaceForce {
     pub power: f64,
 }
 
-/// Certainty of the interval of an effort under static friction.
+/// Reliability of the computed interval of an effort under static friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounds {
     /// The interval is exact: both ends are attained, and no admissible effort lies outside.
@@ -40,7 +40,7 @@ pub enum Bounds {
     Certified,
     /// Both ends of the interval are attained; friction and reactions are coupled too strongly for outer bounds.
     Attained,
-    /// Not computed.
+    /// No bounds were computed.
     Unknown,
 }
 
@@ -50,14 +50,14 @@ pub struct Forces {
     /// Effort of each actuator, N or N m, in the order of
     /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub efforts: Vec<f64>,
-    /// Efforts without friction.
+    /// Effort of each actuator without friction, in the same order.
     pub efforts_frictionless: Vec<f64>,
-    /// Least and greatest effort of each actuator over the static friction of interfaces at rest;
-    /// equal to `efforts` while all interfaces slide.
+    /// Smallest and largest effort of each actuator over all admissible static friction of the
+    /// interfaces at rest; equal to `efforts` if all interfaces slide.
     pub effort_bounds: Vec<(f64, f64)>,
-    /// Guaranteed outer bounds of `effort_bounds`; infinite for [`Bounds::Attained`].
+    /// Guaranteed outer bounds of `effort_bounds`; infinite if `bounds` is [`Bounds::Attained`].
     pub effort_outer_bounds: Vec<(f64, f64)>,
-    /// Certainty of `effort_bounds`.
+    /// Reliability of `effort_bounds`.
     pub bounds: Bounds,
     /// For each joint, the force that the predecessor exerts on the successor, N, and the moment
     /// about the joint's origin, N m, in world axes; includes constraint, effort and friction.
@@ -69,12 +69,12 @@ pub struct Forces {
     /// Friction interfaces, in the order of
     /// [`Parameters::interfaces`](crate::parameters::Parameters::interfaces).
     pub interfaces: Vec<InterfaceForce>,
-    /// Power balance.
+    /// Power balance of these forces.
     pub power: Power,
 }
 
 impl InterfaceForce {
-    /// All zero.
+    /// Forces at an interface, all zero.
     const NONE: Self =
         Self { velocity: 0.0, slides: false, load: 0.0, friction: 0.0, limit: 0.0, power: 0.0 };
 
@@ -109,7 +109,7 @@ impl Forces {
         }
     }
 
-    /// Copies the results of the kernel, except the power.
+    /// Copies the results of the kernel, except the power balance.
     pub(super) fn read(
         &mut self,
         model: &Model,
@@ -125,7 +125,7 @@ impl Forces {
         self.read_interfaces(inverse.interfaces(), inverse.has_friction());
     }
 
-    /// Copies the results of the dense fallback, except the power.
+    /// Copies the results of the dense fallback, except the power balance.
     pub(super) fn take(&mut self, bodies: &Bodies<f64>, solution: &DenseForces, friction: bool) {
         self.efforts.copy_from_slice(&solution.efforts);
         self.efforts_frictionless.copy_from_slice(&solution.efforts_frictionless);
@@ -161,7 +161,7 @@ impl Forces {
         self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
     }
 
-    /// Sets each interval to its effort, for a motion in which all interfaces slide.
+    /// Collapses each effort interval to the effort, for a motion in which all interfaces slide.
     pub(super) fn close_bounds(&mut self) {
         for (bounds, &drive) in self.effort_bounds.iter_mut().zip(&self.efforts) {
             *bounds = (drive, drive);

@@ -19,7 +19,7 @@ use crate::topology::Topology;
 pub struct InterfaceState<T> {
     /// Sliding velocity at the surface, m/s; for a ball or plate its magnitude.
     pub velocity: T,
-    /// One during slip, zero at rest.
+    /// Slip indicator: one during slip, zero at rest.
     pub sliding: T,
     /// Generalised friction force on each DOF of the interface for one newton of friction at the
     /// surface: it opposes the motion and includes the lever arm.
@@ -28,7 +28,7 @@ pub struct InterfaceState<T> {
     /// fraction of its limit.
     pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
-    /// Normal force at the reaction of the last update, with its gradient.
+    /// Normal force at the last update, with its gradient with respect to the joint wrench.
     pub(crate) load: Load<T>,
 }
 
@@ -119,7 +119,8 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// State in the opposite motion; the normal force remains that of the present motion.
+    /// Returns the state in the opposite motion; the normal force remains that of the present
+    /// motion.
     pub(crate) fn reversed(&self, interface: &InterfaceParameters<T>) -> Self {
         let mut reversed =
             Self { against: self.against.map(|against| -against), sense: -self.sense, ..*self };
@@ -129,8 +130,8 @@ impl<T: Scalar> InterfaceState<T> {
         reversed
     }
 
-    /// Updates the normal force for the joint's complete wrench. A normal force that depends on the
-    /// interface's own friction uses the present friction.
+    /// Updates the normal force from the complete wrench of the joint. A normal force that depends
+    /// on the friction of the interface itself uses the present friction.
     pub(crate) fn update_normal_forces(
         &mut self,
         interface: &InterfaceParameters<T>,
@@ -141,13 +142,15 @@ impl<T: Scalar> InterfaceState<T> {
         self.update_normal_force_with(interface, pitch, bodies, wrench, self.own_friction());
     }
 
-    /// Friction of the interface itself, on which the normal force of a thread depends.
+    /// Returns the friction force of the interface itself, on which the normal force of a thread
+    /// depends.
     pub(crate) fn own_friction(&self) -> OwnFriction<T> {
         let Resistance { coefficient, constant } = self.resistance;
         OwnFriction { coefficient, constant, direction: self.sense }
     }
 
-    /// Updates the normal force for the joint's complete wrench and the given friction of the interface.
+    /// Updates the normal force from the complete wrench of the joint and the given friction force
+    /// of the interface.
     pub(crate) fn update_normal_force_with(
         &mut self,
         interface: &InterfaceParameters<T>,
@@ -165,8 +168,8 @@ impl<T: Scalar> InterfaceState<T> {
         (self.resistance.coefficient, self.resistance.constant)
     }
 
-    /// Normal force for the joint's complete wrench in any frame: `j` and `k` are the joint's frames in
-    /// that frame, and `wrench` is about its origin, in its axes.
+    /// Computes the normal force for the complete wrench of the joint, in any frame. `j` and `k`
+    /// are the frames of the joint in that frame; `wrench` is about its origin and in its axes.
     pub fn load_in(
         &self,
         interface: &InterfaceParameters<T>,
@@ -197,7 +200,7 @@ impl<T: Scalar> InterfaceState<T> {
     }
 }
 
-/// Treatment of friction in the linear system.
+/// Treatment of friction in the linear system of the balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coupling {
     /// No friction.
@@ -212,7 +215,8 @@ pub(crate) enum Coupling {
 #[derive(Clone, Debug)]
 pub(crate) struct Interfaces<T> {
     pub(crate) states: Vec<InterfaceState<T>>,
-    /// Static friction of each interface at rest, as a fraction of its limit; zero by default.
+    /// Static friction of each interface at rest, as a fraction of the static friction limit; zero
+    /// by default.
     pub(crate) held: Vec<[T; 3]>,
 }
 
@@ -236,7 +240,7 @@ impl<T: Scalar> Interfaces<T> {
         }
     }
 
-    /// Updates all normal forces for frictionless joint wrenches.
+    /// Updates all normal forces for the joint wrenches without friction.
     pub(crate) fn update_frictionless_normal_forces(
         &mut self,
         parameters: &Parameters<T>,

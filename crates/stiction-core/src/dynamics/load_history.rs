@@ -1,10 +1,11 @@
-//! Normal loads at the last positions of a motion, and their prediction for the next position.
+//! Normal loads at the last positions of a motion, and their extrapolation to the next position.
 
-/// Number of positions kept: the prediction is a polynomial of the fourth degree through them. Higher degrees amplify
-/// round-off.
+/// Number of positions kept. The prediction is a fourth-degree polynomial through them; higher
+/// degrees amplify round-off.
 const KEPT: usize = 5;
 
-/// Coefficients of the polynomials through one to five equidistant positions, newest first.
+/// Extrapolation coefficients of the polynomials through one to five equidistant positions, newest
+/// first.
 const COEFFICIENTS: [&[f64]; KEPT] = [
     &[1.0],
     &[2.0, -1.0],
@@ -13,19 +14,19 @@ const COEFFICIENTS: [&[f64]; KEPT] = [
     &[5.0, -10.0, 10.0, -5.0, 1.0],
 ];
 
-/// Normal loads at the last positions.
+/// Normal loads at the last positions of a motion.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LoadHistory {
-    /// Interfaces whose normal loads are kept.
+    /// Indices of the interfaces whose normal loads are kept.
     unknowns: Vec<usize>,
-    /// Loads at the positions, newest first.
+    /// Normal loads at these positions, newest first.
     loads: [Vec<f64>; KEPT],
     count: usize,
 }
 
 impl LoadHistory {
-    /// Extrapolates the loads of these interfaces to the next position. Returns `false` if the history is
-    /// empty or contains other interfaces.
+    /// Extrapolates the normal loads of the interfaces `unknowns` to the next position. Returns
+    /// `false` if the history is empty or contains other interfaces.
     pub(super) fn predict(&self, unknowns: &[usize], loads: &mut Vec<f64>) -> bool {
         if self.count == 0 || self.unknowns != unknowns {
             return false;
@@ -39,13 +40,14 @@ impl LoadHistory {
         true
     }
 
-    /// Forgets all positions; keeps the memory.
+    /// Clears the history but keeps the allocated buffers.
     pub(super) fn forget(&mut self) {
         self.unknowns.clear();
         self.count = 0;
     }
 
-    /// Adds the loads at the next position; other interfaces than before restart the history.
+    /// Appends the normal loads at the next position. If the interfaces differ from the previous
+    /// ones, restarts the history.
     pub(super) fn add(&mut self, unknowns: &[usize], loads: &[f64]) {
         if self.unknowns != unknowns {
             self.unknowns.clear();

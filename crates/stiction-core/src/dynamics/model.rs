@@ -1,4 +1,4 @@
-//! The compiled model of a mechanism for inverse dynamics.
+//! Compiled model of a mechanism for inverse dynamics.
 
 use super::plan::BalancePlan;
 use crate::kinematics::{KinematicModel, MotionConstraints};

@@ -21,11 +21,11 @@ pub(crate) struct BalancePlan {
     pub(super) program: StaticLu,
 }
 
-/// Singular values below this fraction of the largest count as zero. Matrices are scaled to entries
-/// of order one, and positions are accurate to 1e-13.
+/// Fraction of the largest singular value below which singular values count as zero. Matrices are
+/// scaled to entries of order one, and positions are accurate to 1e-13.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Pivots of the scaled balance below this value require a check of the singular values. A small pivot
-/// does not imply a small singular value, but a small singular value implies a small pivot.
+/// Magnitude of a pivot of the scaled balance below which the singular values are checked. A small
+/// pivot does not imply a small singular value, but a small singular value implies a small pivot.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
 
 impl BalancePlan {
@@ -74,14 +74,14 @@ impl BalancePlan {
         self.structure.weighting
     }
 
-    /// Number of solves for each factorisation: the solution and its refinements.
+    /// Number of solves per factorisation: the solution and its refinements.
     pub(super) fn passes(&self) -> usize {
         // Accelerations of local degrees of freedom change the weighted wrenches.
         let bordered = self.structure.weighting != Weighting::Determined;
         if bordered && !self.structure.spin_nodes.is_empty() { 3 } else { 2 }
     }
 
-    /// True if the factored matrix alone determines all unknowns.
+    /// Returns true if the factored matrix alone determines all unknowns.
     pub(super) fn is_one_matrix(&self) -> bool {
         self.passes() == 2
     }
@@ -92,7 +92,7 @@ impl BalancePlan {
     }
 }
 
-/// Position at which entries of the balance are evaluated.
+/// Position at which the entries of the balance matrix are evaluated.
 struct Sample<'a> {
     topology: &'a Arc<Topology>,
     parameters: &'a Parameters<f64>,
@@ -105,7 +105,7 @@ impl Sample<'_> {
         BalancePlan { topology: Arc::clone(self.topology), structure, program }
     }
 
-    /// Frictionless entries of the balance.
+    /// Computes the entries of the frictionless balance matrix.
     fn entries(&self, structure: &BalanceStructure) -> Vec<f64> {
         let &Self { parameters, bodies, spin_responses, .. } = self;
         let plan = self.plan(structure.clone(), StaticLu::default());
@@ -121,7 +121,7 @@ impl Sample<'_> {
     }
 }
 
-/// Finds the bodies that this response of the tree accelerates.
+/// Finds the bodies that the given accelerations of the tree accelerate.
 fn accelerated_bodies(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -139,7 +139,7 @@ fn accelerated_bodies(
     (1..bodies.pose.len()).filter(|&body| size(body) > NEGLIGIBLE).collect()
 }
 
-/// Scaling factors that make rows and columns of the balance comparable.
+/// Computes scaling factors that make rows and columns of the balance comparable in size.
 fn scales(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -184,7 +184,7 @@ fn scales(
     }
 }
 
-/// Weighting that resolves the redundancy, if any, at this position.
+/// Selects the weighting that resolves the redundancy, if any, at this position.
 fn weighting(
     sample: &Sample<'_>,
     structure: &BalanceStructure,

@@ -12,17 +12,18 @@ use crate::topology::{Actuator, Topology};
 /// Powers at one instant, W: `actuators + loads = energy + dissipated`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Power {
-    /// Power of the actuators.
+    /// Power of the actuators, W.
     pub actuators: f64,
-    /// Power of external loads and of springs on the bodies.
+    /// Power of external loads and springs on the bodies, W.
     pub loads: f64,
     /// Rate of change of kinetic and gravitational energy; for spinning rotors, only the power that the bodies
     /// carrying them supply.
     pub energy: f64,
-    /// Power dissipated by friction; nonnegative.
+    /// Power dissipated by friction, W; nonnegative.
     pub dissipated: f64,
-    /// Scale of the residual: the sum of all products of force and velocity, and of moment and angular
-    /// velocity, by magnitude. It includes forces that do no work, such as centripetal forces.
+    /// Scale of the residual, W: the sum of the magnitudes of all products of force and velocity,
+    /// and of moment and angular velocity. Includes forces that do no work, such as centripetal
+    /// forces.
     pub turnover: f64,
 }
 
@@ -31,7 +32,7 @@ impl Power {
     pub(super) const NONE: Self =
         Self { actuators: 0.0, loads: 0.0, energy: 0.0, dissipated: 0.0, turnover: 0.0 };
 
-    /// Residual `actuators + loads - energy - dissipated`; zero up to round-off.
+    /// Residual `actuators + loads - energy - dissipated`, W; zero up to round-off.
     pub fn residual(&self) -> f64 {
         self.actuators + self.loads - self.energy - self.dissipated
     }

@@ -16,14 +16,14 @@ use core::ops::Range;
 pub(super) struct Responses {
     balance: Option<Balance<f64>>,
     units: Vec<UnitFriction>,
-    /// Components of each interface.
+    /// Range of components of each interface.
     of: Vec<Range<usize>>,
     workspace: LaneWorkspace,
     /// Numbers of joints, actuators and local degrees of freedom.
     counts: [usize; 3],
     /// Joint wrenches for all components, in blocks of four components; empty unless stored.
     wrenches: Vec<Wrench<Four>>,
-    /// Efforts and accelerations of local degrees of freedom, in the same blocks.
+    /// Responses of efforts and of accelerations of local degrees of freedom, in the same blocks.
     efforts: Vec<Four>,
     spins: Vec<Four>,
 }
@@ -105,29 +105,29 @@ impl Responses {
         self.units.len()
     }
 
-    /// Components of an interface.
+    /// Range of components of an interface.
     pub(super) fn components(&self, interface: usize) -> Range<usize> {
         self.of[interface].clone()
     }
 
-    /// Interface of a component.
+    /// Interface to which a component belongs.
     pub(super) fn interface(&self, component: usize) -> usize {
         self.units[component].interface
     }
 
-    /// Changes of a joint's wrench per newton of the components of a block of four; requires stored
-    /// wrenches.
+    /// Change of the wrench of a joint per newton of each component of a block of four; requires
+    /// stored wrenches.
     pub(super) fn block(&self, block: usize, joint: usize) -> &Wrench<Four> {
         &self.wrenches[block * self.counts[0] + joint]
     }
 
-    /// Change of a joint's wrench per newton of a component; requires stored wrenches.
+    /// Change of the wrench of a joint per newton of a component; requires stored wrenches.
     pub(super) fn wrench(&self, component: usize, joint: usize) -> Wrench<f64> {
         lane_of(self.block(component / WIDTH, joint), component % WIDTH)
     }
 
-    /// Adds the changes of all joint wrenches by these amounts of all components, N, in blocks of four;
-    /// requires stored wrenches.
+    /// Adds the changes of all joint wrenches due to friction forces `amounts` (N, one per
+    /// component, in blocks of four); requires stored wrenches.
     pub(super) fn add_to(&self, wrenches: &mut [Wrench<f64>], amounts: &[Four]) {
         if amounts.iter().all(|amounts| amounts.0 == [0.0; WIDTH]) {
             return;
@@ -145,8 +145,8 @@ impl Responses {
         }
     }
 
-    /// Computes, for each component in blocks of four, the sum of the powers of its joint wrenches per newton on these
-    /// twists, one for each joint; requires stored wrenches.
+    /// Computes, for each component, the sum over all joints of the power of its joint wrench per
+    /// newton on the twist of the joint, in blocks of four; requires stored wrenches.
     pub(super) fn powers(&self, twists: &[Twist<f64>], powers: &mut Vec<Four>) {
         powers.clear();
         let blocks = self.wrenches.chunks_exact(twists.len().max(1));
@@ -172,7 +172,7 @@ impl Responses {
     }
 }
 
-/// Sum of the lanes.
+/// Sums the lanes.
 fn sum(lanes: Four) -> f64 {
     let [a, b, c, d] = lanes.0;
     (a + b) + (c + d)

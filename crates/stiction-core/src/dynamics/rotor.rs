@@ -1,4 +1,4 @@
-//! Moments that carrying bodies must exert on spinning rotors.
+//! Moments that the carrying bodies must exert on spinning rotors.
 //!
 //! Equation (G9) of the book's theory.
 
@@ -8,10 +8,10 @@ use crate::scalar::Scalar;
 use crate::spatial::Vec3;
 use crate::topology::Topology;
 
-/// Spinning rotor at one instant, in world axes.
+/// Angular momentum and moment of a spinning rotor at one instant, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorMotion<T> {
-    /// Angular momentum of the rotor along its axis per unit rate of the joint.
+    /// Angular momentum of the rotor about its axis per unit rate of the joint.
     pub momentum: Vec3<T>,
     /// Additional moment that the joints of the carrying body exert because the rotor spins, N m: the rate of change
     /// of the rotor's angular momentum relative to that body.

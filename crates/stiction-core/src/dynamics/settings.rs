@@ -1,9 +1,9 @@
 //! Friction mode, tolerances and iteration limits of inverse dynamics.
 
-/// Coupling of friction and reactions.
+/// Treatment of the coupling between friction and reactions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum FrictionMode {
-    /// Friction and reactions determine each other; solved to round-off.
+    /// Friction and reactions are solved together, to round-off.
     #[default]
     Converged,
     /// Friction is computed once from the frictionless reactions (decoupled, as in Zhang et al. 2018).
@@ -15,9 +15,9 @@ pub enum FrictionMode {
 /// Friction mode, tolerances and iteration limits of inverse dynamics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Coupling of friction and reactions.
+    /// Treatment of the coupling between friction and reactions.
     pub friction: FrictionMode,
-    /// Speed at the surface, m/s, up to which a friction interface counts as at rest.
+    /// Sliding speed at the surface, m/s, up to which a friction interface counts as at rest.
     pub rest_speed: f64,
     /// Largest number of Newton steps for the coupling of friction and reactions.
     pub friction_steps: usize,
@@ -42,8 +42,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// True if a change of normal forces is round-off relative to the largest one. Infinite normal
-    /// forces have not converged.
+    /// Returns true if a change of the normal forces is round-off relative to the largest normal
+    /// force. Infinite normal forces have not converged.
     pub(super) fn is_settled(&self, change: f64, largest: f64) -> bool {
         change.is_finite() && change <= self.friction_tolerance * largest
     }

@@ -35,11 +35,11 @@ pub enum Weighting {
     LeastEfforts,
 }
 
-/// Wrench that the weighting includes, as a sum of wrenches at cut joints.
+/// Wrench that the weighting includes, expressed as a sum of wrenches at cut joints.
 #[derive(Clone, Debug)]
 pub(super) struct Weighed {
     pub(super) what: WeighedKind,
-    /// Cut joints whose wrenches sum to this wrench, each with its sign.
+    /// Cut joints whose wrenches add up to this wrench, each with its sign.
     pub(super) cuts: Vec<(usize, f64)>,
 }
 
@@ -60,7 +60,8 @@ pub(super) enum WeighedKind {
 pub(super) struct GearingColumn {
     /// Index among the gearings of the mechanism.
     pub(super) gearing: usize,
-    /// Degrees of freedom of the tree, in the order of the coefficients, each with its equation; `None` if actuated.
+    /// Degrees of freedom of the tree on which the gearing acts, in the order of its coefficients,
+    /// each with the index of its equation; `None` if actuated.
     pub(super) dofs: Vec<(usize, Option<usize>)>,
 }
 
@@ -70,11 +71,12 @@ pub(crate) struct BalanceStructure {
     pub(super) weighting: Weighting,
     /// Unactuated DOFs of the tree, in the order of the equations.
     pub(super) passive: Vec<usize>,
-    /// Columns of each cut joint.
+    /// Columns of each cut joint in the matrix.
     pub(super) columns_of: Vec<Vec<usize>>,
     /// Number of columns for wrenches at cut joints; local degrees of freedom and then gearings follow.
     pub(super) wrench_columns: usize,
-    /// For each local degree of freedom, the nodes whose bodies it accelerates, and all their ancestors.
+    /// For each local degree of freedom, the nodes whose bodies it accelerates, together with all
+    /// their ancestors.
     pub(super) spin_nodes: Vec<Vec<usize>>,
     pub(super) gearings: Vec<GearingColumn>,
     pub(super) weighed: Vec<Weighed>,
@@ -82,8 +84,8 @@ pub(crate) struct BalanceStructure {
 }
 
 impl BalanceStructure {
-    /// Creates the pattern for a weighting; `spin_bodies` lists the bodies that each local degree of freedom
-    /// accelerates.
+    /// Creates the sparsity pattern for a weighting; `spin_bodies` lists the bodies that each local
+    /// degree of freedom accelerates.
     pub(super) fn new(
         topology: &Topology,
         weighting: Weighting,
@@ -126,8 +128,8 @@ impl BalanceStructure {
         structure
     }
 
-    /// True if the wrenches at the cut joints determine all forces: no redundancy, gearings, local degrees
-    /// of freedom or actuators at cut joints.
+    /// Returns true if the wrenches at the cut joints determine all forces: no redundancy,
+    /// gearings, local degrees of freedom or actuators at cut joints.
     pub(super) fn is_plain(&self, topology: &Topology) -> bool {
         self.weighting == Weighting::Determined
             && self.gearings.is_empty()
@@ -158,7 +160,7 @@ impl BalanceStructure {
         self.first_balance_row() + self.passive.len()
     }
 
-    /// First row of the equations of balance; optimality conditions precede them.
+    /// Index of the first balance equation; optimality conditions precede the balance equations.
     pub(super) fn first_balance_row(&self) -> usize {
         match self.weighting {
             Weighting::Determined => 0,
@@ -171,8 +173,8 @@ impl BalanceStructure {
         self.unknowns()..self.size()
     }
 
-    /// Subtracts the efforts that gearings exert on actuated DOFs from the actuator efforts, given the values of all
-    /// columns.
+    /// Subtracts the efforts of gearings on actuated DOFs from the actuator efforts, given the
+    /// values of all columns.
     pub(super) fn subtract_gearings<T: Scalar>(
         &self,
         topology: &Topology,

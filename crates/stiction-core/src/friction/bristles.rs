@@ -54,7 +54,7 @@ impl<T: Scalar> Bristles<T> {
 }
 
 impl Bristles {
-    /// Converts to constants of another scalar type.
+    /// Converts the constants to another scalar type.
     pub fn lift<T: Scalar>(self) -> Bristles<T> {
         Bristles { stiffness: T::from_f64(self.stiffness), damping: T::from_f64(self.damping) }
     }
@@ -79,8 +79,8 @@ mod tests {
         }
     }
 
-    /// Dahl's friction over displacement from rest is `mu (1 - exp(-stiffness x / mu))` at any
-    /// speed. Integrated by the fourth-order Runge-Kutta method, over lanes of dual numbers.
+    /// Compares Dahl's friction over displacement from rest with `mu (1 - exp(-stiffness x / mu))`
+    /// at any speed, integrated by the fourth-order Runge-Kutta method over lanes of dual numbers.
     #[test]
     fn dahl_rises_exponentially_with_displacement() {
         type S = Dual<Lanes<f64, 2>, 1>;

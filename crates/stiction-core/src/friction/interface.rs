@@ -1,21 +1,22 @@
-//! Friction interfaces of joints: geometry, friction law and normal load map of sliding surfaces.
+//! Friction interfaces of joints: geometry, friction law and normal load map of the sliding
+//! surfaces.
 
 use super::{Law, NormalLoadMap};
 use crate::joint::{Carrier, JointType};
 
-/// Friction at one friction interface of a joint.
+/// Friction parameters of one friction interface of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointFriction {
-    /// Index of the interface among those of the joint's type: an index into [`interfaces_of`].
+    /// Index of the interface within [`interfaces_of`] the joint's type.
     pub place: usize,
-    /// Radius of the sliding surface, m; for a plate the effective radius at which friction opposes
-    /// rotation. Guides slide along their axis and have no radius.
+    /// Radius of the sliding surface, m; for a plate, the effective radius at which friction
+    /// opposes rotation. `None` for guides, which slide along their axis.
     pub radius: Option<f64>,
     /// Friction law: friction force as a function of speed and normal load.
     pub law: Law,
     /// Law for backward sliding, if different; only for interfaces with one degree of freedom.
     pub backward: Option<Law>,
-    /// Normal load as a function of the joint's reaction.
+    /// Map from the joint's reaction to the normal load.
     pub load: NormalLoadMap<f64>,
 }
 
@@ -25,24 +26,25 @@ impl JointFriction {
         Self { place: 0, radius: None, law, backward: None, load: NormalLoadMap::force_only() }
     }
 
-    /// Creates the friction of a joint's first interface, a rotating surface of radius `radius` (m)
-    /// such as a pin, a ball, a plate or a thread, with the resultant force on the surface as normal load.
+    /// Creates the friction of a joint's first interface, a rotating surface of radius `radius`
+    /// (m), such as a pin, ball, plate or thread; the normal load is the resultant force on the
+    /// surface.
     pub fn round(radius: f64, law: Law) -> Self {
         Self { radius: Some(radius), ..Self::guide(law) }
     }
 
-    /// Creates the friction of a cylindrical joint's sleeve of radius `radius` (m), one surface that turns
-    /// and slides, with the lateral force as normal load. A joint has either a sleeve or a separate pin
-    /// (place 0) and guide (place 1).
+    /// Creates the friction of a cylindrical joint's sleeve of radius `radius` (m), one surface
+    /// that turns and slides, with the lateral force as normal load. A joint has either a sleeve or
+    /// a separate pin (index 0) and guide (index 1).
     pub fn sleeve(radius: f64, law: Law) -> Self {
         Self { place: SLEEVE, ..Self::round(radius, law) }
     }
 }
 
-/// Place of the sleeve among the friction interfaces of a cylindrical joint.
+/// Index of the sleeve among the friction interfaces of a cylindrical joint.
 const SLEEVE: usize = 2;
 
-/// The geometry of a friction interface.
+/// Geometry of a friction interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InterfaceShape {
     /// A pin that turns about an axis of J or K: degree of freedom `dof`, axis number `axis`.
@@ -51,7 +53,7 @@ pub enum InterfaceShape {
         dof: usize,
         /// Axis 0, 1, 2 for x, y, z of the carrier's frame.
         axis: usize,
-        /// The body in which the axis is fixed.
+        /// Body in which the axis is fixed.
         carrier: Carrier,
     },
     /// A guide that slides along the z axis of J.
@@ -65,8 +67,8 @@ pub enum InterfaceShape {
     Sleeve,
     /// A ball: degrees of freedom 0, 1, 2 are the angular velocity in K.
     Ball,
-    /// The shaft of a motor, whose friction depends only on the effort that its gear transmits. Drive trains add this
-    /// interface; no joint type has it.
+    /// Shaft of a motor, whose friction depends only on the effort that its gear transmits. Drive
+    /// trains add this interface; no joint type has it.
     Shaft {
         /// Index of the driven degree of freedom.
         dof: usize,
@@ -79,7 +81,7 @@ pub enum InterfaceShape {
 }
 
 impl InterfaceShape {
-    /// The indices of the degrees of freedom along which the surfaces slide.
+    /// Indices of the degrees of freedom along which the surfaces slide.
     #[inline]
     pub const fn dofs(self) -> core::ops::Range<usize> {
         match self {
@@ -90,7 +92,7 @@ impl InterfaceShape {
         }
     }
 
-    /// Returns `true` if the surface rotates, so that the interface has a radius.
+    /// Returns `true` if the surface rotates, in which case the interface has a radius.
     pub const fn turns(self) -> bool {
         !matches!(self, Self::Guide { .. } | Self::Shaft { .. })
     }

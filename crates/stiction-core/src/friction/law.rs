@@ -8,32 +8,33 @@ use crate::scalar::Scalar;
 /// Friction law, affine in the normal load: `force = viscous * speed + coefficient(speed) * load`,
 /// opposite to the motion.
 ///
-/// Source of the plain case, Coulomb and viscous friction: Zhang et al. 2018, section 5.1, with the
-/// force (not a torque) as its result.
+/// Source of the special case of Coulomb and viscous friction: Zhang et al. 2018, section 5.1, with
+/// the force (not a torque) as its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Law<T = f64> {
-    /// Kinetic coefficient of friction (at high speed, if it depends on speed), dimensionless and
-    /// nonnegative. A [`Curve::Table`] replaces it.
+    /// Kinetic friction coefficient, dimensionless and nonnegative; its high-speed limit if it
+    /// depends on speed. A [`Curve::Table`] replaces it.
     pub mu: T,
     /// Viscous coefficient at the sliding surface, N s/m, nonnegative.
     pub viscous: T,
-    /// Dependence of the coefficient on speed, and the coefficient at rest.
+    /// Dependence of the friction coefficient on speed, including the coefficient at rest.
     pub curve: Curve<T>,
     /// Regularisation speed, m/s: the coefficient is multiplied by `tanh(speed / regularisation)` and
     /// vanishes at rest, so that the surfaces creep instead of sticking.
     pub regularisation: Option<T>,
-    /// Internal state of the law; the other fields describe its steady sliding.
+    /// Internal state of the law (bristle deflection); the other fields then describe steady
+    /// sliding. `None` for a law without a state.
     pub bristles: Option<Bristles<T>>,
 }
 
 /// Dependence of a friction coefficient on the sliding speed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Curve<T = f64> {
-    /// Constant, with the same value at rest.
+    /// Constant coefficient, with the same value at rest.
     Constant,
-    /// Constant while sliding, with a different coefficient at rest.
+    /// Constant coefficient while sliding, with a different coefficient at rest.
     Static {
-        /// Static coefficient.
+        /// Static friction coefficient.
         mu_static: T,
     },
     /// Stribeck's curve, `mu + (mu_static - mu) exp(-(speed / velocity)^exponent)`; the
@@ -41,31 +42,31 @@ pub enum Curve<T = f64> {
     ///
     /// Source: Armstrong-Hélouvry, Dupont, Canudas de Wit 1994.
     Stribeck {
-        /// Static coefficient.
+        /// Static friction coefficient, the limit at vanishing speed.
         mu_static: T,
         /// Stribeck velocity, m/s.
         velocity: T,
-        /// Exponent of the curve.
+        /// Exponent of the speed ratio.
         exponent: Exponent<T>,
     },
-    /// Rows of speed (m/s) and coefficient, interpolated linearly and constant beyond the last row.
-    /// Speeds increase from zero.
+    /// Table of speed (m/s) and coefficient, interpolated linearly and constant beyond the last
+    /// row. Speeds increase from zero.
     Table(Vec<[T; 2]>),
 }
 
-/// The exponent of Stribeck's curve.
+/// Exponent of Stribeck's curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exponent<T = f64> {
-    /// 1, the exponential law.
+    /// Exponent 1: the exponential law.
     One,
-    /// 2, a Gaussian.
+    /// Exponent 2: a Gaussian.
     Two,
-    /// Any other, positive.
+    /// Any other positive exponent.
     Other(T),
 }
 
-/// Friction law at one speed. Every law is affine in the normal load, so that each Newton step of the
-/// friction coupling is a linear system.
+/// Friction law evaluated at one speed: `force = coefficient * load + constant`. Since it is affine
+/// in the normal load, each Newton step of the friction coupling is a linear system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resistance<T> {
     /// Friction force per newton of normal load.
@@ -75,13 +76,13 @@ pub struct Resistance<T> {
 }
 
 impl<T: Scalar> Resistance<T> {
-    /// Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
+    /// Resistance of Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
     #[inline]
     pub fn coulomb_viscous(mu: T, viscous: T, speed: T) -> Self {
         Self { coefficient: mu, constant: viscous * speed }
     }
 
-    /// Computes the magnitude of the friction force, N, under a normal load, N.
+    /// Computes the magnitude of the friction force, N, under the normal load `load`, N.
     #[inline]
     pub fn force(&self, load: T) -> T {
         self.constant + self.coefficient * load
@@ -104,8 +105,8 @@ impl<T: Scalar> Law<T> {
         resistance
     }
 
-    /// Coefficient at a sliding speed of magnitude `speed`, m/s. Not inlined, to keep kernels of
-    /// dual numbers small.
+    /// Computes the friction coefficient at a sliding speed of magnitude `speed`, m/s. Not inlined,
+    /// to keep kernels of dual numbers small.
     pub fn coefficient(&self, speed: T) -> T {
         let coefficient = match &self.curve {
             Curve::Constant | Curve::Static { .. } => self.mu,
@@ -125,7 +126,7 @@ impl<T: Scalar> Law<T> {
         }
     }
 
-    /// Static coefficient: the static friction limit per newton of normal load.
+    /// Static friction coefficient: the static friction limit per newton of normal load.
     pub fn at_rest(&self) -> T {
         if self.regularisation.is_some() {
             return T::zero();
@@ -137,7 +138,7 @@ impl<T: Scalar> Law<T> {
         }
     }
 
-    /// Returns `true` if the coefficient is the same at all speeds and at rest.
+    /// Returns `true` if the friction coefficient is the same at all speeds and at rest.
     #[inline]
     pub fn is_constant(&self) -> bool {
         matches!(self.curve, Curve::Constant) && self.regularisation.is_none()
@@ -151,7 +152,7 @@ impl Law {
         self.coefficient(0.0) == self.at_rest()
     }
 
-    /// Converts to constants of another scalar type.
+    /// Converts the constants to another scalar type.
     pub fn lift<T: Scalar>(&self) -> Law<T> {
         let lift = T::from_f64;
         Law {
@@ -178,7 +179,7 @@ impl Law {
 }
 
 impl Exponent {
-    /// Creates the exponent from a number.
+    /// Creates the exponent from its value.
     pub fn new(exponent: f64) -> Self {
         match exponent {
             1.0 => Self::One,
@@ -198,7 +199,7 @@ impl Exponent {
 }
 
 impl<T: Scalar> Exponent<T> {
-    /// `x` to this power, for a non-negative `x`.
+    /// Raises `x`, nonnegative, to this power.
     fn of(self, x: T) -> T {
         match self {
             Self::One => x,
@@ -212,7 +213,7 @@ impl<T: Scalar> Exponent<T> {
     }
 }
 
-/// Linear interpolation of a table at `speed`. Lanes may lie in different rows, so the loop visits
+/// Interpolates a table linearly at `speed`. Lanes may lie in different rows, so the loop visits
 /// all rows.
 fn interpolated<T: Scalar>(rows: &[[T; 2]], speed: T) -> T {
     let mut value = rows.last().map_or(T::zero(), |row| row[1]);
@@ -234,7 +235,7 @@ mod tests {
         Law { curve, regularisation, ..Law::coulomb_viscous(0.1, 3.0) }
     }
 
-    /// One law of each kind of curve.
+    /// Creates one law of each kind of curve.
     fn laws() -> Vec<Law> {
         let stribeck = |exponent| Curve::Stribeck {
             mu_static: 0.25,
@@ -284,8 +285,8 @@ mod tests {
     }
 
     proptest! {
-        /// Eight lanes give the same digits as eight numbers, dual numbers give the derivative, and
-        /// every law dissipates power.
+        /// Checks that eight lanes give the same digits as eight numbers, dual numbers give the
+        /// derivative, and every law dissipates power.
         #[test]
         fn all_scalars_agree(speeds in prop::array::uniform8(0.0..0.5_f64)) {
             for law in laws() {
@@ -318,7 +319,7 @@ mod tests {
         }
     }
 
-    /// A derivative at speed zero is finite.
+    /// Checks that derivatives at zero speed are finite.
     #[test]
     fn no_law_has_an_infinite_slope_at_rest() {
         for law in laws() {

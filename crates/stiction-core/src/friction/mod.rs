@@ -1,9 +1,9 @@
 //! Load-dependent joint friction.
 //!
-//! Friction at an interface is described by a *normal load map* (components of the joint's reaction
-//! that contribute to the normal load, [`NormalLoadMap`]) and a *law* (coefficient as a function of
-//! speed, and viscous part, [`Law`]). A [`JointFriction`] applies both at one interface of the joint,
-//! with the radius of the surface.
+//! Friction at an interface is described by a *normal load map* ([`NormalLoadMap`]: components of
+//! the joint's reaction that contribute to the normal load) and a *law* ([`Law`]: coefficient as a
+//! function of speed, and viscous part). A [`JointFriction`] applies both at one interface of the
+//! joint, with the radius of the surface.
 
 mod bristles;
 mod interface;

@@ -1,4 +1,4 @@
-//! Normal load maps: normal load of a friction interface as a function of the joint's reaction.
+//! Normal load maps: the normal load of a friction interface as a function of the joint's reaction.
 //!
 //! Equation (F3) of the book's theory.
 
@@ -26,28 +26,28 @@ pub struct NormalLoadMap<T> {
     pub bending_span: Option<T>,
     /// Ratio of collar radius to pin radius, dimensionless.
     pub axial_ratio: Option<T>,
-    /// Arm at which a guide carries torsion, m.
+    /// Lever arm at which a guide carries a torsional moment, m.
     pub torsion_arm: Option<T>,
-    /// Constant load, N.
+    /// Constant part of the normal load, N.
     pub preload: T,
-    /// Combination rule of the parts.
+    /// Rule that combines the parts of the normal load.
     pub combine: Combine,
-    /// Positions of the supports.
+    /// Positions of the supports along the axis.
     pub supports: Supports<T>,
     /// Cosine of a thread's half flank angle in the section normal to the thread.
     pub flank_cosine: Option<T>,
-    /// Smoothing force, N, that rounds the corner of every norm at zero: `sqrt(x^2 + smoothing^2) -
+    /// Smoothing force, N, which rounds the kink of every norm at zero: `sqrt(x^2 + smoothing^2) -
     /// smoothing`.
     pub smoothing: Option<T>,
-    /// Losses of a gear per unit effort that it transmits, while the motor drives and while it is driven. Only for
-    /// the shaft of a motor, see [`Self::in_gear`].
+    /// Losses of a gear per unit of transmitted effort: `[motor drives, motor is driven]`. Only for
+    /// the shaft of a motor; see [`Self::in_gear`].
     pub gear: Option<[T; 2]>,
 }
 
-/// Combination rule of the parts of a normal load.
+/// Rule that combines the parts of a normal load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Combine {
-    /// Sum of the parts, each on separate surfaces.
+    /// Sum of the parts, for parts that act on separate surfaces.
     #[default]
     Sum,
     /// Radial (lateral) force and bending moment are combined into one force at each of two supports, a
@@ -79,14 +79,15 @@ pub enum Supports<T> {
 /// A normal load and its gradient with respect to the reaction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load<T> {
-    /// The normal load, N, nonnegative.
+    /// Normal load, N, nonnegative.
     pub value: T,
-    /// Gradient: `d value = gradient.power(d wrench)`. Zero in every part that vanishes.
+    /// Gradient: `d value = gradient.power(d wrench)`. Parts of the load that vanish contribute
+    /// zero.
     pub gradient: Twist<T>,
 }
 
 impl<T: Scalar> NormalLoadMap<T> {
-    /// Creates the map that takes the resultant force alone as the normal load.
+    /// Creates the map whose normal load is the resultant force alone.
     pub fn force_only() -> Self {
         Self {
             bending_span: None,
@@ -101,14 +102,14 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// Returns the map without preload and smoothing. It is a seminorm of the reaction: applied to a change
-    /// of the reaction, it bounds the change of the load.
+    /// Returns the map without preload and smoothing, which is a seminorm of the reaction: applied
+    /// to a change of the reaction, it bounds the change of the load.
     pub fn seminorm(&self) -> Self {
         Self { preload: T::zero(), smoothing: None, ..*self }
     }
 
-    /// Distance between supports on both bodies with the origin of K at `slide` along the axis of
-    /// J; positive for overlapping bodies. `None` for a constant span.
+    /// Computes the distance between supports on both bodies when the origin of K is at `slide`
+    /// along the axis of J, m; positive for overlapping bodies. `None` for a constant span.
     #[inline]
     pub fn overlap(&self, slide: T) -> Option<T> {
         let Supports::OneOnEach { gland, piston } = self.supports else { return None };
@@ -164,7 +165,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// Sums all parts of the load.
+    /// Sums all parts of the normal load.
     #[inline(always)]
     fn sum(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
         let moment = wrench.moment_about(point);
@@ -270,7 +271,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         .load(point)
     }
 
-    /// Norm of a force and its gradient, with smoothing if declared.
+    /// Computes the norm of a force and its gradient, with smoothing if `smoothing` is set.
     #[inline(always)]
     fn norm(&self, force: Vec3<T>) -> Part<T, Vec3<T>> {
         match self.smoothing {
@@ -297,7 +298,7 @@ impl<T: Scalar> NormalLoadMap<T> {
 }
 
 impl NormalLoadMap<f64> {
-    /// Converts to constants of another scalar type.
+    /// Converts the constants to another scalar type.
     pub fn lift<T: Scalar>(&self) -> NormalLoadMap<T> {
         NormalLoadMap {
             bending_span: self.bending_span.map(T::from_f64),
@@ -319,13 +320,13 @@ impl NormalLoadMap<f64> {
     }
 }
 
-/// Magnitude of a part of the load, and its gradient.
+/// Magnitude of one part of the normal load, and its gradient.
 struct Part<T, D> {
     value: T,
     direction: D,
 }
 
-/// Length of a vector and its gradient, the unit vector; zero for a zero vector.
+/// Computes the length of a vector and its gradient, the unit vector; zero for a zero vector.
 #[inline(always)]
 fn norm<T: Scalar>(v: Vec3<T>) -> Part<T, Vec3<T>> {
     let value = v.norm();
@@ -333,7 +334,7 @@ fn norm<T: Scalar>(v: Vec3<T>) -> Part<T, Vec3<T>> {
     Part { value, direction: v * safe.recip() }
 }
 
-/// `sqrt(v^2 + e^2) - e`, without cancellation.
+/// Computes `sqrt(v^2 + e^2) - e` and its gradient, without cancellation.
 fn smooth<T: Scalar>(v: Vec3<T>, e: T) -> Part<T, Vec3<T>> {
     let square = v.norm_squared();
     let root = (square + e * e).sqrt();
@@ -369,7 +370,7 @@ mod tests {
 
     type D = Dual<f64, 6>;
 
-    /// Maps with all combinations of parts.
+    /// Creates maps with all combinations of parts.
     fn maps() -> Vec<NormalLoadMap<f64>> {
         let whole = NormalLoadMap {
             bending_span: Some(0.1),
@@ -389,7 +390,7 @@ mod tests {
         maps
     }
 
-    /// Loads of all kinds of friction interfaces under a wrench.
+    /// Computes the normal loads of all kinds of friction interfaces under a wrench.
     fn loads<T: Scalar>(map: &NormalLoadMap<T>, wrench: Wrench<T>) -> [Load<T>; 4] {
         let point = Vec3::new(0.2, -0.1, 0.3);
         let axis = Vec3::new(2.0, -1.0, 2.0).direction().unwrap();
@@ -434,7 +435,8 @@ mod tests {
             }
         }
 
-        /// Loads satisfy the triangle inequality, on which the proof of uniqueness is based.
+        /// Checks that normal loads satisfy the triangle inequality, on which the proof of
+        /// uniqueness is based.
         #[test]
         fn loads_are_seminorms(
             a in prop::array::uniform6(-5.0..5.0_f64),
@@ -460,9 +462,9 @@ mod tests {
         }
     }
 
-    /// Two pads by hand: 30 N lateral force and 4 N m about the normal of the same direction, 0.2 m
-    /// apart, give 15 N + 20 N on one pad and 15 N - 20 N on the other; perpendicular to each other
-    /// they give the square root of 15^2 + 20^2 on each.
+    /// Compares two pads with a calculation by hand: 30 N lateral force and 4 N m about the normal
+    /// of the same direction, 0.2 m apart, give 15 N + 20 N on one pad and 15 N - 20 N on the
+    /// other; perpendicular to each other they give the square root of 15^2 + 20^2 on each.
     #[test]
     fn two_pads() {
         let map = NormalLoadMap {
@@ -489,8 +491,8 @@ mod tests {
         }
     }
 
-    /// A rod with a lateral force at its end in a gland, with a piston at its other end, against
-    /// the law of the lever.
+    /// Compares a rod that slides in a gland, with a lateral force at one end and a piston at the
+    /// other, with the law of the lever.
     #[test]
     fn gland_and_piston() {
         let map = NormalLoadMap {

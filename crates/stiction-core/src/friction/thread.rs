@@ -6,7 +6,7 @@ use super::{Load, NormalLoadMap};
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 
-/// Helix of a thread, given by radius and advance.
+/// Helix of a thread, given by radius and pitch.
 ///
 /// The flanks exert a normal force on each other and friction along the helix. The friction `R`
 /// carries a part of the joint's axial force `F`. With the lead angle `l` (`tan l = pitch /
@@ -25,38 +25,39 @@ use crate::spatial::{Twist, Vec3, Wrench};
 pub struct Thread<T> {
     /// Contact radius of the flanks, m.
     pub radius: T,
-    /// Advance, m/rad; negative in a left-hand thread.
+    /// Pitch: advance per radian, m/rad; negative for a left-hand thread.
     pub pitch: T,
 }
 
-/// Friction of the thread, which carries a part of its own normal load.
+/// Friction of the interface itself, which in a thread carries a part of its own normal load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnFriction<T> {
     /// Friction force per newton of normal load.
     pub coefficient: T,
     /// Friction force without normal load, N.
     pub constant: T,
-    /// Direction: 1 for forward, -1 for backward sliding; at rest the mobilised fraction of static
+    /// Sliding direction: 1 forward, -1 backward; at rest the mobilised fraction of static
     /// friction.
     pub direction: T,
 }
 
 impl<T: Scalar> OwnFriction<T> {
-    /// Zero friction.
+    /// Creates zero friction.
     pub fn none() -> Self {
         Self { coefficient: T::zero(), constant: T::zero(), direction: T::zero() }
     }
 }
 
 impl OwnFriction<f64> {
-    /// Friction with the given force, N, and the sign of the sliding that it opposes.
+    /// Creates friction of the given force, N, with the sign of the sliding velocity that it
+    /// opposes.
     pub(crate) fn of(force: f64) -> Self {
         Self { coefficient: 0.0, constant: force.abs(), direction: force.signum() }
     }
 }
 
 impl<T: Scalar> Thread<T> {
-    /// Length of the path along the helix per radian, m.
+    /// Path length along the helix per radian, m.
     #[inline]
     pub fn way(&self) -> T {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()
@@ -108,7 +109,7 @@ mod tests {
 
     proptest! {
         /// Compares the flanks' normal force and friction with the equilibrium of one flank,
-        /// resolved along the axis and around it, and the gradient with exact derivatives.
+        /// resolved along and around the axis; compares the gradient with exact derivatives.
         #[test]
         fn flanks_are_in_balance(
             c in prop::array::uniform6(-50.0..50.0_f64),
@@ -161,7 +162,8 @@ mod tests {
         }
     }
 
-    /// Friction that jams the thread while it raises the load gives an infinite normal load.
+    /// Checks that friction which jams the thread while it raises the load gives an infinite normal
+    /// load.
     #[test]
     fn a_jammed_thread_has_an_infinite_load() {
         let thread = Thread { radius: 0.01, pitch: 0.02 };

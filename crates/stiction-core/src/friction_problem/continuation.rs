@@ -6,25 +6,25 @@
 /// grow without bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lock {
-    /// Fraction of the given friction coefficients at which the solution ends.
+    /// Fraction of the given friction coefficients at which the solution branch ends.
     pub(crate) part: f64,
     /// Index of the interface whose normal load has grown most.
     pub(crate) interface: usize,
 }
 
-/// Coupling bound up to which the first step may extend, because the solution is unique there.
+/// Coupling bound up to which the first step may extend because the solution is unique.
 const CERTAIN: f64 = 0.99;
 
 /// Step sizes of the continuation, as fractions of the given friction coefficients.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepPolicy {
-    /// First step, unless [`Self::with_bound`] extends it.
+    /// Size of the first step, unless [`Self::with_bound`] extends it.
     pub(crate) first: f64,
     /// Growth factor of the step after a success.
     pub(crate) growth: f64,
-    /// Longest step, relative to the fraction reached.
+    /// Largest step, relative to the fraction reached.
     pub(crate) longest: f64,
-    /// Shortest step, relative to the fraction reached if that exceeds one.
+    /// Smallest step, relative to the fraction reached if that exceeds one.
     pub(crate) shortest: f64,
     /// Largest number of steps, failed ones included.
     pub(crate) most: usize,
@@ -39,11 +39,11 @@ impl StepPolicy {
     }
 }
 
-/// Solution as a function of the fraction of the friction coefficients.
+/// Solution branch, parametrised by the fraction of the friction coefficients.
 pub(crate) trait Branch {
-    /// Solves with this fraction of the friction coefficients, starting from the last accepted
-    /// solution. Returns true if it finds a solution on the same branch, along which the determinant
-    /// keeps its sign.
+    /// Solves with the fraction `part` of the friction coefficients, starting from the last
+    /// accepted solution. Returns true if it finds a solution on the same branch, along which the
+    /// determinant keeps its sign.
     fn correct(&mut self, part: f64) -> bool;
 
     /// Accepts the solution of the last [`Self::correct`].
@@ -102,7 +102,7 @@ pub(crate) fn fastest_growing(start: &[f64], now: &[f64]) -> usize {
 mod tests {
     use super::*;
 
-    /// Branch that only steps shorter than `reach` follow, up to `end`.
+    /// Branch that can only be followed in steps shorter than `reach`, up to `end`.
     struct Narrow {
         reach: f64,
         end: f64,

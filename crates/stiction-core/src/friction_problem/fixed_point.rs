@@ -1,15 +1,15 @@
 //! Fixed-point iteration on the normal loads, accelerated by Anderson's method.
 //!
-//! Each iteration computes the normal loads for given friction, that is, one solution of the balance;
-//! it needs no influence matrix. The iteration converges to the solution on the branch of zero friction
-//! if its map contracts there; otherwise Newton's method is used.
+//! Each iteration computes the normal loads for given friction by one solution of the balance,
+//! without an influence matrix. The iteration converges to the solution on the branch of zero
+//! friction if its map contracts there; otherwise Newton's method is used.
 
 use super::newton::largest;
 
 /// Largest number of iterations.
 const STEPS: usize = 16;
-/// Relative change at which the iteration has converged, and relative change that is attributed to
-/// round-off once the changes stop decreasing.
+/// Relative change below which the iteration has converged (`SETTLED`), and below which a change
+/// counts as round-off once the changes stop decreasing.
 const SETTLED: f64 = 1e-14;
 const STAGNATED: f64 = 1e-12;
 /// Largest ratio of successive changes at which the map counts as a contraction. The determinant of the
@@ -23,7 +23,8 @@ const MEMORY: usize = 3;
 pub(crate) struct FixedPoint {
     mapped: Vec<f64>,
     residual: Vec<f64>,
-    /// `before`: point and residual of the previous iteration. `points`, `residuals`: their last changes.
+    /// `before`: iterate and residual of the previous iteration. `points`, `residuals`: their last
+    /// changes.
     before: (Vec<f64>, Vec<f64>),
     points: Vec<Vec<f64>>,
     residuals: Vec<Vec<f64>>,
@@ -126,7 +127,7 @@ fn least_squares(vectors: &[Vec<f64>], right: &[f64]) -> [f64; MEMORY] {
 mod tests {
     use super::*;
 
-    /// Linear map with the given factors along rotated axes.
+    /// Creates a linear map with the given factors along rotated axes.
     fn map(factors: [f64; 3]) -> impl Fn(&[f64], &mut Vec<f64>) {
         move |x: &[f64], out: &mut Vec<f64>| {
             let (a, b) = (0.6 * x[0] + 0.8 * x[1], -0.8 * x[0] + 0.6 * x[1]);
@@ -148,7 +149,7 @@ mod tests {
         }
     }
 
-    /// The map is last evaluated at the solution, even if all loads vanish.
+    /// Checks that the map is last evaluated at the solution, even if all loads vanish.
     #[test]
     fn vanishing_loads_are_evaluated() {
         let (mut x, mut last) = (vec![1.0; 3], Vec::new());
@@ -161,7 +162,8 @@ mod tests {
         assert_eq!((&x, &last), (&vec![0.0; 3], &vec![0.0; 3]));
     }
 
-    /// Anderson's method would find this solution, which is not on the branch of zero friction.
+    /// Checks that a map that does not contract is rejected: Anderson's method would find its
+    /// solution, which is not on the branch of zero friction.
     #[test]
     fn other_maps_are_refused() {
         assert!(!FixedPoint::default().solve(&mut vec![1.0; 3], map([3.0, 0.1, 0.1])));

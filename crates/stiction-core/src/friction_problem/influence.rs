@@ -23,7 +23,7 @@ pub(crate) struct InfluenceMatrix {
 }
 
 impl InfluenceMatrix {
-    /// Stores an operator of `count` interfaces, reusing the buffer.
+    /// Stores the operator of `count` interfaces, reusing the buffer.
     pub(super) fn store(&mut self, count: usize, operator: &mut impl Influence) {
         let width = blocks_of(count);
         self.count = count;
@@ -38,7 +38,8 @@ impl InfluenceMatrix {
         });
     }
 
-    /// Stores an operator of `count` interfaces whose wrenches are given in blocks of four columns, for each row.
+    /// Stores an operator of `count` interfaces; `of` returns the wrench of each row for a block of
+    /// four columns.
     pub(super) fn store_blocks(&mut self, count: usize, of: impl Fn(usize, usize) -> Wrench<Four>) {
         let width = blocks_of(count);
         self.count = count;
@@ -59,7 +60,7 @@ impl InfluenceMatrix {
         self.count
     }
 
-    /// Wrenches at the joint of an interface for a block of four columns.
+    /// Wrenches at the joint of an interface per unit of each unknown in a block of four.
     pub(super) fn block(&self, interface: usize, block: usize) -> Wrench<Four> {
         let width = blocks_of(self.count);
         let rows = &self.blocks[6 * width * interface + block..];
@@ -67,13 +68,13 @@ impl InfluenceMatrix {
         Wrench { force: Vec3::new(a, b, c), moment: Vec3::new(d, e, f) }
     }
 
-    /// The six rows of an interface, each in blocks of four columns.
+    /// The six rows of an interface, each as blocks of four columns.
     pub(super) fn rows(&self, interface: usize) -> impl Iterator<Item = &[Four]> {
         let width = blocks_of(self.count);
         self.blocks[6 * width * interface..6 * width * (interface + 1)].chunks_exact(width)
     }
 
-    /// Wrench at the joint of an interface for unknowns in blocks of four.
+    /// Computes the wrench at the joint of an interface for given unknowns, in blocks of four.
     pub(super) fn apply(&self, interface: usize, unknowns: &[Four]) -> Wrench<f64> {
         let width = blocks_of(self.count);
         let rows = &self.blocks[6 * width * interface..6 * width * (interface + 1)];

@@ -1,4 +1,5 @@
-//! Friction problem with the normal loads as unknowns, for given modes and slip directions.
+//! Friction problem with the normal loads as unknowns, for given stick-slip modes and slip
+//! directions.
 //!
 //! Equation (D3) of the book's theory.
 
@@ -11,18 +12,19 @@ use super::uniqueness::{BoundStart, BoundWorkspace, coupling_bound_in_blocks};
 use crate::friction::OwnFriction;
 use crate::spatial::{Twist, Wrench};
 
-/// Interface whose normal load is unknown, since its friction depends on it.
+/// Interface whose normal load is unknown because its friction depends on it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown {
     pub(super) interface: usize,
-    /// Friction of the interface, on which the normal load of a thread depends.
+    /// Friction of the interface itself, on which the normal load of a thread depends.
     pub(super) own: OwnFriction<f64>,
-    /// Wrench at the interface's joint, without the friction that depends on normal loads.
+    /// Wrench at the joint of the interface, without the friction that depends on normal loads.
     pub(super) base: Wrench<f64>,
 }
 
 impl Unknown {
-    /// Friction of the interface with the fraction `part` of the given friction coefficient.
+    /// Returns the friction of the interface with the fraction `part` of the given friction
+    /// coefficient.
     pub(super) fn own_at(&self, part: f64) -> OwnFriction<f64> {
         OwnFriction { coefficient: part * self.own.coefficient, ..self.own }
     }
@@ -39,7 +41,7 @@ pub(crate) struct LoadProblem {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LoadWorkspace {
     pub(crate) loads: Vec<f64>,
-    /// Number of continuation steps in the last solution; zero without continuation.
+    /// Number of continuation steps in the last solution; zero if continuation was not needed.
     pub(crate) continuation_steps: usize,
     start: Vec<f64>,
     trial: Vec<f64>,
@@ -64,19 +66,20 @@ impl LoadProblem {
         self.influence.store(self.unknowns.len(), operator);
     }
 
-    /// Stores the influence as [`Self::set_influence`] does: `of` returns the wrenches at the joint of the interface of an
-    /// unknown, by its number, for a block of four unknowns; zero for those beyond the last.
+    /// Stores the influence, as [`Self::set_influence`] does, in blocks. `of` returns the wrenches
+    /// at the joint of the interface of an unknown, by index, for a block of four unknowns; zero
+    /// beyond the last.
     pub(crate) fn set_influence_in_blocks(&mut self, of: impl Fn(usize, usize) -> Wrench<Four>) {
         self.influence.store_blocks(self.unknowns.len(), of);
     }
 
-    /// Interfaces, in the order of the unknowns.
+    /// Indices of the interfaces, in the order of the unknowns.
     pub(crate) fn interfaces(&self) -> impl Iterator<Item = usize> {
         self.unknowns.iter().map(|unknown| unknown.interface)
     }
 
-    /// Normal loads without the friction that depends on them, N: the solution for zero
-    /// coefficients.
+    /// Computes the normal loads without the friction that depends on them, N: the solution for
+    /// zero coefficients.
     pub(crate) fn uncoupled_loads(&self, at: Configuration<'_>, loads: &mut Vec<f64>) {
         loads.clear();
         loads.extend(self.unknowns.iter().map(|unknown| {
@@ -84,9 +87,9 @@ impl LoadProblem {
         }));
     }
 
-    /// Solves near the `known` loads, one for each interface of the mechanism, if a solution connected
-    /// with the frictionless solution exists there; otherwise solves by continuation with these step
-    /// sizes.
+    /// Solves near the `known` loads, one for each interface of the mechanism, if a solution
+    /// connected with the frictionless solution exists there; otherwise solves by continuation with
+    /// the step sizes `steps`.
     ///
     /// # Errors
     /// Returns the lock at which the continuation ends.
@@ -121,7 +124,8 @@ impl LoadProblem {
             .map_err(|lock| Lock { interface: self.unknowns[lock.interface].interface, ..lock })
     }
 
-    /// Solves from given loads, N, on any branch. Returns true if it finds a solution.
+    /// Solves by Newton's method from given loads, N, on any branch. Returns true if it finds a
+    /// solution.
     pub(crate) fn solve_from(
         &self,
         at: Configuration<'_>,
@@ -147,8 +151,8 @@ impl LoadProblem {
         self.transposed(at, loads, weights, gradients, &mut workspace.newton)
     }
 
-    /// Bound on the coupling, see [`coupling_bound`](super::uniqueness::coupling_bound); any bound up to
-    /// `accepted` is the result in place of the least one.
+    /// Computes a bound on the coupling, see [`coupling_bound`](super::uniqueness::coupling_bound).
+    /// Any bound up to `accepted` is returned without refinement to the smallest one.
     pub(crate) fn coupling_bound(
         &self,
         at: Configuration<'_>,
@@ -163,7 +167,7 @@ impl LoadProblem {
     }
 }
 
-/// Branch of normal loads, parametrised by the fraction of the friction coefficients.
+/// Solution branch of the normal loads, parametrised by the fraction of the friction coefficients.
 struct LoadBranch<'a> {
     problem: &'a LoadProblem,
     at: Configuration<'a>,

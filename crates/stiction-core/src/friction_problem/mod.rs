@@ -1,5 +1,5 @@
-//! Friction coupled with the reactions that bound it: a common problem of inverse and forward
-//! dynamics.
+//! Friction coupled with the reactions on which its limit depends: a common problem of inverse and
+//! forward dynamics.
 //!
 //! A friction interface carries a normal load `N`, and its friction is affine in `N`. All joint wrenches are affine in
 //! the friction forces. If all coefficients of friction are scaled by `s`, the normal loads satisfy

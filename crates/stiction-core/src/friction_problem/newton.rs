@@ -8,38 +8,39 @@ use crate::spatial::Twist;
 
 /// Largest number of Newton steps from one start.
 const STEPS: usize = 30;
-/// Relative change of the loads in the last step at which the iteration has converged. The
-/// remaining error is about its square, and therefore round-off even if the system is close to
-/// singular.
+/// Relative change of the loads in the last step below which the iteration has converged. The
+/// remaining error is about the square of this change, and therefore round-off even if the system
+/// is close to singular.
 const SETTLED: f64 = 1e-9;
-/// Relative change that counts as round-off if it does not decrease.
+/// Relative change below which it counts as round-off if it does not decrease further.
 const STAGNATED: f64 = 1e-10;
-/// Growth factor of the loads that counts as unbounded.
+/// Growth factor of the loads above which they count as unbounded.
 pub(crate) const UNBOUNDED: f64 = 1e9;
 
 /// Buffers of Newton's method.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NewtonWorkspace {
     blocks: Vec<Four>,
-    /// Residual; after the linear solve, change of the loads in the step.
+    /// Residual; after the linear solve, the change of the loads in the Newton step.
     change: Vec<f64>,
-    /// Gradients of the loads.
+    /// Gradients of the loads with respect to the wrenches.
     gradients: Vec<Twist<f64>>,
     matrix: Vec<Four>,
 }
 
-/// Range in which a solution is accepted.
+/// Criteria for accepting a solution.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Accepted {
-    /// Largest load, N.
+    /// Largest accepted load, N.
     pub(crate) most: f64,
-    /// Residual, relative to the largest load, at which the loads are a solution without a further step. Zero, unless the
-    /// solution is known to be unique: only then does a small residual imply a small error.
+    /// Residual, relative to the largest load, below which the loads are accepted without a further
+    /// step. Zero unless the solution is known to be unique: only then does a small residual imply
+    /// a small error.
     pub(crate) residual: f64,
 }
 
 impl Accepted {
-    /// Accepts loads below `most`, N, after a step that changes them by round-off.
+    /// Accepts loads below `most`, N, once a step changes them by round-off only.
     pub(crate) fn below(most: f64) -> Self {
         Self { most, residual: 0.0 }
     }
@@ -99,8 +100,8 @@ impl LoadProblem {
         None
     }
 
-    /// Solves the transposed system of a Newton step at these loads; returns the gradients of the
-    /// loads as well.
+    /// Solves the transposed system of a Newton step at the given loads; also returns the gradients
+    /// of the loads.
     pub(super) fn transposed(
         &self,
         at: Configuration<'_>,
@@ -137,7 +138,7 @@ impl LoadProblem {
     }
 }
 
-/// Largest magnitude; NaN if any number is NaN.
+/// Largest magnitude of the numbers; NaN if any of them is NaN.
 pub(crate) fn largest(numbers: &[f64]) -> f64 {
     let nan = |a: f64, b: f64| a.is_nan() || b.is_nan();
     numbers.iter().fold(0.0_f64, |m, x| if nan(m, *x) { f64::NAN } else { m.max(x.abs()) })

@@ -22,9 +22,10 @@ impl Configuration<'_> {
         self.parameters.interfaces[interface].joint
     }
 
-    /// Computes the normal load of an interface, N, under its joint's complete wrench or the wrench that a gear
-    /// transmits. `own` is the friction of the interface itself, on which the load of a thread depends; the load of a
-    /// gear depends on the direction of this friction.
+    /// Computes the normal load of an interface, N, under the complete wrench of its joint or, for
+    /// a motor shaft, the wrench that the gear transmits. `own` is the friction of the interface
+    /// itself, on which the load of a thread depends; the load of a gear depends on the direction
+    /// of this friction.
     pub(crate) fn normal_load(
         &self,
         interface: usize,
@@ -36,10 +37,10 @@ impl Configuration<'_> {
         normal_load(&content.load, content, pitch, self.bodies, wrench, own)
     }
 
-    /// Computes an upper bound on the change of an interface's normal load, N, if the wrench at its joint
-    /// changes by `wrench`: the load under that change alone, without preload and smoothing. For a
-    /// thread, the larger of the bounds for both sliding directions, with the given friction coefficient of
-    /// the thread itself.
+    /// Computes an upper bound on the change of an interface's normal load, N, if the wrench at its
+    /// joint changes by `wrench`: the load under `wrench` alone, without preload and smoothing. For
+    /// a thread with the friction `coefficient`, the larger of the bounds for both sliding
+    /// directions.
     pub(crate) fn largest_load_change(
         &self,
         interface: usize,
@@ -79,8 +80,8 @@ impl Configuration<'_> {
     }
 }
 
-/// Computes the normal load by a load map (that of the interface, or its seminorm) under the joint's
-/// complete wrench.
+/// Computes the normal load under the complete wrench of the joint by the given map: that of the
+/// interface, or its seminorm.
 pub(crate) fn normal_load<T: Scalar>(
     map: &NormalLoadMap<T>,
     interface: &InterfaceParameters<T>,
@@ -93,8 +94,9 @@ pub(crate) fn normal_load<T: Scalar>(
     normal_load_between(map, (interface.shape, interface.radius), pitch, (j, k), wrench, own)
 }
 
-/// Computes the normal load of a surface of this shape and radius from the joint frames `j` and `k`; `wrench` is in the
-/// frame in which these are given. Inlined, so that callers that need the value alone do not compute the gradient.
+/// Computes the normal load of a surface of the given shape and radius from the joint frames `j`
+/// and `k`; `wrench` is expressed in the same frame as `j` and `k`. Inlined, so that callers that
+/// need the value alone do not compute the gradient.
 #[inline(always)]
 pub(crate) fn normal_load_between<T: Scalar>(
     map: &NormalLoadMap<T>,

@@ -2,10 +2,10 @@
 
 use crate::scalar::{Lanes, Scalar};
 
-/// Four numbers, computed side by side.
+/// Four numbers, computed at once in SIMD lanes.
 pub(crate) type Four = Lanes<f64, 4>;
 
-/// Number of blocks that hold `count` numbers, at least one.
+/// Number of blocks that hold `count` numbers; at least one.
 pub(super) fn blocks_of(count: usize) -> usize {
     count.div_ceil(4).max(1)
 }
@@ -17,8 +17,8 @@ pub(crate) fn pack(numbers: &[f64], blocks: &mut Vec<Four>) {
     blocks.extend(numbers.chunks(4).map(of));
 }
 
-/// Evaluates `$fixed` with the constant `$w` equal to `$width`, so that loops over the blocks of a row are
-/// unrolled; evaluates `$rest` for rows of more than six blocks.
+/// Evaluates `$fixed` with the constant `$w` equal to `$width`, so that loops over the blocks of a
+/// row are unrolled; evaluates `$rest` for rows of more than six blocks.
 macro_rules! by_width {
     ($width:expr, $w:ident => $fixed:expr, $rest:expr) => {
         match $width {

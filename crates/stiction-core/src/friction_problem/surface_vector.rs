@@ -1,6 +1,6 @@
-//! Vectors of friction and sliding at a surface, with up to three components padded by zeros.
+//! Friction and sliding vectors at a surface, with up to three components, padded with zeros.
 
-/// Length of a vector.
+/// Euclidean norm of a vector.
 pub(crate) fn norm(v: [f64; 3]) -> f64 {
     dot(v, v).sqrt()
 }

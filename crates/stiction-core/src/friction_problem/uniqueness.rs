@@ -11,13 +11,13 @@ use crate::scalar::Scalar;
 /// converge faster, damped iterations converge for every matrix.
 const PLAIN: usize = 30;
 const DAMPED: usize = 60;
-/// Relative change of the ratio that is round-off, and the number of such changes after which more
-/// iterations hardly lower the bound.
+/// Relative change of the ratio below which it counts as round-off, and number of such changes
+/// after which further iterations hardly lower the bound.
 const STILL: f64 = 1e-13;
 const REPEATED: usize = 3;
 
-/// Largest number of steps of inverse iteration, and the relative distance of the bounds from both sides
-/// at which it has converged.
+/// Largest number of steps of inverse iteration, and relative distance between lower and upper
+/// bound at which it has converged.
 const INVERSE: usize = 6;
 const CONVERGED: f64 = 1e-13;
 
@@ -36,32 +36,33 @@ pub(crate) struct RadiusWorkspace {
     columns: Vec<Four>,
     x: Vec<Four>,
     next: Vec<Four>,
-    /// Eigenvector at the last convergence of the inverse iteration.
+    /// Eigenvector at the last convergence of the inverse iteration, as the next starting vector.
     known: Vec<f64>,
     solution: Vec<f64>,
     shifted: Vec<Four>,
-    /// Any bound up to this value is accepted.
+    /// Largest bound that is accepted without refinement.
     accepted: f64,
 }
 
-/// Vector from which the computation of a bound starts.
+/// Vector at which the computation of a bound starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BoundStart {
-    /// A vector of ones: the bound does not depend on earlier ones.
+    /// Vector of ones: the bound does not depend on earlier ones.
     New,
-    /// The eigenvector of the last bound.
+    /// Eigenvector of the last bound.
     Last,
 }
 
 impl BoundWorkspace {
-    /// Sets the start of the next bound.
+    /// Sets the starting vector of the next bound.
     pub(crate) fn start(&mut self, start: BoundStart) {
         if start == BoundStart::New {
             self.vectors.known.clear();
         }
     }
 
-    /// Accepts any bound up to this value, so that the iteration may stop before it finds the least one.
+    /// Accepts any bound up to this value, so that the iteration may stop before it finds the
+    /// smallest one.
     pub(crate) fn accept_up_to(&mut self, bound: f64) {
         self.vectors.accepted = bound;
     }
@@ -117,8 +118,8 @@ pub(crate) fn coupling_bound_in_blocks(
     radius_bound(matrix, count, vectors)
 }
 
-/// Computes a bound on the spectral radius of a matrix without negative entries: the largest ratio of `(matrix x)_i`
-/// to `x_i`, for any positive `x` (Collatz and Wielandt).
+/// Computes an upper bound on the spectral radius of a nonnegative matrix: the largest ratio of
+/// `(matrix x)_i` to `x_i`, for any positive `x` (Collatz and Wielandt).
 pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusWorkspace) -> f64 {
     let mut bound = f64::INFINITY;
     if count == 0 {
@@ -167,9 +168,10 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
     iterate(x, DAMPED, 0.5, false)
 }
 
-/// Bound by inverse iteration with the bound as the shift, from the eigenvector of the last matrix: it
-/// keeps the vector positive and converges quadratically if every interface influences every other one
-/// (Noda 1971). `None` if the bounds from both sides do not meet.
+/// Computes the bound by inverse iteration with the bound as the shift, starting from the
+/// eigenvector of the last matrix. The iteration keeps the vector positive and converges
+/// quadratically if every interface influences every other one (Noda 1971). `None` if the bounds
+/// from both sides do not meet.
 fn bound_by_inverse_iteration(
     matrix: &[f64],
     count: usize,
@@ -216,8 +218,9 @@ fn bound_by_inverse_iteration(
     None
 }
 
-/// Takes one power iteration; the fraction `part` of the new vector comes from the product, the rest from
-/// the previous vector. Returns the largest ratio of the product to the previous vector.
+/// Takes one damped power iteration: the new vector is the product weighted by `part` plus the
+/// previous vector weighted by `1 - part`. Returns the largest ratio of the product to the previous
+/// vector.
 fn power_step(columns: &[Four], count: usize, x: &mut [Four], next: &mut [Four], part: f64) -> f64 {
     next.fill(Four::zero());
     for (k, column) in columns.chunks_exact(x.len()).enumerate() {

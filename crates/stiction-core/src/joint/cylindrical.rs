@@ -1,4 +1,4 @@
-//! C, cylindrical joint: rotation about and translation along z.
+//! Cylindrical joint (C): rotation about and translation along z.
 
 use super::{Carrier::Predecessor, Constraint, Dof, Motion, angle_about_z, dof};
 use crate::scalar::Scalar;

@@ -1,4 +1,4 @@
-//! H, helical joint: a screw about z. The coordinate is the angle; the pitch is in m/rad.
+//! Helical joint (H): a screw about z. The coordinate is the angle; the pitch is in m/rad.
 
 use super::{Carrier::Predecessor, Constraint, Dof, Motion, angle_about_z, dof};
 use crate::scalar::Scalar;

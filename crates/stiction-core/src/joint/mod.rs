@@ -34,39 +34,39 @@ mod universal;
 
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Quaternion, Twist, Vec3, Wrench};
-/// Greatest number of degrees of freedom of a joint.
+/// Largest number of degrees of freedom of a joint.
 pub(crate) const MOST_DOFS: usize = 6;
 
-/// The type of a joint.
+/// Type of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JointType {
-    /// One rotation.
+    /// Rotation about one axis.
     Revolute,
-    /// One translation.
+    /// Translation along one axis.
     Prismatic,
-    /// A screw: rotation and translation coupled by a pitch.
+    /// Screw: rotation and translation coupled by a pitch.
     Helical,
     /// Rotation about and translation along one axis.
     Cylindrical,
-    /// Two rotations about perpendicular, intersecting axes (Hooke, Cardan).
+    /// Two rotations about perpendicular, intersecting axes (Hooke or Cardan joint).
     Universal,
-    /// All rotations about a point.
+    /// All three rotations about a point.
     Spherical,
     /// Two translations in a plane and the rotation about its normal.
     Planar,
     /// No degree of freedom: a rigid connection.
     Fixed,
-    /// Six degrees of freedom: coordinates without constraints.
+    /// Six degrees of freedom, without constraints.
     Free,
 }
 
-/// The body of a joint in which the twist of a degree of freedom is constant.
+/// Body of a joint in which the twist of a degree of freedom is constant.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
-    /// The predecessor; axes and point are those of frame J.
+    /// Predecessor body; axes and point are those of frame J.
     Predecessor,
-    /// The successor; axes and point are those of frame K.
+    /// Successor body; axes and point are those of frame K.
     Successor,
 }
 
@@ -74,17 +74,17 @@ pub enum Carrier {
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dof {
-    /// Rotation, translation or screw.
+    /// Kind of motion: rotation, translation or screw.
     pub motion: Motion,
-    /// Axis 0, 1, 2 for x, y, z.
+    /// Axis: 0, 1, 2 for x, y, z.
     pub axis: usize,
-    /// The body in which axis and point are fixed.
+    /// Body in which axis and point are fixed.
     pub carrier: Carrier,
-    /// The coordinate's name among those of the joint.
+    /// Name of the coordinate, unique within the joint.
     pub name: &'static str,
 }
 
-/// The kind of motion of a degree of freedom.
+/// Kind of motion of a degree of freedom.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
@@ -96,7 +96,7 @@ pub enum Motion {
     Screw,
 }
 
-/// A constraint wrench of a joint in frame J; its power on the joint's degrees of freedom is zero.
+/// Constraint wrench of a joint in frame J; its power on the joint's degrees of freedom is zero.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Constraint {
@@ -104,7 +104,7 @@ pub enum Constraint {
     Force(usize),
     /// Unit moment along an axis.
     Moment(usize),
-    /// Unit force along z with the moment `-pitch` along z, the constraint of a screw.
+    /// Unit force along z with the moment `-pitch` about z: the constraint of a screw.
     Thread,
     /// Unit moment along the common normal of a universal joint's axes.
     Normal,
@@ -114,7 +114,7 @@ const fn dof(motion: Motion, axis: usize, carrier: Carrier, name: &'static str) 
     Dof { motion, axis, carrier, name }
 }
 
-/// Selects an item from the module of a type.
+/// Selects an item from the module of a joint type.
 macro_rules! of_type {
     ($joint_type:expr, $item:ident $($call:tt)*) => {
         match $joint_type {
@@ -132,7 +132,7 @@ macro_rules! of_type {
 }
 
 impl JointType {
-    /// All types, in the order of the table above.
+    /// All joint types, in the order of the table above.
     pub const ALL: [Self; 9] = [
         Self::Revolute,
         Self::Prismatic,
@@ -145,40 +145,42 @@ impl JointType {
         Self::Free,
     ];
 
-    /// The letter of mechanism theory (R, P, H, C, U, S, E), or the word `fixed` or `free`.
+    /// Symbol of the joint type: its letter in mechanism theory (R, P, H, C, U, S, E), or `fixed`
+    /// or `free`.
     pub const fn symbol(self) -> &'static str {
         of_type!(self, SYMBOL)
     }
 
-    /// The type with this symbol.
+    /// Returns the joint type with this symbol.
     pub fn from_symbol(symbol: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|t| t.symbol() == symbol)
     }
 
-    /// The degrees of freedom, in the order of the rates.
+    /// Degrees of freedom, in the order of the rates.
     #[inline]
     pub const fn dofs(self) -> &'static [Dof] {
         of_type!(self, FREEDOMS)
     }
 
-    /// The constraint wrenches.
+    /// Constraint wrenches of the joint type.
     #[inline]
     pub const fn constraints(self) -> &'static [Constraint] {
         of_type!(self, CONSTRAINTS)
     }
 
-    /// The number of coordinates; orientations have four, but three degrees of freedom.
+    /// Number of coordinates; an orientation has four coordinates but three degrees of freedom.
     #[inline]
     pub const fn coordinates(self) -> usize {
         of_type!(self, COORDINATES)
     }
 
-    /// Returns `true` if coordinate `k` is the integral of rate `k`: for all types without quaternions.
+    /// Returns `true` if every coordinate is the integral of the rate with the same index, that is,
+    /// for all types without quaternions.
     pub const fn has_scalar_coordinates(self) -> bool {
         !matches!(self, Self::Spherical | Self::Free)
     }
 
-    /// `X_JK` at coordinates `q` (rad, m; as many as [`Self::coordinates`]).
+    /// Computes the pose `X_JK` at coordinates `q` (rad, m; as many as [`Self::coordinates`]).
     #[inline]
     pub fn pose<T: Scalar>(self, q: &[T], pitch: T) -> Pose<T> {
         of_type!(self, pose(q, pitch))
@@ -246,13 +248,14 @@ impl JointType {
 }
 
 impl Dof {
-    /// Returns `true` for a length coordinate (m) with a force effort (N), `false` for an angle
-    /// (rad) with a moment (N m).
+    /// Returns `true` if the coordinate is a length (m, with efforts in N), `false` if it is an
+    /// angle (rad, with efforts in N m).
     pub fn translates(&self) -> bool {
         self.motion == Motion::Translation
     }
 
-    /// The unit twist, given the joint frames J and K in the world; predecessor to successor.
+    /// Unit twist of the successor relative to the predecessor, given the joint frames J and K in
+    /// the world.
     #[inline]
     pub fn twist<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>, pitch: T) -> Twist<T> {
         let frame = match self.carrier {
@@ -269,7 +272,7 @@ impl Dof {
         }
     }
 
-    /// The unit of the rate's integral and of the conjugate effort: (rad, N m) or (m, N).
+    /// Units of the rate's integral and of the conjugate effort: (rad, N m) or (m, N).
     pub const fn units(&self) -> (&'static str, &'static str) {
         match self.motion {
             Motion::Translation => ("m", "N"),
@@ -277,9 +280,10 @@ impl Dof {
         }
     }
 
-    /// The wrench, predecessor on successor, of a unit effort on this degree of freedom: a couple
-    /// along the axis, or a force along it through the origin of K. The power of this wrench on a relative
-    /// twist is the rate of this degree of freedom, so the wrench also extracts that rate from a twist.
+    /// Wrench, predecessor on successor, of a unit effort on this degree of freedom: a couple along
+    /// the axis, or a force along it through the origin of K. The power of this wrench on a
+    /// relative twist is the rate of this degree of freedom, so the wrench also extracts that rate
+    /// from a twist.
     #[inline]
     pub fn effort<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>) -> Wrench<T> {
         let frame = match self.carrier {
@@ -295,7 +299,8 @@ impl Dof {
 }
 
 impl Constraint {
-    /// The unit wrench, given the joint frames J and K in the world; predecessor on successor.
+    /// Unit constraint wrench, predecessor on successor, given the joint frames J and K in the
+    /// world.
     #[inline]
     pub fn wrench<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>, pitch: T) -> Wrench<T> {
         let axes = &j.rotation.columns;
@@ -314,7 +319,8 @@ impl Constraint {
         matches!(self, Constraint::Moment(_) | Constraint::Normal)
     }
 
-    /// The component of a small displacement (in J, at the origin of J) that the wrench blocks.
+    /// Component of a small displacement (in J, at the origin of J) that the constraint wrench
+    /// blocks.
     #[inline]
     fn blocked<T: Scalar>(&self, displacement: Twist<T>, relative: &Pose<T>, pitch: T) -> T {
         match *self {
@@ -349,9 +355,10 @@ impl JointType {
     }
 }
 
-/// Computes the vector `2 n tan(a/2)` along the axis `n` of a rotation by the angle `a`, bounded near a half
-/// turn. To first order this is the rotation vector. Unlike the skew part of the rotation matrix it does not
-/// decrease beyond a right angle, which assembly from a poor initial guess requires.
+/// Computes the vector `2 n tan(a/2)` along the axis `n` of a rotation by the angle `a`, bounded
+/// near a half turn. To first order, this is the rotation vector. Unlike the skew-symmetric part of
+/// the rotation matrix, it does not decrease beyond a right angle, which assembly from a poor
+/// initial guess requires.
 #[inline]
 fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
     const FLOOR: f64 = 1e-3;
@@ -360,7 +367,7 @@ fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
     turn.skew_part() * (T::from_f64(1.0 + FLOOR) / denominator)
 }
 
-/// The angle of a rotation about z.
+/// Angle of a rotation about z, rad.
 #[inline]
 fn angle_about_z<T: Scalar>(rotation: &Mat3<T>) -> T {
     // Best fit for a rotation that is not exactly about z.
@@ -390,8 +397,9 @@ mod tests {
     }
 
     proptest! {
-        /// Constraint wrenches do no work on the degrees of freedom, each effort does work only on its own
-        /// degree of freedom, and constraint wrenches and efforts together span all wrenches.
+        /// Checks that constraint wrenches do no work on the degrees of freedom, each effort does
+        /// work only on its own degree of freedom, and constraint wrenches and efforts together
+        /// span all wrenches.
         #[test]
         fn dofs_and_constraints_are_reciprocal(numbers in numbers()) {
             for joint_type in JointType::ALL {
@@ -414,7 +422,8 @@ mod tests {
             }
         }
 
-        /// The unit twists are the derivative of the pose, and coordinates can be read back.
+        /// Checks that the unit twists are the derivative of the pose, and that coordinates can be
+        /// recovered from the pose.
         #[test]
         fn dofs_are_the_derivative_of_the_pose(numbers in numbers()) {
             let step = 1e-5;
@@ -446,8 +455,8 @@ mod tests {
             }
         }
 
-        /// To first order, the constraint errors of a displaced pose equal the work of the
-        /// constraint wrenches on the displacement.
+        /// Checks that, to first order, the constraint errors of a displaced pose equal the work of
+        /// the constraint wrenches on the displacement.
         #[test]
         fn misfit_is_reciprocal_to_the_constraints(numbers in numbers()) {
             let size = 1e-6;

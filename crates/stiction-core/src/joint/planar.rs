@@ -1,4 +1,4 @@
-//! E, planar joint: translations along x and y of J, and the rotation about the plane's normal z.
+//! Planar joint (E): translations along x and y of J, and rotation about the plane's normal z.
 
 use super::{
     Carrier::{Predecessor, Successor},

@@ -1,4 +1,4 @@
-//! P, prismatic joint: one translation along z.
+//! Prismatic joint (P): translation along z.
 
 use super::{Carrier::Predecessor, Constraint, Dof, Motion, dof};
 use crate::scalar::Scalar;

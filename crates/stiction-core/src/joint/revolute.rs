@@ -1,4 +1,4 @@
-//! R, revolute joint: one rotation about z.
+//! Revolute joint (R): rotation about z.
 
 use super::{Carrier::Predecessor, Constraint, Dof, Motion, angle_about_z, dof};
 use crate::scalar::Scalar;

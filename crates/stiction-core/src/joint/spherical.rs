@@ -1,5 +1,5 @@
-//! S, spherical joint: all rotations about a point; coordinates are a unit quaternion, rates the angular
-//! velocity in K.
+//! Spherical joint (S): all rotations about a point; coordinates are a unit quaternion, rates the
+//! angular velocity in K.
 
 use super::{Carrier::Successor, Constraint, Dof, Motion, dof};
 use crate::scalar::Scalar;

@@ -1,4 +1,4 @@
-//! U, universal joint: rotation about z of J, then about x of K; the two axes are perpendicular.
+//! Universal joint (U): rotation about z of J, then about x of K; the two axes are perpendicular.
 
 use super::{
     Carrier::{Predecessor, Successor},

@@ -13,32 +13,32 @@ use crate::scalar::Scalar;
 pub enum Coordinate {
     /// A component of the position of a body's origin, m.
     Position {
-        /// The body.
+        /// Body whose position is prescribed.
         body: BodyId,
-        /// 0, 1, 2 for x, y, z.
+        /// Axis: 0, 1, 2 for x, y, z.
         axis: usize,
     },
     /// One of three intrinsic rotation angles, rad: the body's rotation is
     /// `R(axis1, angle1) R(axis2, angle2) R(axis3, angle3)`.
     Angle {
-        /// The body.
+        /// Body whose orientation is prescribed.
         body: BodyId,
-        /// The axes in their order.
+        /// Order of the rotation axes.
         order: AngleOrder,
-        /// 0, 1, 2 for the first, second, third angle.
+        /// Index of the angle: 0, 1, 2 for the first, second, third.
         index: usize,
     },
     /// A component of the rotation vector (axis times angle) of a body, rad; its length must stay
     /// below pi.
     RotationVector {
-        /// The body.
+        /// Body whose orientation is prescribed.
         body: BodyId,
-        /// 0, 1, 2 for x, y, z.
+        /// Axis: 0, 1, 2 for x, y, z.
         axis: usize,
     },
     /// A coordinate of a joint whose coordinates are scalars (R, P, H, C, U, E), rad or m.
     Joint {
-        /// The joint.
+        /// Joint to which the coordinate belongs.
         joint: JointId,
         /// Index of the degree of freedom.
         dof: usize,
@@ -73,7 +73,7 @@ impl AngleOrder {
         (a != b && b != c).then_some(Self([a, b, c]))
     }
 
-    /// The axes, 0, 1, 2 for x, y, z.
+    /// Axis indices in order; 0, 1, 2 for x, y, z.
     pub const fn axes(self) -> [usize; 3] {
         self.0
     }

@@ -1,4 +1,4 @@
-//! Motions left open by the prescribed coordinates.
+//! Motions left undetermined by the prescribed coordinates.
 
 use super::bodies::Bodies;
 use super::error::OpenDof;
@@ -10,20 +10,20 @@ use crate::spatial::{Twist, Vec3, describe_motion};
 use crate::topology::{Actuator, Link, Topology};
 use nalgebra::{DMatrix, DVector};
 
-/// Relative singular values below this count as zero. Matrices are scaled to entries of order one.
-/// If a motion is blocked at second order only, positions and singular values are accurate to the
-/// square root of round-off, 1e-8.
+/// Relative singular value below which it counts as zero. Matrices are scaled to entries of order
+/// one. If a motion is blocked at second order only, positions and singular values are accurate to
+/// the square root of round-off, 1e-8.
 pub(super) const OPEN: f64 = 1e-6;
 
-/// Open motions.
+/// Undetermined motions at a position.
 pub(super) enum OpenMotion {
-    /// Only passive spins of single bodies.
+    /// Local degrees of freedom of single bodies only.
     Spins(Vec<Spin>),
-    /// Motions other than passive spins.
+    /// Motions other than local degrees of freedom.
     Others(Vec<OpenTwist>),
 }
 
-/// An open motion, described by the motion of one body.
+/// Undetermined motion, described by the motion of one body.
 pub(super) struct OpenTwist {
     body: usize,
     motion: String,

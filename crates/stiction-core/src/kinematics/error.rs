@@ -10,7 +10,7 @@ pub enum AssemblyError {
     /// The loops do not close at the prescribed position.
     #[error("{0}")]
     Gap(Gap),
-    /// The prescribed coordinates leave degrees of freedom open.
+    /// The prescribed coordinates leave degrees of freedom undetermined.
     #[error(
         "the prescribed coordinates leave {} undetermined: {}; prescribe {} more",
         degrees(open.len()),
@@ -18,7 +18,7 @@ pub enum AssemblyError {
         count(open.len(), "coordinate")
     )]
     Open {
-        /// Description of each open motion.
+        /// Description of each undetermined motion.
         open: Vec<OpenDof>,
     },
     /// At an intermediate position the prescribed coordinates leave motions open that they
@@ -29,7 +29,7 @@ pub enum AssemblyError {
         list(open)
     )]
     Undetermined {
-        /// Description of each open motion.
+        /// Description of each undetermined motion.
         open: Vec<OpenDof>,
     },
     /// The prescribed second angle is at a value where the other two angles are undefined.
@@ -39,7 +39,7 @@ pub enum AssemblyError {
          another order of axes"
     )]
     AngleRange {
-        /// The body.
+        /// Name of the body.
         body: String,
         /// The prescribed value, deg.
         degrees: f64,
@@ -191,7 +191,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// Fraction of the largest part of a gap below which another part is negligible.
 const PART: f64 = 1e-3;
 
-/// A motion left open by the loops and the prescribed coordinates.
+/// Motion left undetermined by the loops and the prescribed coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenDof {
     /// Body with the largest displacement.

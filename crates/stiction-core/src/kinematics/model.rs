@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 /// Kinematics of a mechanism, compiled for one set of prescribed coordinates near one position.
 ///
-/// Immutable and independent of the mechanism's numerical parameters, so it serves every scalar type and every
-/// set of [`Parameters`](crate::parameters::Parameters). Clones share all parts.
+/// Immutable and independent of the mechanism's numerical parameters, so it can be used with every
+/// scalar type and every set of [`Parameters`](crate::parameters::Parameters). Clones share all
+/// parts.
 #[derive(Clone, Debug)]
 pub struct KinematicModel {
     /// Spanning tree and cut joints.

@@ -36,9 +36,9 @@ pub(super) struct Row {
 /// determine the spin acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spin {
-    /// The body.
+    /// Body that rotates.
     pub body: BodyId,
-    /// Unit vector in the body's axes.
+    /// Unit vector along the rotation axis, in the body's axes.
     pub axis: Vec3<f64>,
 }
 
@@ -89,7 +89,7 @@ impl MotionConstraints {
         }
     }
 
-    /// The prescribed coordinates.
+    /// Prescribed coordinates.
     pub fn coordinates(&self) -> &[Coordinate] {
         &self.coordinates
     }
@@ -103,7 +103,7 @@ impl MotionConstraints {
         self.coordinates.iter().map(|coordinate| measure::tree_angle(topology, *coordinate))
     }
 
-    /// The locked spins.
+    /// Locked local degrees of freedom.
     pub fn spins(&self) -> &[Spin] {
         &self.spins
     }

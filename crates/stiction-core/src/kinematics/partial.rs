@@ -36,13 +36,13 @@ pub(crate) struct Missed {
     pub(crate) is_angle: bool,
 }
 
-/// Kinds of conditions.
+/// Kind of condition.
 pub(crate) enum What {
-    /// The closure of a joint.
+    /// Closure of a joint, by its index.
     Joint(usize),
-    /// A gearing of the mechanism.
+    /// Gearing of the mechanism, by its index.
     Gearing(usize),
-    /// A given value, by its index in the list.
+    /// Given value, by its index in the list.
     Given(usize),
 }
 

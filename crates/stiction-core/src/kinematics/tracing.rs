@@ -319,7 +319,7 @@ pub(crate) struct OpenMotions {
 }
 
 impl<'a> Loops<'a> {
-    /// Builds the loop equations with one target for each of the `coordinates`.
+    /// Creates the loop equations, with one target for each of the `coordinates`.
     pub(super) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,

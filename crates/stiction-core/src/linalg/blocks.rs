@@ -24,7 +24,7 @@ const UNIT: Block = {
 /// for definite matrices any order is stable.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockCholesky {
-    /// Step at which each block row is eliminated.
+    /// Elimination step of each block row.
     place: Vec<usize>,
     /// Index of the first block below the diagonal at each step, followed by the total number.
     starts: Vec<usize>,
@@ -122,20 +122,20 @@ impl BlockCholesky {
         }
     }
 
-    /// Subtracts a multiple of the unit matrix.
+    /// Subtracts `by` times the unit matrix.
     pub(crate) fn shift(&mut self, by: f64) {
         for block in &mut self.diagonal {
             (0..BLOCK).for_each(|i| block[i][i] -= by);
         }
     }
 
-    /// Keeps a copy of the matrix, so that it can be decomposed again.
+    /// Saves a copy of the matrix, so that it can be decomposed again.
     pub(crate) fn keep(&mut self) {
         self.kept_diagonal.clone_from(&self.diagonal);
         self.kept_below.clone_from(&self.below);
     }
 
-    /// Takes the matrix back that was kept.
+    /// Restores the matrix saved by [`Self::keep`].
     pub(crate) fn restore(&mut self) {
         self.diagonal.copy_from_slice(&self.kept_diagonal);
         self.below.copy_from_slice(&self.kept_below);
@@ -169,8 +169,8 @@ impl BlockCholesky {
         true
     }
 
-    /// Pivots of a block row, after [`Self::factor`]: what is left of each diagonal entry when all
-    /// rows before it are eliminated.
+    /// Pivots of a block row after [`Self::factor`]: the values of the diagonal entries after all
+    /// previous rows have been eliminated.
     pub(crate) fn pivots(&self, block: usize) -> Part {
         let inverse = &self.diagonal[self.place[block]];
         core::array::from_fn(|k| inverse[k][k].powi(-2))
@@ -245,7 +245,7 @@ pub(crate) fn add_outer(block: &mut Block, a: &Part, b: &Part) {
     }
 }
 
-/// Scalar product.
+/// Scalar product of two vectors.
 pub(crate) fn dot(a: &Part, b: &Part) -> f64 {
     let [even, odd] = [0, 1].map(|k| a[k] * b[k] + a[k + 2] * b[k + 2] + a[k + 4] * b[k + 4]);
     even + odd
@@ -288,7 +288,7 @@ mod tests {
     use crate::random::Random;
     use nalgebra::{DMatrix, DVector};
 
-    /// A hub with chains around it; compared with a dense decomposition.
+    /// Compares the solution for a hub with chains around it with a dense decomposition.
     #[test]
     fn agrees_with_a_dense_decomposition() {
         let mut random = Random::new(3);

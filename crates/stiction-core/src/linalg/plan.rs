@@ -50,8 +50,8 @@ pub(crate) struct RankDeficient {
 /// Smallest admissible pivot relative to the largest entry in its column. A larger threshold is more
 /// accurate, a smaller threshold leaves more choice to keep the factors sparse.
 const THRESHOLD: f64 = 0.25;
-/// Magnitude of scaled entries, relative to the largest entry of the matrix, below which they are
-/// round-off.
+/// Magnitude of scaled entries, relative to the largest entry of the matrix, below which they count
+/// as round-off.
 const NEGLIGIBLE: f64 = 1e-11;
 /// Number of the emptiest columns that compete for a pivot.
 const CANDIDATES: usize = 4;
@@ -95,7 +95,7 @@ impl Plan {
     }
 }
 
-/// Part of the matrix that is not eliminated yet.
+/// Part of the matrix that is not yet eliminated.
 struct Active {
     rows: Vec<BTreeMap<usize, f64>>,
     /// Open rows with an entry in each column.
@@ -123,7 +123,7 @@ impl Active {
         }
     }
 
-    /// Removes a row from an open column.
+    /// Removes a row from a column that is not yet eliminated.
     fn close_row(&mut self, row: usize, column: usize) {
         let count = self.columns[column].len();
         if self.columns[column].remove(&row) {

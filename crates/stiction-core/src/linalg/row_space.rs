@@ -198,7 +198,7 @@ fn reflect(reflector: &[f64], half: f64, vector: &mut [f64]) {
     vector.iter_mut().zip(reflector).for_each(|(x, r)| *x -= amount * r);
 }
 
-/// Scalar product of vectors of equal length, in four sums that are computed side by side.
+/// Scalar product of vectors of equal length, accumulated in four independent sums.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
     let mut sums = [0.0; 4];

@@ -13,8 +13,8 @@ pub struct SparseMatrix {
 }
 
 impl SparseMatrix {
-    /// Builds a matrix from entries `(row, column, value)`; adds entries at one place, and drops
-    /// zeros.
+    /// Builds a matrix from entries `(row, column, value)`; adds entries at the same position and
+    /// drops zeros.
     pub fn new(
         (rows, columns): (usize, usize),
         entries: impl Iterator<Item = (usize, usize, f64)>,
@@ -84,7 +84,7 @@ impl SparseMatrix {
         scaled
     }
 
-    /// The columns with these indices.
+    /// Returns the columns with the given indices.
     #[must_use]
     pub fn select_columns(&self, columns: &[usize]) -> Self {
         let each = columns.iter().enumerate();
@@ -93,14 +93,14 @@ impl SparseMatrix {
         Self::new((self.rows, columns.len()), entries)
     }
 
-    /// The transposed matrix.
+    /// Returns the transposed matrix.
     #[must_use]
     pub fn transpose(&self) -> Self {
         let entries = self.entries().map(|(row, column, value)| (column, row, value));
         Self::new((self.ncols(), self.rows), entries)
     }
 
-    /// The product with a vector.
+    /// Returns the product with a vector.
     pub fn times(&self, vector: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; self.rows];
         for (column, amount) in vector.iter().enumerate() {
@@ -111,14 +111,14 @@ impl SparseMatrix {
         product
     }
 
-    /// The product of the transposed matrix with a vector.
+    /// Returns the product of the transposed matrix with a vector.
     pub fn transposed_times(&self, vector: &[f64]) -> Vec<f64> {
         let product = |k| self.column(k).map(|(row, value)| value * vector[row]).sum();
         (0..self.ncols()).map(product).collect()
     }
 
-    /// The product with the transposed matrix, dense: the sum of the products of each column with
-    /// itself.
+    /// Returns the dense product with the transposed matrix: the sum of the outer products of the
+    /// columns with themselves.
     pub fn times_transposed(&self) -> DMatrix<f64> {
         let mut product = DMatrix::zeros(self.rows, self.rows);
         for k in 0..self.ncols() {

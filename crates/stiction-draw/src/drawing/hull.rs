@@ -35,7 +35,7 @@ pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
     outline
 }
 
-/// True if a point lies within a hull whose corners have the order of [`hull`].
+/// Returns true if a point lies within a hull whose corners are in the order of [`hull`].
 pub(super) fn is_within(outline: &[Point], point: Point) -> bool {
     let side = |k: usize| {
         let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);

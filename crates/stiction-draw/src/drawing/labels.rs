@@ -1,4 +1,4 @@
-//! Placement of labels, one by one, at the positions where they hide the least.
+//! Placement of labels, one at a time, at the positions where they hide the least of the drawing.
 
 use super::svg::{Anchor, Point, line, px, text, width_of};
 
@@ -69,7 +69,7 @@ pub(super) struct Obstacles {
 }
 
 impl Obstacles {
-    /// Adds a line.
+    /// Adds a line segment from `a` to `b` as an obstacle.
     pub(super) fn add_line(&mut self, a: Point, b: Point) {
         let count = ((a[0] - b[0]).hypot(a[1] - b[1]) / 6.0).ceil().clamp(1.0, 400.0);
         for k in 0..=count as usize {

@@ -5,22 +5,22 @@ use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::Vec3;
 
-/// Least number of joints of a hub, a body at which legs end.
+/// Smallest number of joints of a hub, a body at which legs end.
 const HUB: usize = 3;
 
 /// Layout of a mechanism. Points are in world axes, relative to the reference point of the kernel,
 /// m.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    /// Position of each joint's symbol.
+    /// Position of the symbol of each joint.
     pub(super) places: Vec<Vec3<f64>>,
     /// Points to which the symbols are attached.
     pub(super) anchorages: Vec<Anchorage>,
-    /// Joints of each body.
+    /// Indices of the joints of each body.
     pub(super) joints: Vec<Vec<usize>>,
     /// True for each body that is a hub; the ground is always a hub.
     pub(super) hubs: Vec<bool>,
-    /// Branch of each body; `None` for hubs.
+    /// Index of the branch of each body; `None` for hubs.
     pub(super) branch: Vec<Option<usize>>,
     /// Name of each branch.
     pub(super) branches: Vec<String>,
@@ -218,7 +218,7 @@ fn anchorages(placed: &Placed<'_>, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<
     (0..mechanism.joints().len()).map(anchorage).collect()
 }
 
-/// Positions of the symbols.
+/// Computes the positions of the symbols.
 fn places(placed: &Placed<'_>, anchorages: &[Anchorage]) -> Vec<Vec3<f64>> {
     let place = |(joint, anchorage): (usize, &Anchorage)| {
         let (p, s) = ends(placed.mechanism, joint);
@@ -229,8 +229,8 @@ fn places(placed: &Placed<'_>, anchorages: &[Anchorage]) -> Vec<Vec3<f64>> {
     anchorages.iter().enumerate().map(place).collect()
 }
 
-/// Tests if the origin of a guide lies well between its two bodies; `from` and `to` are their positions along the
-/// axis, m from the origin.
+/// Returns true if the origin of a guide lies well between its two bodies; `from` and `to` are the
+/// positions of the bodies along the axis, m from the origin.
 fn is_amid(from: f64, to: f64) -> bool {
     let margin = 0.2 * (to - from).abs();
     from.min(to) + margin < 0.0 && 0.0 < from.max(to) - margin

@@ -154,7 +154,7 @@ impl Sample {
     /// Force (N) or torque (N m) of an actuator.
     ///
     /// # Errors
-    /// There is no actuator of that name.
+    /// No actuator has that name.
     pub fn effort(&self, actuator: &str) -> Result<f64, Error> {
         Ok(self.efforts[self.names.actuator(actuator)?])
     }
@@ -162,7 +162,7 @@ impl Sample {
     /// Work of an actuator since the start, J.
     ///
     /// # Errors
-    /// There is no actuator of that name.
+    /// No actuator has that name.
     pub fn work(&self, actuator: &str) -> Result<f64, Error> {
         Ok(self.works[self.names.actuator(actuator)?])
     }

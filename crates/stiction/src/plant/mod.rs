@@ -116,7 +116,7 @@ impl Plant {
     /// Sets the effort of an actuator from now on, N or N m.
     ///
     /// # Errors
-    /// There is no such actuator, or the effort is not finite.
+    /// The actuator does not exist, or the effort is not finite.
     pub fn set_effort(&mut self, actuator: &str, effort: f64) -> Result<(), Error> {
         let index = self.setup.plan.names().actuator(actuator)?;
         finite(effort, || format!("the effort of `{actuator}`"))?;
@@ -129,7 +129,7 @@ impl Plant {
     /// addition to the loads of the request.
     ///
     /// # Errors
-    /// There is no such body, or a component is not finite.
+    /// The body does not exist, or a component is not finite.
     pub fn set_force(
         &mut self,
         body: &str,

@@ -185,7 +185,7 @@ impl ModelText {
     /// Returns a built-in model; [`gallery::names`] lists all.
     ///
     /// # Errors
-    /// There is no built-in model of that name.
+    /// No built-in model has that name.
     pub fn builtin(name: &str) -> Result<Self, Error> {
         let known: Vec<String> = gallery::names().map(str::to_owned).collect();
         find("built-in model", name, &known)?;

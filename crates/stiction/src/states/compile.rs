@@ -44,7 +44,7 @@ impl Compile {
     /// the motion prescribes, such as `platform.x`. Default: all actuators.
     ///
     /// # Errors
-    /// There is no such coordinate.
+    /// The coordinate does not exist.
     pub fn coordinates<S: AsRef<str>>(mut self, names: &[S]) -> Result<Self, Error> {
         for name in names {
             which(&self.robot, name.as_ref())?;

@@ -1,4 +1,4 @@
-//! Linearised friction in the rows and columns of the balance.
+//! Linearised friction in the rows and columns of the balance equations.
 //!
 //! Equation (F5) of the book's theory.
 
@@ -12,8 +12,8 @@ use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Adds linearised friction to rows and columns of the balance. Requires the joint wrenches at
-    /// which the normal forces were last updated.
+    /// Adds the linearised friction to the rows and columns of the balance equations. Requires the
+    /// joint wrenches at which the normal forces were last updated.
     pub(in crate::dynamics) fn apply_friction(
         &mut self,
         plan: &BalancePlan,
@@ -98,7 +98,7 @@ impl<T: Scalar> Balance<T> {
         self.cut_constants[cut] = absorb(constant);
     }
 
-    /// Solves the balance of [`Self::factor_frictionless`] with the friction of one interface alone,
+    /// Solves the balance of [`Self::factor_frictionless`] with the friction of a single interface,
     /// given as generalised forces per newton and friction in N. Writes the actuator efforts that
     /// overcome this friction.
     pub(in crate::dynamics) fn apply_friction_alone(
@@ -116,7 +116,7 @@ impl<T: Scalar> Balance<T> {
         self.read_efforts(plan, parameters, bodies, &self.constants, efforts);
     }
 
-    /// Sets the constants of the balance to the friction of one interface alone.
+    /// Sets the right-hand-side constants of the balance to the friction of a single interface.
     pub(super) fn set_friction_alone(
         &mut self,
         topology: &Topology,

@@ -1,4 +1,4 @@
-//! Wrenches due to motion, loads and springs, and unit wrenches of the cut joints.
+//! Wrenches due to motion, external loads and springs, and unit wrenches of the cut joints.
 //!
 //! Equation (B4) of the book's theory.
 
@@ -14,7 +14,7 @@ use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Computes the wrenches required by motion, loads and springs, without friction.
+    /// Computes the wrenches required by motion, external loads and springs, without friction.
     pub(in crate::dynamics) fn load(
         &mut self,
         plan: &BalancePlan,
@@ -68,7 +68,7 @@ impl<T: Scalar> Balance<T> {
         });
     }
 
-    /// Adds the moments that accelerate and turn spinning rotors.
+    /// Adds the gyroscopic and inertial moments of the spinning rotors.
     #[inline(never)]
     fn load_rotors(&mut self, topology: &Topology, parameters: &Parameters<T>, bodies: &Bodies<T>) {
         for rotor in &parameters.rotors {
@@ -112,7 +112,7 @@ impl<T: Scalar> Balance<T> {
     }
 }
 
-/// Adds the wrenches of children to those of their parents.
+/// Adds the wrench of each child node to that of its parent, from the leaves to the root.
 fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
     for (index, node) in topology.nodes.iter().enumerate().rev() {
         if let (Link::Joint { .. }, Some(parent)) = (node.link, node.parent) {

@@ -1,4 +1,4 @@
-//! Kernel of the balance: all reactions for a given motion and linearised friction.
+//! Force and moment balance: solves for all reactions at a given motion with linearised friction.
 //!
 //! Equation (B6) of the book's theory.
 
@@ -23,9 +23,11 @@ use crate::topology::{Link, Role, Topology};
 /// Force and moment balance at one instant, with the buffers to solve it.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance<T> {
-    /// Inverse-dynamics wrench of each node's body together with all bodies beyond it.
+    /// Inverse-dynamics wrench of each node: the sum over the body of the node and all bodies
+    /// beyond it in the tree.
     demand: Vec<Wrench<T>>,
-    /// Wrench per unit acceleration of each local degree of freedom, for each of its nodes.
+    /// Wrench per unit acceleration of each local degree of freedom, for each node that it
+    /// accelerates.
     spin_demand: Vec<Vec<Wrench<T>>>,
     /// Unit wrenches of the columns, without and with linearised friction.
     columns: Vec<Wrench<T>>,
@@ -35,13 +37,14 @@ pub(crate) struct Balance<T> {
     constants: Vec<T>,
     /// Constant part of the wrench at each cut joint, due to friction.
     cut_constants: Vec<Wrench<T>>,
-    /// Wrench that each node's joint transmits, parent on child. `cut_wrenches`: wrench at each cut joint,
-    /// predecessor on successor.
+    /// Wrench that the joint of each node transmits, parent on child. `cut_wrenches`: wrench at
+    /// each cut joint, predecessor on successor.
     node_wrenches: Vec<Wrench<T>>,
     cut_wrenches: Vec<Wrench<T>>,
     entries: Vec<T>,
     factors: Vec<T>,
-    /// True if entries and factors are those of the frictionless balance at the present position.
+    /// True if matrix entries and factors belong to the frictionless balance at the present
+    /// position.
     is_frictionless: bool,
     right: Vec<T>,
     correction: Vec<T>,
@@ -75,7 +78,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// True if all buffers have the same sizes.
+    /// Returns true if all buffers have the same sizes as those of `other`.
     pub(super) fn fits(&self, other: &Self) -> bool {
         self.entries.len() == other.entries.len()
             && self.factors.len() == other.factors.len()
@@ -152,7 +155,7 @@ impl<T: Scalar> Balance<T> {
         self.constants.copy_from_slice(constants);
     }
 
-    /// Sets the unknowns to zero, and all wrenches to their values for zero unknowns.
+    /// Sets the unknowns to zero, and all wrenches to their values at zero unknowns.
     fn begin_wrenches(&mut self, topology: &Topology) {
         self.unknowns.fill(T::zero());
         self.node_wrenches.copy_from_slice(&self.demand);
@@ -247,7 +250,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Adds the correction to the unknowns and to all wrenches.
+    /// Adds the last correction to the unknowns and to all wrenches.
     fn correct(&mut self, topology: &Topology, structure: &BalanceStructure) {
         for (unknown, correction) in self.unknowns.iter_mut().zip(&self.correction) {
             *unknown += *correction;
@@ -282,12 +285,12 @@ impl<T: Scalar> Balance<T> {
 }
 
 impl Balance<f64> {
-    /// Entries of the matrix, after [`Self::assemble`].
+    /// Returns the matrix entries computed by [`Self::assemble`].
     pub(super) fn into_entries(self) -> Vec<f64> {
         self.entries
     }
 
-    /// Computes the efforts for given unknowns, without load and friction.
+    /// Computes the actuator efforts for given unknowns, without external loads and friction.
     pub(super) fn efforts_of(
         &mut self,
         plan: &BalancePlan,

@@ -177,9 +177,9 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Largest residual of the equations of unactuated tree DOFs, largest load of a body with all
-    /// bodies beyond it, and largest wrench at a joint; moments divided by the characteristic
-    /// length.
+    /// Largest residual of the equations of unactuated tree DOFs, largest required wrench of a body
+    /// together with all bodies beyond it, and largest wrench at a joint; moments divided by the
+    /// characteristic length.
     pub(in crate::dynamics) fn size_of_residual(
         &self,
         plan: &BalancePlan,
@@ -227,7 +227,7 @@ fn effort_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, act
     }
 }
 
-/// Inner product of wrenches at one joint, the norm of which the weighting minimises; see
+/// Inner product of wrenches at one joint; the weighting minimises its norm, see
 /// [`Weighting::LeastReactions`] and [`Weighting::LeastEnergy`].
 struct Product<'a, T> {
     frame_j: Pose<T>,

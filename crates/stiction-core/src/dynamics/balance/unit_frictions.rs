@@ -11,20 +11,20 @@ use crate::scalar::{Lanes, Scalar};
 use crate::spatial::Wrench;
 use crate::topology::{Link, Role};
 
-/// Four right-hand sides, computed side by side.
+/// Number of right-hand sides solved at once, one per SIMD lane.
 pub(in crate::dynamics) const WIDTH: usize = 4;
-/// Residual of a solution, relative to the right-hand side, that is round-off.
+/// Relative residual of a solution below which the residual counts as round-off.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 pub(in crate::dynamics) type Four = Lanes<f64, WIDTH>;
 
-/// Generalised friction force on each DOF of one interface.
+/// Unit friction force of one interface, as a generalised force on each of its DOFs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::dynamics) struct UnitFriction {
     pub(in crate::dynamics) interface: usize,
     pub(in crate::dynamics) against: [f64; 3],
 }
 
-/// Changes of all forces by up to four [`UnitFriction`]s, one in each lane.
+/// Changes of all forces due to up to four [`UnitFriction`]s, one per lane.
 #[derive(Clone, Debug, Default)]
 pub(in crate::dynamics) struct UnitResponses {
     /// Changes of the complete wrenches of all joints, predecessor on successor, about the
@@ -46,7 +46,7 @@ pub(in crate::dynamics) struct LaneWorkspace {
     cut_wrenches: Vec<Wrench<Four>>,
     node_wrenches: Vec<Wrench<Four>>,
     responses: UnitResponses,
-    /// Efforts for one friction force.
+    /// Actuator efforts for a single friction force.
     alone: Vec<f64>,
 }
 
@@ -73,8 +73,9 @@ impl LaneWorkspace {
 }
 
 impl Balance<f64> {
-    /// Solves the balance of [`Self::factor_frictionless`] for each of these friction forces alone;
-    /// calls `take` with the responses to four friction forces at a time, in their order.
+    /// Solves the balance factored by [`Self::factor_frictionless`] for each friction force
+    /// separately. Calls `take` with the responses to four friction forces at a time, in the given
+    /// order.
     pub(in crate::dynamics) fn respond(
         &mut self,
         plan: &BalancePlan,
@@ -96,7 +97,7 @@ impl Balance<f64> {
         }
     }
 
-    /// Solves for up to four friction forces, one after the other.
+    /// Solves for up to four friction forces, one at a time.
     fn respond_one_by_one(
         &mut self,
         plan: &BalancePlan,
@@ -125,7 +126,8 @@ impl Balance<f64> {
         }
     }
 
-    /// Solves for the unknowns and the wrenches of nodes and cut joints under up to four friction forces.
+    /// Solves for the unknowns and the wrenches of nodes and cut joints for up to four friction
+    /// forces, one per lane.
     fn respond_side_by_side(
         &mut self,
         plan: &BalancePlan,
@@ -269,8 +271,8 @@ impl Balance<f64> {
     }
 }
 
-/// Returns true if each lane of a residual is small compared with the largest number of the same lane of the right-hand
-/// side, up to which a solution is exact for slightly different coefficients.
+/// Returns true if, in each lane, the residual is round-off relative to the largest entry of the
+/// right-hand side. Such a solution is exact for slightly perturbed coefficients.
 fn is_round_off(residual: &[Four], right: &[Four]) -> bool {
     let largest = |numbers: &[Four]| {
         let mut largest = Four::zero();
@@ -285,7 +287,7 @@ fn is_round_off(residual: &[Four], right: &[Four]) -> bool {
     residual.0.iter().zip(right.0).all(|(residual, right)| *residual <= ROUND_OFF * right)
 }
 
-/// One lane of a wrench.
+/// Extracts one lane of a wrench.
 pub(in crate::dynamics) fn lane_of(wrench: &Wrench<Four>, lane: usize) -> Wrench<f64> {
     let of = |vector: crate::spatial::Vec3<Four>| {
         crate::spatial::Vec3::new(vector.x.0[lane], vector.y.0[lane], vector.z.0[lane])

@@ -32,7 +32,7 @@ pub struct Inverse<T> {
 }
 
 impl<T: Scalar> Inverse<T> {
-    /// Results of a compiled model, all zero.
+    /// Results for a compiled model, all zero.
     pub(super) fn new(model: &Model) -> Self {
         let topology = model.topology();
         let actuators = topology.actuators.len();
@@ -58,7 +58,7 @@ impl<T: Scalar> Inverse<T> {
         &self.efforts
     }
 
-    /// Efforts without friction.
+    /// Effort of each actuator without friction, N or N m.
     pub fn efforts_frictionless(&self) -> &[T] {
         &self.efforts_frictionless
     }
@@ -69,7 +69,7 @@ impl<T: Scalar> Inverse<T> {
         &self.balance.joint_wrenches
     }
 
-    /// Force of a joint and its moment about the joint's origin (of frame J), world axes.
+    /// Force of a joint, N, and its moment about the origin of frame J, N m; world axes.
     pub fn reaction(&self, bodies: &Bodies<T>, joint: usize) -> (Vec3<T>, Vec3<T>) {
         let wrench = self.balance.joint_wrenches[joint];
         (wrench.force, wrench.moment_about(bodies.frame_j[joint].position))
@@ -86,17 +86,17 @@ impl<T: Scalar> Inverse<T> {
         self.interfaces.held[interface] = held;
     }
 
-    /// True if friction acts.
+    /// Returns true if friction is included in the forces.
     pub fn has_friction(&self) -> bool {
         self.mode != FrictionMode::Off && !self.interfaces.states.is_empty()
     }
 
-    /// Largest change of a normal force in the last step of the coupling, N.
+    /// Largest change of a normal force in the last Newton step of the coupling, N.
     pub fn friction_change(&self) -> T {
         self.friction_change
     }
 
-    /// Number of steps of the coupling.
+    /// Number of Newton steps of the coupling in the last solution.
     pub fn friction_steps(&self) -> usize {
         self.friction_steps
     }
@@ -233,12 +233,12 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model, parameters, bodies);
     }
 
-    /// Reciprocal pivots of the last factorisation of the balance, in a fixed order.
+    /// Reciprocal pivots of the last factorisation of the balance, in elimination order.
     pub fn reciprocal_pivots(&self, model: &Model) -> Vec<T> {
         self.balance.reciprocal_pivots(&model.balance.program)
     }
 
-    /// Solves the balance with friction treated according to `coupling`; returns the sign of the
+    /// Solves the balance with friction treated as `coupling` specifies; returns the sign of the
     /// determinant.
     fn couple(
         &mut self,
@@ -280,7 +280,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.read_efforts(plan, parameters, bodies, frictions, &mut self.efforts);
     }
 
-    /// Effort of each gearing, in the order of the mechanism.
+    /// Effort of each gearing, N m or N, in the order of the mechanism's gearings.
     pub fn gearing_efforts<'a>(
         &'a self,
         model: &'a Model,

@@ -1,4 +1,4 @@
-//! Solutions for other friction forces in the same motion.
+//! Solutions with other friction forces for the same motion.
 
 use super::Inverse;
 use crate::dynamics::interfaces::Coupling;
@@ -12,8 +12,8 @@ use crate::spatial::Wrench;
 use crate::topology::Topology;
 
 impl<T: Scalar> Inverse<T> {
-    /// Computes the normal forces for these joint wrenches, as another start of the iteration between
-    /// friction and reactions.
+    /// Recomputes the normal forces from the given joint wrenches, as another start of the
+    /// iteration between friction and reactions.
     pub(in crate::dynamics) fn restart_from(
         &mut self,
         parameters: &Parameters<T>,
@@ -76,8 +76,7 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    /// Solves again at the same motion after a change of static friction, to first order in the
-    /// change.
+    /// Solves again at the same motion after a change of static friction, linearised in the change.
     pub(in crate::dynamics) fn update_static_friction(
         &mut self,
         model: &Model,
@@ -97,8 +96,8 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model, parameters, bodies);
     }
 
-    /// Solves with given friction forces, N, one for each interface and independent of its normal
-    /// force, with the matrix of the frictionless balance. [`Self::efforts`] and
+    /// Solves with prescribed friction forces (N, one per interface, independent of the normal
+    /// forces), with the matrix of the frictionless balance. [`Self::efforts`] and
     /// [`Self::joint_wrenches`] then include these friction forces.
     pub fn solve_with(
         &mut self,

@@ -1,4 +1,4 @@
-//! Convergence checks of a solution.
+//! Convergence checks of an inverse-dynamics solution.
 
 use super::Inverse;
 use crate::dynamics::interfaces::InterfaceState;
@@ -7,12 +7,12 @@ use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 
-/// Relative change of normal forces that counts as round-off once it stops decreasing.
+/// Relative change of normal forces below which it counts as round-off once it stops decreasing.
 const STAGNATED: f64 = 1e-9;
 
 impl<T: Scalar> Inverse<T> {
-    /// True if the coupling of friction and reactions has converged, on the branch connected with
-    /// the frictionless solution as far as the sign of the determinant shows.
+    /// Returns true if the coupling of friction and reactions has converged, on the branch
+    /// connected with the frictionless solution as far as the sign of the determinant shows.
     pub fn friction_settled(&self, settings: &Settings) -> bool {
         if self.mode != FrictionMode::Converged || self.interfaces.states.is_empty() {
             return true;
@@ -23,8 +23,8 @@ impl<T: Scalar> Inverse<T> {
             && (self.orientation() - T::one()).largest() == 0.0
     }
 
-    /// True if the coupling has converged as far as rounding permits: near locking, where normal
-    /// forces grow, the changes in Newton's method stop decreasing above the rounding of a single
+    /// Returns true if the coupling has converged as far as rounding permits. Near locking, normal
+    /// forces grow, and the Newton corrections stop decreasing above the round-off of a single
     /// solution.
     pub(in crate::dynamics) fn friction_stagnated(&self) -> bool {
         let loads = self.interfaces.states.iter().map(|c| c.load.value.largest());
@@ -35,8 +35,8 @@ impl<T: Scalar> Inverse<T> {
             && (self.orientation() - T::one()).largest() == 0.0
     }
 
-    /// True if the balance holds to round-off and its reactions are not large compared with the
-    /// load. Otherwise the elimination order does not suit the position.
+    /// Returns true if the balance holds to round-off and the reactions are not large compared with
+    /// the load. Otherwise the elimination order does not suit the position.
     pub fn is_balanced(&self, model: &Model, parameters: &Parameters<T>) -> bool {
         // With larger growth, fewer than eight digits of a reaction are accurate.
         const GROWTH: f64 = 1e8;
@@ -51,8 +51,8 @@ impl<T: Scalar> Inverse<T> {
         residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
     }
 
-    /// Plus one if the determinants with and without friction have the same sign; minus one after a
-    /// change of sign, which occurs where friction locks the mechanism.
+    /// Relative sign of the determinants with and without friction: 1 if equal, -1 after a change
+    /// of sign, which occurs where friction locks the mechanism.
     pub fn orientation(&self) -> T {
         self.sign_without * self.sign_with
     }

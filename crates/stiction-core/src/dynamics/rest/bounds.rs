@@ -20,9 +20,9 @@ use crate::statics::AppliedLoad;
 /// Step of the finite differences, as a fraction of the static friction limit: small enough to
 /// leave normal forces almost unchanged, large enough to exceed round-off.
 const PROBE: f64 = 1e-3;
-/// Number of updates of the directions of static friction.
+/// Largest number of updates of the directions of static friction.
 const ROUNDS: usize = 4;
-/// Difference below which two directions are equal.
+/// Difference below which two directions count as equal.
 const SAME: f64 = 1e-6;
 
 /// Position with all data needed to solve the balance again.
@@ -34,7 +34,7 @@ pub(in crate::dynamics) struct Position<'a> {
     pub(in crate::dynamics) settings: &'a Settings,
 }
 
-/// Static friction of one interface at rest: its direction, of length one or zero.
+/// Static friction of one interface at rest, as a direction vector of length one or zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StaticFriction {
     pub(super) interface: usize,
@@ -49,7 +49,7 @@ impl StaticFriction {
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < SAME
     }
 
-    /// Returns static friction in the direction of a vector with one component per DOF; a prescribed
+    /// Returns static friction in the direction of `components`, one per DOF; a prescribed
     /// direction does not change.
     pub(super) fn towards(&self, components: impl Iterator<Item = f64>) -> Self {
         if self.fixed {
@@ -136,14 +136,14 @@ pub(in crate::dynamics) fn bound_efforts(
     forces.certify_bounds(changes);
 }
 
-/// Range of an effort in the search for its extreme value.
+/// Range of an effort found in the search for its extreme value.
 pub(super) struct Extreme {
     pub(super) least: f64,
     pub(super) greatest: f64,
 }
 
-/// Goal of the search: the largest (sense 1) or smallest (-1) value of an effort, and its value at
-/// the start.
+/// Goal of the search: the largest (sense 1) or smallest (sense -1) value of an effort, and the
+/// value at the start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
     pub(super) actuator: usize,
@@ -237,7 +237,7 @@ pub(super) fn probe(
     slopes
 }
 
-/// Directions of static friction in which one effort rises (falls) most.
+/// Returns the directions of static friction that raise (lower) one effort most.
 fn steepest(
     frictions: &[StaticFriction],
     slopes: &[Vec<Vec<f64>>],

@@ -20,17 +20,17 @@ use nalgebra::{DMatrix, DVector};
 /// against the impending motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakaway {
-    /// Efforts at which forward motion may begin and has begun.
+    /// Efforts at which forward motion may begin, and has certainly begun.
     pub forward: (f64, f64),
-    /// Efforts at which backward motion may begin and has begun.
+    /// Efforts at which backward motion may begin, and has certainly begun.
     pub backward: (f64, f64),
 }
 
-/// Fraction of the largest sliding velocity below which an interface does not slide.
+/// Fraction of the largest sliding velocity below which an interface counts as not sliding.
 const STILL: f64 = 1e-9;
 
-/// Computes the sliding velocities of all interfaces for a unit rate of each actuator while the other
-/// actuators are at rest; `None` if the actuators do not determine the motion.
+/// Computes, for each actuator, the sliding velocities of all interfaces at a unit rate of this
+/// actuator while the others are at rest; `None` if the actuators do not determine the motion.
 pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>>> {
     let Position { model, parameters, kinematics, .. } = position;
     let topology = model.topology();

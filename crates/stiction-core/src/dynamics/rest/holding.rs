@@ -36,35 +36,37 @@ pub enum Verdict {
 
 /// Largest number of iterations between normal forces and friction.
 const ROUNDS: usize = 60;
-/// Iterations of the weighted least squares, and the factor by which each reduces the smoothing.
+/// Number of iterations of the reweighted least squares (`STEPS`), and factor by which each
+/// iteration reduces the smoothing (`SHARPEN`).
 const STEPS: usize = 200;
 const SHARPEN: f64 = 0.8;
 const REFINEMENTS: usize = 3;
-/// Relative residual of the equations that counts as round-off.
+/// Relative residual of the equations below which they count as satisfied.
 const MET: f64 = 1e-12;
-/// Number of bisections for the largest insufficient fraction of the coefficients.
+/// Number of bisections in the search for the largest insufficient fraction of the coefficients.
 const HALVINGS: usize = 40;
-/// Largest fraction of the coefficients that is tried.
+/// Largest tried fraction of the coefficients.
 const MOST: f64 = 1e6;
-/// Relative effort of unpowered actuators that counts as zero.
+/// Relative effort of unpowered actuators below which it counts as zero.
 const NOTHING: f64 = 1e-10;
-/// Relative difference below which bounds are equal.
+/// Relative difference below which two bounds count as equal.
 const SAME: f64 = 1e-9;
 
-/// Linear equations for the friction forces, `slopes * frictions = missing`, which state that certain
-/// efforts and accelerations vanish.
+/// Linear equations for the friction forces, `slopes * frictions = missing`, which require that
+/// certain efforts and accelerations vanish.
 pub(super) struct Demand {
     slopes: DMatrix<f64>,
     missing: DVector<f64>,
 }
 
-/// Bounds of the normal forces relative to zero friction, common to all demands at a position.
+/// Bounds of the normal forces relative to those without friction, common to all [`Demand`]s at a
+/// position.
 #[derive(Default)]
 pub(super) struct LoadBounds {
     couplings: OnceCell<DMatrix<f64>>,
 }
 
-/// Distribution of friction over interfaces, with an optimality certificate.
+/// Distribution of friction over the interfaces, with an optimality certificate.
 struct Share {
     frictions: Vec<f64>,
     /// Lower bound, over all distributions, of the largest ratio of friction to weight.
@@ -72,8 +74,8 @@ struct Share {
 }
 
 impl Demand {
-    /// Sets up the equations for the efforts (given with their values without friction) and the accelerations
-    /// of local degrees of freedom that must vanish.
+    /// Sets up the equations for the efforts (given with their frictionless values) and the
+    /// accelerations of local degrees of freedom that must vanish.
     pub(super) fn new(
         map: &FrictionMap<'_>,
         efforts: &[(usize, f64, f64)],
@@ -100,7 +102,7 @@ impl Demand {
         Self { slopes, missing: DVector::from_vec(missing) }
     }
 
-    /// Returns equivalent independent equations; `None` if no friction satisfies the equations.
+    /// Reduces the equations to independent ones; `None` if no friction satisfies them.
     fn independent(&self) -> Option<Self> {
         let svd = Svd::new(&self.slopes.transpose());
         let rank = svd.rank(NOTHING);
@@ -112,8 +114,8 @@ impl Demand {
             .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
     }
 
-    /// Returns the unique friction that satisfies independent equations, if there are as many equations as
-    /// friction components.
+    /// Returns the friction that satisfies independent equations, if it is unique: as many
+    /// equations as friction components.
     fn unique(&self) -> Option<Vec<f64>> {
         if self.slopes.nrows() != self.slopes.ncols() {
             return None;
@@ -220,7 +222,7 @@ fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Ve
     chosen
 }
 
-/// Largest ratio of a size to its weight.
+/// Largest ratio of an entry of `sizes` to the corresponding entry of `weights`.
 fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     let each = sizes.iter().zip(weights).map(|(&size, &weight)| match size {
         0.0 => 0.0,
@@ -372,7 +374,7 @@ fn greatest_insufficient(
     low
 }
 
-/// Groups friction components by interface.
+/// Splits a vector of friction components by interface.
 fn split(map: &FrictionMap<'_>, frictions: &[f64]) -> Vec<Vec<f64>> {
     let mut each = vec![Vec::new(); map.interfaces()];
     for (owner, friction) in map.owners().zip(frictions) {

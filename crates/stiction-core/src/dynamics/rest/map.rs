@@ -53,7 +53,8 @@ impl<'a> FrictionMap<'a> {
         (0..self.len()).map(|component| self.responses.interface(component))
     }
 
-    /// Computes, for each interface, the Euclidean norm of its entries in a vector over all components.
+    /// Computes, for each interface, the Euclidean norm of its components in a vector over all
+    /// components.
     pub(super) fn sizes(&self, vector: &[f64]) -> Vec<f64> {
         let mut sizes = vec![0.0; self.interfaces()];
         for (owner, x) in self.owners().zip(vector) {
@@ -82,17 +83,17 @@ impl<'a> FrictionMap<'a> {
         content.laws().map(|law| law.at_rest())
     }
 
-    /// True if an interface is at rest.
+    /// Returns true if an interface is at rest.
     pub(super) fn rests(&self, interface: usize) -> bool {
         self.inverse.interfaces()[interface].sliding == 0.0
     }
 
-    /// Normal force of an interface in the absence of static friction, N.
+    /// Normal force of an interface without static friction, N.
     pub(super) fn load_without(&self, interface: usize) -> f64 {
         self.inverse.interfaces()[interface].load()
     }
 
-    /// Normal forces of all interfaces for these friction components, N.
+    /// Computes the normal forces of all interfaces for the given friction components, N.
     pub(super) fn loads(&self, frictions: &[f64]) -> Vec<f64> {
         (0..self.interfaces())
             .map(|interface| {
@@ -147,13 +148,13 @@ impl<'a> FrictionMap<'a> {
         sum
     }
 
-    /// The first component of an interface.
+    /// First component of an interface.
     fn own(&self, interface: usize) -> Option<usize> {
         self.responses.components(interface).next()
     }
 
-    /// Computes the normal force for a wrench of the joint. The friction `constant` of a thread, its only
-    /// component, carries part of the wrench.
+    /// Computes the normal force of an interface for the given wrench of its joint. For a thread,
+    /// `constant` is the friction force, its only component, which carries part of the wrench.
     fn load_of(
         &self,
         interface: usize,

@@ -23,15 +23,15 @@ use bounds::{Position, StaticFriction, resolve, set_static_frictions};
 use holding::{Demand, LoadBounds};
 use map::FrictionMap;
 
-/// Static friction at a position under a load.
+/// Results of the analysis of static friction at a position under a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rest {
     /// Breakaway efforts of each actuator while the others hold; `None` if actuators are redundant
     /// or fewer than the DOFs.
     pub breakaway: Vec<Option<Breakaway>>,
-    /// For each actuator, the test for self-locking while it exerts no effort and the others hold.
+    /// Self-locking test of each actuator: this actuator exerts no effort and the others hold.
     pub alone: Vec<Holding>,
-    /// Test for self-locking while no actuator exerts an effort.
+    /// Self-locking test with no effort at any actuator.
     pub unpowered: Holding,
 }
 

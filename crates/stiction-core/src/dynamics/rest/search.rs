@@ -10,8 +10,8 @@ use crate::dynamics::settings::Settings;
 use crate::friction_problem::normal_load::Configuration;
 use crate::topology::Topology;
 
-/// Largest number of updates of the directions: more than in the search by complete solutions,
-/// because each update costs little.
+/// Largest number of updates of the directions. Larger than in the search by complete solutions,
+/// because each update is cheap.
 const ROUNDS: usize = 16;
 
 /// Search over the static friction of the interfaces at rest.
@@ -21,7 +21,7 @@ pub(super) struct Search<'a> {
     pub(super) topology: &'a Topology,
     pub(super) at: Configuration<'a>,
     pub(super) settings: &'a Settings,
-    /// Initial state of the interfaces at rest, without static friction.
+    /// Static friction of the interfaces at rest at the start of the search: zero.
     pub(super) released: &'a [StaticFriction],
 }
 

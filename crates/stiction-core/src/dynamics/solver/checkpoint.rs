@@ -1,4 +1,4 @@
-//! Saved position of a solver, from which a solver continues with bitwise identical results.
+//! Saving and restoring the position of a solver, to continue with bitwise identical results.
 
 use super::InverseDynamics;
 

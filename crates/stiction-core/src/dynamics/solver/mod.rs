@@ -59,27 +59,29 @@ pub struct InverseDynamics {
     parameters: Arc<Parameters<f64>>,
     assembly: Assembly,
     settings: Settings,
-    /// Model compiled near the present position, with the results of its kernel.
+    /// Model compiled near the present position, with the results of its kernel, or the reason why
+    /// it cannot be compiled.
     compiled: Result<Compiled, InverseError>,
-    /// Static LU of the rate equations compiled first: it makes the signs of determinants
+    /// Static LU of the rate equations as first compiled. Makes the signs of determinants
     /// comparable along a motion, independent of later compilations.
     first_rates: Arc<StaticLu>,
     forces: Forces,
-    /// Bound on the coupling in the last solution by the kernel, see [`InverseDynamics::coupling`].
+    /// Coupling bound of the last solution by the kernel; see [`InverseDynamics::coupling`].
     strength: f64,
     /// Responses to unit friction forces at the position of the last solution by the kernel.
     friction_coupling: FrictionCoupling,
     /// True if the kernel computed the last forces, false if the dense fallback did.
     forces_by_kernel: bool,
     shares: Contributions<f64>,
-    /// Number of compilations of the balance.
+    /// Number of compilations of the balance so far.
     plans: u64,
-    /// The tree's coordinates at which the balance was compiled.
+    /// Coordinates of the tree at which the balance was compiled.
     compiled_at: Vec<f64>,
 }
 
-/// Reversed motion of a solver at successive positions, see [`InverseDynamics::reversed`]. Buffers
-/// and the compiled model are copied only once along a motion.
+/// Copy of a solver in reversed motion, updated at successive positions; see
+/// [`InverseDynamics::reversed`]. Buffers and the compiled model are copied only once along a
+/// motion.
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     copy: Option<InverseDynamics>,
@@ -88,8 +90,8 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    /// Copy of `solver` with reversed motion: equals [`InverseDynamics::reversed`], except for the
-    /// forces of the last solution. Every call requires the same `solver`.
+    /// Returns the copy of `solver` in reversed motion. It equals [`InverseDynamics::reversed`],
+    /// except for the forces of the last solution. Every call requires the same `solver`.
     pub fn of(&mut self, solver: &InverseDynamics) -> &mut InverseDynamics {
         let plans = |solver: &InverseDynamics| (solver.plans, solver.assembly.plans());
         let kept = self.copy.take().filter(|copy| self.plans == [plans(solver), plans(copy)]);
@@ -102,7 +104,7 @@ impl Mirror {
     }
 }
 
-/// A compiled model, and the results of its kernel.
+/// Compiled model with the results of its kernel.
 #[derive(Clone, Debug)]
 struct Compiled {
     model: Model,
@@ -219,8 +221,8 @@ impl InverseDynamics {
         self.assembly.motion_constraints()
     }
 
-    /// Comparison of the first configuration with the requested `home`, `start` and prescribed
-    /// coordinates.
+    /// Comparison of the first configuration with the requested `home` and `start` values and the
+    /// prescribed coordinates.
     pub fn assembly_report(&self) -> &AssemblyReport {
         self.assembly.report()
     }
@@ -246,8 +248,8 @@ impl InverseDynamics {
         strength.is_finite().then_some(strength)
     }
 
-    /// Accepts bounds up to this value in place of the least ones in [`Self::coupling`], which saves time.
-    /// Bounds of one or more are always the least ones.
+    /// Accepts bounds in [`Self::coupling`] up to this value without refinement to the smallest
+    /// one, which saves time. Bounds of one or more are always refined.
     #[doc(hidden)]
     pub fn accept_coupling_up_to(&mut self, bound: f64) {
         self.friction_coupling.accept_up_to(bound.min(1.0 - f64::EPSILON));
@@ -329,7 +331,7 @@ impl InverseDynamics {
         }
     }
 
-    /// One of [`Self::joint_coordinates`]; zero if it does not exist.
+    /// One of [`Self::joint_coordinates`]; zero if absent.
     fn joint_coordinate(&self, joint: JointId, dof: usize) -> f64 {
         let content = &self.mechanism.joints()[joint.0];
         if !content.joint_type.has_scalar_coordinates() {
@@ -361,8 +363,8 @@ impl InverseDynamics {
         &self.forces
     }
 
-    /// Computes the friction contributions to each effort of the last [`Self::solve`]. Valid until the
-    /// mechanism moves.
+    /// Computes the friction contributions to each effort of the last [`Self::solve`]. The result
+    /// is valid until the mechanism moves.
     pub fn shares(&mut self) -> &Contributions<f64> {
         // The dense fallback computes the contributions itself.
         self.share_kinematics();
@@ -411,8 +413,8 @@ impl InverseDynamics {
         actuators.map(|actuator| bodies.actuator_rate(topology, *actuator))
     }
 
-    /// Copy with reversed motion at the present position: the signs of all rates change, accelerations stay
-    /// the same. Only the forces of friction and dampers differ.
+    /// Returns a copy with reversed motion at the present position: the signs of all rates change,
+    /// the accelerations stay the same. Only friction and damper forces differ.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut copy = self.clone();
@@ -495,7 +497,7 @@ impl InverseDynamics {
         NewtonEuler::new(&self.mechanism, &self.parameters, self.bodies())
     }
 
-    /// Newton-Euler equations at the present position, decomposed.
+    /// Decomposed Newton-Euler equations at the present position.
     pub fn statics(&self) -> Statics {
         Statics::new(&self.mechanism, self.balance(), self.bodies().frame_j.clone())
     }
@@ -518,8 +520,8 @@ impl InverseDynamics {
     }
 }
 
-/// Sign of the permutation between `coordinates` and the actuators; `None` if they are not the
-/// same.
+/// Sign of the permutation from `coordinates` to the actuators; `None` if they are not the same
+/// set.
 fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option<f64> {
     let place = |coordinate: &Coordinate| {
         let &Coordinate::Joint { joint: JointId(joint), dof } = coordinate else { return None };

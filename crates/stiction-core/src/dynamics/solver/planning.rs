@@ -29,8 +29,8 @@ impl InverseDynamics {
         });
     }
 
-    /// Adopts the compiled kinematics of the assembly, which recompiles if a position requires it.
-    /// Changed local degrees of freedom require another balance.
+    /// Adopts the compiled kinematics of the assembly, which is recompiled where a position
+    /// requires it. Changed local degrees of freedom require recompiling the balance.
     pub(super) fn share_kinematics(&mut self) {
         let Ok(Compiled { model, .. }) = &mut self.compiled else { return };
         let current = self.assembly.model();

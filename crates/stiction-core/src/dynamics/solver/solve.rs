@@ -84,7 +84,7 @@ impl InverseDynamics {
         }
     }
 
-    /// True if the balance holds without friction; only then can friction be the cause of a
+    /// Returns true if the balance holds without friction; only then can friction be the cause of a
     /// failure.
     fn is_balanced_without_friction(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         if self.settings.friction != FrictionMode::Converged {
@@ -97,7 +97,8 @@ impl InverseDynamics {
         balanced
     }
 
-    /// Solves with the kernel. Returns false if no model is compiled or its results are not reliable.
+    /// Solves with the kernel. Returns false if no model is compiled or the results are not
+    /// reliable.
     fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         self.share_kinematics();
         let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };
@@ -129,7 +130,8 @@ impl InverseDynamics {
         inverse.is_balanced(model, parameters)
     }
 
-    /// Checks friction and copies the results of the kernel; `balanced` is true if the balance holds.
+    /// Checks the friction solution and copies the results of the kernel; `balanced` is true if the
+    /// balance holds.
     fn finish(&mut self, loads: &[AppliedLoad<f64>], balanced: bool) -> Result<(), InverseError> {
         let Ok(Compiled { model, inverse }) = &mut self.compiled else {
             return Err(InverseError::Unsettled);
@@ -170,8 +172,9 @@ impl InverseDynamics {
         Ok(())
     }
 
-    /// Computes all forces by dense decompositions: slow, for special positions and as an oracle.
-    /// Effort intervals of interfaces at rest keep zero width; see [`Forces::bounds`].
+    /// Computes all forces by dense decompositions: slow; for positions that the kernel cannot
+    /// solve, and as a reference in tests. Effort intervals of interfaces at rest keep zero width;
+    /// see [`Forces::bounds`].
     ///
     /// # Errors
     /// See [`InverseError`].
@@ -253,7 +256,7 @@ impl InverseDynamics {
         Ok(rest)
     }
 
-    /// Converts an infeasible load to an error with names and positions.
+    /// Converts an infeasible load to an error message with names and positions.
     fn in_words(&self, uncarried: &InfeasibleLoad) -> InverseError {
         let (body, motion) = uncarried.motion.in_words(&self.mechanism, self.parameters.origin);
         let unit = if uncarried.motion.turns { "N m" } else { "N" };
@@ -261,7 +264,7 @@ impl InverseDynamics {
     }
 }
 
-/// Error for the lock at which the solution ends, with the joint's name.
+/// Creates the error for a lock at which the solution branch ends, with the name of the joint.
 fn locked(mechanism: &Mechanism, parameters: &Parameters<f64>, lock: Lock) -> InverseError {
     let joint = parameters.interfaces[lock.interface].joint;
     InverseError::Locked {

@@ -1,4 +1,4 @@
-//! Bushings.
+//! Force and moment of bushings.
 //!
 //! Equation (B12) of the book's theory.
 
@@ -21,7 +21,7 @@ pub(crate) struct BushingForce<T> {
 }
 
 impl<T: Scalar> BushingForce<T> {
-    /// Wrench from poses and twists of the bodies.
+    /// Computes the wrench from poses and twists of the bodies.
     #[inline(never)]
     pub(super) fn of(bushing: &BushingParameters<T>, bodies: &Bodies<T>) -> Self {
         let [from, to] = bushing.ends;
@@ -44,7 +44,8 @@ impl<T: Scalar> BushingForce<T> {
 }
 
 impl BushingForce<f64> {
-    /// True unless the bushing is twisted by half a turn, where its rotation vector has no direction.
+    /// Returns true unless the bushing is twisted by half a turn, where the rotation vector has no
+    /// unique direction.
     pub(in crate::dynamics) fn has_direction(&self) -> bool {
         // Closer to half a turn, digits of the direction are lost and the moment jumps.
         const LARGEST: f64 = 3.1;

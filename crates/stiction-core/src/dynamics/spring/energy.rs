@@ -16,7 +16,8 @@ pub(crate) struct SpringPower {
     pub(crate) energy_rate: f64,
     /// Power dissipated by the damper, W.
     pub(crate) dissipated: f64,
-    /// Velocities of both bodies times the wrench, as magnitudes, W: the scale of round-off in the power.
+    /// Scale of round-off in the power, W: the sum of the magnitudes of the products of both
+    /// bodies' velocities and the wrench.
     pub(crate) turnover: f64,
 }
 
@@ -75,7 +76,8 @@ fn of_bushing(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> SpringP
     }
 }
 
-/// Magnitudes of velocity and angular velocity times those of force and moment at a point.
+/// Magnitudes of velocity and angular velocity times those of force and moment, all about the same
+/// point.
 fn size(twist: Twist<f64>, wrench: Wrench<f64>, point: Vec3<f64>) -> f64 {
     twist.velocity_at(point).norm() * wrench.force.norm()
         + twist.angular.norm() * wrench.moment_about(point).norm()

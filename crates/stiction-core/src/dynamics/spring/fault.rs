@@ -8,19 +8,20 @@ use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 
-/// Largest deviation of the wrapped angle of a joint that closes a loop from the centre of its full turn, rad. At half
-/// a turn the wrapped angle jumps, and a motion may cross this point unnoticed between two samples.
+/// Largest deviation of the wrapped angle of a cut joint from the centre of its full turn, rad. At
+/// half a turn the wrapped angle jumps, and a motion may cross this point unnoticed between two
+/// samples.
 const COUNTED: f64 = 170.0 * core::f64::consts::PI / 180.0;
 
 /// A spring whose force is not defined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SpringFault {
-    /// The ends of this spring coincide, so its force has no direction.
+    /// Spring, by index, whose ends coincide, so that the force has no direction.
     NoDirection(usize),
-    /// This bushing is twisted by the given angle, rad, of nearly half a turn.
+    /// Bushing, by index, that is twisted by nearly half a turn; with the angle of twist, rad.
     Twisted(usize, f64),
-    /// This spring is on a joint that closes a loop. The joint's angle, rad, is nearly half a turn from the middle of
-    /// the joint's range.
+    /// Spring, by index, on a cut joint whose angle, rad, is nearly half a turn from the middle of
+    /// its range.
     Uncounted(usize, f64),
 }
 
@@ -58,7 +59,8 @@ impl SpringFault {
         twisted.next().or_else(|| uncounted.next())
     }
 
-    /// Name of the spring, and a description of the problem; `None` if its ends coincide, which is an error of its own.
+    /// Returns the name of the spring and a description of the problem; `None` if the ends
+    /// coincide, which has an error variant of its own.
     pub(crate) fn in_words(self, mechanism: &Mechanism) -> (String, Option<String>) {
         let degrees = |angle: f64| format!("{:.1} deg", angle.to_degrees());
         match self {

@@ -18,11 +18,11 @@ use crate::spatial::{Vec3, Wrench};
 /// Length, rate and force of a spring at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringForce<T> {
-    /// Distance between the spring's ends, m.
+    /// Distance between the ends of the spring, m.
     pub length: T,
-    /// Rate of that distance, m/s; zero if the ends coincide.
+    /// Rate of change of `length`, m/s; zero if the ends coincide.
     pub rate: T,
-    /// Force along the line between the ends, N; positive in tension.
+    /// Tensile force along the line between the ends, N; negative in compression.
     pub tension: T,
     /// Wrench on the body of the second end about the reference point, world axes; its negative
     /// acts on the body of the first end.
@@ -75,8 +75,8 @@ pub(crate) fn spring_wrenches<T: Scalar>(
 }
 
 impl SpringForce<f64> {
-    /// True if the direction of the force is defined, or the force is zero where it is not. `length` is the
-    /// characteristic length, m.
+    /// Returns true if the direction of the force is defined, or the force vanishes where it is
+    /// not. `length` is the characteristic length, m.
     pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {
         // The direction between closer ends would be round-off of the poses.
         const APART: f64 = 1e-12;
@@ -85,7 +85,7 @@ impl SpringForce<f64> {
         needs_none || self.length > APART * length
     }
 
-    /// Sum of the speeds of both ends, times the force, W: the scale of round-off in the power.
+    /// Scale of round-off in the power, W: the sum of the speeds of both ends, times the force.
     pub fn turnover(&self, spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> f64 {
         let speed = |(&body, &point): (&usize, &Vec3<f64>)| {
             bodies.twist[body].velocity_at(bodies.pose[body].apply(point)).norm()

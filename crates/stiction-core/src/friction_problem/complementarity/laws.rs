@@ -2,31 +2,31 @@
 
 use crate::friction::OwnFriction;
 
-/// Friction law of a member, that is, of one interface in the problem.
+/// Friction law of a member (one interface of the complementarity problem).
 #[derive(Clone, Debug)]
 pub(crate) enum MemberLaw {
-    /// Coulomb's law: stick or slip.
+    /// Coulomb's law, with stick or slip to be determined.
     Dry(DryFriction),
-    /// Slip that is certain in advance: the unknown is the normal load, and the influence of friction is per
+    /// Slip known in advance: the unknown is the normal load, and the influence of friction is per
     /// newton of normal load.
     Sliding(OwnFriction<f64>),
     /// Friction as a smooth function of the rate.
     Smooth(Box<dyn SmoothFriction>),
 }
 
-/// Coulomb friction with viscous friction.
+/// Coulomb and viscous friction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DryFriction {
-    /// Coefficient for positive rates.
+    /// Friction coefficient for positive rates.
     pub(crate) forward: f64,
-    /// Coefficient for negative rates.
+    /// Friction coefficient for negative rates.
     pub(crate) backward: f64,
-    /// Viscous friction, N s/m.
+    /// Viscous coefficient, N s/m.
     pub(crate) viscous: f64,
 }
 
 impl DryFriction {
-    /// Coefficient for a rate of this sign.
+    /// Friction coefficient for a rate of the given sign.
     pub(crate) fn coefficient(self, sign: f64) -> f64 {
         if sign < 0.0 { self.backward } else { self.forward }
     }
@@ -34,10 +34,11 @@ impl DryFriction {
 
 /// Friction as a smooth function of the sliding velocity.
 pub(crate) trait SmoothFriction: std::fmt::Debug {
-    /// Friction at the surface, N, under a normal load (N) at a velocity (m/s).
+    /// Computes the friction at the surface, N, under a normal load (N) at a sliding velocity
+    /// (m/s).
     fn friction(&self, load: f64, velocity: [f64; 3]) -> [f64; 3];
 
-    /// A boxed clone.
+    /// Clones the law into a new box.
     fn boxed(&self) -> Box<dyn SmoothFriction>;
 }
 

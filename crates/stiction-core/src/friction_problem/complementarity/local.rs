@@ -1,4 +1,4 @@
-//! Solution of one member's friction law with fixed friction at all other members.
+//! Solution of the friction law of one member, with the friction at all other members fixed.
 
 use super::laws::SmoothFriction;
 use crate::friction_problem::surface_vector::norm;
@@ -12,7 +12,8 @@ pub(super) struct LocalResponse {
 }
 
 impl LocalResponse {
-    /// Decomposes the block of a member in the matrix of `n` unknowns.
+    /// Decomposes the diagonal block of a member in the `n` by `n` matrix `compliance`; `places`
+    /// are the indices of the member's unknowns.
     pub(super) fn new(compliance: &[f64], places: &Range<usize>, n: usize) -> Self {
         let count = places.len();
         let entry = |i: usize, j: usize| match (i < count, j < count) {
@@ -27,8 +28,9 @@ impl LocalResponse {
         Self { vectors: eigen.eigenvectors, values }
     }
 
-    /// Computes the friction of this member by Coulomb's law, of magnitude at most `most`; `free` is the
-    /// member's rate without its friction. If the solution is not unique, returns the one closest to `before`.
+    /// Computes the friction of this member by Coulomb's law with the friction limit `most`, N;
+    /// `free` is the rate of the member without its own friction. If the solution is not unique,
+    /// returns the one closest to `before`.
     pub(super) fn dry_friction(
         &self,
         free: [f64; 3],

@@ -32,13 +32,15 @@ pub(crate) use problem::{Complementarity, Member};
 
 use super::continuation::{self, Branch, StepPolicy};
 
-/// Residual of the friction laws, relative to the largest force, at which the iteration has converged.
+/// Residual of the friction laws, relative to the largest force, below which the iteration has
+/// converged.
 const SETTLED: f64 = 1e-12;
 /// Number of Gauss-Seidel sweeps before Newton's method is tried again; doubles after each failure.
 const SWEEPS: usize = 40;
 const ROUNDS: usize = 6;
-/// Factors of the rates in Newton's method, tried in this order. The effective mass of a member is that
-/// in its lightest direction: a rod between balls spins far more easily than it swings.
+/// Factors that scale the rates in Newton's method, tried in this order. The effective mass of a
+/// member is that in its lightest direction: a rod between balls spins far more easily than it
+/// swings.
 const SCALINGS: [Scaling; 4] = [
     Scaling::EffectiveMass(1.0),
     Scaling::ForcePerRate,
@@ -52,15 +54,15 @@ const STEPS: StepPolicy =
 /// Solution of the complementarity problem.
 #[derive(Clone, Debug)]
 pub(crate) struct Solution {
-    /// Values of the unknowns: friction at the surfaces or, for sliding members, normal loads, N.
+    /// Values of the unknowns, N: friction at the surfaces or, for sliding members, normal loads.
     pub(crate) amounts: Vec<f64>,
-    /// Surface rate of each unknown.
+    /// Surface rate that belongs to each unknown.
     pub(crate) rates: Vec<f64>,
     /// Normal load of each member, N.
     pub(crate) loads: Vec<f64>,
-    /// Largest residual of the laws relative to the largest force.
+    /// Largest residual of the friction laws relative to the largest force.
     pub(crate) residual: f64,
-    /// Flag for each member, true if it sticks.
+    /// True for each member that sticks.
     pub(crate) sticks: Vec<bool>,
 }
 
@@ -89,7 +91,8 @@ impl Complementarity<'_> {
         Some(self.complete(x))
     }
 
-    /// Finds the interface with the largest residual of its law after the projected Gauss-Seidel method.
+    /// Returns the interface with the largest residual of its friction law after the projected
+    /// Gauss-Seidel method.
     pub(crate) fn worst(&self, start: &[f64]) -> Option<usize> {
         let mut x = start.to_vec();
         self.project(&mut x, 1.0, 4 * SWEEPS);
@@ -104,7 +107,7 @@ impl Complementarity<'_> {
         worst.map(|member| member.interface)
     }
 
-    /// Runs Newton's method from `start`, with each scaling in turn.
+    /// Runs Newton's method from `start`, trying each scaling in turn.
     fn newton_from(&mut self, start: &[f64]) -> Option<Vec<f64>> {
         let mut found = None;
         for scaling in SCALINGS {
@@ -119,7 +122,8 @@ impl Complementarity<'_> {
         found
     }
 
-    /// Follows the solution from zero friction. Returns `None` if it is lost.
+    /// Follows the solution from zero friction by continuation. Returns `None` if the solution is
+    /// lost.
     fn follow_friction(&self) -> Option<Vec<f64>> {
         let x = vec![0.0; self.count()];
         let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };

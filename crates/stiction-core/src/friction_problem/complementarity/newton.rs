@@ -1,16 +1,17 @@
-//! Newton's method on the nonsmooth equations.
+//! Newton's method on the nonsmooth equations of the complementarity problem.
 
 use super::SETTLED;
 use super::problem::Complementarity;
 use crate::linalg::RowSpace;
 
-/// Relative residual that counts as round-off if it does not decrease further.
+/// Relative residual below which it counts as round-off if it does not decrease further.
 const STAGNATED: f64 = 1e-9;
-/// Largest number of Newton steps, and of halvings of a step until the residual decreases.
+/// Largest number of Newton steps, and largest number of halvings of a step until the residual
+/// decreases.
 const STEPS: usize = 40;
 const HALVINGS: usize = 10;
-/// Relative size of the independent part of a row of the Newton matrix below which the row depends
-/// on the others.
+/// Relative size of the independent part of a row of the Newton matrix below which the row counts
+/// as dependent on the others.
 const DEPENDENT: f64 = 1e-11;
 
 impl Complementarity<'_> {

@@ -1,4 +1,4 @@
-//! Complementarity problem: members, and the response of rates and joint wrenches to their friction.
+//! Complementarity problem: members, and response of rates and joint wrenches to their friction.
 
 use super::laws::MemberLaw;
 use super::local::LocalResponse;
@@ -8,7 +8,7 @@ use crate::friction_problem::normal_load::Configuration;
 use crate::spatial::Wrench;
 use std::ops::Range;
 
-/// Member of the problem: one interface.
+/// Member of the problem: one friction interface.
 #[derive(Clone, Debug)]
 pub(crate) struct Member {
     pub(crate) interface: usize,
@@ -17,43 +17,46 @@ pub(crate) struct Member {
     pub(crate) law: MemberLaw,
 }
 
-/// Complementarity problem.
+/// Complementarity problem with precomputed responses.
 pub(crate) struct Complementarity<'a> {
     at: Configuration<'a>,
     pub(crate) members: Vec<Member>,
-    /// Surface rate of each unknown without friction of the members; unused for members with
+    /// Surface rate of each unknown without friction at the members; unused for members with
     /// [`MemberLaw::Sliding`].
     pub(super) free: Vec<f64>,
-    /// Change of each rate with each unknown, row by row.
+    /// Matrix of the change of each rate per unit of each unknown, row by row.
     pub(super) compliance: Vec<f64>,
-    /// Wrench at each member's joint without friction of the members.
+    /// Wrench at the joint of each member without friction at the members.
     base: Vec<Wrench<f64>>,
-    /// Change of the wrench at each member's joint with each unknown, row by row.
+    /// Matrix of the change of the wrench at each member's joint per unit of each unknown, row by
+    /// row.
     pub(super) influence: Vec<Wrench<f64>>,
     /// Weight of a sticking member's residual rate relative to residual forces; infinite if the
     /// rate must vanish.
     pub(crate) slack: f64,
-    /// Response of each member with several components to its own friction.
+    /// Response of each member with several components to its own friction; `None` for members with
+    /// one component.
     pub(super) local: Vec<Option<LocalResponse>>,
     pub(super) scaling: Scaling,
-    /// Largest friction under the normal loads without friction, N.
+    /// Largest friction force at the frictionless normal loads, N.
     force: f64,
 }
 
-/// Choice of the factor that converts rates to the magnitude of forces. It affects convergence, but not the
-/// solutions.
+/// Choice of the factor that converts rates to the magnitude of forces. Affects convergence, but
+/// not the solutions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Scaling {
-    /// Multiple of a member's effective mass.
+    /// Multiple of the member's effective mass.
     EffectiveMass(f64),
-    /// Factor with which the largest rate counts at least as much as the largest friction. Prescribed
-    /// rates do not change with friction, so effective masses give no scale for them.
+    /// Factor at which the largest rate counts at least as much as the largest friction. Needed
+    /// because prescribed rates do not change with friction, so effective masses give no scale for
+    /// them.
     ForcePerRate,
 }
 
 impl<'a> Complementarity<'a> {
-    /// Creates the problem of `members` from free rates, their change with each unknown (row by
-    /// row), the joint wrenches without friction of the members, and the influence of the unknowns
+    /// Creates the problem of `members` from the free rates, their change with each unknown (row by
+    /// row), the joint wrenches without friction at the members, and the influence of the unknowns
     /// on these wrenches.
     pub(crate) fn new(
         at: Configuration<'a>,
@@ -121,7 +124,7 @@ impl<'a> Complementarity<'a> {
         self.at.normal_load(*interface, wrench, own)
     }
 
-    /// Factor that converts rates of a member to the magnitude of forces.
+    /// Computes the factor that converts rates of a member to the magnitude of forces.
     pub(super) fn rate_factor(&self, places: &Range<usize>) -> f64 {
         let n = self.count();
         let compliance: f64 = places.clone().map(|i| -self.compliance[i * n + i]).sum();
@@ -136,7 +139,7 @@ impl<'a> Complementarity<'a> {
         }
     }
 
-    /// Ratio of the largest friction to the largest of the given rates, 0 if these vanish.
+    /// Ratio of the largest friction force to the largest given rate; 0 if the rates vanish.
     fn force_per_rate(&self, rates: &[f64]) -> f64 {
         let factor = self.force / rates.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));
         if factor.is_finite() { factor } else { 0.0 }

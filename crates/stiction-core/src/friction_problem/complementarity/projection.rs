@@ -1,4 +1,4 @@
-//! Projected Gauss-Seidel method: solves the friction law of one interface after the other.
+//! Projected Gauss-Seidel method: solves the friction law of one interface at a time.
 
 use super::SETTLED;
 use super::laws::{DryFriction, MemberLaw, SmoothFriction};
@@ -9,14 +9,14 @@ use crate::spatial::Wrench;
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// Quantities of the problem that one member depends on.
+/// Quantities of the problem on which one member depends.
 struct View<'a> {
-    /// Unknowns of the member.
+    /// Indices of the member's unknowns.
     places: Range<usize>,
     x: &'a [f64],
     rates: &'a [f64],
     load: f64,
-    /// Fraction of the friction coefficients.
+    /// Fraction of the friction coefficients that acts.
     part: f64,
     /// Factor that converts the member's rates to the magnitude of forces.
     factor: f64,
@@ -97,7 +97,7 @@ impl Complementarity<'_> {
     }
 }
 
-/// Computes dry friction by projection onto the friction limit of the normal load.
+/// Computes dry friction by projection onto the friction limit at the present normal load.
 fn projected_friction(law: DryFriction, view: &View<'_>) -> [f64; 3] {
     let View { places, x, rates, load, part, factor } = view;
     let viscous = law.viscous;

@@ -5,18 +5,18 @@ use super::problem::Complementarity;
 use crate::friction::Load;
 use crate::friction_problem::surface_vector::norm;
 
-/// Rate, relative to the largest rate without friction, that counts as round-off.
+/// Rate, relative to the largest rate without friction, below which it counts as round-off.
 const ROUND_OFF: f64 = 1e-14;
 
 /// Residual of the friction laws.
 pub(super) struct Residual {
     /// Residual of each unknown, N.
     pub(super) values: Vec<f64>,
-    /// Largest force, N.
+    /// Largest force, N, by which residuals are divided.
     scale: f64,
     /// Rates of sticking members relative to the largest rate, times the slack; infinite for all others.
     rates: Vec<f64>,
-    /// Flag for each member, true if it sticks.
+    /// True for each member that sticks.
     pub(super) sticks: Vec<bool>,
 }
 
@@ -41,13 +41,13 @@ impl Residual {
     }
 }
 
-/// Unknowns at which the laws are evaluated.
+/// Unknowns at which the friction laws are evaluated.
 struct Point<'a> {
     x: &'a [f64],
-    /// Fraction of the friction coefficients.
+    /// Fraction of the friction coefficients that acts.
     part: f64,
     rates: Vec<f64>,
-    /// Largest rate without friction of the members.
+    /// Largest surface rate without friction at the members.
     largest: f64,
 }
 
@@ -97,7 +97,7 @@ impl Complementarity<'_> {
         self.load(index, point.x, self.wrench(index, point.x))
     }
 
-    /// Derivative of a member's normal load with respect to an unknown.
+    /// Derivative of the normal load of a member with respect to an unknown.
     fn load_slope(&self, index: usize, load: &Load<f64>, unknown: usize) -> f64 {
         load.gradient.power(self.influence[index * self.count() + unknown])
     }

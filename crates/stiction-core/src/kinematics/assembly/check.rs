@@ -1,11 +1,11 @@
-//! Checks of homes, coordinates and targets before assembly.
+//! Checks of home poses, coordinates and targets before assembly.
 
 use crate::kinematics::coordinate::{Coordinate, Target};
 use crate::kinematics::error::AssemblyError;
 use crate::mechanism::{BodyId, Mechanism};
 use crate::spatial::Pose;
 
-/// Panics if a named body, joint or degree of freedom does not exist; indices come from the caller,
+/// Panics if a given body, joint or degree of freedom does not exist; indices come from the caller,
 /// not from user input.
 pub(super) fn check_existence(
     mechanism: &Mechanism,
@@ -40,7 +40,7 @@ pub(super) fn check_existence(
     }
 }
 
-/// Magnitude, in SI units, above which squares overflow.
+/// Largest accepted magnitude, in SI units, above which squares might overflow.
 const LARGEST: f64 = 1e30;
 
 fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {

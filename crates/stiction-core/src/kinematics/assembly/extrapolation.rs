@@ -1,19 +1,21 @@
-//! Extrapolation of a motion from three positions, and the accuracy of Newton steps with the matrix of the last position.
+//! Extrapolation of a motion from three positions, and prediction of the accuracy of Newton steps
+//! that reuse the matrix of the last position.
 
-/// Factor by which a step with the matrix of the last position is expected to reduce the error, before
-/// the first such step.
+/// Initial estimate of the factor by which a Newton step with the matrix of the last position
+/// reduces the error.
 const UNKNOWN: f64 = 1e-3;
-/// Factor by which the expected factor decreases with each position at which no such step was taken.
+/// Factor by which this estimate decreases with each position at which no such step was taken.
 const HOPE: f64 = 0.7;
 
-/// State of the extrapolation. It depends on the previous positions, and so do results, within round-off.
-/// Extrapolation must be off if an assembly is to continue with bitwise identical results from its position alone.
+/// State of the extrapolation. Results then depend on the previous positions, within round-off.
+/// Extrapolation must be off if an assembly is to continue with bitwise identical results from its
+/// position alone.
 #[derive(Clone, Debug)]
 pub(super) struct Extrapolation {
     is_active: bool,
     /// Durations of the last two steps, s, newest first, if the states before them are known.
     steps: [Option<f64>; 2],
-    /// Duration of the step before the present one, s.
+    /// Duration of the step that led to the present position, s.
     passed: Option<f64>,
     reduction: f64,
 }
@@ -33,7 +35,7 @@ impl Extrapolation {
         self.is_active = true;
     }
 
-    /// Forgets the last steps, after the position has changed in another way.
+    /// Clears the step history, after the position has changed in another way.
     pub(super) fn forget(&mut self) {
         (self.steps, self.passed) = ([None; 2], None);
     }
@@ -59,7 +61,8 @@ impl Extrapolation {
         }
     }
 
-    /// True if a step with the matrix of the last position is expected to reduce the error to this limit.
+    /// Returns true if a Newton step with the matrix of the last position is expected to reduce the
+    /// error to `limit`.
     pub(super) fn suffices(&mut self, error: f64, limit: f64) -> bool {
         let suffices = error * self.reduction < limit;
         if !suffices {
@@ -68,8 +71,8 @@ impl Extrapolation {
         suffices
     }
 
-    /// Records the errors before and after a step with the matrix of the last position; errors below the limit
-    /// are round-off.
+    /// Records the errors before and after a Newton step with the matrix of the last position;
+    /// errors below `limit` are round-off.
     pub(super) fn add(&mut self, before: f64, after: f64, limit: f64) {
         if after.is_nan() || after > limit {
             let reduction = after / before;
@@ -82,7 +85,8 @@ impl Extrapolation {
 mod tests {
     use super::Extrapolation;
 
-    /// Accelerations that are quadratic in time are continued exactly, for steps of different durations.
+    /// Checks that accelerations that are quadratic in time are continued exactly, for steps of
+    /// different durations.
     #[test]
     fn quadratic_accelerations_are_continued_exactly() {
         let mut extrapolation = Extrapolation::default();

@@ -8,8 +8,8 @@ use crate::kinematics::error::AssemblyError;
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 
-/// Distance from the predicted pose that does not count as a jump: angles in rad, lengths in units of the
-/// characteristic length.
+/// Distance from the predicted pose below which the difference is not a jump: angles in rad,
+/// lengths in units of the characteristic length.
 const NEGLIGIBLE: f64 = 1e-6;
 /// Maximum number of halvings of a step of the motion.
 const HALVINGS: u32 = 12;
@@ -82,8 +82,8 @@ impl Assembly {
         Ok(())
     }
 
-    /// Returns the gap at time `to` if the mechanism cannot be assembled at that time. An unreachable
-    /// position is not a jump.
+    /// Returns the gap at time `to`, s, if the mechanism cannot be assembled at that time. An
+    /// unreachable position is not a jump.
     fn out_of_reach(
         &mut self,
         parameters: &Parameters<f64>,
@@ -127,7 +127,8 @@ impl Assembly {
     }
 
     /// Takes one step along a motion; fails if the bodies do not move as their velocities predict.
-    /// If Newton's method does not converge, searches if `may_search`.
+    /// If Newton's method does not converge and `may_search` is set, searches by damped least
+    /// squares.
     fn step_smoothly(
         &mut self,
         parameters: &Parameters<f64>,
@@ -212,8 +213,8 @@ impl Assembly {
         self.model.constraints.spins().is_empty()
     }
 
-    /// Returns `true` if the coordinates of the tree are so near their predicted values that no body can
-    /// be farther than [`NEGLIGIBLE`] from its predicted pose.
+    /// Returns `true` if the coordinates of the tree are so close to the predicted values that no
+    /// body can be farther than [`NEGLIGIBLE`] from its predicted pose.
     fn is_near_prediction(&self, parameters: &Parameters<f64>) -> bool {
         let pairs = self.state.coordinates.iter().zip(&self.predicted.coordinates);
         let apart: f64 = pairs.map(|(a, b)| (a - b).abs()).sum();
@@ -229,7 +230,7 @@ impl Assembly {
     }
 
     /// Returns `true` if a kink of the prescribed motion explains the prediction error `missed`:
-    /// prescribed rates jump, and no body deviates more than these jumps permit.
+    /// prescribed rates jump, and no body deviates by more than these jumps permit.
     fn has_a_kink(&mut self, parameters: &Parameters<f64>, step: f64, missed: f64) -> bool {
         let kinked = self.passed.iter().zip(&self.targets).any(|(from, to)| {
             let bend = 0.5 * step * (from.acceleration + to.acceleration);
@@ -255,8 +256,8 @@ impl Assembly {
     }
 }
 
-/// Attributes open motions at an intermediate position to that position, not to the prescribed
-/// coordinates.
+/// Converts an error at an intermediate position: attributes undetermined motions to that position,
+/// not to the prescribed coordinates.
 pub(super) fn on_the_way(error: AssemblyError) -> AssemblyError {
     match error {
         AssemblyError::Open { open } => AssemblyError::Undetermined { open },
@@ -264,8 +265,8 @@ pub(super) fn on_the_way(error: AssemblyError) -> AssemblyError {
     }
 }
 
-/// Finds the body with the largest difference between two placements. Returns its index, its relative pose,
-/// and the size of the difference, with displacements in units of `length`.
+/// Finds the body with the largest difference between two sets of poses. Returns its index, its
+/// relative pose, and the size of the difference, with displacements in units of `length`.
 fn farthest(a: &Bodies<f64>, b: &Bodies<f64>, length: f64) -> (usize, Pose<f64>, f64) {
     let mut worst = (0, Pose::identity(), 0.0);
     for (body, (a, b)) in a.pose.iter().zip(&b.pose).enumerate() {

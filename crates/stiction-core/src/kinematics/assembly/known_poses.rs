@@ -1,4 +1,4 @@
-//! Poses of bodies from prescribed poses and homes, along chains of joints with given coordinates.
+//! Poses of bodies from prescribed and home poses, along chains of joints with given coordinates.
 
 use super::metric::displacement;
 use super::prescribed_pose::PrescribedPose;
@@ -8,29 +8,29 @@ use crate::spatial::Pose;
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Path costs for the choice of a body's pose: across a joint with given coordinates, from the body's
-/// home, and across a joint without any information.
+/// Path costs in the choice of a body's pose: across a joint with given coordinates (`ACROSS`),
+/// from the body's home pose, and across a joint without any information.
 const ACROSS: u64 = 1;
 const HOME: u64 = 1 << 20;
 const UNKNOWN: u64 = 1 << 40;
-/// Differences between given quantities beyond this value are conflicts, in rad or characteristic lengths.
+/// Difference between given quantities above which they conflict, in rad or characteristic lengths.
 pub(super) const CONFLICT: f64 = 1.0;
 
 /// Poses of all bodies relative to the reference point.
 pub(super) struct BodyPoses {
     pub(super) poses: Vec<Pose<f64>>,
-    /// Bodies with poses determined by the given data.
+    /// True for each body whose pose the given data determine.
     pub(super) is_known: Vec<bool>,
-    /// Known bodies, and bodies with poses that close loops as far as possible.
+    /// True for each known body, and for each body whose pose closes the loops as far as possible.
     pub(super) is_placed: Vec<bool>,
-    /// All bodies except the ground, each after the body from which it hangs, with the connecting joint;
-    /// `None` if the pose of the body is known.
+    /// All bodies except the ground, each listed after its parent body, with the joint to the
+    /// parent; `None` if the pose of the body is known.
     pub(super) paths: Vec<(usize, Option<usize>)>,
 }
 
 impl Given<'_> {
-    /// Computes the poses of all bodies relative to the reference point, along the cheapest paths from the
-    /// ground, from prescribed poses and from homes.
+    /// Computes the poses of all bodies relative to the reference point, along the cheapest paths
+    /// from the ground, from prescribed poses and from home poses.
     pub(super) fn body_poses(
         &self,
         prescribed: bool,

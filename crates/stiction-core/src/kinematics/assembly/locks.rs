@@ -1,4 +1,4 @@
-//! Coordinates that lock the motions left open by the prescribed coordinates.
+//! Coordinates that, when locked, fix the motions left undetermined by the prescribed coordinates.
 
 use super::super::bodies::State;
 use super::super::coordinate::{Coordinate, Target};
@@ -12,17 +12,18 @@ use crate::linalg::{RowSpace, StaticLu, Svd};
 use crate::mechanism::{BodyId, JointId};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values below this belong to the near-null space.
+/// Singular value below which a singular vector belongs to the near-null space.
 const NEARLY_SINGULAR: f64 = 1e-5;
-/// Step of central differences, in rad or in characteristic lengths.
+/// Step of the central differences, in rad or in characteristic lengths.
 const DIFFERENCE: f64 = 1e-4;
-/// Newton steps towards a singular position.
+/// Number of Newton steps towards a singular position.
 const REFINEMENTS: usize = 4;
 
 impl Given<'_> {
-    /// Finds coordinates, with their values, that lock all instantaneous motions left open by the prescribed
-    /// coordinates at the configuration near the reference. If these coordinates are prescribed as well, the
-    /// position is regular even if the mechanism is singular or shaky.
+    /// Finds coordinates, with their values, that lock all instantaneous motions left undetermined
+    /// by the prescribed coordinates at the configuration near the reference. With these
+    /// coordinates prescribed as well, the position is regular even if the mechanism is singular or
+    /// shaky.
     pub(in crate::kinematics) fn locks(&self) -> Result<Vec<(Coordinate, f64)>, AssemblyError> {
         let (topology, parameters) = (self.topology, self.parameters);
         let values: Vec<f64> = self.targets.iter().map(|target| target.value).collect();
@@ -63,7 +64,7 @@ impl Given<'_> {
         Ok(locks)
     }
 
-    /// The gap that a violated condition leaves.
+    /// Converts a violated condition to the remaining gap.
     fn gap_of(&self, missed: &Missed) -> Gap {
         let scale = self.parameters.length;
         let (length, angle) = if missed.is_angle { (0.0, missed.by) } else { (missed.by, 0.0) };
@@ -154,7 +155,8 @@ impl Given<'_> {
         }
     }
 
-    /// Lists the scalar coordinates that can be locked: first of joints, then of bodies.
+    /// Lists the scalar coordinates that can be locked: first those of joints, then those of
+    /// bodies.
     fn candidates(&self) -> Vec<Coordinate> {
         let joints = self.mechanism.joints().iter().enumerate();
         let of_joints = joints.filter(|(_, j)| j.joint_type.has_scalar_coordinates());

@@ -1,17 +1,17 @@
-//! Distances between configurations: root mean square displacements of bodies.
+//! Distances between configurations, as root mean square displacements of the bodies.
 
 use super::super::bodies::Bodies;
 use super::search::SAME_MODE;
 use crate::spatial::{Mat3, Pose, Quaternion, Vec3};
 
-/// Metric of configurations, with passive spins ignored.
+/// Metric on configurations that ignores local (passive) degrees of freedom.
 pub(super) struct Metric<'a> {
     /// Characteristic length, m.
     pub(super) length: f64,
-    /// Centres of mass of the bodies, in their frames.
+    /// Centres of mass of the bodies, in the body frames, m.
     pub(super) com: &'a [Vec3<f64>],
-    /// For each body, the axis of its passive spins through the centre of mass, in the body's frame;
-    /// `None` without a passive spin.
+    /// For each body, the axis of its local degree of freedom through the centre of mass, in the
+    /// body frame; `None` without one.
     pub(super) spin_axes: Vec<Option<Vec3<f64>>>,
 }
 
@@ -22,15 +22,15 @@ pub(super) fn displacement(a: &Pose<f64>, b: &Pose<f64>, length: f64) -> f64 {
     (apart.position.norm() / length).hypot(apart.rotation.rotation_vector().norm())
 }
 
-/// Root mean square; `None` without numbers.
+/// Root mean square of the numbers; `None` if there are none.
 pub(super) fn rms(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = numbers.fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
     (count > 0).then(|| (sum / f64::from(count)).sqrt())
 }
 
 impl Metric<'_> {
-    /// Displacement of a body between two poses, m and rad. For a body with a passive spin, the
-    /// displacement of the centre of mass and the angle between the spin axes.
+    /// Displacement of a body between two poses, m and rad. For a body with a local degree of
+    /// freedom: the displacement of the centre of mass, and the angle between the rotation axes.
     pub(super) fn parts(&self, body: usize, a: &Pose<f64>, b: &Pose<f64>) -> (f64, f64) {
         match self.spin_axes[body] {
             None => {
@@ -51,13 +51,14 @@ impl Metric<'_> {
         (moved / self.length).hypot(turned)
     }
 
-    /// Root mean square displacement between two placements of all bodies.
+    /// Root mean square displacement of all bodies between two configurations.
     pub(super) fn between(&self, a: &Bodies<f64>, b: &Bodies<f64>) -> f64 {
         let pairs = a.pose.iter().zip(&b.pose).enumerate().skip(1);
         rms(pairs.map(|(body, (a, b))| self.displacement(body, a, b))).unwrap_or(0.0)
     }
 
-    /// Tests if a centre of mass or a joint is elsewhere in another placement by more than [`SAME_MODE`].
+    /// Returns true if a centre of mass or a joint differs in position between two configurations
+    /// by more than [`SAME_MODE`].
     pub(super) fn is_shape_other(&self, a: &Bodies<f64>, b: &Bodies<f64>) -> bool {
         let centres = |bodies: &Bodies<f64>| -> Vec<Vec3<f64>> {
             let com = bodies.pose.iter().zip(self.com).map(|(pose, com)| pose.apply(*com));
@@ -68,8 +69,8 @@ impl Metric<'_> {
         pairs.any(|(a, b)| (b - a).norm() > SAME_MODE * self.length)
     }
 
-    /// `found` turned about the axis of its passive spin to the angle nearest to `given`; `None`
-    /// without a passive spin.
+    /// Rotates the pose `found` about the axis of the body's local degree of freedom to the angle
+    /// closest to `given`; `None` without such a degree of freedom.
     pub(super) fn turned(
         &self,
         body: usize,

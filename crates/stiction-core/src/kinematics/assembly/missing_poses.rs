@@ -1,4 +1,4 @@
-//! Poses of bodies that the given data determine only together with the closure of loops.
+//! Poses of bodies that the given data determine only together with loop closure.
 
 use super::super::bodies::{Bodies, State, write_floating};
 use super::super::coordinate::{Coordinate, Target};
@@ -13,26 +13,27 @@ use crate::random::Random;
 use crate::topology::{Link, Role, Topology};
 use core::f64::consts::PI;
 
-/// Closure tolerance, in rad or characteristic lengths; large, because homes and starts have few digits.
+/// Closure tolerance, in rad or characteristic lengths. Large, because home poses and start
+/// coordinates are given to few digits.
 const ROUGHLY_CLOSED: f64 = 0.05;
-/// Number of starts of the search for the coordinates of a group, and of steps per start.
+/// Number of starts of the search for the coordinates of a group, and number of steps per start.
 const STARTS: usize = 16;
 const STEPS: usize = 60;
-/// Degrees of freedom of a group above which its loops are closed one after the other.
+/// Number of degrees of freedom of a group above which its loops are closed one at a time.
 const LARGE: usize = 60;
 
-/// Open coordinates that loops determine together.
+/// Group of undetermined coordinates that loop closure determines together.
 #[derive(Default)]
 struct Group {
-    /// Nodes with open coordinates.
+    /// Nodes with undetermined coordinates.
     nodes: Vec<usize>,
     /// Rows of the position equations.
     rows: Vec<usize>,
 }
 
 impl Given<'_> {
-    /// Places bodies without known poses by the closure of loops with known bodies. Bodies are
-    /// known afterwards if these loops close.
+    /// Computes poses of bodies with unknown poses by closing loops with known bodies. Bodies whose
+    /// loops close become known.
     ///
     /// The bodies hang from known bodies along [`BodyPoses::paths`], so the result does not depend on
     /// the mechanism's own tree.
@@ -115,7 +116,8 @@ impl Given<'_> {
         }
     }
 
-    /// Collects prescribed coordinates, and starts of cut joints, which are not coordinates of the tree.
+    /// Collects the prescribed coordinates and the start coordinates of cut joints, which are not
+    /// coordinates of the tree.
     fn given_coordinates(
         &self,
         prescribed: bool,
@@ -164,8 +166,8 @@ impl Given<'_> {
     }
 }
 
-/// Finds groups of open nodes that rows connect, each with all its rows. Large groups are divided into parts,
-/// each with the rows that add no further node.
+/// Groups nodes with undetermined coordinates that common rows connect, with all these rows.
+/// Divides large groups into parts, each with the rows that involve no further node.
 fn groups(topology: &Topology, constraints: &MotionConstraints, is_open: &[bool]) -> Vec<Group> {
     let open_nodes: Vec<Vec<usize>> = constraints
         .rows

@@ -36,45 +36,45 @@ use extrapolation::Extrapolation;
 use following::on_the_way;
 use std::sync::Arc;
 
-/// Tolerance of closed loops and prescribed values: m divided by the characteristic length, and rad.
-/// Round-off of a chain of poses is about 1e-16.
+/// Tolerance of closed loops and prescribed values: lengths divided by the characteristic length,
+/// angles in rad. Round-off of a chain of poses is about 1e-16.
 const CLOSED: f64 = 1e-14;
 /// Closure tolerance near a singular position, which magnifies round-off.
 const CLOSED_AT_WORST: f64 = 1e-12;
-/// Closure error above which a search has not ended at a singular position: there it stops near 1e-12, because errors
-/// decrease with the square of the distance.
+/// Closure error above which a search has not ended at a singular position. At a singular position
+/// it stops near 1e-12, because errors decrease with the square of the distance.
 const SINGULAR: f64 = 1e-10;
-/// Error below which Newton's method converges quadratically.
+/// Closure error below which Newton's method converges quadratically.
 const NEAR: f64 = 1e-7;
-/// Error below which a step with the matrix of the previous step leaves an error of about the product of the
-/// present and the previous error.
+/// Closure error below which a Newton step with the matrix of the previous step leaves an error of
+/// about the product of the present and the previous error.
 const CLOSE: f64 = 1e-3;
-/// Fraction of the tolerance that is about round-off.
+/// Fraction of the closure tolerance that is about round-off.
 const ROUNDED: f64 = 0.1;
 /// Maximum number of Newton steps before the search by damped least squares.
 const NEWTON_STEPS: usize = 12;
 
-/// A mechanism at a position with closed loops and the prescribed coordinates.
+/// Mechanism at a position with closed loops and prescribed coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
     model: KinematicModel,
     kinematics: Kinematics<f64>,
     state: State<f64>,
-    /// The position before the last step.
+    /// State before the last step.
     before: State<f64>,
-    /// State before [`Self::before`], while extrapolation is active.
+    /// State before [`Self::before`], if extrapolation is active.
     before_last: State<f64>,
-    /// Last state in Newton's method with finite coordinates.
+    /// Last state with finite coordinates in Newton's method.
     sound: State<f64>,
     predicted: State<f64>,
     trial: Bodies<f64>,
     step: Vec<f64>,
     targets: Vec<Target<f64>>,
-    /// Targets at the position before the last step.
+    /// Targets before the last step.
     passed: Vec<Target<f64>>,
     extrapolation: Extrapolation,
     row_scales: Vec<f64>,
-    /// The tree's coordinates at which the rate equations were compiled.
+    /// Coordinates of the tree at which the rate equations were compiled.
     planned_at: Vec<f64>,
     body_names: Vec<String>,
     joint_names: Vec<String>,
@@ -83,9 +83,9 @@ pub(crate) struct Assembly {
     report: AssemblyReport,
 }
 
-/// Finds coordinates, with their values, that lock all instantaneous motions left open by the prescribed
-/// coordinates at the configuration near the given one; empty at a completely prescribed regular
-/// position.
+/// Finds coordinates, with their values, that lock all instantaneous motions left undetermined by
+/// the prescribed coordinates at the configuration near the given one; empty at a completely
+/// prescribed regular position.
 ///
 /// # Errors
 /// [`AssemblyError::Gap`] if the loops do not close at that configuration.
@@ -177,7 +177,7 @@ impl Assembly {
         &self.report
     }
 
-    /// The prescribed coordinates and the locked passive spins.
+    /// Prescribed coordinates and locked local degrees of freedom.
     pub(crate) fn motion_constraints(&self) -> &MotionConstraints {
         &self.model.constraints
     }
@@ -197,14 +197,14 @@ impl Assembly {
         &self.state
     }
 
-    /// Removes the accelerations of passive spins added by dynamics.
+    /// Removes the accelerations of local degrees of freedom that dynamics added.
     pub(crate) fn forget_spins(&mut self) {
         if !self.model.constraints.spins().is_empty() {
             self.kinematics.bodies.accelerate(&self.model.topology, &self.state.accelerations);
         }
     }
 
-    /// The compiled kinematics, and the motion of all bodies for dynamics to complete.
+    /// Compiled kinematics, and the motion of all bodies as input and output of dynamics.
     pub(crate) fn parts(&mut self) -> (&KinematicModel, &mut Kinematics<f64>) {
         (&self.model, &mut self.kinematics)
     }
@@ -214,8 +214,8 @@ impl Assembly {
         self.plans
     }
 
-    /// Copies the position of another assembly with the same plan; [`Self::reverse`] updates the
-    /// rates.
+    /// Copies the position of another assembly with the same elimination plan; [`Self::reverse`]
+    /// updates the rates.
     pub(crate) fn go_to(&mut self, other: &Self) {
         self.extrapolation.forget();
         self.state.clone_from(&other.state);
@@ -261,8 +261,9 @@ impl Assembly {
         outcome
     }
 
-    /// Moves to known coordinates, rates and accelerations of the tree, at which the loops are closed and
-    /// these targets hold. Returns `false`, without moving, if the loops are open.
+    /// Moves to known coordinates, rates and accelerations of the tree, at which the loops are
+    /// closed and the coordinates equal `targets`. Returns `false`, without moving, if the loops
+    /// are open.
     pub(crate) fn return_to(
         &mut self,
         parameters: &Parameters<f64>,
@@ -311,7 +312,7 @@ impl Assembly {
     }
 
     /// Runs Newton's method from the current state to the current targets, then computes rates and
-    /// accelerations. If a step fails, plans the elimination again or searches.
+    /// accelerations. If a step fails, recompiles the elimination plan or searches.
     fn settle(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         let arrived = self.newton(parameters);
         if !arrived {
@@ -336,14 +337,14 @@ impl Assembly {
         planned.and(Err(AssemblyError::Undetermined { open: Vec::new() }))
     }
 
-    /// Solves for rates and accelerations; `false` if they are not finite.
+    /// Solves for rates and accelerations; returns `false` if they are not finite.
     fn differentiates(&mut self, parameters: &Parameters<f64>) -> bool {
         self.differentiate(parameters);
         self.is_differentiated()
     }
 
-    /// Solves for rates and accelerations where [`Self::newton`] has converged, with its factors; `false`
-    /// if they are not finite.
+    /// Solves for rates and accelerations at the solution of [`Self::newton`], reusing its factors;
+    /// returns `false` if they are not finite.
     fn differentiates_here(&mut self, parameters: &Parameters<f64>) -> bool {
         let Self { kinematics, model, state, targets, .. } = self;
         kinematics.differentiate_here(model, parameters, state, targets);
@@ -457,14 +458,14 @@ impl Assembly {
         error < CLOSED_AT_WORST.max(closed)
     }
 
-    /// Places the bodies; returns the largest error.
+    /// Computes the poses of all bodies; returns the largest error.
     fn place(&mut self, parameters: &Parameters<f64>) -> f64 {
         let Self { kinematics, model, state, targets, .. } = self;
         kinematics.place(&model.topology, parameters, &model.constraints, state, targets);
         self.scaled_error()
     }
 
-    /// Largest error, lengths in units of the characteristic length; infinite if undefined.
+    /// Largest error, with lengths in units of the characteristic length; infinite if undefined.
     fn scaled_error(&self) -> f64 {
         let errors =
             self.kinematics.errors().iter().zip(&self.row_scales).map(|(e, s)| (e * s).abs());

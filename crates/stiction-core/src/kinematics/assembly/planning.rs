@@ -1,4 +1,4 @@
-//! Plan of the elimination for rates, and detection of passive spins.
+//! Elimination plan for the rates, and detection of local degrees of freedom.
 
 use super::super::coordinate::Coordinate;
 use super::super::dof::{self, OpenMotion};
@@ -11,13 +11,13 @@ use crate::parameters::Parameters;
 use crate::spatial::Vec3;
 use std::sync::Arc;
 
-/// Pivots of the scaled system below this require singular values to determine the rank.
+/// Pivot of the scaled system below which the rank is determined from singular values.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
-/// Angular rates in unit motions below this value are round-off.
+/// Angular rate in unit motions below which it counts as round-off.
 const SPINS: f64 = 1e-4;
 
 impl Assembly {
-    /// Plans the elimination at the present, closed position, and locks passive spins.
+    /// Plans the elimination at the present, closed position, and locks local degrees of freedom.
     pub(super) fn plan(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.plans += 1;
         let before =

@@ -5,7 +5,7 @@ use super::super::measure::intrinsic_angles;
 use super::super::rotation_vector::RotationVector;
 use crate::spatial::{Mat3, Pose, Vec3};
 
-/// The prescribed coordinates of one body.
+/// Prescribed coordinates of one body.
 #[derive(Clone, Default)]
 pub(super) struct PrescribedPose {
     position: [Option<f64>; 3],
@@ -38,7 +38,7 @@ impl PrescribedPose {
         poses
     }
 
-    /// Tests if all six components are prescribed.
+    /// Returns true if all six components are prescribed.
     pub(super) fn is_whole(&self) -> bool {
         let turned = self.rotation_vector.iter().all(Option::is_some)
             || (0..3).all(|index| {
@@ -47,7 +47,7 @@ impl PrescribedPose {
         turned && self.position.iter().all(Option::is_some)
     }
 
-    /// The pose in the ground's frame with the prescribed components inserted.
+    /// Returns the pose in the ground's frame with the prescribed components inserted.
     pub(super) fn applied_to(&self, pose: Pose<f64>) -> Pose<f64> {
         let mut position = pose.position.to_array();
         for (x, prescribed) in position.iter_mut().zip(self.position) {

@@ -16,7 +16,7 @@ use crate::spatial::Pose;
 use crate::topology::{Link, Topology};
 use core::f64::consts::TAU;
 
-/// Given data of the configuration.
+/// Given data of the reference configuration.
 #[derive(Clone, Copy)]
 pub(in crate::kinematics) struct Given<'a> {
     pub(in crate::kinematics) mechanism: &'a Mechanism,
@@ -44,10 +44,10 @@ pub(in crate::kinematics) struct Reference {
     pub(super) conflicts: Vec<Conflict>,
 }
 
-/// The coordinates of one joint.
+/// Coordinates of one joint.
 pub(super) struct JointCoordinates {
     pub(super) values: Vec<f64>,
-    /// True if every coordinate is prescribed or has a start.
+    /// True if every coordinate is prescribed or has a start value.
     pub(super) are_given: bool,
 }
 

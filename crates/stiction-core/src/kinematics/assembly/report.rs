@@ -16,9 +16,9 @@ pub(super) const NEARLY_AS_NEAR: f64 = 3.0;
 pub enum Conflict {
     /// A joint's start differs from the prescribed value, which takes precedence.
     StartAndPrescribed {
-        /// The joint's coordinate.
+        /// Name of the joint coordinate.
         joint: String,
-        /// The difference, rad (modulo a turn) or m.
+        /// Difference, rad (modulo a turn) or m.
         by: f64,
         /// True for an angle.
         is_angle: bool,
@@ -26,9 +26,10 @@ pub enum Conflict {
     /// A body's home differs from its pose by starts or prescribed coordinates, which take
     /// precedence.
     Home {
-        /// The body.
+        /// Name of the body.
         body: String,
-        /// The displacement between both poses, m (angles times the characteristic length).
+        /// Displacement between both poses, m; rotations are multiplied by the characteristic
+        /// length.
         by: f64,
     },
 }
@@ -62,11 +63,11 @@ impl fmt::Display for Conflict {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct OpenMode {
-    /// The joint's coordinate.
+    /// Name of the joint coordinate.
     pub coordinate: String,
-    /// Its value in the assembled mode, rad or m.
+    /// Value of the coordinate in the assembled mode, rad or m.
     pub taken: f64,
-    /// Its value in another mode, rad or m.
+    /// Value of the coordinate in another mode, rad or m.
     pub other: f64,
     /// True for an angle.
     pub is_angle: bool,
