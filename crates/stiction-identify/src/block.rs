@@ -63,7 +63,16 @@ impl Dwells {
 impl Rows {
     /// Appends a column, which is its own instrument.
     pub fn push_column(&mut self, column: &DVector<f64>) {
-        for matrix in std::iter::once(&mut self.matrix).chain(&mut self.instruments) {
+        // Rows without instruments do not count, and stay without.
+        let has_any = |matrix: &DMatrix<f64>, row| matrix.row(row).iter().any(|x| *x != 0.0);
+        let instruments = self.instruments.as_ref().map(|matrix| {
+            let each = column.iter().enumerate();
+            let each = each.map(|(row, x)| if has_any(matrix, row) { *x } else { 0.0 });
+            DVector::from_iterator(column.len(), each)
+        });
+        let columns = std::iter::once(column).chain(&instruments);
+        let matrices = std::iter::once(&mut self.matrix).chain(&mut self.instruments);
+        for (matrix, column) in matrices.zip(columns) {
             let count = matrix.ncols();
             *matrix = take(matrix).insert_column(count, 0.0);
             matrix.set_column(count, column);

@@ -145,10 +145,11 @@ pub enum Error {
         /// Names of the motors.
         motors: String,
     },
-    /// Motors with losses share the efforts of several joints, so that static friction does not hold each effort by itself.
+    /// Motors with losses share the efforts of several joints, or one of their gears jams, so that the holding efforts are
+    /// no intervals.
     #[error(
-        "the motors {motors} with losses in their gears share the efforts of fewer joints, so the range of each \
-         effort depends on the others"
+        "the motors {motors} with losses in their gears share the efforts of fewer joints, so the efforts that hold \
+         still depend on each other, or a gear jams when its motor pushes along the load"
     )]
     SharedHolding {
         /// Names of the motors.

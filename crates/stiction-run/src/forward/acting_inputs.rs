@@ -503,9 +503,7 @@ impl Inputs for Acting<'_> {
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
         let before: usize = self.laws().iter().map(|(_, law)| law.switches()).sum();
         let sides = self.law_sides(view).get(before..).unwrap_or_default();
-        if let Err(error) = self.acting_loads().append(view, sides, loads) {
-            self.without_load = Some(error);
-        }
+        self.without_load = self.acting_loads().append(view, sides, loads).err();
     }
 
     fn next_change(&self, time: f64) -> Option<f64> {

@@ -121,7 +121,7 @@ impl Motors {
     /// gears.
     ///
     /// # Errors
-    /// [`Error::SharedHolding`] if motors with losses share the efforts of several joints.
+    /// [`Error::SharedHolding`] if motors with losses share the efforts of several joints, or one of their gears may jam.
     pub(super) fn widen(&self, low: &mut [f64], high: &mut [f64]) -> Result<(), Error> {
         let joints: Vec<(f64, f64)> = low.iter().copied().zip(high.iter().copied()).collect();
         for (train, map) in &self.trains {
@@ -139,7 +139,7 @@ impl Motors {
         let trains: Vec<DriveTrain> = self.trains().cloned().collect();
         for shared in &self.shared {
             let range = match shared.actuators[..] {
-                [actuator] => {
+                [actuator] if !shared.may_jam(&trains) => {
                     shared.holding(&trains, joints[actuator]).map(|range| (actuator, range))
                 }
                 _ => None,

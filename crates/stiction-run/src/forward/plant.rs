@@ -277,9 +277,7 @@ impl Inputs for HeldInputs<'_> {
     }
 
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
-        if let Err(error) = self.loads.append(view, view.sides(), loads) {
-            self.without_load = Some(error);
-        }
+        self.without_load = self.loads.append(view, view.sides(), loads).err();
         loads.extend_from_slice(&self.held.loads);
     }
 

@@ -10,7 +10,7 @@ use super::start;
 use crate::dofs::dofs_of;
 use crate::error::{Error, SinkError, check_finite};
 use crate::{Instants, InstantsError};
-use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
+use stiction_core::forward::{Checkpoint, Event, Forward, Inputs, PayloadChange};
 use stiction_format::{LoadCase, Payload, Signal};
 
 /// Relative change of the rates at the start that counts as rounding of the projection.
@@ -150,7 +150,14 @@ impl Job<'_> {
                 break;
             }
             match (advanced, acting.without_load.take()) {
-                (Ok(()), _) => {}
+                (Ok(()), _) => {
+                    // Time stepping evaluates loads in the middle of its steps only.
+                    acting.loads(&simulation.view(), &mut Vec::new());
+                    if let Some(cause) = acting.without_load.take() {
+                        ending = Ending::Failed(Box::new(cause));
+                        break;
+                    }
+                }
                 (Err(Error::Forward(_)), Some(cause)) => {
                     ending = Ending::Failed(Box::new(cause));
                     break;

@@ -22,8 +22,10 @@ pub(super) struct Structure {
 pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool]) -> Structure {
     let mut random = Random::new(1);
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
-    let per_log = STRUCTURE_SAMPLES.div_ceil(all.len());
-    for log in all {
+    // Logs that only check the prediction determine nothing, neither do their payloads.
+    let fits = || all.iter().filter(|log| !log.predict);
+    let per_log = STRUCTURE_SAMPLES.div_ceil(fits().count().max(1));
+    for log in fits() {
         let constants: Vec<Option<usize>> =
             log.constants().map(|own| own.map(|(parameter, _)| parameter)).collect();
         let mut regressor = log.regressor.clone();

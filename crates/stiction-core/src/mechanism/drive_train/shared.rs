@@ -13,7 +13,7 @@ use std::collections::HashSet;
 
 /// Largest number of motors of which all combinations of driving and driven gears are tried.
 const COMBINED: usize = 12;
-/// Relative size below which an effort of a gear counts as zero.
+/// Relative size of rounding: smaller efforts of gears count as zero, smaller differences as none.
 const ROUNDING: f64 = 1e-12;
 
 /// Motors that share the efforts of actuators, more motors than actuators, with gears whose losses differ.
@@ -84,10 +84,12 @@ impl Group {
     /// degrees of freedom, and losses that differ between the motors.
     fn shares_vary(&self, trains: &[DriveTrain]) -> bool {
         let mut all = self.trains.iter().map(|&train| &trains[train]);
-        let first = &trains[self.trains[0]];
+        // A motor without a share has no ratio that others could have.
+        let main = all.clone().max_by(|a, b| a.share.total_cmp(&b.share));
         self.trains.len() > self.dofs.len()
             && all.clone().any(|train| train.losses().is_some())
-            && (self.dofs.len() > 1 || !all.all(|train| is_proportional(first, train)))
+            && (self.dofs.len() > 1
+                || !all.all(|train| main.is_some_and(|main| is_proportional(main, train))))
     }
 
     /// Returns whether simulations give each motor of the group a shaft of its own: if the friction of a motor acts on
@@ -112,7 +114,10 @@ fn is_proportional(one: &DriveTrain, other: &DriveTrain) -> bool {
     let mut pairs = sizes(one).into_iter().zip(sizes(other));
     one.losses() == other.losses()
         && one.rotor_axis == other.rotor_axis
-        && pairs.all(|(a, b)| a * other.share == b * one.share)
+        && pairs.all(|(a, b)| {
+            let (a, b) = (a * other.share, b * one.share);
+            (a - b).abs() <= ROUNDING * a.abs().max(b.abs())
+        })
 }
 
 impl SharedMotors {
@@ -183,6 +188,7 @@ impl SharedMotors {
     /// Computes the interval of the actuator's effort that keeps a single degree of freedom at rest by static friction of
     /// motors and gears, while the gears exert efforts within `bounds` on it. A self-locking gear exerts any effort against
     /// which its motor does not turn it. `None` for several degrees of freedom, or if `trains` are not those of the mechanism.
+    /// For gears that jam ([`Self::may_jam`]) the interval is an inner one.
     pub fn holding(&self, trains: &[DriveTrain], (low, high): (f64, f64)) -> Option<(f64, f64)> {
         if self.actuators.len() != 1 {
             return None;
@@ -190,6 +196,15 @@ impl SharedMotors {
         let motors = self.trains.iter().map(|&k| trains.get(k).map(Holding::of));
         let motors: Vec<Holding> = motors.collect::<Option<_>>()?;
         Some((-greatest(&motors, -low), greatest(&motors, high)))
+    }
+}
+
+impl SharedMotors {
+    /// Returns whether a gear has a negative efficiency while its motor is driven: a load along the motion then also holds
+    /// the gear against a motor that pushes it.
+    pub fn may_jam(&self, trains: &[DriveTrain]) -> bool {
+        let mut own = self.trains.iter().filter_map(|&k| trains.get(k));
+        own.any(|train| train.gear.efficiencies().1 < 0.0)
     }
 }
 
