@@ -127,7 +127,7 @@ def by_ray(row, table, expected):
 
     ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
     try:
-        remote = ray.remote(row)
+        remote = ray.remote(lambda piece: row(piece))  # Ray accepts functions only.
         size = -(-len(table) // 16)
         pieces = [table.iloc[k : k + size] for k in range(0, len(table), size)]
         ray.get([remote.remote(piece.iloc[:1]) for piece in pieces[:2]])  # Start-up apart.
