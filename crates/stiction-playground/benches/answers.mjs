@@ -1,7 +1,7 @@
 // Prints the seconds of the fastest of several answers of the module to one request.
 import { readFileSync } from "node:fs";
 
-const [module, request, answers] = process.argv.slice(2);
+const [module, request, answers, seconds] = process.argv.slice(2);
 const { instance } = await WebAssembly.instantiate(readFileSync(module), { page: { progress() {} } });
 const engine = instance.exports, bytes = new TextEncoder().encode(request);
 
@@ -16,4 +16,8 @@ function respond() {
   return seconds;
 }
 
-console.log(Math.min(...Array.from({ length: Number(answers) }, respond)));
+const begun = performance.now();
+let fastest = Infinity;
+for (let count = 0; count < Number(answers) || performance.now() - begun < 1000 * Number(seconds); ++count)
+  fastest = Math.min(fastest, respond());
+console.log(fastest);

@@ -8,8 +8,10 @@ use std::process::Command;
 use std::time::Instant;
 use stiction::ModelText;
 
-/// Number of answers; the fastest counts, since others may use the machine.
+/// Least number of answers, and seconds of all; the fastest answer counts, since others may use the machine and a browser
+/// optimises code while it runs.
 const ANSWERS: usize = 5;
+const SECONDS: f64 = 1.0;
 
 fn main() {
     let module =
@@ -44,7 +46,7 @@ fn main() {
 
 /// Seconds of the fastest answer in machine code.
 fn native(request: &str) -> f64 {
-    let once = |_| {
+    let once = || {
         let begun = Instant::now();
         let answer = stiction_playground::answer(request, &mut |_, _| {});
         let seconds = begun.elapsed().as_secs_f64();
@@ -52,7 +54,15 @@ fn native(request: &str) -> f64 {
         assert!(answer["error"].is_null(), "{}", answer["error"]);
         seconds
     };
-    (0..ANSWERS).map(once).fold(f64::INFINITY, f64::min)
+    let all = Instant::now();
+    let mut fastest = f64::INFINITY;
+    for count in 0.. {
+        if count >= ANSWERS && all.elapsed().as_secs_f64() > SECONDS {
+            break;
+        }
+        fastest = fastest.min(once());
+    }
+    fastest
 }
 
 /// Seconds of the fastest answer in WebAssembly.
@@ -60,7 +70,12 @@ fn in_node(module: &Path, request: &str) -> Result<f64, String> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/answers.mjs");
     let run = Command::new("node")
         .arg(script)
-        .args([module.as_os_str(), request.as_ref(), ANSWERS.to_string().as_ref()])
+        .args([
+            module.as_os_str(),
+            request.as_ref(),
+            ANSWERS.to_string().as_ref(),
+            SECONDS.to_string().as_ref(),
+        ])
         .output()
         .map_err(|why| format!("node cannot be run: {why}"))?;
     let text = String::from_utf8_lossy(&run.stdout);
