@@ -139,7 +139,8 @@ pub(crate) fn clusters() -> Result<bool, String> {
     install(&python, &others).map_err(told)?;
     install(&python, &[&wheel]).map_err(told)?;
     let mut run = Command::new(&python);
-    run.args(["-I", "-m", "pytest", "-s", "-k", "clusters", "-p", "no:cacheprovider"]);
+    // The tests lie in the source tree: leave no byte code there.
+    run.args(["-I", "-B", "-m", "pytest", "-s", "-k", "clusters", "-p", "no:cacheprovider"]);
     run.arg(source().join("tests/test_sweep.py")).env("STICTION_CLUSTERS", "100000");
     Ok(succeeds(run.current_dir(&place)))
 }
