@@ -4,7 +4,6 @@ use super::control_law::Measured;
 use super::controller::{Controller, ControllerInput};
 use super::guide::Guide;
 use super::job::{Feed, Job};
-use super::load_laws::ActingLoads;
 use super::motors::Motors;
 use super::reference::{References, own_signal};
 use crate::Instants;
@@ -261,10 +260,6 @@ impl<'a> Acting<'a> {
         }
     }
 
-    fn acting_loads(&self) -> ActingLoads<'a> {
-        ActingLoads { load: self.job.load, mechanism: &self.job.model.mechanism }
-    }
-
     /// Sides of the switching functions of these formulas, followed by those of the formulas of loads.
     fn law_sides<'v>(&self, view: &View<'v>) -> &'v [bool] {
         let before = self.job.stops.len() + 2 * self.limited.len();
@@ -356,7 +351,7 @@ impl<'a> Acting<'a> {
         let actual: Vec<(f64, f64)> = (0..self.kept.len())
             .map(|index| (view.actuator_coordinate(index), view.actuator_rate(index)))
             .collect();
-        let loads = self.job.loads_at(view);
+        let loads = self.job.loads_at(view)?;
         let (reference, feed, friction) = (&reference, &feed, &friction);
         let input =
             ControllerInput { time, actual: &actual, reference, feed, friction, loads: &loads };
@@ -455,7 +450,7 @@ impl Inputs for Acting<'_> {
             law.switches_at(view.time, |c| view.measure(c), own, values);
             sides = rest;
         }
-        self.acting_loads().switches(view, sides, values);
+        self.job.acting_loads().switches(view, sides, values);
     }
 
     fn ends_at(&self, switch: usize) -> bool {
@@ -478,7 +473,7 @@ impl Inputs for Acting<'_> {
             }
             rest -= law.switches();
         }
-        self.acting_loads().switch_name(rest).unwrap_or_else(|| "a formula".to_owned())
+        self.job.acting_loads().switch_name(rest).unwrap_or_else(|| "a formula".to_owned())
     }
 
     fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
@@ -503,7 +498,7 @@ impl Inputs for Acting<'_> {
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
         let before: usize = self.laws().iter().map(|(_, law)| law.switches()).sum();
         let sides = self.law_sides(view).get(before..).unwrap_or_default();
-        self.without_load = self.acting_loads().append(view, sides, loads).err();
+        self.without_load = self.job.acting_loads().append(view, sides, loads).err();
     }
 
     fn next_change(&self, time: f64) -> Option<f64> {
@@ -522,7 +517,7 @@ impl Inputs for Acting<'_> {
 
     fn steady_until(&self, time: f64) -> f64 {
         let constant = |signal: &Signal| signal.is_constant();
-        let loads = self.acting_loads().are_steady();
+        let loads = self.job.acting_loads().are_steady();
         let efforts = match (self.job.drives, self.period) {
             // Efforts are held between samples, and each interval ends at a sample.
             (_, Some(_)) => true,
@@ -556,7 +551,7 @@ impl Inputs for Acting<'_> {
         let motion = self.job.motion.filter(|_| follows);
         let laws = self.laws().iter().map(|(_, law)| law.resolved_until(time));
         let stops = self.job.stops.iter().map(|stop| stop.resolved_until(time));
-        let formulas = laws.chain(stops).fold(self.acting_loads().seen_until(time), f64::min);
+        let formulas = laws.chain(stops).fold(self.job.acting_loads().seen_until(time), f64::min);
         let whole = motion.iter().flat_map(|motion| motion.signals());
         let efforts = efforts.iter().map(|(_, signal)| signal);
         efforts

@@ -91,7 +91,7 @@ impl Job<'_> {
     /// Computes the effect of static friction at an equilibrium that was found without friction.
     ///
     /// # Errors
-    /// An error of the start if the mechanism cannot be assembled there.
+    /// The same error as at the start of a simulation, if the mechanism cannot be assembled at the equilibrium.
     pub fn holding(&self, found: &Equilibrium) -> Result<Holding, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;

@@ -1,6 +1,7 @@
 //! Description of a simulation.
 
 use super::control_law::ControlLaw;
+use super::load_laws::ActingLoads;
 use crate::error::Error;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Known, Settings, View};
@@ -117,13 +118,19 @@ impl<'a> Job<'a> {
 }
 
 impl Job<'_> {
+    /// External loads, also as functions of a simulation's state.
+    pub(super) fn acting_loads(&self) -> ActingLoads<'_> {
+        ActingLoads { load: self.load, mechanism: &self.model.mechanism }
+    }
+
     /// External loads in a state, including loads that are formulas of the measured state.
-    pub(super) fn loads_at(&self, view: &View<'_>) -> Vec<AppliedLoad<f64>> {
-        let laws =
-            self.load.laws.iter().map(|law| {
-                law.load(law.law.at(view.time, |coordinate| view.measure(coordinate), &[]))
-            });
-        self.load.at(view.time).chain(laws).collect()
+    ///
+    /// # Errors
+    /// [`Error::NoLoad`] if a formula has no value.
+    pub(super) fn loads_at(&self, view: &View<'_>) -> Result<Vec<AppliedLoad<f64>>, Error> {
+        let mut loads = Vec::new();
+        self.acting_loads().append(view, &[], &mut loads)?;
+        Ok(loads)
     }
 
     /// External loads at the start, where no state has been measured.

@@ -10,7 +10,7 @@ use super::start;
 use crate::dofs::dofs_of;
 use crate::error::{Error, SinkError, check_finite};
 use crate::{Instants, InstantsError};
-use stiction_core::forward::{Checkpoint, Event, Forward, Inputs, PayloadChange};
+use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
 use stiction_format::{LoadCase, Payload, Signal};
 
 /// Relative change of the rates at the start that counts as rounding of the projection.
@@ -150,14 +150,7 @@ impl Job<'_> {
                 break;
             }
             match (advanced, acting.without_load.take()) {
-                (Ok(()), _) => {
-                    // Time stepping evaluates loads in the middle of its steps only.
-                    acting.loads(&simulation.view(), &mut Vec::new());
-                    if let Some(cause) = acting.without_load.take() {
-                        ending = Ending::Failed(Box::new(cause));
-                        break;
-                    }
-                }
+                (Ok(()), _) => {}
                 (Err(Error::Forward(_)), Some(cause)) => {
                     ending = Ending::Failed(Box::new(cause));
                     break;
@@ -167,6 +160,14 @@ impl Job<'_> {
                     break;
                 }
             }
+            // Time stepping evaluates loads in the middle of its steps only.
+            let loads = match self.loads_at(&simulation.view()) {
+                Ok(loads) => loads,
+                Err(error) => {
+                    ending = Ending::Failed(Box::new(error));
+                    break;
+                }
+            };
             let now = simulation.instant();
             let time = now.time;
             if let Some(stop) = simulation.ended_by().and_then(|k| self.stops.get(k)) {
@@ -177,7 +178,6 @@ impl Job<'_> {
             }
             joints.clear();
             joints.extend(dofs.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
-            let loads = self.loads_at(&simulation.view());
             let sample = Sample {
                 forward,
                 instant: now,
