@@ -58,33 +58,40 @@ impl Dwells {
         self.limits = self.limits.select_rows(&kept);
         self.bounds = kept.iter().map(|&k| self.bounds[k]).collect();
     }
+
+    /// Appends a column with the same value in each dwell, without static friction.
+    pub fn push_column(&mut self, value: f64) {
+        push(&mut self.matrix, |_| value);
+        push(&mut self.limits, |_| 0.0);
+    }
+
+    /// Removes the last column.
+    pub fn pop_column(&mut self) {
+        [&mut self.matrix, &mut self.limits].into_iter().for_each(pop);
+    }
 }
 
 impl Rows {
     /// Appends a column, which is its own instrument.
     pub fn push_column(&mut self, column: &DVector<f64>) {
-        // Rows without instruments do not count, and stay without.
-        let has_any = |matrix: &DMatrix<f64>, row| matrix.row(row).iter().any(|x| *x != 0.0);
-        let instruments = self.instruments.as_ref().map(|matrix| {
-            let each = column.iter().enumerate();
-            let each = each.map(|(row, x)| if has_any(matrix, row) { *x } else { 0.0 });
-            DVector::from_iterator(column.len(), each)
-        });
-        let columns = std::iter::once(column).chain(&instruments);
-        let matrices = std::iter::once(&mut self.matrix).chain(&mut self.instruments);
-        for (matrix, column) in matrices.zip(columns) {
-            let count = matrix.ncols();
-            *matrix = take(matrix).insert_column(count, 0.0);
-            matrix.set_column(count, column);
+        let without = self.rows_without_instruments();
+        push(&mut self.matrix, |row| column[row]);
+        if let Some(instruments) = &mut self.instruments {
+            push(instruments, |row| column[row]);
+            // These rows do not count, and stay without.
+            without.into_iter().for_each(|row| instruments.row_mut(row).fill(0.0));
         }
     }
 
     /// Removes the last column.
     pub fn pop_column(&mut self) {
-        for matrix in std::iter::once(&mut self.matrix).chain(&mut self.instruments) {
-            let count = matrix.ncols();
-            *matrix = take(matrix).remove_column(count.saturating_sub(1));
-        }
+        std::iter::once(&mut self.matrix).chain(&mut self.instruments).for_each(pop);
+    }
+
+    /// Indices of the rows in which the motion of the instruments rests; empty for least squares.
+    pub(crate) fn rows_without_instruments(&self) -> Vec<usize> {
+        let rows = self.instruments.iter().flat_map(|all| all.row_iter().enumerate());
+        rows.filter(|(_, row)| row.iter().all(|x| *x == 0.0)).map(|(index, _)| index).collect()
     }
 
     /// Number of rows.
@@ -107,6 +114,19 @@ impl Rows {
     pub fn residuals(&self, values: &DVector<f64>) -> DVector<f64> {
         &self.right - &self.matrix * values
     }
+}
+
+/// Appends a column with these values.
+fn push(matrix: &mut DMatrix<f64>, value: impl Fn(usize) -> f64) {
+    let count = matrix.ncols();
+    *matrix = take(matrix).insert_column(count, 0.0);
+    matrix.column_mut(count).iter_mut().enumerate().for_each(|(row, x)| *x = value(row));
+}
+
+/// Removes the last column.
+fn pop(matrix: &mut DMatrix<f64>) {
+    let last = matrix.ncols().saturating_sub(1);
+    *matrix = take(matrix).remove_column(last);
 }
 
 fn take(matrix: &mut DMatrix<f64>) -> DMatrix<f64> {

@@ -63,12 +63,7 @@ impl Problem<'_> {
         let Some(projection) = projection else { return Cow::Borrowed(self.blocks) };
         let mut blocks = self.blocks.to_vec();
         for rows in blocks.iter_mut().flat_map(|block| &mut block.channels) {
-            let empty: Vec<usize> = instruments(rows)
-                .row_iter()
-                .enumerate()
-                .filter(|(_, row)| row.iter().all(|x| *x == 0.0))
-                .map(|(index, _)| index)
-                .collect();
+            let empty = rows.rows_without_instruments();
             rows.matrix = instruments(rows) * projection;
             empty.into_iter().for_each(|row| rows.right[row] = 0.0);
         }

@@ -145,18 +145,16 @@ pub(super) fn chosen_efforts(
     let (mut found, mut by_motors) = (vec![None; count], vec![None; count]);
     let mut twice = None;
     for (index, column) in log.log.columns.iter().enumerate() {
-        let (train, index_of_train, per_torque) = match column.role {
+        let (train_index, per_torque) = match column.role {
             LogRole::Effort(actuator) => {
                 found[actuator] = Some(EffortColumn { column: index, factor: 1.0, unknown: None });
                 continue;
             }
-            LogRole::MotorTorque(train) => (&mechanism.drive_trains()[train], train, Some(1.0)),
-            LogRole::Current(index) => {
-                let train = &mechanism.drive_trains()[index];
-                (train, index, train.torque_constant)
-            }
+            LogRole::MotorTorque(train) => (train, Some(1.0)),
+            LogRole::Current(train) => (train, mechanism.drive_trains()[train].torque_constant),
             _ => continue,
         };
+        let train = &mechanism.drive_trains()[train_index];
         let [driven] = &train.dofs[..] else {
             return Err(refuse(
                 format!("{}: the motor {} moves several joints together", log.name, train.name),
@@ -166,7 +164,7 @@ pub(super) fn chosen_efforts(
         let actuator = mechanism.actuators().position(|own| own == (driven.joint, driven.dof));
         if let Some(actuator) = actuator {
             let factor = per_torque.unwrap_or(1.0) * train.transmission();
-            let unknown = per_torque.is_none().then_some(index_of_train);
+            let unknown = per_torque.is_none().then_some(train_index);
             let own = EffortColumn { column: index, factor, unknown };
             if let Some(EffortColumn { column: other, .. }) = by_motors[actuator] {
                 twice = Some([other, index].map(|k: usize| &log.log.columns[k].name));

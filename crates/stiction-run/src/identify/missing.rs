@@ -6,7 +6,7 @@
 
 use super::delay::{CERTAIN, candidate};
 use super::prepare::{EFFECTS, Effect, Prepared};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use stiction_identify::{Block, Estimate, Extension, Kind, Options, Parameter, Problem};
 
 /// Effect that the model or the options lack.
@@ -91,9 +91,7 @@ impl Fit<'_> {
                 for (k, dwells) in block.dwells.iter_mut().enumerate() {
                     // Of all effects, only a constant error of the effort acts at rest, too.
                     let at_rest = effect == Effect::Offset && k == channel;
-                    let value = f64::from(u8::from(at_rest));
-                    dwells.matrix = widened(&mut dwells.matrix, value);
-                    dwells.limits = widened(&mut dwells.limits, 0.0);
+                    dwells.push_column(f64::from(u8::from(at_rest)));
                 }
             }
             let index = parameters.len();
@@ -117,9 +115,7 @@ impl Fit<'_> {
                 rows.pop_column();
             }
             for dwells in blocks.iter_mut().flat_map(|block| &mut block.dwells) {
-                for matrix in [&mut dwells.matrix, &mut dwells.limits] {
-                    *matrix = std::mem::replace(matrix, DMatrix::zeros(0, 0)).remove_column(index);
-                }
+                dwells.pop_column();
             }
             parameters.pop();
             options.held.pop();
@@ -194,11 +190,6 @@ impl Fit<'_> {
 }
 
 /// A matrix with a last column of this value, without a copy of what it was.
-fn widened(matrix: &mut DMatrix<f64>, value: f64) -> DMatrix<f64> {
-    let end = matrix.ncols();
-    std::mem::replace(matrix, DMatrix::zeros(0, 0)).insert_column(end, value)
-}
-
 /// An effect in words, and its cure.
 fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (String, String) {
     let term = |formula: &str| {

@@ -9,14 +9,14 @@ use super::missing::{self, Missing};
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::sanity;
-use super::selection::{enough, free_groups, options, scale_by_data};
+use super::selection::{choice, enough, free_groups, options, scale_by_data};
 use super::structure::{combinations, structure};
 use super::torque_constants;
 use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
 use stiction_format::{Drives, ModelFile, Source};
 use stiction_identify::{
-    Block, Choice, Estimate, Evidence, FitVerdict, Kind, Options, Parameter, Problem, Verdict,
+    Block, Estimate, Evidence, FitVerdict, Kind, Options, Parameter, Problem, Verdict,
 };
 
 /// Parameter with its estimate.
@@ -143,11 +143,9 @@ pub fn identify(
     if logs.iter().all(|log| log.settings.predict) {
         return Err(refuse("all logs are for prediction", "give `use = \"fit\"` to at least one"));
     }
-    let (_, at_motors) = chosen_efforts(mechanism, first)?;
     let terms = read_terms(model, settings)?;
-    let torque_constants = torque_constants::unknown(mechanism, logs)?;
-    let (offsets, terms_count) = (settings.offsets, terms.len());
-    let choice = Choice { at_motors, offsets, terms: terms_count, torque_constants, ..Choice::ALL };
+    let choice = choice(mechanism, logs, settings, terms.len())?;
+    let at_motors = choice.at_motors;
     for log in logs {
         if chosen_efforts(mechanism, log)?.1 != at_motors {
             return Err(refuse(

@@ -1,12 +1,31 @@
 //! Selection of the parameters that are estimated: scales, held and tied parameters, and a check that the logs suffice.
 
 use super::IdentifyError;
-use super::chosen::refuse;
+use super::chosen::{chosen_efforts, refuse};
 use super::options::IdentifySettings;
-use super::prepare::Prepared;
+use super::prepare::{MeasuredLog, Prepared};
+use super::torque_constants;
 use stiction_core::mechanism::Mechanism;
 use stiction_format::fits;
-use stiction_identify::{Kind, Options, Parameter};
+use stiction_identify::{Choice, Kind, Options, Parameter};
+
+/// Chooses the parameters that the logs may determine; all logs measure efforts at the same place.
+///
+/// # Errors
+/// Efforts in the logs that the model does not have, or currents that its motor friction would scale.
+pub(super) fn choice(
+    mechanism: &Mechanism,
+    logs: &[MeasuredLog],
+    settings: &IdentifySettings,
+    terms: usize,
+) -> Result<Choice, IdentifyError> {
+    let at_motors = match logs.first() {
+        Some(log) => chosen_efforts(mechanism, log)?.1,
+        None => false,
+    };
+    let torque_constants = torque_constants::unknown(mechanism, logs)?;
+    Ok(Choice { at_motors, offsets: settings.offsets, terms, torque_constants, ..Choice::ALL })
+}
 
 /// Chooses scales for friction parameters that are zero in the model: the value that would explain a tenth of the
 /// efforts.

@@ -1,7 +1,7 @@
 //! Structure of the regression: the combinations of parameters on which the efforts depend.
 
 use super::prepare::Prepared;
-use super::run::Combined;
+use super::run::{Combined, differences};
 use super::torque_constants;
 use nalgebra::DMatrix;
 use stiction_core::random::Random;
@@ -20,6 +20,8 @@ pub(super) struct Structure {
 
 /// Computes the combinations of parameters that the efforts of the mechanism determine.
 pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool]) -> Structure {
+    let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+    let at = differences(parameters, &priors);
     let mut random = Random::new(1);
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
     // Logs that only check the prediction determine nothing, neither do their payloads.
@@ -30,8 +32,7 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
             log.constants().map(|own| own.map(|(parameter, _)| parameter)).collect();
         let mut regressor = log.regressor.clone();
         let mut engine = regressor.engine_data();
-        let nominal =
-            regressor.engine_parameters(&parameters.iter().map(|p| p.prior).collect::<Vec<_>>());
+        let nominal = regressor.engine_parameters(&priors);
         let size = |pick: fn(&[Vec<f64>; 3]) -> &Vec<f64>| {
             let all = log.instants.iter().flat_map(|(_, motion)| pick(motion));
             all.fold(1e-6, |max: f64, x| max.max(x.abs()))
@@ -51,7 +52,7 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
                     }
                 }
                 let unknown = (columns.known[channel], constants[channel]);
-                torque_constants::complete(&mut row, unknown, parameters);
+                torque_constants::complete(&mut row, unknown, (parameters, &at));
                 rows.push(row);
             }
         }

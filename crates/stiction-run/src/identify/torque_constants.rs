@@ -84,15 +84,13 @@ pub(super) fn start(parameters: &mut [Parameter], all: &mut [Prepared]) {
 }
 
 /// Adds to a row of the regression, of efforts of an actuator, the entry of its unknown torque constant, in units of
-/// the parameter's scale: the predicted effort.
+/// the parameter's scale: the effort that the priors `at` predict.
 pub(super) fn complete(
     row: &mut nalgebra::RowDVector<f64>,
     (known, constant): (f64, Option<usize>),
-    parameters: &[Parameter],
+    (parameters, at): (&[Parameter], &DVector<f64>),
 ) {
     let Some(k) = constant else { return };
-    let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
-    let at: DVector<f64> = differences(parameters, &priors);
     row[k] = 0.0;
     let predicted = known + (&*row * at)[0];
     row[k] = -predicted / parameters[k].scale;

@@ -1,19 +1,17 @@
 //! Measured and predicted efforts of all logs, and friction over speed, for the report and the table of efforts.
 
 use super::IdentifyError;
-use super::chosen::chosen_efforts;
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::run::{Identified, differences, parameters_of, read_terms};
-use super::selection::{free_groups, options};
-use super::torque_constants;
+use super::selection::{choice, free_groups, options};
 use crate::names::Names;
 use crate::report::animation::Animation;
 use nalgebra::DVector;
 use std::fmt::Write as _;
 use stiction_draw::numbers::exact;
 use stiction_format::ModelFile;
-use stiction_identify::{Choice, Kind, Parameter, Rows};
+use stiction_identify::{Kind, Parameter, Rows};
 
 /// Smallest effect of a unit of friction on an effort, relative to the largest one, for which an instant is used.
 const EFFECT: f64 = 0.5;
@@ -83,13 +81,8 @@ impl Traces {
         let mut traces =
             Self { efforts: Names::new(mechanism).drives, logs: Vec::new(), friction: Vec::new() };
         let values: Vec<f64> = identified.parameters.iter().map(|p| p.value).collect();
-        let torque_constants = torque_constants::unknown(mechanism, logs)?;
+        let choice = choice(mechanism, logs, settings, terms.len())?;
         for log in logs {
-            let (_, at_motors) = chosen_efforts(mechanism, log)?;
-            let (offsets, terms_count) = (settings.offsets, terms.len());
-            let torque_constants = torque_constants.clone();
-            let choice =
-                Choice { at_motors, offsets, terms: terms_count, torque_constants, ..Choice::ALL };
             let delays = identified.taken_back();
             let mut prepared =
                 Prepared::new(model, log, (settings.filter, &choice), &terms, Some(&delays))?;

@@ -44,10 +44,8 @@ impl Efforts {
             DVector::from_fn(own.len(), |row, _| (after[row] - before[row]) / (2.0 * step))
         })
     }
-}
 
-impl Efforts {
-    /// Multiplies the effort of an actuator, and its noise, by a factor.
+    /// Multiplies the unfiltered effort of an actuator by a factor.
     pub(super) fn scale(&mut self, channel: usize, factor: f64) {
         self.raw[channel].iter_mut().for_each(|value| *value *= factor);
     }
