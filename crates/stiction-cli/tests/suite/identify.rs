@@ -16,6 +16,27 @@ use std::path::{Path, PathBuf};
 const MOTION: &str = "tool.x = 60 mm*sin(4.4*t) + 30 mm*sin(10.7*t + 1); \
                       tool.y = 360 mm + 40 mm*sin(5.7*t) + 20 mm*sin(13.2*t); duration = 8 s";
 
+/// Model of an arm on one driven axis, without gravity and friction.
+fn axis(inertia: f64) -> String {
+    format!(
+        r#"
+gravity = [0, 0, 0]
+
+[bodies.arm]
+mass = "1 kg"
+com = [0, 0, 0]
+inertia = ["{inertia} kg m^2", "{inertia} kg m^2", "{inertia} kg m^2"]
+
+[joints.axis]
+type = "R"
+from = "ground"
+to = "arm"
+axis = "z"
+actuated = true
+"#
+    )
+}
+
 /// Nearly normal numbers.
 fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1;

@@ -102,7 +102,7 @@ pub(crate) fn fastest_growing(start: &[f64], now: &[f64]) -> usize {
 mod tests {
     use super::*;
 
-    /// Branch that can only be followed in steps shorter than `reach`, up to `end`.
+    /// Branch on which corrections converge only in steps shorter than `reach`, and only before `end`.
     struct Narrow {
         reach: f64,
         end: f64,

@@ -13,6 +13,13 @@ pub(super) struct JointState {
     pub(super) efforts: Vec<Option<f64>>,
 }
 
+impl JointState {
+    /// Effort of a joint; `None` if the state has none.
+    pub(super) fn effort(&self, joint: usize) -> Option<f64> {
+        self.efforts.get(joint).copied().flatten()
+    }
+}
+
 /// Encoding of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {

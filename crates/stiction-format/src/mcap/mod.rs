@@ -118,10 +118,13 @@ impl Recorded {
             }
         }
         let names = state.names.clone();
-        let effort = |k: usize| state.efforts.get(k).copied().flatten();
-        let with_effort = (0..names.len()).map(|k| effort(k).is_some()).collect();
-        let (times, positions, efforts) = Default::default();
-        let mut recorded = Self { names, with_effort, times, positions, efforts };
+        let mut recorded = Self {
+            with_effort: (0..names.len()).map(|k| state.effort(k).is_some()).collect(),
+            names,
+            times: Vec::new(),
+            positions: Vec::new(),
+            efforts: Vec::new(),
+        };
         recorded.add(time, state)?;
         Ok(recorded)
     }
@@ -147,7 +150,7 @@ impl Recorded {
         self.times.push(time);
         for (index, &k) in places.iter().enumerate() {
             self.positions.push(state.positions[k]);
-            let effort = state.efforts.get(k).copied().flatten();
+            let effort = state.effort(k);
             if effort.is_some() != self.with_effort[index] {
                 return Err(format!(
                     "some messages have the effort of `{}`, others have none",

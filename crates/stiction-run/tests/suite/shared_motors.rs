@@ -42,8 +42,9 @@ impl Drive {
         )
     }
 
-    /// What the gear exerts on the slide while the motor begins to move in the direction `sense`: the effort nearest to
-    /// that of a gear without loss. `None` for a self-locking gear that its motor does not turn.
+    /// Effort of the gear on the slide when the motor is about to move in the direction `sense`. If several efforts are
+    /// possible, it is the one closest to that of a gear without losses. `None` for a self-locking gear that its motor
+    /// cannot turn.
     fn holds(&self, effort: f64, sense: f64) -> Option<f64> {
         let input = (self.share * effort - sense * self.dry) * sense;
         let factor = if input >= 0.0 { self.eta.0 } else { 1.0 / self.eta.1 };

@@ -1,25 +1,10 @@
 //! A single axis: dwells, and efforts of the wrong sign.
 
-use super::{normal, parameter};
+use super::{axis, normal, parameter};
 use crate::program::{Folder, json};
 use serde_json::Value;
 use std::fmt::Write as _;
 
-const MODEL: &str = r#"
-gravity = [0, 0, 0]
-
-[bodies.arm]
-mass = "1 kg"
-com = [0, 0, 0]
-inertia = ["0.02 kg m^2", "0.02 kg m^2", "0.02 kg m^2"]
-
-[joints.axis]
-type = "R"
-from = "ground"
-to = "arm"
-axis = "z"
-actuated = true
-"#;
 const COULOMB: f64 = 2.0;
 const VISCOUS: f64 = 0.5;
 
@@ -60,7 +45,7 @@ fn identified(folder: &Folder, logs: &[&str], more: &[&str]) -> Value {
 #[test]
 fn dwells_are_left_out() {
     let folder = Folder::new("identify-dwells");
-    folder.write("arm.toml", MODEL);
+    folder.write("arm.toml", &axis(0.02));
     folder.write("log.csv", &log(1, 1.0));
     let result = identified(&folder, &["log.csv"], &[]);
     for (name, truth) in [("axis.coulomb", COULOMB), ("axis.viscous", VISCOUS)] {
@@ -78,7 +63,7 @@ fn dwells_are_left_out() {
 #[test]
 fn wrong_signs_without_friction_in_the_model() {
     let folder = Folder::new("identify-sign-arm");
-    folder.write("arm.toml", MODEL);
+    folder.write("arm.toml", &axis(0.02));
     folder.write("good.csv", &log(1, 1.0));
     folder.write("bad.csv", &log(2, -1.0));
     let text = "efforts have the wrong sign on axis";
@@ -97,7 +82,7 @@ fn wrong_signs_without_friction_in_the_model() {
 #[test]
 fn dwells_bound_friction() {
     let folder = Folder::new("identify-bounds");
-    folder.write("arm.toml", MODEL);
+    folder.write("arm.toml", &axis(0.02));
     let text = "an effort lies beyond the static friction limits";
     // Efforts of dwells, 1.8 N m at most, times three; one in two exceeds 2 N m by far.
     let good = log(1, 1.0);

@@ -1,25 +1,10 @@
 //! Instrumental variables against the bias that noise of the measured motion causes.
 
-use super::{normal, parameter};
+use super::{axis, normal, parameter};
 use crate::program::{Folder, json};
 use serde_json::Value;
 use std::fmt::Write as _;
 
-const MODEL: &str = r#"
-gravity = [0, 0, 0]
-
-[bodies.arm]
-mass = "1 kg"
-com = [0, 0, 0]
-inertia = ["0.03 kg m^2", "0.03 kg m^2", "0.03 kg m^2"]
-
-[joints.axis]
-type = "R"
-from = "ground"
-to = "arm"
-axis = "z"
-actuated = true
-"#;
 /// The arm is lighter than its model.
 const INERTIA: f64 = 0.02;
 const COULOMB: f64 = 0.2;
@@ -68,7 +53,7 @@ fn error(result: &Value) -> [f64; 2] {
 #[test]
 fn instruments_remove_the_bias_of_noise() {
     let folder = Folder::new("identify-instruments");
-    folder.write("arm.toml", MODEL);
+    folder.write("arm.toml", &axis(0.03));
     let mut all = Vec::new();
     for seed in 1..=5 {
         folder.write("log.csv", &log(seed));
@@ -96,7 +81,7 @@ fn instruments_remove_the_bias_of_noise() {
 #[test]
 fn instruments_need_a_commanded_motion() {
     let folder = Folder::new("identify-without-instruments");
-    folder.write("arm.toml", MODEL);
+    folder.write("arm.toml", &axis(0.03));
     folder.write("log.csv", &log(1).replace("axis.reference [rad]", "command"));
     folder.write(
         "options.toml",

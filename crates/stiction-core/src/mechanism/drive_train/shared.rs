@@ -197,9 +197,7 @@ impl SharedMotors {
         let motors: Vec<Holding> = motors.collect::<Option<_>>()?;
         Some((-greatest(&motors, -low), greatest(&motors, high)))
     }
-}
 
-impl SharedMotors {
     /// Returns whether a gear has a negative efficiency while its motor is driven: a load along the motion then also holds
     /// the gear against a motor that pushes it.
     pub fn may_jam(&self, trains: &[DriveTrain]) -> bool {

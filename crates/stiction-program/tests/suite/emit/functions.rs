@@ -171,7 +171,7 @@ motion = "swing"
 load = "none"
 "#;
 
-/// Where rounding decides about accelerations, forward dynamics returns a code instead of a huge number.
+/// Forward dynamics returns a code, not a huge number, at positions at which rounding errors determine the accelerations.
 #[test]
 fn singular_mass_matrices_are_refused() {
     let Robot { solver, signal, .. } = Robot::of(&model("point-mass", POINT_MASS), None);
