@@ -28,7 +28,10 @@ impl Robot {
         let load = model.load(&default(&model.default_load)?).ok_or("no such load")?;
         let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
         let start: Vec<_> = motion.at(expected.times[0]).collect();
-        let mechanism = model.mechanism.clone();
+        let (first, last) = (expected.times[0], expected.times[expected.times.len() - 1]);
+        let (mechanism, load) = load
+            .attached(&model.mechanism, (first, last))
+            .map_err(|_| "the default load picks up or places a payload".to_owned())?;
         let mut solver = InverseDynamics::new(
             mechanism,
             &model.initial_poses,
