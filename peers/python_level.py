@@ -1,8 +1,9 @@
 """What a Python user gets: closed-loop inverse dynamics with all joint reactions through the engines' Python interfaces.
 
-The same ways as in the C++ harnesses, with numpy between the engines' calls. None of them has a call for many states at
-once, so a batch is a loop. Of Stiction it has what the program takes for each
-sample, everything written to files.
+The other engines are used as in the C++ harnesses, with numpy between the engines' calls. None of them has a call for
+many states at once, so a batch is a loop. Stiction's package has both: a call for one state and a call for many, beside
+which the same call from Rust runs in alternation. The program's own cost for each sample stands below, everything
+written to files.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 import pinocchio as pin  # noqa: E402
+
+import stiction  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "validation"))
@@ -43,6 +46,10 @@ ROUNDS = 40
 LIMIT = 1e-10
 #: times between samples of the two runs of the program whose difference is taken, s
 STEPS = {"3rps": (0.01, 0.0002)}
+#: neighbouring states in a batch of our package
+BATCH = 10_000
+#: friction of our calls, by the last part of their names
+FRICTION = {"frictionless": False, "friction": True}
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -247,6 +254,55 @@ class Drake(Peer):
         return drives
 
 
+class Package:
+    """Our Python package, and the same call from Rust in a process of its own."""
+
+    def __init__(self, model: str, ours: Path, folder: Path) -> None:
+        self.model = stiction.load(model)
+        run = self.model.inverse()
+        columns = [run.joint[name] for name in self.model.actuators]
+        self.samples = [np.column_stack([getattr(c, x) for c in columns]) for x in ("position", "rate", "acceleration")]
+        n = len(self.samples[0])
+        at = np.linspace(0, n - 1, BATCH)
+        self.batch = [np.column_stack([np.interp(at, range(n), x) for x in array.T]) for array in self.samples]
+        efforts = [self.call(self.batch, friction).efforts for friction in FRICTION.values()]
+        rows = folder / "rows.txt"
+        lines = [" ".join(map(repr, row)) for row in np.hstack([*self.batch, *efforts]).tolist()]
+        rows.write_text(f"rows {BATCH} {len(columns)}\n" + "\n".join(lines) + "\n", encoding="utf-8")
+        command = [str(ours), model, "--rows", str(rows)]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.from_rust: dict[str, float] = {}
+        while (line := self.process.stdout.readline().split()) and line[0] == "subject":
+            self.from_rust[line[1].removeprefix("rows_")] = float(line[2])
+
+    def call(self, states: list[Array], friction: bool) -> stiction.InverseDynamics:
+        """Efforts and all reactions, one thread."""
+        return self.model.inverse_dynamics(*states, friction=friction, reactions=True).check()
+
+    def difference(self, samples: list[Sample]) -> float:
+        """Largest relative difference of frictionless drives; infinite if Rust has other bits."""
+        wanted = np.array([sample.drives for sample in samples])
+        found = np.max(np.abs(self.call(self.samples, False).efforts - wanted)) / np.max(np.abs(wanted))
+        return max(float(found), *self.from_rust.values()) if self.from_rust.keys() == FRICTION.keys() else np.inf
+
+    def times(self) -> dict[str, float]:
+        """Of each state in each kind of call, s."""
+        taken = {}
+        for name, friction in FRICTION.items():
+            solve = self.model.inverse_dynamics
+            begun = time.perf_counter()
+            for q, v, a in zip(*self.samples):
+                solve(q, v, a, friction=friction, reactions=True)
+            taken[f"row_{name}"] = (time.perf_counter() - begun) / len(self.samples[0])
+            begun = time.perf_counter()
+            solve(*self.batch, friction=friction, reactions=True)
+            taken[f"batch_{name}"] = (time.perf_counter() - begun) / BATCH
+            self.process.stdin.write(f"rows_{name} {BATCH}\n")
+            self.process.stdin.flush()
+            taken[f"rust_{name}"] = float(self.process.stdout.readline()) * 1e-9
+        return taken
+
+
 def difference(peer: Peer, samples: list[Sample]) -> float:
     drives = np.array([peer.solve(*state) for state in peer.states])
     wanted = np.array([sample.drives for sample in samples])
@@ -269,6 +325,7 @@ def program_times(program: Path, model: str, friction: str, folder: str) -> tupl
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--stiction", type=Path, required=True, metavar="PATH", help="the program")
+    parser.add_argument("--ours", type=Path, required=True, metavar="PATH", help="our side of the comparison")
     parser.add_argument("--states", type=Path, required=True, metavar="DIR", help="what states.py has written")
     parser.add_argument("model", choices=STEPS, help="of the gallery")
     options = parser.parse_args()
@@ -281,12 +338,15 @@ def main() -> int:
         "pinocchio": Pinocchio(PinocchioTree(mjcf, mechanism), mechanism, samples),
         "drake": Drake(DrakeTree(mjcf, mechanism), mechanism, samples),
     }
+    package = Package(options.model, options.ours, folder)
     differences = {name: difference(peer, samples) for name, peer in peers.items()}
+    differences["stiction"] = package.difference(samples)
     for name, found in differences.items():
         if not found <= LIMIT:
             print(f"{name}: driving forces differ by {found:.1e}", file=sys.stderr)
             return 1
     times: dict[str, list[float]] = {name: [] for name in peers}
+    ours: dict[str, list[float]] = {}
     runs: dict[str, list[tuple[float, float]]] = {"off": [], "on": []}
     with tempfile.TemporaryDirectory() as temporary:
         for round_number in range(ROUNDS):
@@ -295,6 +355,8 @@ def main() -> int:
                 for state in peer.states:
                     peer.solve(*state)
                 times[name].append((time.perf_counter() - begun) / len(peer.states))
+            for name, taken in package.times().items():
+                ours.setdefault(name, []).append(taken)
             if round_number % 8 == 0:
                 for friction in runs:
                     runs[friction].append(program_times(options.stiction, options.model, friction, temporary))
@@ -309,6 +371,14 @@ def main() -> int:
         }
         for name in peers
     ]
+    calls = {
+        "row": "each state of a loop: inverse_dynamics with reactions, loops closed and checked",
+        "batch": f"each of {BATCH} neighbouring states in one such call, one thread",
+        "rust": f"the same {BATCH} states in the same call from Rust",
+    }
+    for name, taken in ours.items():
+        row = {"engine": "stiction", "task": name, "what": calls[name.split("_")[0]], "difference": differences["stiction"]}
+        rows.append({**row, "median_ns": float(np.median(taken)) * 1e9, "minimum_ns": min(taken) * 1e9})
     for friction, task in (("off", "frictionless"), ("on", "friction")):
         whole, each = np.array(runs[friction]).T
         for numbers, what in (
@@ -318,7 +388,15 @@ def main() -> int:
             kind = "sample" if numbers is each else "run"
             row = {"engine": "stiction", "task": f"{kind}_{task}", "what": what}
             rows.append({**row, "median_ns": float(np.median(numbers)) * 1e9, "minimum_ns": float(min(numbers)) * 1e9})
-    print(json.dumps(rows))
+    ratios = {
+        f"python_{name}_vs_rust": float(np.median(np.divide(ours[f"batch_{name}"], ours[f"rust_{name}"])))
+        for name in FRICTION
+    }
+    for name in FRICTION:
+        for peer in ("mujoco", "pinocchio"):
+            ratio = np.median(np.divide(ours[f"row_{name}"], times[peer]))
+            ratios[f"python_row_{name}_vs_{peer}_in_python"] = float(ratio)
+    print(json.dumps({"model": options.model, "rows": rows, "ratios": ratios}))
     return 0
 
 

@@ -45,14 +45,15 @@ pub(crate) fn test() -> Outcome {
         return Outcome::Failed;
     }
     let folder = built().join("package");
-    if let Err(why) = assemble(&folder) {
+    let program = env::current_exe().unwrap_or_default();
+    let libraries = program.parent().unwrap_or(Path::new(""));
+    if let Err(why) = assemble(&folder, libraries) {
         eprintln!("== Python package failed: {why}");
         return Outcome::Failed;
     }
     let mut run = Command::new(python);
     run.args(["-m", "pytest", "--quiet", "--config-file"]).arg(source().join("pyproject.toml"));
     run.arg(source().join("tests")).env("PYTHONPATH", &folder).env("PYTHONDONTWRITEBYTECODE", "1");
-    let program = env::current_exe().unwrap_or_default();
     run.env("STICTION", program.with_file_name(format!("stiction{}", env::consts::EXE_SUFFIX)));
     if succeeds(&mut run) { Outcome::Passed } else { Outcome::Failed }
 }
@@ -69,8 +70,8 @@ fn skipped(missing: &Missing) -> Outcome {
     Outcome::Skipped
 }
 
-/// Puts the package's Python files and the native module beside each other.
-fn assemble(folder: &Path) -> Result<(), String> {
+/// Puts the package's Python files and the native module from a folder of `target` beside each other.
+pub(crate) fn assemble(folder: &Path, libraries: &Path) -> Result<(), String> {
     let told = |what: &Path, error: std::io::Error| format!("{}: {error}", what.display());
     let package = folder.join("stiction");
     if package.exists() {
@@ -87,9 +88,7 @@ fn assemble(folder: &Path) -> Result<(), String> {
         }
     }
     let (prefix, suffix) = (env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
-    let library = env::current_exe()
-        .unwrap_or_default()
-        .with_file_name(format!("{prefix}stiction_native{suffix}"));
+    let library = libraries.join(format!("{prefix}stiction_native{suffix}"));
     let name = if cfg!(windows) { "_native.pyd" } else { "_native.abi3.so" };
     fs::copy(&library, package.join(name)).map_err(|error| told(&library, error))?;
     Ok(())

@@ -5,10 +5,12 @@ mod expected;
 mod kernels;
 mod programs;
 mod robot;
+mod rows;
 mod subject;
 
 use expected::Expected;
 use robot::Robot;
+use rows::Rows;
 use std::io::{self, BufRead, Write};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -16,15 +18,17 @@ use subject::Subject;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let (model, file) = match arguments.as_slice() {
-        [model] => (model, None),
-        [model, file] => (model, Some(file)),
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let outcome = match words.as_slice() {
+        [model] => run(model, None),
+        [model, "--rows", file] => run_rows(model, file),
+        [model, file] => run(model, Some(file)),
         _ => {
-            eprintln!("usage: stiction-peers MODEL [MODEL.ours.txt]");
+            eprintln!("usage: stiction-peers MODEL [MODEL.ours.txt | --rows FILE]");
             return ExitCode::from(2);
         }
     };
-    match run(model, file.map(String::as_str)) {
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(what) => {
             eprintln!("{what}");
@@ -43,6 +47,12 @@ fn run(model: &str, file: Option<&str>) -> Result<(), String> {
     let mut subjects = programs::subjects(&robot, &expected);
     subjects.extend(kernels::subjects(&robot, &expected));
     serve(&mut subjects).map_err(|error| error.to_string())?
+}
+
+/// Serves calls for all rows of a file.
+fn run_rows(model: &str, file: &str) -> Result<(), String> {
+    let rows = Rows::read(file)?;
+    serve(&mut rows::subjects(model, &rows)?).map_err(|error| error.to_string())?
 }
 
 /// Prints the available subjects, then answers each line `NAME COUNT` with the nanoseconds per

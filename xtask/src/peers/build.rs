@@ -3,6 +3,7 @@
 
 use super::Trouble;
 use super::machine::last_core;
+use crate::package::assemble;
 use crate::python::engines;
 use crate::{cargo, succeeds};
 use serde_json::Value;
@@ -15,7 +16,10 @@ use std::process::{Command, Stdio};
 pub(crate) struct Programs {
     /// The program `stiction`.
     pub(crate) program: PathBuf,
-    ours: PathBuf,
+    /// Our side of the comparison.
+    pub(crate) ours: PathBuf,
+    /// Folder that contains our Python package.
+    pub(crate) package: PathBuf,
     /// Folder of the harnesses, the files of states, and other results.
     pub(crate) place: PathBuf,
     /// Core on which all timed programs run; `None` if they cannot be pinned.
@@ -25,7 +29,8 @@ pub(crate) struct Programs {
 impl Programs {
     /// Builds the programs.
     pub(crate) fn build() -> Result<Self, Trouble> {
-        let packages = ["--package", "stiction-cli", "--package", "stiction-peers"];
+        let packages = ["stiction-cli", "stiction-peers", "stiction-python"];
+        let packages = packages.iter().flat_map(|name| ["--package", name]);
         if !succeeds(cargo(&["build", "--release"]).args(packages)) {
             return Err(Trouble::Failed("cargo cannot build our programs".into()));
         }
@@ -36,6 +41,7 @@ impl Programs {
         let programs = Self {
             program: built.join("release/stiction"),
             ours: built.join("release/stiction-peers"),
+            package: built.join("peers/python"),
             place: built.join("peers"),
             core: last_core(),
         };
@@ -46,6 +52,7 @@ impl Programs {
         }
         fs::create_dir_all(&programs.place)
             .map_err(|error| Trouble::Failed(format!("{}: {error}", programs.place.display())))?;
+        assemble(&programs.package, &built.join("release")).map_err(Trouble::Failed)?;
         Ok(programs)
     }
 

@@ -114,6 +114,7 @@ fn compare(options: &Options, tools: &Tools<'_>, products: &[Product]) -> Result
     let mut data = report::json(&results, &python, machine, versions, options.rounds);
     if let Some(ratios) = data["ratios"].as_object_mut() {
         ratios.extend(product::ratios(products));
+        ratios.extend(report::python_ratios(&python, &results));
     }
     data["commands"] = product::json(products);
     save(options, &data)?;
@@ -174,13 +175,15 @@ fn python_level(tools: &Tools<'_>, states: &Path) -> Result<Value, Trouble> {
     command
         .arg("--stiction")
         .arg(&tools.programs.program)
+        .arg("--ours")
+        .arg(&tools.programs.ours)
         .arg("--states")
         .arg(states)
-        .arg(MODELS[0]);
+        .arg(MODELS[0])
+        .env("PYTHONPATH", &tools.programs.package);
     let output = build::output(&mut command)?;
     serde_json::from_str(&output)
         .map_err(|error| Trouble::Failed(format!("python_level.py: {error}")))
-        .map(|rows: Value| json!({ "model": MODELS[0], "rows": rows }))
 }
 
 #[cfg(test)]

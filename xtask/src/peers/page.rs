@@ -68,6 +68,16 @@ fn tables(data: &Value) -> String {
         let (engine, task, what) = (word(&row["engine"]), word(&row["task"]), word(&row["what"]));
         let _ = writeln!(text, "| {engine} {task} | {median} | {minimum} | {what} |");
     }
+    let _ = write!(
+        text,
+        "\n| ratio of calls from Python | `{}` |\n| --- | --- |\n",
+        word(&python["model"])
+    );
+    for (name, ratio) in data["ratios"].as_object().into_iter().flatten() {
+        if name.starts_with("python_") {
+            let _ = writeln!(text, "| `{name}` | {:.2} |", ratio.as_f64().unwrap_or(f64::NAN));
+        }
+    }
     let (machine, versions) = (&data["machine"], &data["versions"]);
     let _ = write!(
         text,

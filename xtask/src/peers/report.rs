@@ -37,6 +37,23 @@ fn ratios(result: &ModelResult) -> Vec<(String, f64)> {
     ratios
 }
 
+/// Ratios of our Python package: those measured in Python, and a batch to the loop in C or C++ over each
+/// engine's inverse dynamics for the same model.
+pub(crate) fn python_ratios(python: &Value, results: &[ModelResult]) -> Map<String, Value> {
+    let mut ratios = python["ratios"].as_object().cloned().unwrap_or_default();
+    let result = results.iter().find(|result| python["model"] == result.model);
+    let theirs = result.into_iter().flat_map(|result| &result.timings);
+    for theirs in theirs.filter(|t| t.engine != OURS && t.subject == "inverse") {
+        for row in python["rows"].as_array().into_iter().flatten() {
+            let task = row["task"].as_str().filter(|task| task.starts_with("batch_"));
+            let (Some(task), Some(ours)) = (task, row["median_ns"].as_f64()) else { continue };
+            let name = format!("python_{task}_vs_{}_loop", theirs.engine);
+            ratios.insert(name, (ours / theirs.median()).into());
+        }
+    }
+    ratios
+}
+
 pub(crate) fn text(
     results: &[ModelResult],
     python: &Value,
@@ -70,6 +87,9 @@ pub(crate) fn text(
         let time = row["median_ns"].as_f64().unwrap_or(f64::NAN) / 1e3;
         let name = format!("{} {}", word("engine"), word("task"));
         let _ = writeln!(text, "  {name:<34} {time:>6.2} us  {}", word("what"));
+    }
+    for (name, ratio) in python_ratios(python, results) {
+        let _ = writeln!(text, "  {name:<44} {:>8.2}", ratio.as_f64().unwrap_or(f64::NAN));
     }
     let _ = writeln!(text, "\nmachine: {machine}\nversions: {versions}");
     text
