@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 use crate::topology::{GearedDofs, Topology};
 
 impl GearedDofs {
-    /// Sum of the coordinates with coefficients, less the required value, rad or m.
+    /// Error of the gearing: weighted sum of its coordinates less the required value, rad or m.
     pub(crate) fn error<T: Scalar>(&self, parameters: &Parameters<T>, coordinates: &[T]) -> T {
         let numbers = &parameters.gearings[self.gearing];
         let mut sum = -numbers.offset;
@@ -17,7 +17,8 @@ impl GearedDofs {
         sum
     }
 
-    /// Coefficient of a degree of freedom of the tree; zero if the gearing does not contain it.
+    /// Coefficient of a degree of freedom of the tree in the weighted sum; zero if the gearing does
+    /// not contain this degree of freedom.
     pub(crate) fn coefficient<T: Scalar>(&self, parameters: &Parameters<T>, tree_dof: usize) -> T {
         let numbers = &parameters.gearings[self.gearing];
         let own = self.dofs.iter().position(|&(known, _)| known == tree_dof);

@@ -161,7 +161,8 @@ impl<T: Scalar> Orientation<T> {
     }
 }
 
-/// Coefficients of powers of `a^2`: `sum of (-1)^n a^(2n) / (2n + k)!` and the like.
+/// Coefficients of powers of `a^2` in the series of `sin a / a` and similar functions: `(-1)^n /
+/// (2n + k)!`.
 const SINC: [f64; 9] = alternating(1, false);
 const B: [f64; 9] = alternating(2, false);
 const D: [f64; 9] = alternating(3, false);
@@ -196,8 +197,9 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Along r(t) = r0 + r1 t the rate matrix maps the angular velocity to r1, and its change
-        /// is its derivative; dual numbers give the angular velocity from the rotation itself.
+        /// Compares, along `r(t) = r0 + r1 t`, the rate matrix times the angular velocity with
+        /// `r1`, and the change of the matrix with its derivative; the angular velocity follows
+        /// from the rotation in dual numbers.
         #[test]
         fn rotation_vector_rates_are_exact(
             r0 in prop::array::uniform3(-1.7..1.7f64),
@@ -243,7 +245,8 @@ mod tests {
             }
         }
 
-        /// The orientation and its motion agree with the exponential series, also beyond a turn.
+        /// Compares the orientation and its motion with the exponential series, also beyond a full
+        /// turn.
         #[test]
         fn orientations_are_exact(
             r0 in prop::array::uniform3(-5.0..5.0f64),

@@ -54,7 +54,7 @@ pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
     }
 }
 
-/// Makes the columns orthonormal; returns the largest singular value that they had together, or
+/// Makes the columns orthonormal; returns the largest singular value of the given columns, or
 /// `None` if they are not finite.
 fn orthonormalise(vectors: &mut DMatrix<f64>) -> Option<f64> {
     let svd = Svd::new(vectors);

@@ -25,7 +25,8 @@ pub(crate) struct StaticLu {
     targets: Vec<Target>,
     /// Parts of the pivot rows to the right of the pivots.
     upper: Vec<Upper>,
-    /// Slots that change, for each target and each upper entry of its step.
+    /// Slots that elimination changes: for each target row of a step, one slot for each entry of
+    /// the pivot row to the right of the pivot.
     updates: Vec<u32>,
 }
 
@@ -265,7 +266,8 @@ mod tests {
             }
         }
 
-        /// Redundant rows are left out; their equations are satisfied without them.
+        /// Checks that redundant rows are omitted, and that their equations are satisfied
+        /// nevertheless.
         #[test]
         fn redundant_rows_are_found(numbers in prop::collection::vec(-1.0..1.0f64, 12)) {
             let base = DMatrix::from_row_slice(3, 3, &numbers[..9]) + DMatrix::identity(3, 3) * 3.0;
