@@ -2,7 +2,8 @@
 
 use super::{Body, DriveTrain, Joint, Mechanism};
 
-/// Parts of a mechanism whose values identification changes. Names, topology and geometry must stay.
+/// Parts of a mechanism that parameter identification may change. Names, topology and geometry must
+/// stay the same.
 #[doc(hidden)]
 #[derive(Debug)]
 pub struct Changeable<'a> {
