@@ -196,7 +196,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         sum.load(point)
     }
 
-    /// Combines and smooths the parts according to `combine` and `smoothing`.
+    /// Combines and smooths the parts of the normal load according to `combine` and `smoothing`.
     fn combined(
         &self,
         wrench: Wrench<T>,

@@ -1,4 +1,5 @@
-//! Forward pass: from the coordinates of the tree to the motion of all bodies.
+//! Forward kinematics: motion of all bodies from coordinates, rates and accelerations of the
+//! spanning tree.
 //!
 //! Equations (K1) and (K2) of the book's theory.
 

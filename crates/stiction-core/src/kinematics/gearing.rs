@@ -25,7 +25,8 @@ impl GearedDofs {
         own.map_or(T::zero(), |own| numbers.coefficients[own])
     }
 
-    /// All degrees of freedom of the gearing's nodes.
+    /// Degrees of freedom of the tree that belong to the joints of the gearing, including those
+    /// with the coefficient zero.
     pub(crate) fn tree_dofs<'a>(
         &'a self,
         topology: &'a Topology,
@@ -33,7 +34,7 @@ impl GearedDofs {
         self.nodes.iter().flat_map(|&node| topology.nodes[node].tree_dofs.clone())
     }
 
-    /// Degrees of freedom of the tree with their coefficients.
+    /// Degrees of freedom in the gearing's sum, as indices in the tree, with their coefficients.
     pub(crate) fn terms<'a, T: Scalar>(
         &'a self,
         parameters: &'a Parameters<T>,

@@ -108,7 +108,7 @@ impl<T: Scalar> RotationVector<T> {
     }
 }
 
-/// A polynomial in `x`, lowest power first.
+/// Evaluates a polynomial in `x`; the coefficients are in ascending powers.
 fn series<T: Scalar>(x: T, coefficients: &[f64]) -> T {
     let mut sum = T::zero();
     for &coefficient in coefficients.iter().rev() {
@@ -120,11 +120,11 @@ fn series<T: Scalar>(x: T, coefficients: &[f64]) -> T {
 /// Prescribed orientation `exp(r)` with its motion. Unlike the inverse map it has no limits: `r`
 /// may exceed half turns and whole turns.
 pub(super) struct Orientation<T> {
-    /// `exp(r)`.
+    /// Rotation matrix `exp(r)`.
     pub(super) rotation: Mat3<T>,
-    /// Angular velocity.
+    /// Angular velocity, rad/s.
     pub(super) rate: Vec3<T>,
-    /// Angular acceleration.
+    /// Angular acceleration, rad/s^2.
     pub(super) acceleration: Vec3<T>,
 }
 

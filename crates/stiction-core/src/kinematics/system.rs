@@ -124,7 +124,7 @@ impl<T: Scalar> Kinematics<T> {
         model.rates.pivots().map(|place| self.factors[place]).collect()
     }
 
-    /// Errors of all rows, in order.
+    /// Errors of all rows, in the order of the rows, m or rad.
     pub(super) fn errors(&self) -> &[T] {
         &self.errors
     }

@@ -40,7 +40,7 @@ pub struct Decomposition {
 /// Sparse factors of a matrix whose rank is beyond doubt.
 #[derive(Clone, Debug)]
 struct SparseRank {
-    /// `A P = Q R`.
+    /// Triangular factor `R` of `A P = Q R`.
     upper: SparseQr,
     /// If columns are dependent: `R^T`, and the factor of `R^T P' = Q' T`, which has the singular
     /// values of `A` that are not zero.

@@ -7,7 +7,7 @@ const STEPS: usize = 120;
 /// Number of steps before the first convergence check.
 const FIRST_LOOK: usize = 2;
 
-/// Buffers of the method.
+/// Buffers of the Lanczos method.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lanczos {
     /// Basis vectors of all steps, one after the other.

@@ -175,7 +175,8 @@ impl Active {
         best.map(|(_, _, row, column)| (row, column))
     }
 
-    /// Eliminates a column and closes the pivot's row and column; returns the pivot.
+    /// Eliminates a column with the given pivot and removes the pivot's row and column from the
+    /// remaining matrix; returns the pivot.
     fn eliminate(&mut self, row: usize, column: usize) -> f64 {
         let pivot_row = core::mem::take(&mut self.rows[row]);
         // Rows have entries in open columns only.

@@ -1,4 +1,4 @@
-//! Smallest singular value, in a fraction of the time of a decomposition.
+//! Smallest singular value, computed faster than by a complete decomposition.
 
 use super::Svd;
 use nalgebra::{DMatrix, DVector};

@@ -74,7 +74,7 @@ pub(crate) struct SparseQr {
 
 /// Dense rows over a few columns.
 struct Front {
-    /// Places of the columns, in ascending order.
+    /// Positions of the columns in the order of elimination, ascending.
     places: Vec<usize>,
     rows: usize,
     /// Entries, column by column.

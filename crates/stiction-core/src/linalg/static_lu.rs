@@ -1,4 +1,4 @@
-//! Gaussian elimination as a fixed program.
+//! Gaussian elimination as a fixed sequence of operations.
 //!
 //! Equation (M7) of the book's theory.
 
@@ -53,7 +53,7 @@ struct Upper {
 }
 
 impl StaticLu {
-    /// Compiles a plan to a program.
+    /// Compiles a plan to a fixed sequence of operations.
     pub(super) fn compile(plan: &Plan) -> Self {
         let mut program = Self {
             entries: plan.entries.len(),

@@ -1,4 +1,4 @@
-//! Mechanisms with other values of identified quantities.
+//! Mechanisms with changed inertia, friction or drive trains, for parameter identification.
 
 use super::{Body, DriveTrain, Joint, Mechanism};
 

@@ -73,7 +73,7 @@ pub struct RotorAxis {
 /// Load-dependent loss of a gear or screw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GearLoss {
-    /// Efficiencies.
+    /// Constant efficiencies, one for each direction of power.
     Efficiency {
         /// Output power over input power while the motor drives the joint; above zero, at most one.
         forward: f64,
@@ -106,7 +106,7 @@ pub struct MotorLimits {
 }
 
 impl GearLoss {
-    /// No loss.
+    /// Gear without loss.
     pub const NONE: Self = Self::Efficiency { forward: 1.0, backward: 1.0 };
 
     /// Creates the loss of a gear with this efficiency while the motor drives. The power loss at an
