@@ -93,7 +93,7 @@ pub(crate) fn follow(
     Err(Lock { part, interface: branch.fastest_growing() })
 }
 
-/// Index of the normal load with the largest growth ratio since `start`.
+/// Index of the normal load with the largest growth factor from `start` to `now`.
 pub(crate) fn fastest_growing(start: &[f64], now: &[f64]) -> usize {
     let size = start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let growth = |k: usize| now[k] / (start[k] + 1e-12 * size);

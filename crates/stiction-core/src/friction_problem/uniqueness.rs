@@ -47,7 +47,7 @@ pub(crate) struct RadiusWorkspace {
 /// Vector at which the computation of a bound starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BoundStart {
-    /// Vector of ones: the bound does not depend on earlier ones.
+    /// Vector of ones: the bound does not depend on earlier bounds.
     New,
     /// Eigenvector of the last bound.
     Last,

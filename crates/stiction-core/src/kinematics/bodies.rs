@@ -315,7 +315,7 @@ impl<T: Scalar> Bodies<T> {
         rates
     }
 
-    /// The rate of an actuator.
+    /// Rate of an actuated degree of freedom, rad/s or m/s.
     pub(crate) fn actuator_rate(&self, topology: &Topology, actuator: Actuator) -> T {
         self.joint_rates(topology, actuator.joint)[actuator.dof]
     }
@@ -338,7 +338,7 @@ impl<T: Scalar> Bodies<T> {
         surface
     }
 
-    /// The joint wrench of given efforts on the degrees of freedom of a friction interface.
+    /// Joint wrench due to given efforts on the degrees of freedom of a friction interface.
     pub(crate) fn wrench_of(
         &self,
         topology: &Topology,
@@ -353,7 +353,7 @@ impl<T: Scalar> Bodies<T> {
         sum
     }
 
-    /// The wrench of a unit effort on a joint's degree of freedom.
+    /// Wrench of a unit effort on a joint's degree of freedom.
     pub(crate) fn effort(&self, dof: &Dof, joint: usize) -> Wrench<T> {
         dof.effort(&self.frame_j[joint], &self.frame_k[joint])
     }

@@ -83,7 +83,7 @@ impl<'a> PositionEquations<'a> {
         Self { topology, parameters, constraints, targets, rows, columns }
     }
 
-    /// Multiplies the weight of each row by a factor; removes rows with the factor zero.
+    /// Multiplies the scale of each row by a factor; removes rows with the factor zero.
     pub(super) fn weighted(mut self, factor: impl Fn(usize) -> f64) -> Self {
         self.rows.iter_mut().for_each(|(row, scale)| *scale *= factor(*row));
         self.rows.retain(|(_, scale)| *scale != 0.0);

@@ -179,7 +179,7 @@ impl<T: Scalar> Open<'_, T> {
         }
     }
 
-    /// Computes a coordinate by a rule; `None` if the rule does not apply.
+    /// Computes a coordinate by the given rule; `None` if the rule does not apply.
     fn find(&self, Choice { rule, branch }: Choice) -> Option<T> {
         let branch = T::from_f64(branch);
         let count = self.elements.len();
@@ -341,8 +341,9 @@ fn elements_of(joint_type: JointType) -> Option<&'static [(usize, bool)]> {
 }
 
 impl Legs {
-    /// Selects the closed forms that reproduce the legs' coordinates at these positions of the
-    /// tree, which must close all loops. Legs without a closed form are omitted.
+    /// Finds the closed forms that reproduce the coordinates of the legs at the given positions
+    /// (each the coordinates of the tree), at which all loops must be closed. Legs without a closed
+    /// form are omitted.
     pub fn new(topology: &Topology, parameters: &Parameters<f64>, positions: &[Vec<f64>]) -> Self {
         let positions: Vec<Position<'_>> = positions
             .iter()

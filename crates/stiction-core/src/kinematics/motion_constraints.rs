@@ -110,7 +110,7 @@ impl MotionConstraints {
         &self.spins
     }
 
-    /// Structural nonzeros of the system, row by row.
+    /// Positions of the system's structural nonzeros, row by row.
     pub(super) fn entries(&self) -> &[Entry] {
         &self.entries
     }

@@ -27,9 +27,9 @@ impl Target<f64> {
 /// (2 a sin a)`.
 pub(crate) struct RotationVector<T> {
     pub(crate) value: Vec3<T>,
-    /// The coefficient `c`.
+    /// Coefficient `c` of the rate.
     coefficient: T,
-    /// The derivative `(dc/da) / a`.
+    /// Derivative of the coefficient divided by the length, `(dc/da) / a`.
     slope: T,
 }
 

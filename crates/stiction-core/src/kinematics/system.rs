@@ -361,7 +361,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Right-hand side of the last solution.
+    /// Right-hand side of the system as last set, one value for each row.
     pub(super) fn right_hand_side(&self) -> &[T] {
         &self.right
     }

@@ -14,9 +14,9 @@ use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
-/// Step size, angles in radians, lengths in characteristic lengths. After closing the loops, a
-/// motion blocked at second order retains the square root of the closure tolerance, a motion
-/// blocked at fourth order its fourth root, 6e-4.
+/// Size of a step: angles in radians, lengths in characteristic lengths. Closing the loops shortens
+/// a step along a blocked motion to the square root of the closure tolerance if the motion is
+/// blocked at second order, and to the fourth root, 6e-4, if it is blocked at fourth order.
 const STEP: f64 = 4e-3;
 /// Size of the step away from a possible intersection of branches. Near an intersection, the radius
 /// of curvature of a branch is about its distance from the intersection: over a [`STEP`], a branch
@@ -30,8 +30,8 @@ const CORRECTIONS: usize = 400;
 /// 0` and `x y = 0`, long steps lead straight to the origin, although y is free; short steps lead
 /// to the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
-/// Error below which the ratio is not checked. Blocked motions have then decreased to about 1e-3,
-/// far below free motions.
+/// Error below which the ratio [`GENTLY`] is not checked. Blocked motions have then decreased to
+/// about 1e-3, far below free motions.
 const NEAR: f64 = 1e-6;
 /// Threshold of the displacement that remains of a unit step after closing the loops. A remaining
 /// displacement above it is motion; below it are the curvature of a motion (about 0.04) and the
@@ -62,7 +62,7 @@ pub(crate) struct LoopsAt<'a> {
     /// Decomposition of the scaled derivatives of the errors with respect to the degrees of freedom
     /// of the tree.
     decomposition: Decomposition,
-    /// Number of independent equations.
+    /// Number of independent loop equations.
     pub(crate) rank: usize,
     negligible: f64,
     /// Basis of the motions that are open at first order, scaled.

@@ -6,7 +6,7 @@ use super::elimination_order::EliminationOrder;
 pub(crate) const BLOCK: usize = 6;
 /// Six components of a vector that belong to one block row.
 pub(crate) type Part = [f64; BLOCK];
-/// Block, row by row.
+/// Block of a matrix, row by row.
 pub(crate) type Block = [Part; BLOCK];
 
 const NOTHING: Block = [[0.0; BLOCK]; BLOCK];

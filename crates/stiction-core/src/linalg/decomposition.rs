@@ -262,7 +262,7 @@ impl SparseRank {
         (is_kept && CLEAR * made.upper.dropped() <= negligible).then_some(made)
     }
 
-    /// The triangular factor that has the nonzero singular values of the matrix.
+    /// The triangular factor whose singular values are the nonzero singular values of the matrix.
     fn core(&self) -> &SparseQr {
         self.square.as_ref().map_or(&self.upper, |(_, square)| square)
     }

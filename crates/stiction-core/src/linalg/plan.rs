@@ -1,4 +1,4 @@
-//! Choice of the pivots of a static elimination.
+//! Choice of the pivots of an elimination in a fixed order.
 
 use super::static_lu::StaticLu;
 use std::collections::{BTreeMap, BTreeSet};
@@ -90,7 +90,7 @@ impl Plan {
         Ok(Self { rows, columns, entries: entries.to_vec(), pivots, smallest_pivot })
     }
 
-    /// Compiles the plan to a static elimination.
+    /// Compiles the plan to an elimination in this fixed order.
     pub(crate) fn compile(&self) -> StaticLu {
         StaticLu::compile(self)
     }

@@ -16,7 +16,8 @@ use core::ops::Range;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticLu {
     entries: usize,
-    /// Index of each input entry among the factors; entries of unused rows have none.
+    /// Index among the factors at which each matrix entry is stored; `None` for entries of unused
+    /// rows.
     slots: Vec<Option<u32>>,
     values: usize,
     rows: usize,

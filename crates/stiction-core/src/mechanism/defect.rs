@@ -193,7 +193,7 @@ pub enum Defect {
         /// Description of the admissible range.
         range: &'static str,
     },
-    /// Friction that does not fit its interface, or contradicts itself.
+    /// Friction that does not fit its interface, or whose values contradict each other.
     #[error("joint `{joint}`: {problem}")]
     Friction {
         /// Name of the joint.
@@ -263,7 +263,7 @@ pub enum Defect {
         /// Name of the missing joint.
         joint: String,
     },
-    /// A spring or bushing that does not fit its joint or contradicts itself.
+    /// A spring or bushing that does not fit its joint, or whose values contradict each other.
     #[error("spring `{spring}`: {problem}")]
     Spring {
         /// Name of the spring or bushing.
@@ -287,7 +287,8 @@ pub enum Defect {
         /// Name of the missing body.
         body: String,
     },
-    /// A drive train that does not fit its joint, or contradicts itself or others.
+    /// A drive train that does not fit its joint, or whose values contradict each other or those of
+    /// other drive trains.
     #[error("actuator `{actuator}`: {problem}")]
     Actuator {
         /// Name of the drive train.

@@ -13,7 +13,7 @@ pub enum RangeOf {
     Tilt,
 }
 
-/// Range of a joint.
+/// Range of one quantity of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointRange {
     /// The bounded quantity.

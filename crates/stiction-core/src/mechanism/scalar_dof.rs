@@ -1,4 +1,4 @@
-//! Degrees of freedom with a scalar coordinate, by name; drive trains and gearings connect them.
+//! Degrees of freedom with a scalar coordinate; drive trains and gearings refer to them by name.
 
 use super::{Joint, JointId};
 use crate::joint::Motion;

@@ -69,7 +69,7 @@ pub enum Warning {
         /// `+x`, `-x`, `+y` or `+z`.
         axis: &'static str,
     },
-    /// Inertia without mass.
+    /// A body with inertia but without mass.
     #[error("body `{body}` has inertia but no mass")]
     InertiaWithoutMass {
         /// Name of the body.

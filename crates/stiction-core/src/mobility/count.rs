@@ -84,7 +84,7 @@ impl core::fmt::Display for FiniteMobility {
 /// Independent motions of a body at a position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyDofs {
-    /// The body's name.
+    /// Name of the body.
     pub body: String,
     /// Description of its independent motions.
     pub motions: Vec<String>,

@@ -48,7 +48,7 @@ pub struct Parameters<T> {
     pub rotors: Vec<RotorParameters<T>>,
     /// Rigid gearings.
     pub gearings: Vec<GearingParameters<T>>,
-    /// Characteristic length, m: makes moments comparable with forces.
+    /// Characteristic length, m, which makes moments comparable with forces.
     pub length: T,
     /// Compliance of each joint, relative to the most compliant joint; `None` if no joint declares a
     /// compliance.

@@ -44,7 +44,7 @@ pub struct JointSpringParameters<T> {
     pub joint: usize,
     /// Index of the degree of freedom in the joint.
     pub index: usize,
-    /// The degree of freedom.
+    /// The degree of freedom on which the spring acts.
     pub dof: Dof,
     /// Indices of the joint's predecessor and successor.
     pub ends: [usize; 2],

@@ -63,7 +63,7 @@ impl Distances {
 /// The reaction of a joint in a self-stress, predecessor on successor, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointLoad {
-    /// The joint.
+    /// Joint with this reaction.
     pub joint: JointId,
     /// Force, N.
     pub force: Vec3<f64>,

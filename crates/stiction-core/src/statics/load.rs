@@ -18,7 +18,7 @@ pub enum LoadAxes {
 /// A force and a moment on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AppliedLoad<T> {
-    /// The body.
+    /// Body on which the load acts.
     pub body: BodyId,
     /// Point of application of the force, in the body's frame, m.
     pub point: Vec3<T>,

@@ -31,7 +31,7 @@ const PASSES: usize = 10;
 /// Round-off of a Gram matrix and its decomposition, relative to the squared largest entry, with a
 /// margin.
 const ROUNDED: f64 = 1e-11;
-/// Relative corrections below this are round-off.
+/// Relative size of a correction below which the correction is round-off and refinement ends.
 const REFINED: f64 = 1e-14;
 /// Relative residual at which eigenvectors from refined solutions have converged.
 const REFINED_ACCURACY: f64 = 1e-12;
@@ -293,8 +293,8 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the actuation index at the placed position; `None` if the Gram matrix has lost too
-    /// many digits.
+    /// Computes the actuation index at the position of the last [`Self::place`]; `None` if
+    /// round-off of the Gram matrix makes the result too inaccurate.
     fn between_bodies(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
         self.smallest_between_bodies().filter(trusted).or_else(|| {
@@ -303,8 +303,8 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes the constraint index at the placed position; `None` if the Gram matrix has lost too
-    /// many digits.
+    /// Computes the constraint index at the position of the last [`Self::place`]; `None` if
+    /// round-off of the Gram matrix makes the result too inaccurate.
     fn between_joints(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
         self.smallest_between_joints().filter(trusted).or_else(|| {
@@ -342,7 +342,7 @@ impl SingularityDistances {
         found.or_else(|| self.smallest_between_joints_at(Some(Shift::NONE)))
     }
 
-    /// Largest entry of the scaled balance at the placed position.
+    /// Largest entry of the scaled balance matrix at the position of the last [`Self::place`].
     fn largest(&self) -> f64 {
         let mut largest = 0.0_f64;
         for (joint, on) in self.joints.iter().zip(&self.on) {
@@ -434,8 +434,8 @@ impl SingularityDistances {
         Some(square.sqrt())
     }
 
-    /// Computes the Gram matrix of constraints and actuators between bodies, at the placed
-    /// position.
+    /// Computes the Gram matrix of constraints and actuators between bodies, at the position of the
+    /// last [`Self::place`].
     fn multiply_between_bodies(&mut self) {
         let matrix = &mut self.by_bodies;
         matrix.clear();
@@ -452,8 +452,9 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the Gram matrix of the constraints between joints, at the placed position. Rows
-    /// without a constraint get the diagonal entry one, with `shift` added, and no coupling.
+    /// Computes the Gram matrix of the constraints between joints, at the position of the last
+    /// [`Self::place`]. Rows without a constraint get the diagonal entry one, with `shift` added,
+    /// and no coupling.
     fn multiply_between_joints(&mut self, shift: f64) {
         for ((joint, on), across) in self.joints.iter().zip(&self.on).zip(&mut self.across) {
             for (on, across) in on.iter().zip(across) {

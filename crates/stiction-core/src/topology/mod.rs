@@ -47,7 +47,8 @@ pub struct Topology {
     pub(crate) actuators: Vec<Actuator>,
     /// Actuators at cut joints, whose efforts are further columns of the balance.
     pub(crate) cut_actuators: Vec<usize>,
-    /// Rigid gearings. Their joints are in the tree, so that each is a sum of coordinates.
+    /// Rigid gearings. Their joints are in the tree, so each gearing is an equation between
+    /// coordinates of the tree.
     pub(crate) gearings: Vec<GearedDofs>,
 }
 
@@ -124,7 +125,7 @@ pub(crate) struct TreeDof {
     pub(crate) node: usize,
     /// Index among the degrees of freedom of its joint or, for a floating body, among its six.
     pub(crate) local: usize,
-    /// Actuator of this degree of freedom.
+    /// Index of the actuator of this degree of freedom; `None` if it is not actuated.
     pub(crate) actuator: Option<usize>,
 }
 
