@@ -47,7 +47,7 @@ pub(crate) struct BlockCholesky {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slot {
     Diagonal(usize),
-    /// Block below the diagonal; `transposed` tells whether it is stored transposed.
+    /// Block below the diagonal, stored as requested or, if `transposed`, transposed.
     Below {
         index: usize,
         transposed: bool,

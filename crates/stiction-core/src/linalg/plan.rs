@@ -101,8 +101,8 @@ struct Active {
     rows: Vec<BTreeMap<usize, f64>>,
     /// For each column, the rows that are not yet eliminated and have an entry in this column.
     columns: Vec<BTreeSet<usize>>,
-    /// Columns that are not yet eliminated, as pairs of their number of such rows and their index,
-    /// in ascending order. The order avoids a search of all columns for each pivot.
+    /// Columns that are not yet eliminated, as pairs (number of rows in `columns`, index) in
+    /// ascending order. The order avoids a search of all columns for each pivot.
     open: BTreeSet<(usize, usize)>,
 }
 
