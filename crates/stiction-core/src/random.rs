@@ -8,7 +8,7 @@ use nalgebra::DVector;
 pub struct Random(u64);
 
 impl Random {
-    /// Starts the sequence of a seed.
+    /// Creates the generator with a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }

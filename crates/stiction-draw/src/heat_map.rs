@@ -4,7 +4,7 @@ use crate::numbers::number;
 use crate::xml::escape;
 use std::fmt::Write;
 
-/// Map of a quantity on a grid of two others.
+/// Map of a quantity on a grid of two other quantities.
 #[derive(Clone, Debug)]
 pub struct HeatMap {
     /// Name and unit of the quantity.
@@ -13,15 +13,15 @@ pub struct HeatMap {
     pub x_label: String,
     /// Name and unit of the vertical axis.
     pub y_label: String,
-    /// Values of the columns, from left to right.
+    /// Values of the horizontal quantity at the columns, from left to right.
     pub x: Vec<f64>,
-    /// Values of the rows, from bottom to top.
+    /// Values of the vertical quantity at the rows, from bottom to top.
     pub y: Vec<f64>,
     /// Values of the cells, row by row; `None` for a cell without a value, which is hatched.
     pub values: Vec<Vec<Option<f64>>>,
 }
 
-/// Size of the area of the cells, px.
+/// Width and height of the area of the cells, px.
 const WIDTH: f64 = 560.0;
 const HEIGHT: f64 = 420.0;
 /// Margins around the area of the cells, px.
@@ -29,9 +29,9 @@ const LEFT: f64 = 92.0;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 62.0;
 const RIGHT: f64 = 132.0;
-/// Largest number of values named along an axis.
+/// Largest number of tick values along an axis.
 const MOST_NAMED: usize = 8;
-/// Largest number of cells in a row for which values are written in the cells.
+/// Largest number of cells in a row for which the values are written into the cells.
 const MOST_WRITTEN: usize = 8;
 /// Colour scale with uniformly increasing lightness, which readers with colour vision deficiencies can distinguish:
 /// dark blue, blue, green, yellow.
@@ -44,12 +44,13 @@ const SCALE: [[f64; 3]; 5] = [
 ];
 
 impl HeatMap {
-    /// The map as an SVG file, on a white background.
+    /// Draws the map as an SVG file, on a white background.
     pub fn svg(&self) -> String {
         self.render("none", "#000000", Some("#ffffff"))
     }
 
-    /// The map for a page, in the colours of its text; `index` must be different for each map of the page.
+    /// Draws the map for a page, in the colours of the page's text; `index` must be different for
+    /// each map of the page.
     pub fn inline(&self, index: usize) -> String {
         self.render(&format!("none-{index}"), "currentColor", None)
     }
@@ -80,7 +81,7 @@ impl HeatMap {
         out
     }
 
-    /// Least and greatest finite value.
+    /// Least and greatest finite value of all cells.
     fn range(&self) -> Option<(f64, f64)> {
         let values = self.values.iter().flatten().flatten().copied().filter(|v| v.is_finite());
         values.fold(None, |range, value| {
@@ -168,13 +169,13 @@ impl HeatMap {
     }
 }
 
-/// Indices of the values named along an axis.
+/// Indices of the columns or rows whose values are written along an axis.
 fn named(count: usize) -> impl Iterator<Item = usize> {
     let step = count.div_ceil(MOST_NAMED).max(1);
     (0..count).step_by(step)
 }
 
-/// Position of a value between the least (0) and the greatest (1), without overflow.
+/// Position of a value in a range: 0 at the least and 1 at the greatest value. Does not overflow.
 fn fraction(value: f64, (least, greatest): (f64, f64)) -> f64 {
     let part = (0.5 * value - 0.5 * least) / (0.5 * greatest - 0.5 * least);
     if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.5 }

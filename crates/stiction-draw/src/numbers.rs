@@ -14,7 +14,7 @@ pub fn number(x: f64) -> String {
     significant(x, 4)
 }
 
-/// Formats the order of magnitude of a number that should be zero.
+/// Formats a number that should be zero, such as a residual, by its order of magnitude.
 pub fn order(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
 }
@@ -56,7 +56,7 @@ pub fn exact(out: &mut String, x: f64) {
     }
 }
 
-/// Text for NaN and infinities; `None` for a finite number.
+/// Text for NaN (`none`) and infinities; `None` for a finite number.
 pub fn not_finite(x: f64) -> Option<&'static str> {
     match x {
         x if x.is_nan() => Some("none"),
@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(percent(Some(2e3)), "2.0e5 %");
     }
 
-    /// Agrees with the standard library.
+    /// Compares the result with that of the standard library.
     #[test]
     fn all_digits() {
         let mut random = stiction_core::random::Random::new(4);

@@ -18,7 +18,7 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// Tests if XML permits a character.
+/// Returns `true` if XML permits a character.
 pub(crate) fn is_of_xml(c: char) -> bool {
     match c {
         '\t' | '\n' | '\r' => true,

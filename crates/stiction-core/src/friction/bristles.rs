@@ -79,8 +79,9 @@ mod tests {
         }
     }
 
-    /// Compares Dahl's friction over displacement from rest with `mu (1 - exp(-stiffness x / mu))`
-    /// at any speed, integrated by the fourth-order Runge-Kutta method over lanes of dual numbers.
+    /// Compares Dahl's friction, at any speed and as a function of the displacement `x` from rest,
+    /// with `mu (1 - exp(-stiffness x / mu))`; integrates by the fourth-order Runge-Kutta method in
+    /// SIMD lanes of dual numbers.
     #[test]
     fn dahl_rises_exponentially_with_displacement() {
         type S = Dual<Lanes<f64, 2>, 1>;

@@ -47,7 +47,7 @@ const SLEEVE: usize = 2;
 /// Geometry of a friction interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InterfaceShape {
-    /// A pin that turns about an axis of J or K: degree of freedom `dof`, axis number `axis`.
+    /// Pin that turns about coordinate axis `axis` of frame J or K, fixed in the body `carrier`.
     Pin {
         /// Index of the rotation among the joint's degrees of freedom.
         dof: usize,

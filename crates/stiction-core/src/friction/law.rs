@@ -213,8 +213,8 @@ impl<T: Scalar> Exponent<T> {
     }
 }
 
-/// Interpolates a table linearly at `speed`. Lanes may lie in different rows, so the loop visits
-/// all rows.
+/// Interpolates a table linearly at `speed`. Each SIMD lane may need another row of the table, so
+/// the loop visits all rows.
 fn interpolated<T: Scalar>(rows: &[[T; 2]], speed: T) -> T {
     let mut value = rows.last().map_or(T::zero(), |row| row[1]);
     for (&[speed_0, value_0], &[speed_1, value_1]) in rows.iter().zip(rows.iter().skip(1)).rev() {
@@ -285,8 +285,8 @@ mod tests {
     }
 
     proptest! {
-        /// Checks that eight lanes give the same digits as eight numbers, dual numbers give the
-        /// derivative, and every law dissipates power.
+        /// Checks that eight SIMD lanes give the same digits as eight single numbers, dual numbers
+        /// give the derivative, and every law dissipates power.
         #[test]
         fn all_scalars_agree(speeds in prop::array::uniform8(0.0..0.5_f64)) {
             for law in laws() {

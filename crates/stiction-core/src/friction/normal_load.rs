@@ -81,8 +81,8 @@ pub enum Supports<T> {
 pub struct Load<T> {
     /// Normal load, N, nonnegative.
     pub value: T,
-    /// Gradient: `d value = gradient.power(d wrench)`. Parts of the load that vanish contribute
-    /// zero.
+    /// Gradient with respect to the wrench, as a twist: a small change `d` of the wrench changes
+    /// the load by `gradient.power(d)`. Parts of the load that are zero contribute nothing.
     pub gradient: Twist<T>,
 }
 
@@ -117,8 +117,9 @@ impl<T: Scalar> NormalLoadMap<T> {
         Some(apart.if_positive(apart - slide, slide - apart))
     }
 
-    /// Computes the load of a pin, a guide or the bore of a thread under `wrench` (about the reference point):
-    /// a surface around the line along the unit vector `axis`, between the origins of J and K.
+    /// Computes the normal load of a pin, a guide or the bore of a thread under `wrench` (about the
+    /// reference point). The surface lies around an axis with the unit vector `axis`; `j` and `k`
+    /// are the origins of the frames J and K.
     #[inline(always)]
     pub fn between(&self, wrench: Wrench<T>, j: Vec3<T>, k: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         let (middle, span) = match self.supports {
@@ -133,8 +134,9 @@ impl<T: Scalar> NormalLoadMap<T> {
         self.across(wrench, middle, axis, span)
     }
 
-    /// Computes the load of a pin or guide under `wrench` (about the reference point): a surface around the
-    /// line through `point` along the unit vector `axis`. `point` is the midpoint between the supports.
+    /// Computes the normal load of a pin or guide under `wrench` (about the reference point): a
+    /// surface around the line through `point` along the unit vector `axis`. `point` is the
+    /// midpoint between the supports.
     pub fn around_axis(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         self.across(wrench, point, axis, self.bending_span)
     }
@@ -194,7 +196,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         sum.load(point)
     }
 
-    /// Combines and smooths the parts according to `combine` and `smoothing`.
+    /// Combines and smooths the parts of the normal load according to `combine` and `smoothing`.
     fn combined(
         &self,
         wrench: Wrench<T>,
@@ -243,8 +245,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         sum.load(point)
     }
 
-    /// Computes the load of a plate with origin `point` and unit normal `normal` under `wrench` (about the
-    /// reference point).
+    /// Computes the normal load of a plate with origin `point` and unit normal `normal` under
+    /// `wrench` (about the reference point).
     pub fn on_plane(&self, wrench: Wrench<T>, point: Vec3<T>, normal: Vec3<T>) -> Load<T> {
         let factor = self.bending_span.map_or(T::zero(), |span| T::from_f64(2.0) / span);
         let pressing = normal * wrench.force.dot(normal);
@@ -259,7 +261,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         Sum { value: self.preload + value, by_force, by_moment }.load(point)
     }
 
-    /// Computes the load of a ball at `point` under `wrench` (about the reference point).
+    /// Computes the normal load of a ball at `point` under `wrench` (about the reference point).
     #[inline(always)]
     pub fn at_point(&self, wrench: Wrench<T>, point: Vec3<T>) -> Load<T> {
         let resultant = self.norm(wrench.force);
@@ -280,8 +282,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// Computes the square root, and the factor that converts the gradient of half the square to the
-    /// gradient of the root.
+    /// Computes the root of a sum of squares, smoothed if `smoothing` is set, and the factor that
+    /// converts the gradient of half the sum to the gradient of the root.
     fn root(&self, square: T) -> Part<T, T> {
         match self.smoothing {
             None => {
@@ -348,8 +350,8 @@ struct Sum<T> {
 }
 
 impl<T: Scalar> Sum<T> {
-    /// Converts a gradient with respect to the moment about `point` to one with respect to the
-    /// wrench about the reference point.
+    /// Converts the derivatives with respect to the force and the moment about `point` to the
+    /// gradient with respect to the wrench about the reference point.
     #[inline(always)]
     fn load(self, point: Vec3<T>) -> Load<T> {
         Load {
@@ -408,7 +410,7 @@ mod tests {
     }
 
     proptest! {
-        /// Compares the gradient with exact derivatives of the value, and lanes with single
+        /// Compares the gradient with exact derivatives of the value, and SIMD lanes with single
         /// numbers.
         #[test]
         fn gradient_is_the_derivative_of_the_value(

@@ -29,7 +29,8 @@ pub struct Thread<T> {
     pub pitch: T,
 }
 
-/// Friction of the interface itself, which in a thread carries a part of its own normal load.
+/// Friction force of one interface. In a thread, this force carries a part of the joint's axial
+/// force and so changes the normal force of the flanks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnFriction<T> {
     /// Friction force per newton of normal load.
@@ -63,8 +64,9 @@ impl<T: Scalar> Thread<T> {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()
     }
 
-    /// Computes the normal load under `wrench` (about the reference point): the normal force of the flanks
-    /// plus `other`, the load of the thread as a pin. Infinite if friction jams the thread.
+    /// Computes the normal load under `wrench` (about the reference point): the normal force of the
+    /// flanks plus `other`, the normal load of the thread's bore as a pin. Infinite if friction
+    /// jams the thread.
     pub fn load(
         &self,
         map: &NormalLoadMap<T>,

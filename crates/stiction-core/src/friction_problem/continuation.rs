@@ -12,7 +12,8 @@ pub(crate) struct Lock {
     pub(crate) interface: usize,
 }
 
-/// Coupling bound up to which the first step may extend because the solution is unique.
+/// Coupling bound, slightly below one, up to which the first step may extend because the solution
+/// is unique.
 const CERTAIN: f64 = 0.99;
 
 /// Step sizes of the continuation, as fractions of the given friction coefficients.
@@ -24,7 +25,8 @@ pub(crate) struct StepPolicy {
     pub(crate) growth: f64,
     /// Largest step, relative to the fraction reached.
     pub(crate) longest: f64,
-    /// Smallest step, relative to the fraction reached if that exceeds one.
+    /// Smallest step before the continuation stops; relative to the fraction reached if that
+    /// exceeds one.
     pub(crate) shortest: f64,
     /// Largest number of steps, failed ones included.
     pub(crate) most: usize,
@@ -91,7 +93,7 @@ pub(crate) fn follow(
     Err(Lock { part, interface: branch.fastest_growing() })
 }
 
-/// Index of the normal load with the largest growth ratio since `start`.
+/// Index of the normal load with the largest growth factor from `start` to `now`.
 pub(crate) fn fastest_growing(start: &[f64], now: &[f64]) -> usize {
     let size = start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let growth = |k: usize| now[k] / (start[k] + 1e-12 * size);

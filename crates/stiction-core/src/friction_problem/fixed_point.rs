@@ -1,8 +1,8 @@
 //! Fixed-point iteration on the normal loads, accelerated by Anderson's method.
 //!
-//! Each iteration computes the normal loads for given friction by one solution of the balance,
-//! without an influence matrix. The iteration converges to the solution on the branch of zero
-//! friction if its map contracts there; otherwise Newton's method is used.
+//! Each iteration computes the normal loads for given friction by one solution of the equations of
+//! motion, without an influence matrix. The iteration converges to the solution on the branch of
+//! zero friction if its map contracts there; otherwise Newton's method is used.
 
 use super::newton::largest;
 
@@ -12,8 +12,9 @@ const STEPS: usize = 16;
 /// counts as round-off once the changes stop decreasing.
 const SETTLED: f64 = 1e-14;
 const STAGNATED: f64 = 1e-12;
-/// Largest ratio of successive changes at which the map counts as a contraction. The determinant of the
-/// coupled system is then positive; the distance to 1 is a margin for directions not yet encountered.
+/// Largest ratio of successive changes at which the map counts as a contraction. The determinant of
+/// the coupled system is then positive; the distance to 1 is a margin for directions that the
+/// iteration has not explored.
 const CONTRACTS: f64 = 0.5;
 /// Number of earlier iterations that Anderson's method combines.
 const MEMORY: usize = 3;
@@ -23,8 +24,8 @@ const MEMORY: usize = 3;
 pub(crate) struct FixedPoint {
     mapped: Vec<f64>,
     residual: Vec<f64>,
-    /// `before`: iterate and residual of the previous iteration. `points`, `residuals`: their last
-    /// changes.
+    /// `before`: iterate and residual of the previous iteration. `points`, `residuals`: latest
+    /// changes of iterate and residual, one vector per iteration.
     before: (Vec<f64>, Vec<f64>),
     points: Vec<Vec<f64>>,
     residuals: Vec<Vec<f64>>,
@@ -89,8 +90,8 @@ fn difference(to: &mut Vec<f64>, a: &[f64], b: &[f64]) {
     to.extend(a.iter().zip(b).map(|(a, b)| a - b));
 }
 
-/// Computes the coefficients of the linear combination of vectors that is nearest to `right`; vectors
-/// that depend on others have the coefficient zero.
+/// Computes the coefficients of the linear combination of vectors that is nearest to `right`;
+/// linearly dependent vectors get the coefficient zero.
 fn least_squares(vectors: &[Vec<f64>], right: &[f64]) -> [f64; MEMORY] {
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let count = vectors.len();

@@ -107,7 +107,7 @@ impl InfluenceMatrix {
         Wrench { force, moment }
     }
 
-    /// Sums the six rows of an interface, each multiplied by its factor.
+    /// Computes the sum of the six rows of an interface, each multiplied by its factor, in `sums`.
     pub(super) fn combine(&self, interface: usize, factors: [f64; 6], sums: &mut [Four]) {
         let width = blocks_of(self.count);
         let rows = &self.blocks[6 * width * interface..6 * width * (interface + 1)];

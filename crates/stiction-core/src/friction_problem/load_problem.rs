@@ -37,7 +37,7 @@ pub(crate) struct LoadProblem {
     pub(super) influence: InfluenceMatrix,
 }
 
-/// Buffers of a solution; [`Self::loads`] are the result, N.
+/// Buffers of a solution, and its result: the normal loads [`Self::loads`], N.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LoadWorkspace {
     pub(crate) loads: Vec<f64>,
@@ -66,9 +66,9 @@ impl LoadProblem {
         self.influence.store(self.unknowns.len(), operator);
     }
 
-    /// Stores the influence, as [`Self::set_influence`] does, in blocks. `of` returns the wrenches
-    /// at the joint of the interface of an unknown, by index, for a block of four unknowns; zero
-    /// beyond the last.
+    /// Stores the influence like [`Self::set_influence`], four columns at a time: `of(row, block)`
+    /// returns the wrench at the joint of unknown `row` per unit of each of the four unknowns of
+    /// `block`; zero beyond the last unknown.
     pub(crate) fn set_influence_in_blocks(&mut self, of: impl Fn(usize, usize) -> Wrench<Four>) {
         self.influence.store_blocks(self.unknowns.len(), of);
     }
@@ -78,8 +78,8 @@ impl LoadProblem {
         self.unknowns.iter().map(|unknown| unknown.interface)
     }
 
-    /// Computes the normal loads without the friction that depends on them, N: the solution for
-    /// zero coefficients.
+    /// Computes the normal loads, N, without the friction that depends on them: the solution for
+    /// zero friction coefficients.
     pub(crate) fn uncoupled_loads(&self, at: Configuration<'_>, loads: &mut Vec<f64>) {
         loads.clear();
         loads.extend(self.unknowns.iter().map(|unknown| {
@@ -87,9 +87,9 @@ impl LoadProblem {
         }));
     }
 
-    /// Solves near the `known` loads, one for each interface of the mechanism, if a solution
-    /// connected with the frictionless solution exists there; otherwise solves by continuation with
-    /// the step sizes `steps`.
+    /// Solves by Newton's method from the `known` normal loads (N, one per interface of the
+    /// mechanism). If this finds no solution connected with the frictionless one, solves by
+    /// continuation with the step sizes `steps`.
     ///
     /// # Errors
     /// Returns the lock at which the continuation ends.
@@ -124,8 +124,8 @@ impl LoadProblem {
             .map_err(|lock| Lock { interface: self.unknowns[lock.interface].interface, ..lock })
     }
 
-    /// Solves by Newton's method from given loads, N, on any branch. Returns true if it finds a
-    /// solution.
+    /// Solves by Newton's method from the given normal loads, N, and accepts a solution on any
+    /// branch. Returns true if it finds a solution.
     pub(crate) fn solve_from(
         &self,
         at: Configuration<'_>,
@@ -152,7 +152,7 @@ impl LoadProblem {
     }
 
     /// Computes a bound on the coupling, see [`coupling_bound`](super::uniqueness::coupling_bound).
-    /// Any bound up to `accepted` is returned without refinement to the smallest one.
+    /// Returns any bound up to `accepted` at once, without iterating to the smallest bound.
     pub(crate) fn coupling_bound(
         &self,
         at: Configuration<'_>,

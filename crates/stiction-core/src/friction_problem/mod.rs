@@ -20,7 +20,7 @@
 //! | [`newton`] | Newton's method near a start |
 //! | [`continuation`] | solution connected with the frictionless solution, by increasing `s` from zero |
 //! | [`uniqueness`] | bound on the coupling below which the solution is unique |
-//! | [`complementarity`] | friction vectors with unknown modes of the interfaces |
+//! | [`complementarity`] | friction vectors with unknown stick-slip modes of the interfaces |
 //!
 //! The callers provide the equations of motion: the sparse balance of inverse dynamics, the dense Newton-Euler
 //! system, or the decomposed balance of forward dynamics.

@@ -12,9 +12,10 @@ const STEPS: usize = 30;
 /// remaining error is about the square of this change, and therefore round-off even if the system
 /// is close to singular.
 const SETTLED: f64 = 1e-9;
-/// Relative change below which it counts as round-off if it does not decrease further.
+/// Relative change below which the loads are accepted once the changes no longer decrease, because
+/// only round-off remains.
 const STAGNATED: f64 = 1e-10;
-/// Growth factor of the loads above which they count as unbounded.
+/// Multiple of the largest starting load above which normal loads count as unbounded.
 pub(crate) const UNBOUNDED: f64 = 1e9;
 
 /// Buffers of Newton's method.
@@ -47,10 +48,10 @@ impl Accepted {
 }
 
 impl LoadProblem {
-    /// Solves from `loads`, which become the solution, with the given fraction of the friction
-    /// coefficients. Returns `Some(true)` if the determinant is positive, as on the branch of the
-    /// frictionless solution and wherever the solution is unique, and `None` if no solution is found or a
-    /// load is too large.
+    /// Solves by Newton's method from `loads`, which receive the solution, with `part` times the
+    /// friction coefficients. Returns `Some(true)` if the determinant is positive, as on the branch
+    /// of the frictionless solution and wherever the solution is unique, and `None` if no solution
+    /// is found or a load is too large.
     pub(super) fn newton(
         &self,
         at: Configuration<'_>,

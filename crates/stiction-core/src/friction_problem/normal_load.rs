@@ -80,8 +80,8 @@ impl Configuration<'_> {
     }
 }
 
-/// Computes the normal load under the complete wrench of the joint by the given map: that of the
-/// interface, or its seminorm.
+/// Computes the normal load under the complete wrench of the joint; `map` is the load map of the
+/// interface or the seminorm of that map.
 pub(crate) fn normal_load<T: Scalar>(
     map: &NormalLoadMap<T>,
     interface: &InterfaceParameters<T>,

@@ -7,12 +7,12 @@ use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, solve_in_place};
 use crate::scalar::Scalar;
 
-/// Largest numbers of plain and of damped power iterations; any number yields a bound. Plain iterations
-/// converge faster, damped iterations converge for every matrix.
+/// Largest numbers of plain and of damped power iterations; every iterate yields a valid bound.
+/// Plain iterations converge faster, damped iterations converge for every matrix.
 const PLAIN: usize = 30;
 const DAMPED: usize = 60;
-/// Relative change of the ratio below which it counts as round-off, and number of such changes
-/// after which further iterations hardly lower the bound.
+/// Relative change of the bound from one iteration to the next that counts as round-off, and number
+/// of such changes in a row after which the iteration stops.
 const STILL: f64 = 1e-13;
 const REPEATED: usize = 3;
 
@@ -36,7 +36,7 @@ pub(crate) struct RadiusWorkspace {
     columns: Vec<Four>,
     x: Vec<Four>,
     next: Vec<Four>,
-    /// Eigenvector at the last convergence of the inverse iteration, as the next starting vector.
+    /// Eigenvector of the last converged inverse iteration; starting vector of the next.
     known: Vec<f64>,
     solution: Vec<f64>,
     shifted: Vec<Four>,
@@ -47,7 +47,7 @@ pub(crate) struct RadiusWorkspace {
 /// Vector at which the computation of a bound starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BoundStart {
-    /// Vector of ones: the bound does not depend on earlier ones.
+    /// Vector of ones: the bound does not depend on earlier bounds.
     New,
     /// Eigenvector of the last bound.
     Last,
@@ -97,7 +97,7 @@ pub(crate) fn coupling_bound(
     radius_bound(matrix, count, vectors)
 }
 
-/// Computes [`coupling_bound`] from a stored influence, four columns at a time.
+/// Computes [`coupling_bound`] from a stored influence matrix, four columns at a time.
 pub(crate) fn coupling_bound_in_blocks(
     at: Configuration<'_>,
     interfaces: impl Iterator<Item = (usize, f64)>,
@@ -170,8 +170,8 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
 
 /// Computes the bound by inverse iteration with the bound as the shift, starting from the
 /// eigenvector of the last matrix. The iteration keeps the vector positive and converges
-/// quadratically if every interface influences every other one (Noda 1971). `None` if the bounds
-/// from both sides do not meet.
+/// quadratically if every interface influences every other one (Noda 1971). `None` if lower and
+/// upper bound do not meet.
 fn bound_by_inverse_iteration(
     matrix: &[f64],
     count: usize,

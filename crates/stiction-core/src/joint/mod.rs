@@ -114,7 +114,7 @@ const fn dof(motion: Motion, axis: usize, carrier: Carrier, name: &'static str) 
     Dof { motion, axis, carrier, name }
 }
 
-/// Selects an item from the module of a joint type.
+/// Expands to an item, such as a constant or function, of the module that belongs to a joint type.
 macro_rules! of_type {
     ($joint_type:expr, $item:ident $($call:tt)*) => {
         match $joint_type {
@@ -168,7 +168,8 @@ impl JointType {
         of_type!(self, CONSTRAINTS)
     }
 
-    /// Number of coordinates; an orientation has four coordinates but three degrees of freedom.
+    /// Number of coordinates; an orientation has four coordinates (a unit quaternion) but three
+    /// degrees of freedom.
     #[inline]
     pub const fn coordinates(self) -> usize {
         of_type!(self, COORDINATES)
@@ -314,7 +315,8 @@ impl Constraint {
         }
     }
 
-    /// Returns `true` if the multiplier is a moment (N m), `false` if it is a force (N).
+    /// Returns `true` if the multiplier of the wrench is a moment (N m), `false` if it is a force
+    /// (N).
     pub const fn is_moment(&self) -> bool {
         matches!(self, Constraint::Moment(_) | Constraint::Normal)
     }
@@ -397,9 +399,9 @@ mod tests {
     }
 
     proptest! {
-        /// Checks that constraint wrenches do no work on the degrees of freedom, each effort does
-        /// work only on its own degree of freedom, and constraint wrenches and efforts together
-        /// span all wrenches.
+        /// Checks that constraint wrenches do no work on the degrees of freedom, that each effort
+        /// does work only on its own degree of freedom, and that constraint wrenches and efforts
+        /// together span all wrenches.
         #[test]
         fn dofs_and_constraints_are_reciprocal(numbers in numbers()) {
             for joint_type in JointType::ALL {

@@ -1,4 +1,5 @@
-//! Forward pass: from the coordinates of the tree to the motion of all bodies.
+//! Forward kinematics: motion of all bodies from coordinates, rates and accelerations of the
+//! spanning tree.
 //!
 //! Equations (K1) and (K2) of the book's theory.
 
@@ -10,7 +11,8 @@ use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
 use crate::topology::{Actuator, Link, Topology};
 
-/// Coordinates, rates and accelerations of the tree, which determine the motion of all bodies.
+/// Coordinates, rates and accelerations of the spanning tree, which determine the motion of all
+/// bodies.
 #[derive(Debug, PartialEq)]
 pub struct State<T> {
     /// Coordinates, rad and m; unit quaternions for orientations.
@@ -73,7 +75,8 @@ impl<T: Scalar> State<T> {
         Self { coordinates, rates: zeros.clone(), accelerations: zeros }
     }
 
-    /// Advances the coordinates by a small step in the rates.
+    /// Advances the coordinates by a small step: one displacement per degree of freedom of the
+    /// tree, rad or m.
     pub fn advance(&mut self, topology: &Topology, step: &[T]) {
         for node in &topology.nodes {
             let q = &mut self.coordinates[node.coordinates.clone()];
@@ -86,8 +89,8 @@ impl<T: Scalar> State<T> {
     }
 }
 
-/// Advances the coordinates of a floating body. Its rates are its twist about the reference point
-/// in world axes, linear part first.
+/// Advances the coordinates of a floating body by a small step: translation (m), then rotation
+/// (rad), about the reference point in world axes.
 fn advance_floating<T: Scalar>(q: &mut [T], step: &[T]) {
     let linear = Vec3::new(step[0], step[1], step[2]);
     let angular = Vec3::new(step[3], step[4], step[5]);
@@ -106,13 +109,15 @@ pub struct Bodies<T> {
     pub twist: Vec<Twist<T>>,
     /// Time derivative of the twist of each body.
     pub acceleration: Vec<Twist<T>>,
-    /// Bias acceleration of each body: its acceleration for zero accelerations of the tree.
+    /// Bias acceleration of each body: the acceleration for given rates if the accelerations of the
+    /// tree are zero.
     pub(crate) bias: Vec<Twist<T>>,
     /// Frame J of each joint.
     pub frame_j: Vec<Pose<T>>,
     /// Frame K of each joint.
     pub frame_k: Vec<Pose<T>>,
-    /// Unit twist of each degree of freedom of the tree, parent to child.
+    /// Unit twist of each degree of freedom of the tree: motion of the child relative to the
+    /// parent.
     pub(crate) screws: Vec<Twist<T>>,
     /// Coordinate of each spring on a joint, rad or m.
     pub(crate) spring_coordinates: Vec<T>,
@@ -133,7 +138,7 @@ impl<T: Clone> Clone for Bodies<T> {
         }
     }
 
-    /// Copies in place, reusing the buffers: simulations allocate nothing.
+    /// Copies in place, reusing the buffers, so that simulations do not allocate.
     fn clone_from(&mut self, other: &Self) {
         self.pose.clone_from(&other.pose);
         self.twist.clone_from(&other.twist);
@@ -282,7 +287,8 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Adds the effect of `amount` times these accelerations of the tree to the accelerations of all bodies.
+    /// Adds `amount` times the effect of the given accelerations of the tree to the accelerations
+    /// of all bodies.
     pub(crate) fn accelerate_more(&mut self, topology: &Topology, accelerations: &[T], amount: T) {
         // The bias is unchanged: accelerations add up along the tree.
         for node in &topology.nodes {
@@ -309,7 +315,7 @@ impl<T: Scalar> Bodies<T> {
         rates
     }
 
-    /// The rate of an actuator.
+    /// Rate of an actuated degree of freedom, rad/s or m/s.
     pub(crate) fn actuator_rate(&self, topology: &Topology, actuator: Actuator) -> T {
         self.joint_rates(topology, actuator.joint)[actuator.dof]
     }
@@ -332,7 +338,7 @@ impl<T: Scalar> Bodies<T> {
         surface
     }
 
-    /// The joint wrench of given efforts on the degrees of freedom of a friction interface.
+    /// Joint wrench due to given efforts on the degrees of freedom of a friction interface.
     pub(crate) fn wrench_of(
         &self,
         topology: &Topology,
@@ -347,7 +353,7 @@ impl<T: Scalar> Bodies<T> {
         sum
     }
 
-    /// The wrench of a unit effort on a joint's degree of freedom.
+    /// Wrench of a unit effort on a joint's degree of freedom.
     pub(crate) fn effort(&self, dof: &Dof, joint: usize) -> Wrench<T> {
         dof.effort(&self.frame_j[joint], &self.frame_k[joint])
     }
@@ -381,7 +387,7 @@ impl<T: Scalar> Bodies<T> {
         self.joint_bias_at(topology, parameters, joint, self.joint_rates(topology, joint))
     }
 
-    /// [`Self::joint_bias`] for known [`Self::joint_rates`].
+    /// Computes [`Self::joint_bias`] from known rates of the joint's degrees of freedom.
     fn joint_bias_at(
         &self,
         topology: &Topology,
@@ -407,7 +413,8 @@ fn parent_body(topology: &Topology, parent: Option<usize>) -> usize {
     parent.map_or(0, |node| topology.nodes[node].body)
 }
 
-/// Unit twists about the reference point: translations x y z, rotations x y z.
+/// Unit twist of degree of freedom `k` of a floating body: translation along x, y, z for 0 to 2,
+/// rotation about x, y, z through the reference point for 3 to 5.
 fn floating_screw<T: Scalar>(k: usize) -> Twist<T> {
     if k < 3 {
         Twist::translation(Vec3::unit(k))

@@ -1,8 +1,9 @@
 //! Checks prescribed rates and accelerations against the loop constraints.
 //!
-//! If rows outnumber degrees of freedom, the solution for rates omits dependent rows. Along a
-//! feasible motion the omitted rows hold automatically. At a single position they may be violated: the
-//! loops close at this position, but the prescribed rates would open them.
+//! If constraint equations outnumber degrees of freedom, the solution for rates omits dependent
+//! equations. Along a feasible motion the omitted equations hold automatically. At a single
+//! position they may be violated: the loops close at this position, but the prescribed rates would
+//! open them.
 
 use super::coordinate::Target;
 use super::model::KinematicModel;
@@ -11,19 +12,19 @@ use super::system::Kinematics;
 use super::{AssemblyError, State};
 use crate::parameters::Parameters;
 
-/// Relative tolerance of a row, as a fraction of the sum of the magnitudes of its terms. Interpolated
-/// recordings of redundant coordinates agree more closely.
+/// Relative tolerance of a constraint equation, as a fraction of the sum of the magnitudes of its
+/// terms. Interpolated recordings of redundant coordinates agree more closely.
 const RELATIVE: f64 = 1e-5;
 /// Absolute tolerance, 1/s and 1/s², with lengths in characteristic lengths: below the rates of any
 /// practical motion, and above the round-off of rates at a reversal.
 const ABSOLUTE: f64 = 1e-9;
 
-/// A violated row and its residual.
+/// A violated constraint equation: its row, and its residual (`by`).
 #[derive(Clone, Copy, Default)]
 struct Missed {
     row: usize,
     by: f64,
-    /// The dimensionless residual.
+    /// Residual with lengths in characteristic lengths.
     size: f64,
 }
 
@@ -71,7 +72,8 @@ impl Kinematics<f64> {
         self.most_missed(model, parameters, state, targets).is_some()
     }
 
-    /// Finds the row that the rates violate most or, if they violate none, the row that the accelerations violate most.
+    /// Finds the constraint equation that the rates violate most or, if the rates violate none, the
+    /// one that the accelerations violate most.
     fn most_missed(
         &mut self,
         model: &KinematicModel,
@@ -95,7 +97,8 @@ impl Kinematics<f64> {
         }
     }
 
-    /// Finds the row with the greatest residual beyond the tolerances.
+    /// Finds the constraint equation with the greatest residual beyond the tolerances; `found` are
+    /// rates or accelerations.
     fn missed(
         &self,
         motion_constraints: &MotionConstraints,

@@ -65,7 +65,7 @@ impl AngleOrder {
     /// Rotation about x, then about the new y, then about the new z.
     pub const XYZ: Self = Self([0, 1, 2]);
 
-    /// The order of a name like `xyz` or `zxz`.
+    /// Returns the order named by three letters, such as `xyz` or `zxz`; `None` for any other name.
     pub fn from_name(name: &str) -> Option<Self> {
         let axes: Option<Vec<usize>> =
             name.chars().map(|c| "xyz".chars().position(|axis| axis == c)).collect();

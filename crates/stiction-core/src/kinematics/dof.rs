@@ -10,16 +10,16 @@ use crate::spatial::{Twist, Vec3, describe_motion};
 use crate::topology::{Actuator, Link, Topology};
 use nalgebra::{DMatrix, DVector};
 
-/// Relative singular value below which it counts as zero. Matrices are scaled to entries of order
-/// one. If a motion is blocked at second order only, positions and singular values are accurate to
-/// the square root of round-off, 1e-8.
+/// Fraction of the largest singular value (or of one, if that is greater) below which a singular
+/// value counts as zero. If a motion is blocked at second order only, positions and singular values
+/// are accurate to the square root of round-off, 1e-8.
 pub(super) const OPEN: f64 = 1e-6;
 
 /// Undetermined motions at a position.
 pub(super) enum OpenMotion {
     /// Local degrees of freedom of single bodies only.
     Spins(Vec<Spin>),
-    /// Motions other than local degrees of freedom.
+    /// Undetermined motions of which some are not local degrees of freedom.
     Others(Vec<OpenTwist>),
 }
 
@@ -35,7 +35,8 @@ impl OpenTwist {
     }
 }
 
-/// Finds the open motions of the scaled system at the current position.
+/// Finds the motions that loops and prescribed coordinates leave undetermined at the current
+/// position, from the scaled Jacobian `scaled` of these constraints.
 pub(super) fn open_motions(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -81,7 +82,7 @@ pub(crate) fn body_twists(
     twists
 }
 
-/// The rate of an actuator for given twists of the bodies.
+/// Computes the rate of an actuator from the twists of all bodies.
 pub(crate) fn actuator_rate(
     topology: &Topology,
     bodies: &Bodies<f64>,
@@ -94,8 +95,8 @@ pub(crate) fn actuator_rate(
     (twists[successor] - twists[predecessor]).power(effort)
 }
 
-/// Finds the passive spins, if all open motions are combinations of rotations of single bodies about axes
-/// through their centres of mass that move no actuator.
+/// Finds the passive spins: rotations of single bodies about axes through their centres of mass
+/// that move no actuator. `None` if other motions are open as well.
 fn idle_spins(
     topology: &Topology,
     parameters: &Parameters<f64>,

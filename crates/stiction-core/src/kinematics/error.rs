@@ -186,9 +186,10 @@ fn amounts(length: f64, angle: f64, scale: f64, negligible: f64) -> String {
     [length, angle].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
-/// Negligible gap, in rad or characteristic lengths.
+/// Gap in rad or characteristic lengths below which an amount is not reported.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Fraction of the largest part of a gap below which another part is negligible.
+/// Fraction of the largest amount of a gap that replaces [`NEGLIGIBLE`] as the threshold if the
+/// whole gap is small.
 const PART: f64 = 1e-3;
 
 /// Motion left undetermined by the loops and the prescribed coordinates.

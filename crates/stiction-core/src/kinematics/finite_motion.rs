@@ -6,15 +6,17 @@ use super::bodies::{Bodies, State};
 use super::tracing::Loops;
 use nalgebra::DVector;
 
-/// Size of a step, rad and characteristic lengths, and the number of steps.
+/// Size of a step, in rad and characteristic lengths, and number of steps.
 const STRIDE: f64 = 0.05;
 const STRIDES: usize = 20;
-/// Number of corrections after each step, and a damping that ignores singular values below 1e-6.
+/// Number of corrections after each step, and their damping, which suppresses singular values below
+/// 1e-6.
 const CORRECTIONS: usize = 8;
 const DAMPING: f64 = 1e-12;
 /// Largest permitted scaled error of the loops along the motion, for dimensions given with six digits.
 const OPEN: f64 = 1e-6;
-/// Smallest fraction of a step that must remain after the corrections.
+/// Smallest component along the step, as a fraction of the step, that must remain after the
+/// corrections.
 const REMAINS: f64 = 0.5;
 
 /// A motion over a finite distance.
@@ -30,7 +32,8 @@ pub struct FiniteMotion {
     pub closure: f64,
 }
 
-/// The last state of a motion, and the largest error along it.
+/// The last state of a followed motion, its path length, and the largest error of the loops along
+/// it, both in rad and characteristic lengths.
 pub(super) struct Path {
     pub(super) state: State<f64>,
     pub(super) length: f64,
@@ -38,8 +41,9 @@ pub(super) struct Path {
 }
 
 impl Loops<'_> {
-    /// Follows a motion in an open direction as far as the loops stay closed to the accuracy of
-    /// dimensions with few digits, which make an overconstrained mechanism strictly rigid.
+    /// Follows a motion from `from` in `direction` (scaled) while the errors of the loops stay
+    /// within [`OPEN`]. Exact closure is not required, because dimensions with few digits make an
+    /// overconstrained mechanism strictly rigid.
     pub(super) fn follow(&mut self, from: &State<f64>, direction: &DVector<f64>) -> Path {
         let mut path = Path { state: from.clone(), length: 0.0, closure: 0.0 };
         let mut heading = direction.normalize();
@@ -60,7 +64,9 @@ impl Loops<'_> {
         path
     }
 
-    /// Takes a step with minimum-norm corrections to the least error; `None` if the result is not finite.
+    /// Takes a step, then reduces the errors of the loops as far as possible by minimum-norm
+    /// corrections. Returns the state, the total displacement and the largest error; `None` if a
+    /// correction cannot be computed.
     fn stride(
         &mut self,
         from: &State<f64>,

@@ -5,8 +5,8 @@ use crate::spatial::{Quaternion, Vec3};
 use crate::topology::{Link, Topology};
 
 impl State<f64> {
-    /// Advances the coordinates by a finite step: floating bodies move along the screw motion of the step, up
-    /// to fourth order. [`Self::advance`] suffices for corrections.
+    /// Advances the coordinates by a finite step. Floating bodies move along a screw motion, which
+    /// is accurate to fourth order in the step; for small corrections, [`Self::advance`] suffices.
     pub(crate) fn advance_far(&mut self, topology: &Topology, step: &[f64]) {
         self.advance(topology, step);
         for node in topology.nodes.iter().filter(|node| matches!(node.link, Link::Floating)) {

@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 use crate::topology::{GearedDofs, Topology};
 
 impl GearedDofs {
-    /// Sum of the coordinates with coefficients, less the required value, rad or m.
+    /// Error of the gearing: weighted sum of its coordinates less the required value, rad or m.
     pub(crate) fn error<T: Scalar>(&self, parameters: &Parameters<T>, coordinates: &[T]) -> T {
         let numbers = &parameters.gearings[self.gearing];
         let mut sum = -numbers.offset;
@@ -17,14 +17,16 @@ impl GearedDofs {
         sum
     }
 
-    /// Coefficient of a degree of freedom of the tree; zero if the gearing does not contain it.
+    /// Coefficient of a degree of freedom of the tree in the weighted sum; zero if the gearing does
+    /// not contain this degree of freedom.
     pub(crate) fn coefficient<T: Scalar>(&self, parameters: &Parameters<T>, tree_dof: usize) -> T {
         let numbers = &parameters.gearings[self.gearing];
         let own = self.dofs.iter().position(|&(known, _)| known == tree_dof);
         own.map_or(T::zero(), |own| numbers.coefficients[own])
     }
 
-    /// All degrees of freedom of the gearing's nodes.
+    /// Degrees of freedom of the tree that belong to the joints of the gearing, including those
+    /// with the coefficient zero.
     pub(crate) fn tree_dofs<'a>(
         &'a self,
         topology: &'a Topology,
@@ -32,7 +34,7 @@ impl GearedDofs {
         self.nodes.iter().flat_map(|&node| topology.nodes[node].tree_dofs.clone())
     }
 
-    /// Degrees of freedom of the tree with their coefficients.
+    /// Degrees of freedom in the gearing's sum, as indices in the tree, with their coefficients.
     pub(crate) fn terms<'a, T: Scalar>(
         &'a self,
         parameters: &'a Parameters<T>,

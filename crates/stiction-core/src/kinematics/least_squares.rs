@@ -26,8 +26,8 @@ const TIGHTEN: f64 = 5.0;
 /// assembly modes.
 const STRIDE: f64 = 0.25;
 
-/// Number of steps after which steps follow the curvature of the errors, and the largest ratio of
-/// the curvature correction to the step.
+/// Number of steps after which steps include a correction for the curvature of the errors, and the
+/// largest ratio of this correction to the step.
 const SLOW: usize = 20;
 const BEND: f64 = 0.375;
 /// Fraction of a step for the finite difference of its curvature.
@@ -35,23 +35,24 @@ const PROBE: f64 = 0.1;
 /// Maximum number of steps off stationary points that are not minima.
 const STEPS_OFF: usize = 3;
 
-/// Position equations of a mechanism, restricted to some rows and some degrees of freedom.
+/// Position equations of a mechanism, restricted to a selection of equations and of degrees of
+/// freedom.
 pub(super) struct PositionEquations<'a> {
     topology: &'a Topology,
     parameters: &'a Parameters<f64>,
     constraints: &'a MotionConstraints,
     targets: &'a [Target<f64>],
-    /// Indices of the rows, each with the factor that scales its error.
+    /// Indices of the selected equations, each with the factor that scales its error.
     rows: Vec<(usize, f64)>,
     /// Indices of the moving degrees of freedom of the tree, each with its scale factor.
     columns: Vec<(usize, f64)>,
 }
 
-/// Outcome of a search.
+/// Result of a search for a position with zero errors.
 pub(super) struct Descent {
     /// Largest remaining scaled error.
     pub(super) error: f64,
-    /// The sum of all steps, in rates of the tree.
+    /// Sum of all steps: displacement of each degree of freedom of the tree, rad or m.
     pub(super) moved: Vec<f64>,
     /// Norms of the first two steps, rad and characteristic lengths.
     first_steps: [f64; 2],
@@ -70,7 +71,7 @@ impl Descent {
 }
 
 impl<'a> PositionEquations<'a> {
-    /// Uses all rows and all degrees of freedom.
+    /// Creates the equations with all rows and all degrees of freedom.
     pub(super) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,
@@ -82,7 +83,7 @@ impl<'a> PositionEquations<'a> {
         Self { topology, parameters, constraints, targets, rows, columns }
     }
 
-    /// Multiplies the weight of each row by a factor; removes rows with the factor zero.
+    /// Multiplies the scale of each row by a factor; removes rows with the factor zero.
     pub(super) fn weighted(mut self, factor: impl Fn(usize) -> f64) -> Self {
         self.rows.iter_mut().for_each(|(row, scale)| *scale *= factor(*row));
         self.rows.retain(|(_, scale)| *scale != 0.0);
@@ -126,7 +127,7 @@ impl<'a> PositionEquations<'a> {
         SparseMatrix::new((self.rows.len(), self.columns.len()), own)
     }
 
-    /// Converts a scaled step to rates of the tree.
+    /// Converts a scaled step to displacements of the tree's degrees of freedom, rad or m.
     pub(super) fn unscaled(&self, step: &DVector<f64>) -> Vec<f64> {
         let mut rates = vec![0.0; self.topology.dofs()];
         for (x, (column, scale)) in step.iter().zip(&self.columns) {
@@ -249,7 +250,7 @@ impl<'a> PositionEquations<'a> {
 /// Number of columns from which sparse factors are faster than the dense normal matrix.
 const LARGE: usize = 60;
 
-/// Damped steps of equations with one pattern of their derivatives.
+/// Computes damped steps for matrices with the same pattern of nonzeros.
 #[derive(Default)]
 pub(super) struct DampedSteps {
     order: OnceCell<ColumnOrder>,
@@ -293,7 +294,8 @@ fn by_normal_matrix(
 }
 
 /// Damped step by the triangular factor of the rows `J` and `sqrt(d) 1` together, `R^T R = J^T J +
-/// d 1`, or of `J^T` and `sqrt(d) 1`. The cost is proportional to the size of chains and of rows of loops.
+/// d 1`, or of `J^T` and `sqrt(d) 1`. For chains of bodies and rows of loops, the cost grows
+/// linearly with their length.
 fn by_triangular_factor(
     jacobian: &SparseMatrix,
     errors: &DVector<f64>,

@@ -17,7 +17,8 @@ use crate::spatial::{Mat3, Pose, Vec3};
 use crate::topology::{Link, Topology};
 use core::ops::Range;
 
-/// Tolerance of a coordinate at the known positions, rad or characteristic lengths.
+/// Accepted difference between a computed coordinate and the known one, rad or characteristic
+/// lengths.
 const SAME: f64 = 1e-7;
 
 /// Legs of a mechanism with closed-form solutions.
@@ -26,7 +27,7 @@ pub struct Legs {
     legs: Vec<Leg>,
 }
 
-/// One coordinate: a rotation about or translation along an axis of its frame.
+/// One coordinate of a leg: a rotation about, or translation along, an axis of the element's frame.
 #[derive(Clone, Copy, Debug)]
 struct Element {
     axis: usize,
@@ -39,7 +40,7 @@ struct Element {
 
 #[derive(Clone, Debug)]
 struct Leg {
-    /// Elements from the root outwards.
+    /// Nodes of the leg's bodies, from the root outwards.
     nodes: Vec<usize>,
     elements: Vec<Element>,
     root: usize,
@@ -50,26 +51,26 @@ struct Leg {
     choices: Vec<Choice>,
 }
 
-/// Rule for one coordinate at either end of the interval of unknown coordinates.
+/// Rule that determines the first or the last of the coordinates of a leg that are still unknown.
 #[derive(Clone, Copy, Debug)]
 enum Rule {
-    /// Last coordinate: rotations about the common point of all axes before it preserve the
+    /// The last coordinate: rotations about the common point of all axes before it preserve the
     /// distance from that point.
     LastByDistance,
-    /// First coordinate: the common point of all axes after it has a constant distance from the
+    /// The first coordinate: the common point of all axes after it has a constant distance from the
     /// end.
     FirstByDistance,
-    /// Last coordinate: a rotation about the single axis before it preserves the height along that
-    /// axis.
+    /// The last coordinate: a rotation about the single axis before it preserves the height along
+    /// that axis.
     LastByHeight,
-    /// The only unknown coordinate.
+    /// The only coordinate that is still unknown.
     Alone,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Choice {
     rule: Rule,
-    /// Sign of the root.
+    /// Sign of the root: 1 or -1 selects one of the two solutions.
     branch: f64,
 }
 
@@ -88,7 +89,8 @@ impl Element {
         Vec3::unit(self.axis)
     }
 
-    /// Displacement of all elements beyond this element.
+    /// Displacement of the next element's frame at the given coordinate, relative to this element's
+    /// frame.
     fn pose<T: Scalar>(&self, coordinate: T) -> Pose<T> {
         let q = coordinate * T::from_f64(self.sign);
         if self.slides {
@@ -98,7 +100,7 @@ impl Element {
         }
     }
 
-    /// Coordinate from the displacement, or from multiples of the cosine and sine of the angle.
+    /// Coordinate that belongs to a displacement along the axis, m.
     fn slide<T: Scalar>(&self, displacement: T) -> T {
         displacement * T::from_f64(self.sign)
     }
@@ -136,15 +138,16 @@ impl Element {
     }
 }
 
-/// Intersection of two axes, or the point of the first axis (through the origin) nearest to the
-/// second.
+/// Intersection of two axes or, if they are skew, the point of the first axis nearest to the
+/// second. The first axis passes through the origin, the second through the point `through`.
 fn meeting<T: Scalar>(axis: Vec3<T>, other: Vec3<T>, through: Vec3<T>) -> Vec3<T> {
     let cosine = axis.dot(other);
     let along = axis.dot(through) - cosine * other.dot(through);
     axis * (along / (T::one() - cosine * cosine))
 }
 
-/// Unknown part of a leg: `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point` is `target`.
+/// Part of a leg with unknown coordinates, which satisfy `fixed[0] e[0] fixed[1] e[1] ... fixed[n]
+/// point = target` with the displacements `e` of the elements.
 struct Open<'a, T> {
     elements: &'a [Element],
     fixed: &'a [Pose<T>],
@@ -159,7 +162,8 @@ impl<T: Scalar> Open<'_, T> {
         self.fixed[first + 1..=last].iter().fold(Pose::identity(), |sum, fixed| sum * *fixed)
     }
 
-    /// Common point of the axes of these revolute elements, in the frame of the first.
+    /// Common point of the axes of one or two revolute elements, in the frame of the first; `None`
+    /// for other elements.
     fn centre(&self, range: Range<usize>) -> Option<Vec3<T>> {
         if self.elements[range.clone()].iter().any(|element| element.slides) {
             return None;
@@ -175,7 +179,7 @@ impl<T: Scalar> Open<'_, T> {
         }
     }
 
-    /// Computes a coordinate by a rule; `None` if the rule does not apply.
+    /// Computes a coordinate by the given rule; `None` if the rule does not apply.
     fn find(&self, Choice { rule, branch }: Choice) -> Option<T> {
         let branch = T::from_f64(branch);
         let count = self.elements.len();
@@ -227,7 +231,8 @@ impl<T: Scalar> Open<'_, T> {
 }
 
 impl Leg {
-    /// Constant poses between the elements, from the root's frame to the last body's.
+    /// Constant poses between the elements, from the frame of the root body to that of the last
+    /// body.
     fn fixed<T: Scalar>(&self, topology: &Topology, parameters: &Parameters<T>) -> Vec<Pose<T>> {
         let mut fixed = Vec::with_capacity(self.elements.len() + 1);
         let mut pose = Pose::identity();
@@ -246,7 +251,8 @@ impl Leg {
         fixed
     }
 
-    /// Point of the cut joint, in the leg's last body and in its root.
+    /// Position of the point of the cut joint in the frame of the leg's last body and in that of
+    /// the root body, m.
     fn points<T: Scalar>(
         &self,
         parameters: &Parameters<T>,
@@ -258,7 +264,8 @@ impl Leg {
         [own, root.inverse().apply(end.apply(other))]
     }
 
-    /// Computes coordinates by these choices in turn; returns indices of the elements, and values.
+    /// Computes coordinates by the given choices in turn; returns each with the index of its
+    /// element.
     fn follow<T: Scalar>(
         &self,
         topology: &Topology,
@@ -306,7 +313,7 @@ impl Leg {
     }
 }
 
-/// A known position.
+/// Known coordinates of the tree and the resulting poses of the bodies.
 struct Position<'a> {
     topology: &'a Topology,
     parameters: &'a Parameters<f64>,
@@ -314,12 +321,14 @@ struct Position<'a> {
     coordinates: &'a [f64],
 }
 
-/// Returns `true` if the pose of a body is known independently of the legs' coordinates.
+/// Returns `true` for the ground and for floating bodies, whose poses do not depend on coordinates
+/// of legs.
 fn is_placed(topology: &Topology, body: usize) -> bool {
     topology.node_of_body[body].is_none_or(|node| topology.nodes[node].link == Link::Floating)
 }
 
-/// Motions of a joint's coordinates, in order from J to K: axis, and `true` for a translation.
+/// Elements of a joint's coordinates in order from J to K: axis (0, 1, 2 for x, y, z), and `true`
+/// for a translation. `None` for joint types without closed forms.
 fn elements_of(joint_type: JointType) -> Option<&'static [(usize, bool)]> {
     match joint_type {
         JointType::Fixed => Some(&[]),
@@ -332,8 +341,9 @@ fn elements_of(joint_type: JointType) -> Option<&'static [(usize, bool)]> {
 }
 
 impl Legs {
-    /// Selects the closed forms that reproduce the legs' coordinates at these positions of the
-    /// tree, which must close all loops. Legs without a closed form are omitted.
+    /// Finds the closed forms that reproduce the coordinates of the legs at the given positions
+    /// (each the coordinates of the tree), at which all loops must be closed. Legs without a closed
+    /// form are omitted.
     pub fn new(topology: &Topology, parameters: &Parameters<f64>, positions: &[Vec<f64>]) -> Self {
         let positions: Vec<Position<'_>> = positions
             .iter()
@@ -397,7 +407,7 @@ impl Legs {
     }
 }
 
-/// The chain between a cut joint and a placed body, if it is a leg.
+/// The chain between a cut joint and the ground or a floating body, if this chain is a leg.
 fn leg_of(topology: &Topology, cut: usize) -> Option<Leg> {
     // Joints that constrain a point to a plane or line do not fix it.
     let holds_a_point = matches!(

@@ -12,7 +12,8 @@ use crate::topology::{Link, Role, Topology};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured<T> {
     pub(super) value: T,
-    /// `rate = twist.power(covector)`, where the twist is the body's, or the joint's relative one.
+    /// Covector with `rate = twist.power(covector)`, where `twist` is that of the body or, for a
+    /// joint coordinate, that of the successor relative to the predecessor.
     pub(super) covector: Wrench<T>,
 }
 
@@ -25,7 +26,7 @@ pub(crate) enum Difference {
     Angle,
 }
 
-/// Nodes whose motion a coordinate measures, with signs.
+/// Nodes of the tree on which the coordinate depends, each with the sign of its contribution.
 pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f64)> {
     match coordinate {
         Coordinate::Position { body, .. }
@@ -44,8 +45,8 @@ pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f
     }
 }
 
-/// Kind of difference for a coordinate. Joint coordinates of the tree include full turns; coordinates
-/// measured from a pose are known modulo one turn.
+/// Kind of difference between two values of a coordinate. Joint coordinates of the tree include
+/// full turns; coordinates measured from a pose are known modulo one turn.
 pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
     match coordinate {
         Coordinate::Angle { .. } => Difference::Angle,
@@ -68,7 +69,7 @@ pub(super) fn tree_angle(topology: &Topology, coordinate: Coordinate) -> Option<
     turns.then(|| node.coordinates.start + dof)
 }
 
-/// `found - reference` in the sense of `difference`.
+/// Computes `found - reference`; an angle difference is wrapped to (-pi, pi].
 pub(crate) fn deviation<T: Scalar>(difference: Difference, found: T, reference: T) -> T {
     match difference {
         Difference::Plain => found - reference,
@@ -186,7 +187,7 @@ pub(super) fn bias<T: Scalar>(
     }
 }
 
-/// Axes of a body in the ground's frame.
+/// Rotation matrix of a body relative to the ground.
 pub(super) fn seen_from<T: Scalar>(ground: Pose<T>, body: Pose<T>) -> Mat3<T> {
     ground.rotation.transpose() * body.rotation
 }
@@ -221,7 +222,7 @@ pub(super) fn intrinsic_angles<T: Scalar>(r: Mat3<T>, order: AngleOrder) -> [T; 
     }
 }
 
-/// The rotation axes of the three angles, in the outer frame.
+/// The rotation axes of the three angles, in the frame relative to which the angles turn the body.
 fn axes_of<T: Scalar>(order: AngleOrder, angles: [T; 3]) -> [Vec3<T>; 3] {
     let [a, b, c] = order.axes();
     let first = Mat3::about_axis(a, angles[0].sin_cos());

@@ -1,4 +1,5 @@
-//! The kinematic part of a compiled model.
+//! Kinematic part of a compiled model: topology, motion constraints, and factorisation of the rate
+//! equations.
 
 use super::motion_constraints::MotionConstraints;
 use crate::linalg::StaticLu;

@@ -1,4 +1,5 @@
-//! Prescribed coordinates and locked spins as rows of the linear system of [`super::system`], and its sparsity.
+//! Motion constraints (loop closures, gearings, prescribed coordinates, locked passive spins) as
+//! rows of the linear system of [`super::system`], and the pattern of nonzeros of this system.
 
 use super::coordinate::Coordinate;
 use super::measure::{self, Difference};
@@ -21,7 +22,7 @@ pub struct MotionConstraints {
     pub(super) entries: Vec<Entry>,
 }
 
-/// A row of the system: the nodes whose motion it measures, with signs.
+/// A row of the system: the nodes whose degrees of freedom it contains, each with a sign.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) path: Vec<(usize, f64)>,
@@ -43,7 +44,8 @@ pub struct Spin {
 }
 
 impl MotionConstraints {
-    /// Prescribes `coordinates` and locks `spins`.
+    /// Creates the constraints of all loops and gearings, with `coordinates` prescribed and `spins`
+    /// locked.
     pub fn new(topology: &Topology, coordinates: &[Coordinate], spins: &[Spin]) -> Self {
         let mut rows = Vec::new();
         for cut in &topology.cuts {
@@ -103,12 +105,12 @@ impl MotionConstraints {
         self.coordinates.iter().map(|coordinate| measure::tree_angle(topology, *coordinate))
     }
 
-    /// Locked local degrees of freedom.
+    /// Locked passive spins.
     pub fn spins(&self) -> &[Spin] {
         &self.spins
     }
 
-    /// Structural nonzeros of the system, row by row.
+    /// Positions of the system's structural nonzeros, row by row.
     pub(super) fn entries(&self) -> &[Entry] {
         &self.entries
     }
@@ -123,8 +125,8 @@ impl MotionConstraints {
         self.rows.iter().map(|row| row.is_angle)
     }
 
-    /// Factors that make errors of angles and lengths comparable: lengths count in units of
-    /// `length`.
+    /// Factors that make errors of angles and lengths comparable: 1 for angles, `1 / length` for
+    /// lengths.
     pub(super) fn row_scales(&self, length: f64) -> Vec<f64> {
         self.rows.iter().map(|row| if row.is_angle { 1.0 } else { 1.0 / length }).collect()
     }

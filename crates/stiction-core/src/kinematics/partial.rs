@@ -15,21 +15,23 @@ use nalgebra::DVector;
 
 /// Tolerance of closed loops and given values (rad, or m divided by the characteristic length).
 pub(super) const MET: f64 = 1e-12;
-/// Error below which Newton's method with minimum-norm steps takes over.
+/// Scaled error below which Newton's method with minimum-norm steps follows the damped steps.
 const NEAR: f64 = 1e-3;
-/// Error at which Newton's method stops.
+/// Scaled error at which Newton's method stops.
 const ROUND_OFF: f64 = 1e-15;
 /// Error at which damped steps stop, relative to [`MET`].
 const FRACTION: f64 = 0.1;
-/// Longest step of Newton's method, rad and characteristic lengths. Errors below [`NEAR`] at a regular
-/// position need no longer one; near a singular position longer ones lead elsewhere.
+/// Longest step of Newton's method, rad and characteristic lengths. At a regular position, errors
+/// below [`NEAR`] need no longer step; near a singular position, a longer step leads to a distant
+/// solution.
 const LONGEST: f64 = 0.25;
-/// Maximum number of steps of either method.
+/// Maximum number of damped steps, and of Newton steps.
 const STEPS: usize = 500;
-/// Relative size of the independent component of a row below which the row depends on others.
+/// Relative size of the independent component of a row of the Jacobian below which the row counts
+/// as dependent on other rows.
 const DEPENDENT: f64 = 1e-10;
 
-/// A violated condition and its residual, m or rad.
+/// A violated condition and its residual (`by`), m or rad.
 pub(crate) struct Missed {
     pub(crate) what: What,
     pub(crate) by: f64,
@@ -65,8 +67,9 @@ fn targets(values: &[f64]) -> Vec<Target<f64>> {
     values.iter().map(|&value| Target { value, rate: 0.0, acceleration: 0.0 }).collect()
 }
 
-/// Computes a state near the model's reference configuration with closed loops and the given values of
-/// coordinates. All steps lie in the span of the rows, so unrelated coordinates do not move.
+/// Computes a state near the model's reference configuration that closes the loops and has the
+/// given values of coordinates. Newton steps have minimum norm, so unrelated coordinates do not
+/// move.
 pub(crate) fn assemble_partly(
     mechanism: &Mechanism,
     topology: &Topology,
@@ -113,8 +116,8 @@ pub(crate) fn assemble_partly(
     Err(Missed { what: what(topology, row), by: size(row) / scales[row], is_angle })
 }
 
-/// Closes the loops to round-off by Newton's method with minimum-norm steps as far as the errors decrease;
-/// returns the scaled errors.
+/// Closes the loops to round-off by Newton's method with minimum-norm steps, until the errors no
+/// longer decrease; returns the scaled errors.
 fn close(
     equations: &PositionEquations<'_>,
     kinematics: &mut Kinematics<f64>,
@@ -147,9 +150,10 @@ fn close(
     equations.errors(kinematics, state)
 }
 
-/// Linear equations for the rates of the tree: first loops, then coordinates with given rates.
+/// Linear equations for the rates of the tree: equations of the loops, followed by those of the
+/// coordinates with given rates.
 pub(crate) struct RateRows {
-    /// Scaled entries, row by row; rates of lengths in characteristic lengths.
+    /// Scaled matrix, row by row; rates of lengths are in characteristic lengths per second.
     pub(crate) matrix: Vec<f64>,
     pub(crate) rights: Vec<f64>,
     pub(crate) scales: Vec<f64>,

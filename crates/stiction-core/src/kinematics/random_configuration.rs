@@ -63,8 +63,8 @@ impl RandomConfiguration {
     }
 }
 
-/// Takes a step among the directions `open`: in the direction `heading` of the last step as far as
-/// it is open, otherwise in a new random direction.
+/// Takes a random step that keeps the loops closed. The direction is that of the last step
+/// (`heading`), projected on the permitted directions `open`, or random if the projection is short.
 fn stride(
     loops: &mut Loops<'_>,
     random: &mut Random,
@@ -96,7 +96,7 @@ fn stride(
 }
 
 impl Loops<'_> {
-    /// Decomposes the equations at a position.
+    /// Computes the rank and the null space of the scaled loop Jacobian at a position.
     pub(super) fn decompose(&mut self, state: &State<f64>, limit: Limit) -> Decomposition {
         self.errors(state);
         let jacobian = self.jacobian();

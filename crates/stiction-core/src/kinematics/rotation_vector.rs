@@ -27,9 +27,9 @@ impl Target<f64> {
 /// (2 a sin a)`.
 pub(crate) struct RotationVector<T> {
     pub(crate) value: Vec3<T>,
-    /// The coefficient `c`.
+    /// Coefficient `c` of the rate.
     coefficient: T,
-    /// The derivative `(dc/da) / a`.
+    /// Derivative of the coefficient divided by the length, `(dc/da) / a`.
     slope: T,
 }
 
@@ -108,7 +108,7 @@ impl<T: Scalar> RotationVector<T> {
     }
 }
 
-/// A polynomial in `x`, lowest power first.
+/// Evaluates a polynomial in `x`; the coefficients are in ascending powers.
 fn series<T: Scalar>(x: T, coefficients: &[f64]) -> T {
     let mut sum = T::zero();
     for &coefficient in coefficients.iter().rev() {
@@ -120,11 +120,11 @@ fn series<T: Scalar>(x: T, coefficients: &[f64]) -> T {
 /// Prescribed orientation `exp(r)` with its motion. Unlike the inverse map it has no limits: `r`
 /// may exceed half turns and whole turns.
 pub(super) struct Orientation<T> {
-    /// `exp(r)`.
+    /// Rotation matrix `exp(r)`.
     pub(super) rotation: Mat3<T>,
-    /// Angular velocity.
+    /// Angular velocity, rad/s.
     pub(super) rate: Vec3<T>,
-    /// Angular acceleration.
+    /// Angular acceleration, rad/s^2.
     pub(super) acceleration: Vec3<T>,
 }
 
@@ -161,7 +161,8 @@ impl<T: Scalar> Orientation<T> {
     }
 }
 
-/// Coefficients of powers of `a^2`: `sum of (-1)^n a^(2n) / (2n + k)!` and the like.
+/// Coefficients of powers of `a^2` in the series of `sin a / a` and similar functions: `(-1)^n /
+/// (2n + k)!`.
 const SINC: [f64; 9] = alternating(1, false);
 const B: [f64; 9] = alternating(2, false);
 const D: [f64; 9] = alternating(3, false);
@@ -196,8 +197,9 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Along r(t) = r0 + r1 t the rate matrix maps the angular velocity to r1, and its change
-        /// is its derivative; dual numbers give the angular velocity from the rotation itself.
+        /// Compares, along `r(t) = r0 + r1 t`, the rate matrix times the angular velocity with
+        /// `r1`, and the change of the matrix with its derivative; the angular velocity follows
+        /// from the rotation in dual numbers.
         #[test]
         fn rotation_vector_rates_are_exact(
             r0 in prop::array::uniform3(-1.7..1.7f64),
@@ -243,7 +245,8 @@ mod tests {
             }
         }
 
-        /// The orientation and its motion agree with the exponential series, also beyond a turn.
+        /// Compares the orientation and its motion with the exponential series, also beyond a full
+        /// turn.
         #[test]
         fn orientations_are_exact(
             r0 in prop::array::uniform3(-5.0..5.0f64),

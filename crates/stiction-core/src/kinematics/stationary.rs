@@ -10,21 +10,25 @@ use super::system::Kinematics;
 use crate::linalg::Svd;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Step of the central second differences, rad and characteristic lengths. Their round-off is about 1e-8.
+/// Step of the central second differences, rad and characteristic lengths; their round-off is about
+/// 1e-8.
 const DIFFERENCE: f64 = 1e-4;
 /// Curvature of the error sum, relative to the errors, that round-off of the differences may cause.
 const FLAT: f64 = 1e-6;
-/// Part of the errors that first derivatives can reduce, above which a position is not stationary.
+/// Fraction of the error norm that first-order steps can remove, above which a position does not
+/// count as stationary.
 const STATIONARY: f64 = 0.5;
-/// Second derivative along a unit step, in characteristic lengths, below which a step leaves the loops as open as
-/// they are.
+/// Second derivative of the errors along a unit step, in characteristic lengths, below which a step
+/// does not count, because it leaves the loops as open as before.
 const STRAIGHT: f64 = 1e-2;
-/// Degrees of freedom above which no such step is computed, because it needs a dense decomposition.
+/// Number of degrees of freedom above which steps off stationary points are not computed, because
+/// they need a dense decomposition.
 const LARGE: usize = 150;
 /// Largest number of directions with small derivatives, and largest step.
 const DIRECTIONS: usize = 8;
 const STRIDE: f64 = 0.25;
-/// Iterations of the eigenvalues of a symmetric matrix of at most [`DIRECTIONS`] rows.
+/// Largest number of iterations for the eigenvalues of a symmetric matrix of at most [`DIRECTIONS`]
+/// rows.
 const ITERATIONS: usize = 1000;
 
 impl PositionEquations<'_> {

@@ -1,8 +1,9 @@
 //! The linear system of velocities, accelerations and position corrections.
 //!
-//! Rows: the constraints of all cut joints, the gearings, the prescribed coordinates, the passive spins. Columns: the
-//! degrees of freedom of the tree. Each row is a covector on the motion of some bodies, so an entry is the
-//! power of a wrench on a unit twist. Rows of gearings contain their coefficients.
+//! Rows: the constraints of all cut joints, the gearings, the prescribed coordinates, the passive
+//! spins. Columns: the degrees of freedom of the tree. Each row is a wrench that acts on some
+//! bodies, and an entry is the power of this wrench on the unit twist of a degree of freedom. Rows
+//! of gearings contain the coefficients of the gearing.
 //!
 //! Equation (K4) of the book's theory.
 
@@ -18,7 +19,8 @@ use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::Topology;
 
-/// Orientation prescribed by three targets.
+/// Orientation prescribed by a rotation vector; `places` are the indices of its three components in
+/// `targets`.
 fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
     let [x, y, z] = places.map(|place| targets[place]);
     Orientation::of(
@@ -28,7 +30,8 @@ fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -
     )
 }
 
-/// Factors that make rates of translations and rotations comparable.
+/// Scale factors of the columns: `length` for translations and 1 for rotations, so that scaled
+/// rates are comparable.
 pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
     let translates = |tree_dof: &crate::topology::TreeDof| topology.tree_dof_translates(tree_dof);
     topology
@@ -38,7 +41,8 @@ pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Motion of all bodies at one instant, with the buffers to compute it.
+/// Motion of all bodies at one instant, with the buffers of the linear system that determines this
+/// motion.
 #[derive(Clone, Debug)]
 pub struct Kinematics<T> {
     /// Motion of all bodies.
@@ -49,13 +53,14 @@ pub struct Kinematics<T> {
     pub(super) entries: Vec<T>,
     factors: Vec<T>,
     right: Vec<T>,
-    /// Copy of the right-hand side before the solution, if there are derivatives.
+    /// Copy of the right-hand side before the solution; used only by scalar types with derivatives.
     right_before: Vec<T>,
     step: Vec<T>,
     closures: usize,
-    /// Sign of the determinant at the last position.
+    /// Sign of the determinant at the last factorisation by [`Self::differentiate`] or
+    /// [`Self::factor_here`].
     sign: T,
-    /// True if factors and sign are those of the present position.
+    /// True if `factors` and `sign` belong to the present position.
     is_factored: bool,
 }
 
@@ -103,7 +108,7 @@ impl<T: Scalar> Kinematics<T> {
         errors.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
     }
 
-    /// Errors of all rows: lengths in units of `length`, angles in rad.
+    /// Errors of all rows: lengths as multiples of `length`, angles in rad.
     pub fn scaled_errors<'a>(
         &'a self,
         constraints: &'a MotionConstraints,
@@ -119,12 +124,12 @@ impl<T: Scalar> Kinematics<T> {
         model.rates.pivots().map(|place| self.factors[place]).collect()
     }
 
-    /// Errors of all rows, in order.
+    /// Errors of all rows, in the order of the rows, m or rad.
     pub(super) fn errors(&self) -> &[T] {
         &self.errors
     }
 
-    /// Places the bodies and computes all errors.
+    /// Places the bodies and computes the errors of all rows.
     pub(super) fn place(
         &mut self,
         topology: &Topology,
@@ -184,7 +189,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Computes the system's entries; requires [`Self::place`].
+    /// Computes the entries of the system matrix; requires [`Self::place`].
     pub(super) fn linearise(
         &mut self,
         topology: &Topology,
@@ -239,7 +244,8 @@ impl<T: Scalar> Kinematics<T> {
         self.approach_again(model, state);
     }
 
-    /// Takes another step with the last factored matrix; requires [`Self::place`].
+    /// Takes another Newton step with the last factorisation of the matrix and the present errors;
+    /// requires [`Self::place`].
     pub(super) fn approach_again(&mut self, model: &KinematicModel, state: &mut State<T>) {
         for (right, error) in self.right.iter_mut().zip(&self.errors) {
             *right = -*error;
@@ -283,8 +289,8 @@ impl<T: Scalar> Kinematics<T> {
         self.bodies.accelerate(topology, &state.accelerations);
     }
 
-    /// Moves the bodies with known rates and accelerations at the position of the last [`Self::place`],
-    /// without the factors of the equations.
+    /// Computes twists and accelerations of the bodies from known rates and accelerations of the
+    /// tree, at the position of the last [`Self::place`], without solving equations.
     pub(super) fn move_with(&mut self, topology: &Topology, state: &State<T>) {
         self.is_factored = false;
         self.bodies.move_with(topology, &state.rates);
@@ -300,13 +306,14 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// True if the factors are those of a position at which the rates were computed.
+    /// True if the last factorisation belongs to the position at which rates were last computed.
     pub(super) fn is_factored(&self) -> bool {
         self.is_factored
     }
 
-    /// Solves for the right-hand side. Derivatives follow from the residual of the equations with
-    /// the solution held constant: equation (P7) of the book's theory.
+    /// Solves the system for the current right-hand side. For scalar types with derivatives, the
+    /// derivatives follow from the residual with the solution held constant: equation (P7) of the
+    /// book's theory.
     fn solve(
         &mut self,
         motion_constraints: &MotionConstraints,
@@ -330,7 +337,8 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Right-hand side for the tree's rates: the prescribed rates.
+    /// Sets the right-hand side for the rates of the tree: zero for loops, and the prescribed
+    /// rates.
     pub(super) fn right_of_rates(
         &mut self,
         motion_constraints: &MotionConstraints,
@@ -353,13 +361,13 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Right-hand side of the last solution.
+    /// Right-hand side of the system as last set, one value for each row.
     pub(super) fn right_hand_side(&self) -> &[T] {
         &self.right
     }
 
-    /// Right-hand side for the tree's accelerations: prescribed accelerations less the velocity
-    /// terms of the second derivatives.
+    /// Sets the right-hand side for the accelerations of the tree: prescribed accelerations less
+    /// the velocity terms of the second derivatives.
     pub(super) fn right_of_accelerations(
         &mut self,
         topology: &Topology,
@@ -405,7 +413,8 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Velocity terms of the second derivatives of the loop errors.
+    /// Velocity terms of the second derivatives of the loop errors, one for each equation of loops
+    /// and gearings.
     pub(super) fn closure_biases(
         &mut self,
         topology: &Topology,
@@ -416,22 +425,23 @@ impl<T: Scalar> Kinematics<T> {
         self.right[..self.closures].iter().map(|right| -*right).collect()
     }
 
-    /// Sign of the determinant of the system at the last [`Self::differentiate`], up to a constant of
-    /// its program.
+    /// Sign of the determinant of the system at the last factorisation, up to a constant factor 1
+    /// or -1 that depends on the elimination order.
     pub(crate) fn sign(&self) -> T {
         self.sign
     }
 
-    /// Sign of the determinant of the system at the current position, computed by any program compiled for
-    /// this system, up to a constant of that program; `None` if the program has other rows.
+    /// Sign of the determinant of the system at the current position, computed with the elimination
+    /// order of any program compiled for this system; `None` if the program has other numbers of
+    /// rows or columns.
     pub(crate) fn sign_by(&self, program: &StaticLu) -> Option<T> {
         let fits = program.rows() == self.errors.len() && program.columns() == self.step.len();
         let mut factors = vec![T::zero(); program.values()];
         fits.then(|| program.factor(&self.entries, &mut factors))
     }
 
-    /// The tree's rates for a unit rate of one prescribed coordinate and zero rates of all others;
-    /// requires [`Self::differentiate`].
+    /// Computes the tree's rates for a unit rate of one prescribed coordinate and zero rates of all
+    /// other prescribed coordinates; requires [`Self::differentiate`].
     pub(crate) fn response_to_coordinate(
         &mut self,
         model: &KinematicModel,
@@ -444,8 +454,8 @@ impl<T: Scalar> Kinematics<T> {
         self.solve(&model.constraints, &model.rates, rates);
     }
 
-    /// The tree's accelerations for a unit acceleration of one passive spin and zero accelerations
-    /// of all others; requires [`Self::differentiate`].
+    /// Computes the tree's accelerations for a unit acceleration of one passive spin and zero
+    /// accelerations of all other spins and coordinates; requires [`Self::differentiate`].
     pub(crate) fn response_to_spin(
         &mut self,
         model: &KinematicModel,

@@ -14,23 +14,24 @@ use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
-/// Step size, angles in radians, lengths in characteristic lengths. After closing the loops, a
-/// motion blocked at second order retains the square root of the closure tolerance, a motion
-/// blocked at fourth order its fourth root, 6e-4.
+/// Size of a step: angles in radians, lengths in characteristic lengths. Closing the loops shortens
+/// a step along a blocked motion to the square root of the closure tolerance if the motion is
+/// blocked at second order, and to the fourth root, 6e-4, if it is blocked at fourth order.
 const STEP: f64 = 4e-3;
-/// Size of the step away from a possible intersection of branches. Near an intersection branches curve
-/// like cones: over a [`STEP`], a branch deviates by about `STEP / AWAY` of the step.
+/// Size of the step away from a possible intersection of branches. Near an intersection, the radius
+/// of curvature of a branch is about its distance from the intersection: over a [`STEP`], a branch
+/// deviates by about `STEP / AWAY` of the step.
 const AWAY: f64 = 0.1;
 /// Closure tolerance of the loops.
 const CLOSED: f64 = 1e-13;
 /// Maximum number of corrections to close the loops.
 const CORRECTIONS: usize = 400;
 /// Minimum and maximum ratio of the errors after and before a correction. For the equations `x^2 =
-/// 0` and `x y = 0`, long steps lead straight to the origin, although y is free; short steps lead to
-/// the line `x = 0`.
+/// 0` and `x y = 0`, long steps lead straight to the origin, although y is free; short steps lead
+/// to the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
-/// Error below which the ratio is not checked. Blocked motions have then decreased to about 1e-3,
-/// far below free motions.
+/// Error below which the ratio [`GENTLY`] is not checked. Blocked motions have then decreased to
+/// about 1e-3, far below free motions.
 const NEAR: f64 = 1e-6;
 /// Threshold of the displacement that remains of a unit step after closing the loops. A remaining
 /// displacement above it is motion; below it are the curvature of a motion (about 0.04) and the
@@ -54,24 +55,25 @@ pub(super) struct Loops<'a> {
     pub(super) damped: DampedSteps,
 }
 
-/// Decomposed loop equations at a position.
+/// Loop equations at a position, with their singular value decomposition.
 pub(crate) struct LoopsAt<'a> {
     loops: Loops<'a>,
     state: &'a State<f64>,
     /// Decomposition of the scaled derivatives of the errors with respect to the degrees of freedom
     /// of the tree.
     decomposition: Decomposition,
-    /// Number of independent equations.
+    /// Number of independent loop equations.
     pub(crate) rank: usize,
     negligible: f64,
-    /// Motions that are open at first order, scaled.
+    /// Basis of the motions that are open at first order, scaled.
     open: Vec<DVector<f64>>,
     /// Displacement along the traced branch with the greatest mobility, scaled.
     traced: Option<DVector<f64>>,
 }
 
 impl<'a> LoopsAt<'a> {
-    /// Decomposes the equations at a state; `negligible` decides ranks.
+    /// Decomposes the loop equations at a state; singular values below `negligible`, relative to
+    /// the largest or to one, count as zero.
     pub(crate) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,
@@ -245,7 +247,7 @@ impl<'a> LoopsAt<'a> {
         each.collect()
     }
 
-    /// Computes a basis of the motions open at second order, scaled.
+    /// Computes a basis of the motions that are open at second order, scaled.
     fn open_to_second(&mut self) -> Vec<DVector<f64>> {
         let Self { loops, state, open, .. } = self;
         loops.errors(state);
@@ -291,9 +293,9 @@ impl<'a> LoopsAt<'a> {
     }
 }
 
-/// A motion open to first order and blocked at second order.
+/// A motion that is open at first order and blocked at second order.
 pub(crate) struct BlockedMotion {
-    /// Rates of the tree.
+    /// Rates of the tree in this motion.
     pub(crate) rates: Vec<f64>,
     /// Second derivatives of the loop errors along the motion, m and rad.
     pub(crate) biases: Vec<f64>,
@@ -306,15 +308,15 @@ struct Branch {
     /// Displacement from the initial position, scaled.
     displacement: DVector<f64>,
     reached: State<f64>,
-    /// Instantaneous motions at this position, scaled.
+    /// Basis of the instantaneous motions at this position, scaled.
     open: Vec<DVector<f64>>,
 }
 
-/// Motions open to first order, as rates of the tree.
+/// Motions that are open at first order, as rates of the tree.
 pub(crate) struct OpenMotions {
-    /// Basis of all motions open to first order.
+    /// Basis of all motions that are open at first order.
     pub(crate) all: Vec<Vec<f64>>,
-    /// Basis of the motions also open to second order.
+    /// Basis of the motions that are also open at second order.
     pub(crate) to_second: Vec<Vec<f64>>,
 }
 
@@ -358,8 +360,8 @@ impl<'a> Loops<'a> {
         self.kinematics.scaled_matrix(&self.motion_constraints, &self.rows, &self.columns)
     }
 
-    /// Scaled second derivatives of the errors along constant rates (scaled) of the tree, at the
-    /// last placement of the bodies.
+    /// Scaled second derivatives of the errors for constant rates of the tree (`rates`, scaled), at
+    /// the last placement of the bodies.
     fn second_derivatives(&mut self, rates: &DVector<f64>) -> DVector<f64> {
         let rates: Vec<f64> = rates.iter().zip(&self.columns).map(|(r, c)| r * c).collect();
         self.kinematics.bodies.move_with(self.topology, &rates);
@@ -374,8 +376,8 @@ impl<'a> Loops<'a> {
         )
     }
 
-    /// Takes steps in all open directions at a position, closes the loops, and counts the remaining
-    /// displacements.
+    /// Takes steps in random open directions at a position, closes the loops, and counts the
+    /// independent displacements that remain.
     fn motions_at(&mut self, branch: &Branch, random: &mut Random) -> usize {
         let Branch { reached, open, .. } = branch;
         let mut left = Vec::new();
@@ -398,8 +400,8 @@ impl<'a> Loops<'a> {
         counted.min(open.len())
     }
 
-    /// Takes a step (scaled rates) and closes the loops with minimum-norm corrections. Returns the
-    /// state and the total displacement; `None` if the loops remain open.
+    /// Takes a scaled step and closes the loops with minimum-norm corrections. Returns the state
+    /// and the total displacement (scaled); `None` if the loops remain open.
     pub(super) fn step(
         &mut self,
         from: &State<f64>,

@@ -4,9 +4,9 @@ use super::elimination_order::EliminationOrder;
 
 /// Number of rows and columns of a block.
 pub(crate) const BLOCK: usize = 6;
-/// Part of a vector that belongs to a block.
+/// Six components of a vector that belong to one block row.
 pub(crate) type Part = [f64; BLOCK];
-/// Block, row by row.
+/// Block of a matrix, row by row.
 pub(crate) type Block = [Part; BLOCK];
 
 const NOTHING: Block = [[0.0; BLOCK]; BLOCK];
@@ -28,25 +28,26 @@ pub(crate) struct BlockCholesky {
     place: Vec<usize>,
     /// Index of the first block below the diagonal at each step, followed by the total number.
     starts: Vec<usize>,
-    /// Row of each block below the diagonal, as a step.
+    /// Elimination step of the row of each block below the diagonal.
     rows: Vec<usize>,
-    /// Block that each pair of blocks of a step changes, step by step.
+    /// Index of the block below the diagonal that each pair of blocks of one elimination step
+    /// changes, for all steps one after the other.
     updates: Vec<usize>,
     diagonal: Vec<Block>,
     /// Blocks below the diagonal, transposed: all products are then sums of outer products, which
     /// compilers vectorise.
     below: Vec<Block>,
-    /// Copies of both from before the decomposition, see [`BlockCholesky::keep`].
+    /// Copies of `diagonal` and `below` before the decomposition, see [`BlockCholesky::keep`].
     kept_diagonal: Vec<Block>,
     kept_below: Vec<Block>,
     solution: Vec<Part>,
 }
 
-/// Storage of a block of the matrix.
+/// Place of a matrix block in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slot {
     Diagonal(usize),
-    /// Stored as requested, or transposed.
+    /// Block below the diagonal, stored as requested or, if `transposed`, transposed.
     Below {
         index: usize,
         transposed: bool,
@@ -141,12 +142,13 @@ impl BlockCholesky {
         self.below.copy_from_slice(&self.kept_below);
     }
 
-    /// Decomposes in place; `false` if the matrix is not positive definite.
+    /// Decomposes the matrix in place; returns `false` if it is not positive definite.
     pub(crate) fn factor(&mut self) -> bool {
         self.factor_above(0.0)
     }
 
-    /// Decomposes in place; stops and returns `false` at the first pivot that is not above `least`.
+    /// Decomposes the matrix in place; returns `false` at the first pivot that does not exceed
+    /// `least`.
     pub(crate) fn factor_above(&mut self, least: f64) -> bool {
         let mut next = 0;
         for step in 0..self.diagonal.len() {
@@ -183,7 +185,7 @@ impl BlockCholesky {
         self.solution = solution;
     }
 
-    /// Solves as [`Self::solve`], with the memory of `x`.
+    /// Solves like [`Self::solve`], with `x` as buffer.
     pub(crate) fn solve_with(&self, vector: &mut [Part], x: &mut Vec<Part>) {
         x.resize(self.diagonal.len(), [0.0; BLOCK]);
         for (part, place) in vector.iter().zip(&self.place) {
@@ -215,7 +217,7 @@ impl BlockCholesky {
     }
 }
 
-/// Inverse of the lower Cholesky factor; `None` if a pivot is not above `least`.
+/// Inverse of the lower Cholesky factor of a block; `None` if a pivot does not exceed `least`.
 fn inverse_factor(block: &Block, least: f64) -> Option<Block> {
     let (mut left, mut inverse) = (*block, UNIT);
     for j in 0..BLOCK {
@@ -251,7 +253,7 @@ pub(crate) fn dot(a: &Part, b: &Part) -> f64 {
     even + odd
 }
 
-/// Product of a lower triangular block and a block.
+/// Product of a lower triangular block and a full block.
 fn lower_product(lower: &Block, block: &Block) -> Block {
     let mut product = NOTHING;
     for (i, row) in product.iter_mut().enumerate() {
@@ -263,7 +265,7 @@ fn lower_product(lower: &Block, block: &Block) -> Block {
     product
 }
 
-/// `from -= transpose(a) * b`.
+/// Subtracts a product in place: `from -= transpose(a) * b`.
 fn subtract_product(from: &mut Block, a: &Block, b: &Block) {
     for (i, row) in from.iter_mut().enumerate() {
         for (a, b) in a.iter().zip(b) {
@@ -273,7 +275,7 @@ fn subtract_product(from: &mut Block, a: &Block, b: &Block) {
     }
 }
 
-/// Product of the transpose of a lower block and a vector.
+/// Product of the transpose of a lower triangular block and a vector.
 fn upper_times(lower: &Block, x: &Part) -> Part {
     let mut product = [0.0; BLOCK];
     for (row, amount) in lower.iter().zip(x) {

@@ -1,7 +1,7 @@
 //! Ranks, null spaces and extreme singular values of sparse matrices.
 //!
-//! Small matrices are decomposed densely. Large matrices are decomposed by sparse triangular factors if
-//! these decide the rank beyond doubt, otherwise densely as well.
+//! Small matrices are decomposed densely. Large matrices are decomposed by sparse triangular
+//! factors if these clearly decide the rank, otherwise densely as well.
 
 use super::blocks::{BLOCK, Part};
 use super::sparse::SparseMatrix;
@@ -10,14 +10,16 @@ use super::{Lanczos, Svd};
 use nalgebra::DVector;
 use std::sync::OnceLock;
 
-/// Number of columns from which sparse factors replace dense decompositions. Sparse factors are faster from
-/// about 60 columns on; but their solutions, by seminormal equations, are less accurate near locks.
+/// Number of columns from which sparse factors replace dense decompositions. Sparse factors are
+/// faster from about 60 columns on, but solutions by seminormal equations are less accurate for
+/// nearly singular matrices.
 pub(crate) const LARGE: usize = 260;
-/// Factor by which the smallest non-zero singular value must exceed the limit of the rank, and by
-/// which the limit must exceed the remainders that count as zero.
+/// Factor by which the smallest non-zero singular value must exceed the limit between zero and
+/// non-zero, and by which this limit must exceed the remainders that count as zero.
 const CLEAR: f64 = 10.0;
-/// Relative residuals of the largest and of the smallest singular value squared. The errors of the
-/// values are of the order of the squares of these.
+/// Relative residuals at which the iterations for the largest and the smallest squared singular
+/// value stop. The relative errors of the values are of the order of the squares of these
+/// residuals.
 const ACCURACY_OF_LARGEST: f64 = 1e-3;
 const ACCURACY_OF_SMALLEST: f64 = 1e-11;
 /// Components of null vectors below this value are round-off.
@@ -35,10 +37,10 @@ pub struct Decomposition {
     rank: usize,
 }
 
-/// Sparse factors of a matrix with a clear rank.
+/// Sparse factors of a matrix whose rank is beyond doubt.
 #[derive(Clone, Debug)]
 struct SparseRank {
-    /// `A P = Q R`.
+    /// Triangular factor `R` of `A P = Q R`.
     upper: SparseQr,
     /// If columns are dependent: `R^T`, and the factor of `R^T P' = Q' T`, which has the singular
     /// values of `A` that are not zero.
@@ -69,8 +71,8 @@ impl Limit {
 }
 
 impl Decomposition {
-    /// Decomposes a matrix; `groups` are indices for columns that have neighbours in common, such
-    /// as the unknowns of one joint.
+    /// Decomposes a matrix; `groups` gives a group index for each column. Columns of one group,
+    /// such as the unknowns of one joint, are eliminated together.
     pub(crate) fn new(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
         match matrix.ncols() < LARGE {
             true => Self::dense(matrix, limit),
@@ -106,7 +108,7 @@ impl Decomposition {
         &self.matrix
     }
 
-    /// Dense decomposition.
+    /// Dense singular value decomposition, computed at the first call.
     pub(crate) fn svd(&self) -> &Svd {
         self.dense.get_or_init(|| Svd::new(&self.matrix.to_dense()))
     }
@@ -221,7 +223,7 @@ pub(crate) fn to_dense(vector: &[(usize, f64)], length: usize) -> DVector<f64> {
 }
 
 impl SparseRank {
-    /// Factors a matrix; `None` if the rank is in doubt.
+    /// Factors a matrix; `None` if the factors leave its rank in doubt.
     fn new(matrix: &SparseMatrix, groups: &[usize], limit: Limit) -> Option<Self> {
         let columns = matrix.ncols();
         let square = |x: &[f64]| matrix.transposed_times(&matrix.times(x));
@@ -260,7 +262,7 @@ impl SparseRank {
         (is_kept && CLEAR * made.upper.dropped() <= negligible).then_some(made)
     }
 
-    /// The triangular factor that has the nonzero singular values of the matrix.
+    /// The triangular factor whose singular values are the nonzero singular values of the matrix.
     fn core(&self) -> &SparseQr {
         self.square.as_ref().map_or(&self.upper, |(_, square)| square)
     }
@@ -289,8 +291,8 @@ fn bound_of_largest(matrix: &SparseMatrix) -> f64 {
     (most(rows) * most(columns)).sqrt()
 }
 
-/// Computes the largest eigenvalue of a positive operator on vectors of length `length`, and its
-/// eigenvector; `None` if the iteration does not converge.
+/// Computes the largest eigenvalue of a symmetric positive semidefinite operator on vectors of
+/// length `length`, and its eigenvector; `None` if the iteration does not converge.
 fn greatest(
     length: usize,
     accuracy: f64,

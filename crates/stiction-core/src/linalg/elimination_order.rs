@@ -13,7 +13,7 @@ pub(crate) struct EliminationOrder {
 }
 
 impl EliminationOrder {
-    /// Orders `count` nodes with these pairs of neighbours, in any order and number.
+    /// Orders `count` nodes; `pairs` are neighbours, in any order and also repeated.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut neighbours = vec![BTreeSet::new(); count];
         for (a, b) in pairs.filter(|(a, b)| a != b) {

@@ -7,7 +7,7 @@ const STEPS: usize = 120;
 /// Number of steps before the first convergence check.
 const FIRST_LOOK: usize = 2;
 
-/// Buffers of the method.
+/// Buffers of the Lanczos method.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lanczos {
     /// Basis vectors of all steps, one after the other.
@@ -27,8 +27,9 @@ struct Room {
 }
 
 impl Lanczos {
-    /// Computes the eigenvector of the largest eigenvalue of a positive operator, which `apply` applies in
-    /// place; the iteration begins with `start`. Returns `None` if it does not converge.
+    /// Computes the eigenvector of the largest eigenvalue of a symmetric positive semidefinite
+    /// operator, which `apply` applies in place; the iteration begins with `start`. Returns `None`
+    /// if it does not converge.
     ///
     /// `accuracy` is the residual at convergence, relative to the eigenvalue. The relative error of the
     /// eigenvalue never exceeds `accuracy`, and is usually of the order of its square.
@@ -177,8 +178,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// The largest eigenvalue and its eigenvector are correct for close, double and distant
-    /// eigenvalues.
+    /// Checks the largest eigenvalue and its eigenvector for close, double and distant eigenvalues.
     #[test]
     fn the_greatest_of_known_eigenvalues() {
         let mut random = Random::new(5);

@@ -1,4 +1,4 @@
-//! Choice of the pivots of a static elimination.
+//! Choice of the pivots of an elimination in a fixed order.
 
 use super::static_lu::StaticLu;
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,7 +24,7 @@ pub(crate) struct Scales<'a> {
 
 #[cfg(test)]
 impl Scales<'_> {
-    /// All ones.
+    /// No scaling: all factors are one.
     pub(crate) const NONE: Self = Self { rows: &[], columns: &[] };
 }
 
@@ -53,7 +53,8 @@ const THRESHOLD: f64 = 0.25;
 /// Magnitude of scaled entries, relative to the largest entry of the matrix, below which they count
 /// as round-off.
 const NEGLIGIBLE: f64 = 1e-11;
-/// Number of the emptiest columns that compete for a pivot.
+/// Number of columns that compete for a pivot: those with the fewest rows that are not yet
+/// eliminated.
 const CANDIDATES: usize = 4;
 
 impl Plan {
@@ -89,7 +90,7 @@ impl Plan {
         Ok(Self { rows, columns, entries: entries.to_vec(), pivots, smallest_pivot })
     }
 
-    /// Compiles the plan to a static elimination.
+    /// Compiles the plan to an elimination in this fixed order.
     pub(crate) fn compile(&self) -> StaticLu {
         StaticLu::compile(self)
     }
@@ -98,10 +99,10 @@ impl Plan {
 /// Part of the matrix that is not yet eliminated.
 struct Active {
     rows: Vec<BTreeMap<usize, f64>>,
-    /// Open rows with an entry in each column.
+    /// For each column, the rows that are not yet eliminated and have an entry in this column.
     columns: Vec<BTreeSet<usize>>,
-    /// Open columns as pairs of their number of open rows and their index, emptiest first. The
-    /// order avoids a search of all columns for each pivot.
+    /// Columns that are not yet eliminated, as pairs (number of rows in `columns`, index) in
+    /// ascending order. The order avoids a search of all columns for each pivot.
     open: BTreeSet<(usize, usize)>,
 }
 
@@ -142,7 +143,8 @@ impl Active {
         columns
     }
 
-    /// Returns the best pivot among the emptiest columns that have one.
+    /// Returns the best pivot among the columns with the fewest rows; `None` if no column has a
+    /// pivot above `negligible`.
     fn choose(&self, negligible: f64) -> Option<(usize, usize)> {
         let mut best: Option<(usize, f64, usize, usize)> = None;
         let mut seen = 0;
@@ -173,7 +175,8 @@ impl Active {
         best.map(|(_, _, row, column)| (row, column))
     }
 
-    /// Eliminates a column and closes the pivot's row and column; returns the pivot.
+    /// Eliminates a column with the given pivot and removes the pivot's row and column from the
+    /// remaining matrix; returns the pivot.
     fn eliminate(&mut self, row: usize, column: usize) -> f64 {
         let pivot_row = core::mem::take(&mut self.rows[row]);
         // Rows have entries in open columns only.

@@ -4,7 +4,7 @@ use crate::scalar::Scalar;
 
 /// QR decomposition of the transpose with column pivoting: `J^T P = Q R` for the rows of `J`.
 ///
-/// Rows are ordered by their components beyond the span of the previous rows; rows without such a
+/// Rows are ordered by their components orthogonal to the previous rows; rows without such a
 /// component are dependent. Householder reflections, Businger and Golub 1965.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowSpace {
@@ -13,16 +13,16 @@ pub(crate) struct RowSpace {
     rank: usize,
     /// Rows in pivot order: `R` up to the diagonal position of each row, reflectors beyond it.
     work: Vec<f64>,
-    /// First entry of each reflector, and half its squared length.
+    /// First entry of each reflector, and half the reflector's squared length.
     heads: Vec<(f64, f64)>,
     /// Pivot order of the rows.
     order: Vec<usize>,
 }
 
 impl RowSpace {
-    /// Decomposes `matrix`, stored row by row, of `rows` and `columns`. A row is dependent if its
-    /// component beyond the span of the others is less than `negligible` times the largest norm of
-    /// a row, or than `negligible`.
+    /// Decomposes `matrix`, stored row by row, with `rows` rows and `columns` columns. A row is
+    /// dependent if its component orthogonal to the independent rows is at most `negligible`, or
+    /// `negligible` times the largest norm of a row if that norm exceeds one.
     pub(crate) fn decompose(
         &mut self,
         matrix: &[f64],
@@ -84,8 +84,8 @@ impl RowSpace {
         self.rank
     }
 
-    /// Component of the last independent row beyond the span of the others, relative to the norm of the
-    /// first row; one without rows.
+    /// Component of the last independent row orthogonal to the other rows, relative to the largest
+    /// norm of a row; one if there are no rows.
     pub(crate) fn least_part(&self) -> f64 {
         let diagonal = |k: usize| self.work[k * self.columns + k].abs();
         self.rank.checked_sub(1).map_or(1.0, |last| diagonal(last) / diagonal(0))
@@ -105,7 +105,7 @@ impl RowSpace {
         rest.iter_mut().zip(tail).for_each(|(x, t)| *x -= amount * T::from_f64(*t));
     }
 
-    /// Shortest vector whose products with the independent rows are `right`.
+    /// Shortest vector whose scalar products with the independent rows are their values in `right`.
     pub(crate) fn shortest(&self, right: &[f64]) -> Vec<f64> {
         let mut vector = Vec::new();
         self.shortest_into(right, &mut vector);
@@ -164,7 +164,7 @@ impl RowSpace {
         }
     }
 
-    /// Back substitution, in place in the first entries: `R x = right`.
+    /// Solves `R x = right` by back substitution; the first entries of `right` receive the result.
     fn back<T: Scalar>(&self, right: &mut [T]) {
         let n = self.columns;
         for k in (0..self.rank).rev() {
@@ -221,8 +221,8 @@ mod tests {
     }
 
     proptest! {
-        /// Five rows in seven dimensions, of which the last two are combinations of the first
-        /// three.
+        /// Checks that five rows in seven dimensions, of which the last two are combinations of the
+        /// first three, are found to be dependent.
         #[test]
         fn dependent_rows_are_reported(
             numbers in prop::collection::vec(-1.0..1.0_f64, 21),

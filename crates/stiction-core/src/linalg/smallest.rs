@@ -1,4 +1,4 @@
-//! Smallest singular value, in a fraction of the time of a decomposition.
+//! Smallest singular value, computed faster than by a complete decomposition.
 
 use super::Svd;
 use nalgebra::{DMatrix, DVector};
@@ -54,7 +54,7 @@ pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
     }
 }
 
-/// Makes the columns orthonormal; returns the largest singular value that they had together, or
+/// Makes the columns orthonormal; returns the largest singular value of the given columns, or
 /// `None` if they are not finite.
 fn orthonormalise(vectors: &mut DMatrix<f64>) -> Option<f64> {
     let svd = Svd::new(vectors);

@@ -130,7 +130,7 @@ impl SparseMatrix {
         product
     }
 
-    /// The same matrix, dense.
+    /// Returns the matrix in dense storage.
     pub fn to_dense(&self) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(self.rows, self.ncols());
         self.entries().for_each(|(row, column, value)| matrix[(row, column)] = value);

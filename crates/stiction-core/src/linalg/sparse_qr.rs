@@ -68,13 +68,13 @@ pub(crate) struct SparseQr {
     /// Columns and values of the entries, row by row.
     indices: Vec<usize>,
     values: Vec<f64>,
-    /// Frobenius norm of the remainders of the dependent columns.
+    /// Frobenius norm of the remainders of the dependent columns, which are set to zero.
     dropped: f64,
 }
 
 /// Dense rows over a few columns.
 struct Front {
-    /// Places of the columns, in ascending order.
+    /// Positions of the columns in the order of elimination, ascending.
     places: Vec<usize>,
     rows: usize,
     /// Entries, column by column.
@@ -82,7 +82,8 @@ struct Front {
 }
 
 impl SparseQr {
-    /// Factorises a matrix; remainders of columns with a norm of at most `negligible` vanish.
+    /// Factorises a matrix; a column whose remainder has a norm of at most `negligible` counts as
+    /// dependent.
     pub(crate) fn new(matrix: &SparseMatrix, order: &ColumnOrder, negligible: f64) -> Self {
         let steps = order.steps.last().map_or(0, |last| last + 1);
         let mut waiting: Vec<Vec<Front>> = (0..steps).map(|_| Vec::new()).collect();
@@ -217,8 +218,8 @@ impl SparseQr {
         y
     }
 
-    /// For each dependent column, the vector of the null space that contains it and independent
-    /// columns only, as columns and values; components below `negligible` are omitted.
+    /// Basis of the null space: for each dependent column, the vector that contains this column and
+    /// independent columns only, as columns and values. Components below `negligible` are omitted.
     pub(crate) fn null_vectors(&self, negligible: f64) -> Vec<Vec<(usize, f64)>> {
         let mut row_of = vec![usize::MAX; self.columns];
         self.pivots.iter().enumerate().for_each(|(row, pivot)| row_of[*pivot] = row);

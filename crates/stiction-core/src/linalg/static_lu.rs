@@ -1,4 +1,4 @@
-//! Gaussian elimination as a fixed program.
+//! Gaussian elimination as a fixed sequence of operations.
 //!
 //! Equation (M7) of the book's theory.
 
@@ -16,7 +16,8 @@ use core::ops::Range;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticLu {
     entries: usize,
-    /// Index of each input entry among the factors; entries of unused rows have none.
+    /// Index among the factors at which each matrix entry is stored; `None` for entries of unused
+    /// rows.
     slots: Vec<Option<u32>>,
     values: usize,
     rows: usize,
@@ -25,7 +26,8 @@ pub(crate) struct StaticLu {
     targets: Vec<Target>,
     /// Parts of the pivot rows to the right of the pivots.
     upper: Vec<Upper>,
-    /// Slots that change, for each target and each upper entry of its step.
+    /// Slots that elimination changes: for each target row of a step, one slot for each entry of
+    /// the pivot row to the right of the pivot.
     updates: Vec<u32>,
 }
 
@@ -52,7 +54,7 @@ struct Upper {
 }
 
 impl StaticLu {
-    /// Compiles a plan to a program.
+    /// Compiles a plan to a fixed sequence of operations.
     pub(super) fn compile(plan: &Plan) -> Self {
         let mut program = Self {
             entries: plan.entries.len(),
@@ -265,7 +267,8 @@ mod tests {
             }
         }
 
-        /// Redundant rows are left out; their equations are satisfied without them.
+        /// Checks that redundant rows are omitted, and that their equations are satisfied
+        /// nevertheless.
         #[test]
         fn redundant_rows_are_found(numbers in prop::collection::vec(-1.0..1.0f64, 12)) {
             let base = DMatrix::from_row_slice(3, 3, &numbers[..9]) + DMatrix::identity(3, 3) * 3.0;

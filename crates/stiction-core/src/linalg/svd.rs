@@ -150,7 +150,8 @@ fn orthogonalise(
     true
 }
 
-/// Orthogonal complement of `known` (orthonormal) within the span of `all` (orthonormal).
+/// Basis of the directions in the span of `all` (orthonormal) that are orthogonal to `known`
+/// (orthonormal).
 pub(crate) fn complement(all: &[DVector<f64>], known: &[DVector<f64>]) -> Vec<DVector<f64>> {
     if all.is_empty() || known.len() >= all.len() {
         return Vec::new();

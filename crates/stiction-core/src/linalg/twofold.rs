@@ -16,7 +16,7 @@ impl Twofold {
         self.low += product_error + sum_error;
     }
 
-    /// Adds a multiple of such a sum.
+    /// Adds `factor` times another sum, with its rounding error.
     pub(crate) fn add_multiple(&mut self, factor: f64, other: Self) {
         self.add_product(factor, other.high);
         self.low += factor * other.low;

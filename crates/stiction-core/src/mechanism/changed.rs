@@ -1,8 +1,9 @@
-//! Mechanisms with other values of identified quantities.
+//! Mechanisms with changed inertia, friction or drive trains, for parameter identification.
 
 use super::{Body, DriveTrain, Joint, Mechanism};
 
-/// Parts of a mechanism whose values identification changes. Names, topology and geometry must stay.
+/// Parts of a mechanism that parameter identification may change. Names, topology and geometry must
+/// stay the same.
 #[doc(hidden)]
 #[derive(Debug)]
 pub struct Changeable<'a> {

@@ -1,5 +1,5 @@
-//! Joint compliance, which determines the load distribution over redundant constraints. Rigid
-//! bodies leave it indeterminate.
+//! Joint compliance, which determines how redundant constraints share a load; rigid bodies leave
+//! this distribution indeterminate.
 
 use crate::joint::JointType;
 use crate::spatial::Vec3;
@@ -10,11 +10,11 @@ use crate::spatial::Vec3;
 pub struct Compliance {
     /// Across the axis, m/N; of a spherical joint in all directions.
     pub radial: f64,
-    /// Along the axis, m/N.
+    /// Compliance across the axis, m/N; of a spherical joint in all directions.
     pub axial: f64,
-    /// Tilting of the axis, rad/(N m).
+    /// Compliance along the axis, m/N.
     pub bending: f64,
-    /// Twisting about the axis, rad/(N m); of a universal joint about the common normal of its axes.
+    /// Compliance against tilting of the axis, rad/(N m).
     pub torsional: f64,
 }
 
@@ -47,7 +47,7 @@ impl Compliance {
         parts.contains(&part)
     }
 
-    /// Compliances along the axes of J, m/N, and about them, rad/(N m).
+    /// Compliances along the axes of J, m/N, and about these axes, rad/(N m).
     pub fn along_axes(&self, joint_type: JointType) -> (Vec3<f64>, Vec3<f64>) {
         let Self { radial, axial, bending, torsional } = *self;
         match joint_type {

@@ -12,7 +12,7 @@ use thiserror::Error;
 pub struct Defects(Vec<Defect>);
 
 impl Defects {
-    /// `None` for an empty list.
+    /// Wraps a list of defects; `None` for an empty list.
     pub(super) fn new(defects: Vec<Defect>) -> Option<Self> {
         (!defects.is_empty()).then_some(Self(defects))
     }
@@ -67,7 +67,7 @@ pub enum Defect {
     DuplicateName {
         /// `bodies`, `joints`, `springs`, `actuators` or `gearings`.
         what: &'static str,
-        /// The name.
+        /// The duplicate name.
         name: String,
     },
     /// A joint with the name of another joint's degree of freedom.
@@ -76,15 +76,15 @@ pub enum Defect {
          because their columns in results would coincide"
     )]
     NameOfFreedom {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// The joint with that degree of freedom.
+        /// Name of the joint with that degree of freedom.
         other: String,
     },
     /// A joint with a reserved column name of the results.
     #[error("a joint cannot be named `{name}`: results have columns of that name")]
     NameTaken {
-        /// The name.
+        /// The reserved name.
         name: String,
     },
     /// A body named like the ground.
@@ -93,17 +93,17 @@ pub enum Defect {
     /// A joint refers to a body that does not exist.
     #[error("joint `{joint}` connects body `{body}`, which does not exist")]
     UnknownBody {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// The missing body.
+        /// Name of the missing body.
         body: String,
     },
     /// A joint with one body on both sides.
     #[error("joint `{joint}` connects body `{body}` with itself")]
     SameBody {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// The body.
+        /// Name of the body.
         body: String,
     },
     /// A body that no chain of joints connects with the ground.
@@ -112,19 +112,19 @@ pub enum Defect {
          connects a body that floats)"
     )]
     Disconnected {
-        /// The body.
+        /// Name of the body.
         body: String,
     },
     /// A value that is NaN or infinite.
     #[error("{place} is not a finite number")]
     NotFinite {
-        /// Description of the number.
+        /// Description of the value and of the part to which it belongs.
         place: String,
     },
     /// A negative mass.
     #[error("body `{body}` has a mass of {mass} kg, but a mass must be at least 0")]
     NegativeMass {
-        /// The body.
+        /// Name of the body.
         body: String,
         /// Mass, kg.
         mass: f64,
@@ -132,13 +132,13 @@ pub enum Defect {
     /// An asymmetric inertia tensor.
     #[error("the inertia of body `{body}` is not symmetric")]
     AsymmetricInertia {
-        /// The body.
+        /// Name of the body.
         body: String,
     },
     /// An inertia tensor with a negative principal moment.
     #[error("the inertia of body `{body}` has the negative principal moment {moment} kg m^2")]
     NegativeInertia {
-        /// The body.
+        /// Name of the body.
         body: String,
         /// The smallest principal moment, kg m^2.
         moment: f64,
@@ -146,13 +146,13 @@ pub enum Defect {
     /// A helical joint without pitch, or another joint with one.
     #[error("joint `{joint}`: a helical joint needs a pitch other than 0, other joints have none")]
     Pitch {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
     },
     /// A degree of freedom that cannot be actuated, or does not exist.
     #[error("joint `{joint}` has no degree of freedom {dof} that an actuator could drive")]
     NotActuable {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
         /// Index of the degree of freedom.
         dof: usize,
@@ -160,7 +160,7 @@ pub enum Defect {
     /// The list of start coordinates has the wrong length.
     #[error("joint `{joint}` has {found} start coordinates, but needs {expected}")]
     StartLength {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
         /// Number of start coordinates given.
         found: usize,
@@ -170,7 +170,7 @@ pub enum Defect {
     /// Friction of a joint type without friction interfaces.
     #[error("joint `{joint}`: friction of {joint_type} joints is not modelled")]
     NoContact {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
         /// Symbol of the joint type.
         joint_type: &'static str,
@@ -178,77 +178,77 @@ pub enum Defect {
     /// Friction declared twice at one interface.
     #[error("joint `{joint}` declares friction twice at one interface")]
     DuplicateContact {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
     },
     /// A friction parameter out of its range.
     #[error("joint `{joint}`: the friction's {parameter} is {value}, but must be {range}")]
     FrictionParameter {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
         /// The parameter's name.
         parameter: &'static str,
         /// Value of the parameter.
         value: f64,
-        /// The admissible range in words.
+        /// Description of the admissible range.
         range: &'static str,
     },
-    /// Friction that does not fit its interface, or contradicts itself.
+    /// Friction that does not fit its interface, or whose values contradict each other.
     #[error("joint `{joint}`: {problem}")]
     Friction {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// The problem in words.
+        /// Description of the problem.
         problem: &'static str,
     },
     /// A radius is missing at a rotating interface, or given at a sliding one.
     #[error("joint `{joint}`: {problem}")]
     Radius {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// The problem in words.
+        /// Description of the problem.
         problem: &'static str,
     },
     /// A compliance out of its range, or in a direction in which the joint moves.
     #[error("joint `{joint}`: the {part} compliance {problem}")]
     Compliance {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
         /// Name of the compliance.
         part: &'static str,
-        /// The problem in words.
+        /// Description of the problem.
         problem: &'static str,
     },
     /// A range whose ends are not finite and in ascending order, or of a quantity that the joint does not have.
     #[error("joint `{joint}`: the range {problem}")]
     Range {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// The quantity.
+        /// Quantity that the range bounds.
         of: RangeOf,
-        /// The problem in words.
+        /// Description of the problem.
         problem: &'static str,
     },
     /// A spring refers to a body that does not exist.
     #[error("spring `{spring}` is fixed to body `{body}`, which does not exist")]
     UnknownBodyOfSpring {
-        /// The spring.
+        /// Name of the spring.
         spring: String,
-        /// The missing body.
+        /// Name of the missing body.
         body: String,
     },
     /// A spring with both ends on one body.
     #[error("both ends of spring `{spring}` are on body `{body}`, where it has no effect")]
     SpringWithinBody {
-        /// The spring.
+        /// Name of the spring.
         spring: String,
-        /// The body.
+        /// Name of the body.
         body: String,
     },
     /// A parameter of a spring is negative or not finite.
     #[error("spring `{spring}`: its {parameter} is {value}, but must be at least 0")]
     SpringParameter {
-        /// The spring.
+        /// Name of the spring.
         spring: String,
         /// The parameter's name.
         parameter: &'static str,
@@ -258,69 +258,70 @@ pub enum Defect {
     /// A spring acts on a joint that does not exist.
     #[error("spring `{spring}` acts on joint `{joint}`, which does not exist")]
     UnknownJointOfSpring {
-        /// The spring.
+        /// Name of the spring.
         spring: String,
-        /// The missing joint.
+        /// Name of the missing joint.
         joint: String,
     },
-    /// A spring or bushing that does not fit its joint or contradicts itself.
+    /// A spring or bushing that does not fit its joint, or whose values contradict each other.
     #[error("spring `{spring}`: {problem}")]
     Spring {
-        /// The spring or bushing.
+        /// Name of the spring or bushing.
         spring: String,
-        /// The problem in words.
+        /// Description of the problem.
         problem: String,
     },
     /// A drive train refers to a joint that does not exist.
     #[error("actuator `{actuator}` drives joint `{joint}`, which does not exist")]
     UnknownJointOfActuator {
-        /// The drive train.
+        /// Name of the drive train.
         actuator: String,
-        /// The missing joint.
+        /// Name of the missing joint.
         joint: String,
     },
     /// The body that carries a rotor does not exist.
     #[error("the rotor of actuator `{actuator}` is carried by body `{body}`, which does not exist")]
     UnknownBodyOfActuator {
-        /// The drive train.
+        /// Name of the drive train.
         actuator: String,
-        /// The missing body.
+        /// Name of the missing body.
         body: String,
     },
-    /// A drive train that does not fit its joint, or contradicts itself or others.
+    /// A drive train that does not fit its joint, or whose values contradict each other or those of
+    /// other drive trains.
     #[error("actuator `{actuator}`: {problem}")]
     Actuator {
-        /// The drive train.
+        /// Name of the drive train.
         actuator: String,
-        /// The problem in words.
+        /// Description of the problem.
         problem: String,
     },
     /// A gearing refers to a joint that does not exist.
     #[error("gearing `{gearing}` connects joint `{joint}`, which does not exist")]
     UnknownJointOfGearing {
-        /// The gearing.
+        /// Name of the gearing.
         gearing: String,
-        /// The missing joint.
+        /// Name of the missing joint.
         joint: String,
     },
     /// A gearing that does not fit its joints.
     #[error("gearing `{gearing}`: {problem}")]
     Gearing {
-        /// The gearing.
+        /// Name of the gearing.
         gearing: String,
-        /// The problem in words.
+        /// Description of the problem.
         problem: String,
     },
     /// A parameter of a drive train out of its range.
     #[error("actuator `{actuator}`: `{parameter}` is {value}, but must be {range}")]
     ActuatorParameter {
-        /// The drive train.
+        /// Name of the drive train.
         actuator: String,
         /// Key of the parameter.
         parameter: &'static str,
         /// Value of the parameter.
         value: f64,
-        /// The admissible range in words.
+        /// Description of the admissible range.
         range: &'static str,
     },
     /// The characteristic length is not positive.

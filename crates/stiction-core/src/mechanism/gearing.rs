@@ -57,7 +57,7 @@ impl GearingSpec {
         &self.name
     }
 
-    /// Builds the gearing; adds defects to `defects`.
+    /// Builds the gearing; adds all defects to `defects`.
     pub(super) fn resolve(self, joints: &[Joint], defects: &mut Vec<Defect>) -> Option<Gearing> {
         let gearing = || self.name.clone();
         if !self.offset.is_finite() {
@@ -89,7 +89,8 @@ impl GearingSpec {
     }
 }
 
-/// Checks that no loop consists of geared joints alone, so that the spanning tree contains all of them.
+/// Checks that no loop consists of geared joints only, so that the spanning tree can contain all
+/// geared joints.
 pub(super) fn check_loops(
     gearings: &[Gearing],
     (bodies, joints): (usize, &[Joint]),
@@ -104,7 +105,7 @@ pub(super) fn check_loops(
     }
 }
 
-/// Finds the first joint that closes a loop of geared joints alone, with the index of its gearing.
+/// Finds the first joint that closes a loop of geared joints only, with the index of its gearing.
 pub(super) fn closing_joint(
     gearings: &[Gearing],
     (bodies, joints): (usize, &[Joint]),

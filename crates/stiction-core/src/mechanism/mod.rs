@@ -46,11 +46,11 @@ pub struct BodyId(pub usize);
 pub struct JointId(pub usize);
 
 impl BodyId {
-    /// The fixed body.
+    /// The ground, which does not move.
     pub const GROUND: Self = Self(0);
 }
 
-/// The name of the fixed body.
+/// Name of the ground, the fixed body.
 #[doc(hidden)]
 pub const GROUND_NAME: &str = "ground";
 
@@ -94,7 +94,7 @@ pub struct Joint {
     pub frame_k: Pose<f64>,
     /// Advance of a helical joint, m/rad; zero for the other types.
     pub pitch: f64,
-    /// Actuation flag of each degree of freedom.
+    /// For each degree of freedom, `true` if it is actuated.
     pub actuated: Vec<bool>,
     /// Initial guess of the coordinates for assembly, one per coordinate of the type; `None` if the
     /// poses of the bodies determine them.
@@ -152,7 +152,7 @@ impl Joint {
     }
 }
 
-/// A consistent mechanism.
+/// Mechanism that [`MechanismBuilder`] has checked for consistency; immutable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mechanism {
     name: String,
@@ -215,9 +215,10 @@ impl Mechanism {
         drive_train::motor_maps(&self.drive_trains, &actuators)
     }
 
-    /// Actuated degrees of freedom whose motors or gears have friction, in the order of the drive trains: the name of the
-    /// first motor with friction, and the joint. A motor to which simulations give a shaft of its own counts by itself, with
-    /// the first of its joints. Simulations append one friction interface for each of these to the interfaces of the joints.
+    /// Actuated degrees of freedom whose motors or gears have friction, in the order of the drive
+    /// trains: the name of the first motor with friction, and the joint. A motor that has its own
+    /// shaft in simulations forms a separate entry, with the first of its joints. Simulations
+    /// append one friction interface for each entry to the interfaces of the joints.
     #[doc(hidden)]
     pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
         let mut found: Vec<(&str, (JointId, usize))> = Vec::new();
@@ -250,12 +251,12 @@ impl Mechanism {
         self.characteristic_length
     }
 
-    /// The body with this name.
+    /// Returns the index of the body with this name.
     pub fn body_id(&self, name: &str) -> Option<BodyId> {
         self.bodies.iter().position(|b| b.name == name).map(BodyId)
     }
 
-    /// The joint with this name.
+    /// Returns the index of the joint with this name.
     pub fn joint_id(&self, name: &str) -> Option<JointId> {
         self.joints.iter().position(|j| j.name == name).map(JointId)
     }
@@ -268,8 +269,8 @@ impl Mechanism {
         other
     }
 
-    /// Returns the mechanism with an additional actuator on this degree of freedom, such as a lock; unchanged if
-    /// the degree of freedom does not exist or has no scalar coordinate.
+    /// Returns the mechanism with an additional actuator on this degree of freedom, for example to
+    /// lock it; unchanged if the degree of freedom does not exist or has no scalar coordinate.
     pub fn with_actuator(&self, joint: JointId, dof: usize) -> Self {
         let mut other = self.clone();
         if let Some(joint) = other.joints.get_mut(joint.0)

@@ -13,7 +13,7 @@ pub enum RangeOf {
     Tilt,
 }
 
-/// Range of a joint.
+/// Range of one quantity of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointRange {
     /// The bounded quantity.
@@ -34,7 +34,7 @@ impl RangeOf {
         j.cross(k).norm().atan2(j.dot(k))
     }
 
-    /// Tests if joints of a type have this quantity.
+    /// Returns `true` if joints of this type have this quantity.
     pub(crate) fn is_of(self, joint_type: JointType) -> bool {
         match self {
             Self::Dof(dof) => joint_type.has_scalar_coordinates() && dof < joint_type.dofs().len(),
@@ -53,7 +53,8 @@ impl Joint {
         }
     }
 
-    /// Tests if a quantity with a range is a displacement, m; otherwise it is an angle, rad.
+    /// Returns `true` if a quantity with a range is a displacement (m), `false` if it is an angle
+    /// (rad).
     pub fn range_translates(&self, of: RangeOf) -> bool {
         match of {
             RangeOf::Dof(dof) => self.joint_type.dofs().get(dof).is_some_and(Dof::translates),

@@ -1,4 +1,4 @@
-//! Degrees of freedom with a scalar coordinate, by name; drive trains and gearings connect them.
+//! Degrees of freedom with a scalar coordinate; drive trains and gearings refer to them by name.
 
 use super::{Joint, JointId};
 use crate::joint::Motion;
@@ -6,7 +6,7 @@ use crate::joint::Motion;
 /// Degree of freedom in a weighted sum of coordinates: the output of a motor's gear, or a gearing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearedDof {
-    /// Joint.
+    /// Joint of the degree of freedom.
     pub joint: JointId,
     /// Index of the degree of freedom in the joint.
     pub dof: usize,
@@ -18,7 +18,7 @@ pub struct GearedDof {
 
 /// Reason why named joints with coefficients do not define a sum of coordinates.
 pub(super) enum Coefficients {
-    /// There is no joint of this name.
+    /// No joint has this name.
     Unknown(String),
     /// A coefficient is zero or not finite.
     OutOfRange(f64),
@@ -57,8 +57,8 @@ pub(super) fn resolve(
     if problems.is_empty() { Ok(found) } else { Err(problems) }
 }
 
-/// Finds the joint and degree of freedom with this name: the name of a joint with one degree of freedom or, if
-/// `of_actuator`, with one actuator; or `joint.dof`.
+/// Finds the joint and degree of freedom with this name: the name of a joint with one degree of
+/// freedom or, if `of_actuator`, of a joint with one actuator; or `joint.dof`.
 ///
 /// # Errors
 /// [`Coefficients::Unknown`], [`Coefficients::Unfit`].

@@ -1,4 +1,5 @@
-//! Shafts of motors that share the efforts of joints: what simulations of their friction add to the mechanism.
+//! Shafts of motors that share the efforts of joints: parts that simulations add to the mechanism
+//! in order to model the friction of these motors.
 //!
 //! Equation (G13) of the book's theory.
 
@@ -8,19 +9,20 @@ use super::{Body, BodyId, GearedDof, Gearing, Joint, JointId, Mechanism, MotorMa
 use crate::joint::JointType;
 use crate::spatial::{Mat3, Pose, Vec3};
 
-/// Motor with a shaft of its own.
+/// Motor that has its own shaft in simulations.
 #[derive(Clone, Debug)]
 pub(crate) struct MotorShaft {
     /// Joint of the shaft, whose coordinate is the output coordinate of the motor's gear.
     pub(crate) joint: JointId,
     /// First of the joints that the motor moves.
     pub(crate) moved: JointId,
-    /// Effort of the motor as part of the efforts of the actuators.
+    /// Map from the efforts of the actuators to the effort of the motor.
     pub(crate) motor: MotorMap,
 }
 
 impl Mechanism {
-    /// For each drive train whether simulations give it a shaft of its own, see [`Group::needs_shafts`].
+    /// Returns, for each drive train, `true` if simulations give its motor a separate shaft, see
+    /// [`Group::needs_shafts`].
     pub(crate) fn trains_on_shafts(&self) -> Vec<bool> {
         let trains = self.drive_trains();
         let mut on_shaft = vec![false; trains.len()];
@@ -30,9 +32,10 @@ impl Mechanism {
         on_shaft
     }
 
-    /// Returns the mechanism with massless shafts for the motors of [`Self::trains_on_shafts`], after all other bodies and
-    /// joints. Each motor drives its shaft alone, and a gearing connects the shaft with the joints. If all joints of a loop
-    /// are then geared, a fixed joint divides one of its bodies. `None` if no motor needs a shaft.
+    /// Returns the mechanism with massless shafts for the motors of [`Self::trains_on_shafts`],
+    /// appended to the bodies and joints. Each motor drives its shaft alone, and a gearing connects
+    /// the shaft with the joints. If a loop then consists of geared joints only, a massless body
+    /// with a fixed joint divides the loop. `None` if no motor needs a shaft.
     pub(crate) fn with_shafts(&self) -> Option<(Self, Vec<MotorShaft>)> {
         let on_shaft = self.trains_on_shafts();
         if !on_shaft.contains(&true) {
@@ -92,7 +95,7 @@ fn massless(name: String) -> Body {
     Body { name, mass: 0.0, com: Vec3::zero(), inertia: Mat3::zero() }
 }
 
-/// Joint without friction whose frames are those of its bodies.
+/// Creates a joint without friction whose frames J and K coincide with the frames of its bodies.
 fn added_joint(
     name: String,
     joint_type: JointType,

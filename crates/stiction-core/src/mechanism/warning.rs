@@ -8,17 +8,17 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Warning {
-    /// A principal moment greater than the sum of the other two.
+    /// A principal moment of inertia greater than the sum of the other two.
     #[error(
         "no distribution of mass has the inertia of body `{body}`: its largest principal moment, \
          {largest} kg m^2, exceeds the sum of the other two, {sum} kg m^2"
     )]
     ImpossibleInertia {
-        /// The body.
+        /// Name of the body.
         body: String,
         /// The largest principal moment, kg m^2.
         largest: f64,
-        /// The sum of the other two, kg m^2.
+        /// The sum of the other two principal moments, kg m^2.
         sum: f64,
     },
     /// Inertia that does not fit the mass and the distances of the joints.
@@ -27,33 +27,34 @@ pub enum Warning {
          centre of mass lie {extent:.3e} m apart: are its units right?"
     )]
     UnlikelyInertia {
-        /// The body.
+        /// Name of the body.
         body: String,
         /// Largest radius of gyration, m.
         radius: f64,
-        /// Greatest distance of joints and centre of mass, m; of a body with one point, the
-        /// characteristic length.
+        /// Greatest distance between joints and centre of mass of the body, m; for a body with one
+        /// point, the characteristic length.
         extent: f64,
     },
-    /// Mass that no material could give a body of this size.
+    /// Mass that exceeds that of a gold cube with the size of the body.
     #[error(
         "body `{body}` has {mass} kg, more than a cube of gold with edges of {extent:.3e} m: \
          is its mass in g?"
     )]
     UnlikelyMass {
-        /// The body.
+        /// Name of the body.
         body: String,
         /// Mass of the body, kg.
         mass: f64,
-        /// The greater of the body's extent and the characteristic length, m.
+        /// Size of the body, m: the greatest of its extent, the characteristic length and twice the
+        /// radius of gyration.
         extent: f64,
     },
     /// A friction coefficient that no dry pair of materials has.
     #[error("the friction coefficient {mu} of joint `{joint}` is unusual: is it in percent?")]
     UnlikelyFriction {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// The coefficient.
+        /// The friction coefficient.
         mu: f64,
     },
     /// Magnitude of gravity far from the value on the Earth.
@@ -68,10 +69,10 @@ pub enum Warning {
         /// `+x`, `-x`, `+y` or `+z`.
         axis: &'static str,
     },
-    /// Inertia without mass.
+    /// A body with inertia but without mass.
     #[error("body `{body}` has inertia but no mass")]
     InertiaWithoutMass {
-        /// The body.
+        /// Name of the body.
         body: String,
     },
     /// No body has mass.
@@ -84,12 +85,14 @@ pub enum Warning {
 
 /// Density of gold, kg/m^3.
 const DENSEST: f64 = 19_300.0;
-/// Smallest and greatest usual ratio of a radius of gyration to the extent of a body, or for the greatest to that of
-/// the whole mechanism if that is larger. A slender rod has 0.29; the links of all built-in robots are between 0.19
-/// and 0.47. An inertia ten times too large is 3.2 times these ratios; confusion of units (kg mm^2, or g for kg)
-/// changes them by a factor of at least 30.
+/// Smallest and greatest usual ratio of a body's radius of gyration to the extent of the body (for
+/// the greatest ratio, to the extent of the whole mechanism if that is larger). A slender rod has
+/// 0.29; the links of all built-in robots are between 0.19 and 0.47. An inertia ten times too large
+/// is 3.2 times these ratios; confusion of units (kg mm^2, or g for kg) changes them by a factor of
+/// at least 30.
 const LINKS: [f64; 2] = [0.05, 0.8];
-/// The same for a body with one joint, which may reach far beyond this joint, or not at all: a table on a pin, a bob.
+/// Smallest and greatest usual ratio, as in [`LINKS`], for a body with one joint. Such a body may
+/// extend far beyond its joint, like a table on a pin, or be small, like a bob.
 const ENDS: [f64; 2] = [0.02, 5.0];
 /// Greatest usual friction coefficient: rubber on concrete has about 1.
 const ROUGHEST: f64 = 2.0;

@@ -42,7 +42,7 @@ pub struct Architecture {
 /// A generic rank, expressed by the generic mobility and the gap of the singular values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GenericRank {
-    /// Generic instantaneous mobility: the minimum over all positions, passive spins included.
+    /// Generic instantaneous mobility: the minimum over all positions, with passive spins counted.
     pub open: usize,
     /// Smallest non-zero singular value, relative to the largest, over the positions with this
     /// mobility; `None` if all are zero.
@@ -54,7 +54,8 @@ pub struct GenericRank {
 }
 
 impl Architecture {
-    /// Examines random positions that can be reached from the solver's current one.
+    /// Computes the generic ranks from random positions that can be reached from the solver's
+    /// current position.
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.state();
@@ -120,8 +121,8 @@ fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
 }
 
 impl GenericRank {
-    /// Evaluates the singular values at each position (one per degree of freedom, largest first),
-    /// and a function that counts the motions blocked to second order there.
+    /// Combines the ranks at all positions. Each position has its singular values (one per degree
+    /// of freedom, largest first) and a function that counts the motions blocked at second order.
     fn of(positions: impl Iterator<Item = (Vec<f64>, impl FnOnce() -> usize)>) -> Self {
         let mut generic: Option<Self> = None;
         for (values, blocked) in positions {

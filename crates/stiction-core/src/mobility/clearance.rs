@@ -36,8 +36,8 @@ impl Play {
     }
 }
 
-/// Self-stress forces below this fraction of the largest moment divided by the characteristic length do
-/// not block motions.
+/// Self-stress forces below this fraction of the largest moment, divided by the characteristic
+/// length, count as zero: they do not block motions.
 const NO_FORCE: f64 = 1e-9;
 
 /// Finds the motions that are open at first order and blocked at second order at the solver's position.
@@ -120,7 +120,8 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
         .collect()
 }
 
-/// Stacks the velocity of the centre of mass and the angular velocity of each body.
+/// Stacks the velocity of the centre of mass and the angular velocity of each body except the
+/// ground.
 fn of_bodies(statics: &Statics, twists: &[Twist<f64>]) -> DVector<f64> {
     let each = twists.iter().enumerate().skip(1).flat_map(|(body, twist)| {
         let velocity = twist.velocity_at(statics.system().com(body));

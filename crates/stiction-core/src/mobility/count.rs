@@ -28,8 +28,9 @@ pub struct Mobility {
     pub instantaneous: usize,
     /// Finite (full-cycle) mobility from this position.
     pub finite: FiniteMobility,
-    /// If some constraints are redundant, a motion followed over a finite distance within the closure
-    /// tolerance as evidence of finite mobility; independent constraints need no such evidence.
+    /// If some constraints are redundant: a motion followed over a finite distance within the
+    /// closure tolerance, as evidence of finite mobility. Independent constraints need no such
+    /// evidence.
     pub finite_motion: Option<FiniteMotion>,
     /// True if branches of motion meet at this position. The mobility along a branch may then
     /// differ from the second-order result.
@@ -83,11 +84,12 @@ impl core::fmt::Display for FiniteMobility {
 /// Independent motions of a body at a position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyDofs {
-    /// The body's name.
+    /// Name of the body.
     pub body: String,
     /// Description of its independent motions.
     pub motions: Vec<String>,
-    /// Instantaneous motions only; empty if they cannot be distinguished from finite motions.
+    /// Description of the motions that are only instantaneous; empty if they cannot be
+    /// distinguished from finite motions.
     pub first_order_only: Vec<String>,
 }
 

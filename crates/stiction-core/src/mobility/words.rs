@@ -7,10 +7,10 @@ use nalgebra::{DMatrix, DVector};
 /// Components of unit motions below this count as zero.
 const NONE: f64 = 1e-6;
 
-/// Describes the independent motions of one body: the span of `lasting`, and its complement in the
-/// span of `all`. Twists are about the reference point, `com` is the centre of mass relative to it,
-/// and `origin` is the reference point in the world. `points` are the body's joints; an axis
-/// through two of them is described by their names.
+/// Describes the finite motions of one body (the span of `lasting`), and the motions that are only
+/// instantaneous (the complement of `lasting` in the span of `all`). Twists are about the reference
+/// point, `com` is the centre of mass relative to this point, and `origin` is this point in the
+/// world. `points` are the body's joints; an axis through two joints is described by their names.
 pub(crate) fn describe_dofs(
     lasting: &[Twist<f64>],
     all: &[Twist<f64>],
@@ -51,8 +51,8 @@ pub(crate) fn describe_dofs(
     (in_words(&lasting, place, length), words)
 }
 
-/// Finds a rotation about the line through two joints, if `all` motions contain one; among several, selects
-/// the rotation closest to the motions `beyond` the others.
+/// Finds a rotation about the line through two joints that lies in the span of `all`; among
+/// several, selects the one closest to the motion `beyond`.
 fn about_joints(
     beyond: &DVector<f64>,
     all: &[DVector<f64>],
@@ -80,7 +80,7 @@ fn about_joints(
     best.map(|(_, words)| words)
 }
 
-/// Computes an orthonormal basis of the span of vectors.
+/// Computes an orthonormal basis of the span of `vectors`.
 fn basis(vectors: &[DVector<f64>]) -> Vec<DVector<f64>> {
     if vectors.is_empty() {
         return Vec::new();
@@ -143,8 +143,8 @@ fn vector_of(column: &DVector<f64>) -> Vec3<f64> {
     Vec3::new(column[0], column[1], column[2])
 }
 
-/// Computes an orthonormal basis of the span of orthonormal vectors, with world axes where the span
-/// contains them.
+/// Computes an orthonormal basis of the span of orthonormal vectors; the basis contains each world
+/// axis that lies in the span.
 fn along_axes(vectors: &[Vec3<f64>]) -> Vec<Vec3<f64>> {
     let mut found: Vec<Vec3<f64>> = Vec::new();
     let within =

@@ -48,7 +48,7 @@ pub struct Parameters<T> {
     pub rotors: Vec<RotorParameters<T>>,
     /// Rigid gearings.
     pub gearings: Vec<GearingParameters<T>>,
-    /// Characteristic length, m: makes moments comparable with forces.
+    /// Characteristic length, m, which makes moments comparable with forces.
     pub length: T,
     /// Compliance of each joint, relative to the most compliant joint; `None` if no joint declares a
     /// compliance.
@@ -88,7 +88,8 @@ impl Weights<f64> {
 }
 
 impl<T: Scalar> Weights<T> {
-    /// Computes the weighted inner product of two wrenches, reduced to the origin and axes of `frame_j`.
+    /// Computes the weighted inner product of two wrenches; both are reduced to the origin and axes
+    /// of `frame_j`.
     // Not inlined: few mechanisms declare compliances, and every kernel of every scalar would grow.
     #[inline(never)]
     pub(crate) fn product(&self, frame_j: &Pose<T>, a: Wrench<T>, b: Wrench<T>) -> T {
@@ -108,7 +109,7 @@ impl<T: Scalar> Weights<T> {
 pub struct InterfaceParameters<T> {
     /// Index of the joint.
     pub joint: usize,
-    /// Surface in the joint.
+    /// Geometry of the sliding surface.
     pub shape: InterfaceShape,
     /// Radius of a rotating surface, m; one for a guide, where the sliding velocity is the rate of
     /// the joint.
@@ -133,7 +134,8 @@ pub struct RotorParameters<T> {
     pub body: usize,
     /// Axis in the body's frame.
     pub axis: Vec3<T>,
-    /// Angular momentum per unit rate of the joint: transmission times moment of inertia.
+    /// Angular momentum per unit rate of the degree of freedom, kg m^2 or kg m: transmission times
+    /// moment of inertia.
     pub momentum: T,
 }
 
@@ -161,9 +163,10 @@ impl<T: Scalar> RotorParameters<T> {
 pub struct GearingParameters<T> {
     /// Coefficient of each degree of freedom.
     pub coefficients: Vec<T>,
-    /// Value of the sum, in rad or m.
+    /// Value of the weighted sum, divided like the coefficients, rad or m.
     pub offset: T,
-    /// The greatest coefficient. The effort of the gearing is the multiplier of the divided equation, divided by this.
+    /// The greatest coefficient before the division. The effort of the gearing is the multiplier of
+    /// the divided equation, divided by this coefficient.
     pub size: f64,
 }
 
@@ -210,7 +213,7 @@ impl InterfaceParameters<f64> {
 }
 
 impl Parameters<f64> {
-    /// Tests if forces of springs depend on rates.
+    /// Returns `true` if forces of springs depend on rates.
     pub(crate) fn has_dampers(&self) -> bool {
         let damps = |blocks: &Blocks<f64>| {
             let all = [blocks.force, blocks.coupling, blocks.moment];

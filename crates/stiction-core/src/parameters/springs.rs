@@ -44,7 +44,7 @@ pub struct JointSpringParameters<T> {
     pub joint: usize,
     /// Index of the degree of freedom in the joint.
     pub index: usize,
-    /// The degree of freedom.
+    /// The degree of freedom on which the spring acts.
     pub dof: Dof,
     /// Indices of the joint's predecessor and successor.
     pub ends: [usize; 2],
@@ -94,7 +94,7 @@ pub struct BushingParameters<T> {
     pub damping: Blocks<T>,
 }
 
-/// Symmetric matrix of six rows and columns, in blocks of three: forces before moments.
+/// Symmetric matrix of six rows and columns, in blocks of three; forces come before moments.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct Blocks<T> {
@@ -123,7 +123,7 @@ impl<T: Scalar> Blocks<T> {
         Self { force: block(0, 0), coupling: block(0, 3), moment: block(3, 3) }
     }
 
-    /// Multiplies with a displacement and a rotation; returns force and moment.
+    /// Multiplies the matrix by a displacement and a rotation; returns force and moment.
     pub fn times(&self, (linear, angular): (Vec3<T>, Vec3<T>)) -> (Vec3<T>, Vec3<T>) {
         (
             self.force * linear + self.coupling * angular,

@@ -33,7 +33,7 @@ impl<T: Scalar, const D: usize> Dual<T, D> {
         }
     }
 
-    /// `f(self)` where `f` has the given value and derivative.
+    /// Applies the chain rule: `f(self)` for a function `f` with the given value and derivative.
     #[inline(always)]
     fn chain(self, value: T, derivative: T) -> Self {
         Self { value, slope: self.slope.map(|s| s * derivative) }
@@ -157,7 +157,7 @@ impl<T: Scalar, const D: usize> Scalar for Dual<T, D> {
 mod tests {
     use super::*;
 
-    /// Every operation agrees with its derivative written by hand.
+    /// Compares the derivative of every operation with a formula written by hand.
     #[test]
     fn derivatives_follow_the_rules() {
         let x = Dual::<f64, 1>::variable(0.7, 0);

@@ -2,9 +2,9 @@
 //!
 //! A kernel that is generic over [`Scalar`] runs as `f64`, as [`Lanes`] (several states or
 //! parameter sets side by side), as [`Dual`] numbers (exact derivatives) and as any mixture of
-//! them. In return a kernel must not branch on values, because lanes differ.
-//! [`Scalar::if_positive`] replaces branches, and convergence tests are left to the caller, who
-//! evaluates [`Scalar::largest`] between steps.
+//! them. A kernel must therefore not branch on values, because the lanes may need different
+//! branches. [`Scalar::if_positive`] replaces branches, and convergence tests are left to the
+//! caller, who evaluates [`Scalar::largest`] between steps.
 
 mod dual;
 mod lanes;
@@ -56,7 +56,8 @@ pub trait Scalar:
     /// *between* kernel calls, never inside a kernel.
     fn largest(self) -> f64;
 
-    /// Returns `true` for types with derivatives, for which linear systems need one more solution, see [`Self::held`].
+    /// Returns `true` for types with derivatives. Linear systems in such types need one more
+    /// solution, see [`Self::held`].
     #[inline(always)]
     fn has_slope() -> bool {
         false

@@ -65,7 +65,7 @@ impl<T: Scalar> Mat3<T> {
         )
     }
 
-    /// `transpose(self) * v`.
+    /// Multiplies the transpose by a vector: `transpose(self) * v`.
     #[inline(always)]
     pub fn transpose_mul(self, v: Vec3<T>) -> Vec3<T> {
         Vec3::new(self.columns[0].dot(v), self.columns[1].dot(v), self.columns[2].dot(v))

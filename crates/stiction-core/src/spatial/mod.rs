@@ -2,7 +2,7 @@
 //!
 //! Small plain types over [`Scalar`](crate::scalar::Scalar). Every spatial vector of a computation
 //! is written in **world axes** and refers to **one point**, the kernel origin, so that twists and
-//! wrenches of different bodies add without being moved.
+//! wrenches of different bodies can be added directly.
 //!
 //! | name | means |
 //! | --- | --- |

@@ -14,13 +14,13 @@ pub struct Pose<T> {
 }
 
 impl<T: Scalar> Pose<T> {
-    /// Coinciding frames.
+    /// Identity pose: frames A and B coincide.
     #[inline(always)]
     pub fn identity() -> Self {
         Self { rotation: Mat3::identity(), position: Vec3::zero() }
     }
 
-    /// `X_BA` from `X_AB`.
+    /// Inverse pose: `X_BA` from `X_AB`.
     #[inline(always)]
     pub fn inverse(self) -> Self {
         Self {
@@ -43,7 +43,7 @@ impl Pose<f64> {
         Pose { rotation: self.rotation.lift(), position: self.position.lift() }
     }
 
-    /// Parallel frames, the origin of B at `position`.
+    /// Pose of a frame B that is parallel to A, with the origin of B at `position` (in A).
     pub fn at(position: Vec3<f64>) -> Self {
         Self { rotation: Mat3::identity(), position }
     }
@@ -51,7 +51,7 @@ impl Pose<f64> {
 
 impl<T: Scalar> Mul for Pose<T> {
     type Output = Self;
-    /// `X_AB * X_BC = X_AC`.
+    /// Composes poses: `X_AB * X_BC = X_AC`.
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self { rotation: self.rotation * other.rotation, position: self.apply(other.position) }

@@ -47,14 +47,14 @@ impl<T: Scalar> Twist<T> {
         self.linear + self.angular.cross(point)
     }
 
-    /// Moves the reference point of the motion to `point`.
+    /// Returns the same motion with `point` as the reference point.
     #[inline(always)]
     pub fn about(self, point: Vec3<T>) -> Self {
         Self { angular: self.angular, linear: self.velocity_at(point) }
     }
 
-    /// Rate of change of `other`, fixed in a body that moves with this twist: `self x other` of
-    /// spatial motion vectors.
+    /// Rate of change of `other`, a twist that is fixed in a body moving with this twist: the cross
+    /// product `self x other` of spatial motion vectors.
     #[inline(always)]
     pub fn carry(self, other: Self) -> Self {
         Self {

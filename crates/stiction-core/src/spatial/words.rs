@@ -29,7 +29,8 @@ pub(crate) fn describe_motion(twist: Twist<f64>, length: f64) -> String {
     }
 }
 
-/// A direction as an axis' name or as components; its sign does not matter.
+/// Describes a direction by the name of an axis or by components; the sign of the direction does
+/// not matter.
 pub(crate) fn describe_direction(direction: Vec3<f64>) -> String {
     for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
         if direction.component(k).abs() > 1.0 - 1e-9 {
@@ -50,7 +51,7 @@ fn describe_point(point: Vec3<f64>, length: f64) -> String {
     format!("({x}, {y}, {z}) m")
 }
 
-/// Four significant digits; `?` for a value that is not finite.
+/// Formats a number with four significant digits; `?` for a value that is not finite.
 fn round(x: f64) -> String {
     brief(if x.is_finite() { x } else { 0.0 }, 4)
 }

@@ -1,10 +1,11 @@
 //! Singularity indices of a position.
 //!
-//! The measure is a singular value of the balance of all bodies, made dimensionless with the
-//! characteristic length: joint forces count in newtons, moments (about the joint's origin, and
-//! about each body's centre of mass) in newtons times that length. At an index `d`, some unit
-//! motion of the bodies meets a resistance of at most `d` per unit of generalised force. The index
-//! does not depend on units, the order of bodies, the base, or the choice of cut joints.
+//! The measure is a singular value of the matrix of force and moment balances of all bodies, made
+//! dimensionless with the characteristic length: joint forces count in newtons, moments (about the
+//! joint's origin, and about each body's centre of mass) in newtons times that length. At an index
+//! `d`, some unit motion of the bodies meets a resistance of at most `d` per unit of generalised
+//! force. The index does not depend on units, the order of bodies, the base, or the choice of cut
+//! joints.
 //!
 //! Equation (M5) of the book's theory.
 
@@ -31,9 +32,9 @@ pub struct Distances {
 }
 
 impl Distances {
-    /// Computes the indices for a balance with equal numbers of unknowns and equations: no
-    /// redundancy, no passive spins, and one actuator per degree of freedom. This is much faster than
-    /// dense decompositions.
+    /// Computes the indices for equations of balance with as many unknowns as equations: no
+    /// redundancy, no passive spins, and one actuator per degree of freedom. This is much faster
+    /// than dense decompositions.
     pub(super) fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
         let scaled = system.scaled_matrix(joint_types).to_dense();
         let is_constraint = |k: &usize| !matches!(system.unknowns[*k], Unknown::Drive { .. });
@@ -62,7 +63,7 @@ impl Distances {
 /// The reaction of a joint in a self-stress, predecessor on successor, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointLoad {
-    /// The joint.
+    /// Joint with this reaction.
     pub joint: JointId,
     /// Force, N.
     pub force: Vec3<f64>,
@@ -74,15 +75,15 @@ pub struct JointLoad {
 #[derive(Clone, Debug)]
 pub struct Constraints<'a> {
     statics: &'a Statics,
-    /// Indices of the constraints among the unknowns of the balance.
+    /// Indices of the constraints among the unknowns of [`NewtonEuler`].
     unknowns: Vec<usize>,
-    /// Constraint columns of the scaled balance, transposed: a row for each constraint, a column for
-    /// each equation.
+    /// Transposed constraint columns of the scaled balance matrix: a row for each constraint, a
+    /// column for each equation.
     transposed: Decomposition,
 }
 
 impl<'a> Constraints<'a> {
-    /// Extracts the constraints of a decomposed balance.
+    /// Extracts the constraints from a decomposed balance of all bodies.
     pub fn new(statics: &'a Statics) -> Self {
         let all = statics.scaled_matrix();
         let unknowns: Vec<usize> = (0..all.ncols())
@@ -122,14 +123,14 @@ impl<'a> Constraints<'a> {
         own.orthonormal_null_space(own.rank())
     }
 
-    /// The equilibrium matrix: a row for each equation, a column for each constraint.
+    /// Decomposes the equilibrium matrix: a row for each equation, a column for each constraint.
     fn equilibrium(&self) -> Decomposition {
         let joints = self.statics.system().joints_of_unknowns();
         let joints: Vec<usize> = self.unknowns.iter().map(|&k| joints[k]).collect();
         Decomposition::new(self.transposed.matrix().transpose(), &joints, RANK_LIMIT)
     }
 
-    /// The unknowns that are constraints.
+    /// The unknowns of the balance that are constraints.
     pub(crate) fn unknowns(&self) -> impl Iterator<Item = Unknown> + '_ {
         self.unknowns.iter().map(|&k| self.statics.system().unknowns[k])
     }
@@ -140,7 +141,7 @@ impl<'a> Constraints<'a> {
         scales.zip(scaled.iter()).map(|(scale, amount)| scale * amount).collect()
     }
 
-    /// Wrenches of the loaded joints for scaled values of [`Self::unknowns`].
+    /// Computes the wrenches of the loaded joints from scaled values of [`Self::unknowns`].
     pub(crate) fn loads(&self, scaled: &[(usize, f64)]) -> Vec<JointLoad> {
         let statics = self.statics;
         let amounts = scaled.iter().map(|&(own, x)| {
@@ -194,12 +195,13 @@ impl<'a> Constraints<'a> {
     }
 }
 
-/// Singular value with this index; zero if the index is not below the rank.
+/// Singular value with this index, largest first; zero if the index is not below the rank.
 fn zero_or(decomposition: &Decomposition, index: usize) -> f64 {
     if index < decomposition.rank() { decomposition.value(index) } else { 0.0 }
 }
 
-/// Lists the rows of the balance that belong to bodies between hubs.
+/// Lists the rows of the balance that belong to bodies between hubs: bodies with fewer than three
+/// joints.
 pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
     (0..system.matrix.nrows() / 6)
         .filter(|&body| system.joints_at(body + 1) < HUB)

@@ -11,14 +11,14 @@ use crate::spatial::{Vec3, Wrench};
 pub enum LoadAxes {
     /// World axes: the load has a constant direction.
     World,
-    /// The body's axes: the load turns with the body.
+    /// The body's axes: the direction of the load rotates with the body.
     Body,
 }
 
 /// A force and a moment on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AppliedLoad<T> {
-    /// The body.
+    /// Body on which the load acts.
     pub body: BodyId,
     /// Point of application of the force, in the body's frame, m.
     pub point: Vec3<T>,
@@ -44,9 +44,9 @@ impl AppliedLoad<f64> {
 }
 
 impl AppliedLoad<f64> {
-    /// Computes the load on a body due to gravity and inertia of a part that moves with the body, by
-    /// d'Alembert's principle. Centre of mass and inertia of the part are in the frame of the body;
-    /// `gravity`, m/s^2, is in world axes.
+    /// Computes the load that a part fixed to a body exerts on the body by its weight and inertia
+    /// (d'Alembert's principle). Centre of mass and inertia of the part are in the frame of the
+    /// body; `gravity`, m/s^2, is in world axes.
     pub fn of_payload(body: BodyId, part: &Body, gravity: Vec3<f64>, bodies: &Bodies<f64>) -> Self {
         let (pose, twist) = (bodies.pose[body.0], bodies.twist[body.0]);
         let acceleration = bodies.acceleration[body.0];
@@ -65,7 +65,7 @@ impl AppliedLoad<f64> {
         }
     }
 
-    /// Computes the load on a body due to the weight of a part that is fixed to the body.
+    /// Computes the load that a part fixed to a body exerts on the body by its weight alone.
     pub fn of_weight(body: BodyId, part: &Body, gravity: Vec3<f64>) -> Self {
         let force = gravity * part.mass;
         Self { body, point: part.com, axes: LoadAxes::World, force, moment: Vec3::zero() }

@@ -1,5 +1,5 @@
-//! Dense balance of all bodies at one position: forces of joints and actuators, their uniqueness, and singularity
-//! indices.
+//! Force and moment balance of all bodies at one position, solved as one system: forces of joints
+//! and actuators, their uniqueness, and singularity indices.
 //!
 //! Inertia forces count as loads (d'Alembert), so the results also hold for moving mechanisms.
 

@@ -1,5 +1,5 @@
-//! Balance of all bodies as one system: the unknowns are all constraint reactions and
-//! actuator efforts, with six equations per body. Slow, but simple.
+//! Force and moment balance of all bodies as one linear system: the unknowns are all constraint
+//! reactions and actuator efforts, with six equations per body. Slow, but simple.
 //!
 //! This system is the test oracle of the kernels, and the dense fallback for statically
 //! indeterminate forces and infeasible loads.
@@ -57,7 +57,8 @@ pub struct UnitWrench {
     pub wrench: Wrench<f64>,
 }
 
-/// The system `matrix * unknowns = demand` at one position; `demand` are the required wrenches on the bodies.
+/// Linear system `matrix * unknowns = demand` of all bodies at one position; `demand` are the
+/// wrenches that the joints must exert on the bodies.
 ///
 /// Rows: for each body except the ground, force x y z, then moment x y z about the centre of mass, in
 /// world axes, N and N m.
@@ -77,7 +78,7 @@ pub struct NewtonEuler {
     length: f64,
     /// For each gearing, true if its multiplier is a moment.
     moments: Vec<bool>,
-    /// Topology of a mechanism with spinning rotors.
+    /// Topology, only for a mechanism with spinning rotors.
     spinning: Option<Topology>,
 }
 
@@ -153,7 +154,8 @@ impl NewtonEuler {
         self.ends.iter().filter(|(a, b)| *a == body || *b == body).count()
     }
 
-    /// Adds the effect of a joint's wrench on both of its bodies to `rows`.
+    /// Adds the wrench of a joint on its predecessor and its successor to the equations of these
+    /// bodies, `rows`.
     pub fn add_joint_wrench(&self, rows: &mut DVector<f64>, joint: usize, wrench: Wrench<f64>) {
         let (predecessor, successor) = self.ends[joint];
         self.add_wrench(rows, successor, wrench);
@@ -169,8 +171,8 @@ impl NewtonEuler {
         }
     }
 
-    /// Computes the joint wrenches that the bodies require: rates of change of momentum, less gravity,
-    /// external loads and spring forces.
+    /// Computes the wrenches that the joints must exert on each body: rate of change of momentum,
+    /// less gravity, external loads and spring forces.
     pub fn demand(
         &self,
         parameters: &Parameters<f64>,
@@ -215,7 +217,8 @@ impl NewtonEuler {
         rows
     }
 
-    /// Adds the wrenches of springs on joints and of bushings.
+    /// Adds the wrenches of springs on joints and of bushings to the equations of the bodies,
+    /// `rows`.
     fn add_springs(
         &self,
         rows: &mut DVector<f64>,
@@ -317,13 +320,14 @@ impl NewtonEuler {
     }
 }
 
-/// Components of the force, and of the moment about a body's centre of mass.
+/// Components of the force, and of the moment about the centre of mass `com`.
 fn components(wrench: Wrench<f64>, com: Vec3<f64>) -> [f64; 6] {
     let (force, moment) = (wrench.force, wrench.moment_about(com));
     [force.x, force.y, force.z, moment.x, moment.y, moment.z]
 }
 
-/// The two ends of a spring relative to the reference point, world axes, and the forces on them.
+/// Positions of the two ends of a spring relative to the reference point, world axes, and the
+/// forces on these ends.
 struct SpringForces {
     points: [Vec3<f64>; 2],
     forces: [Vec3<f64>; 2],

@@ -1,11 +1,12 @@
-//! Prediction of a smallest eigenvalue and its eigenvector along a motion, from earlier positions.
+//! Prediction of the smallest eigenvalue and its eigenvector along a motion, from the values at
+//! earlier positions.
 
 use crate::linalg::{BLOCK, Part};
 
 /// Relative residual of the eigenvector without a shift. With a shift, the error of the eigenvalue
-/// is the residual times the relative distance of the shift, so larger residuals suffice. Round-off
-/// of a start vector that contains little of the eigenvector costs two more digits: eigenvalues are
-/// accurate to 1e-9 for certain, and usually to round-off, because the error is quadratic.
+/// is the residual times the relative distance of the shift, so larger residuals suffice. If the
+/// start vector contains little of the eigenvector, round-off costs two more digits: eigenvalues
+/// are accurate to 1e-9 for certain, and usually to round-off, because the error is quadratic.
 const ACCURACY: f64 = 2e-11;
 /// Largest possible relative error of an eigenvalue; beyond it, the matrix is not shifted.
 const CERTAIN: f64 = 1e-9;

@@ -1,4 +1,5 @@
-//! Rank analysis of the balance: forces of joints and actuators at a position, and their uniqueness.
+//! Rank analysis of the force and moment balance of all bodies: forces of joints and actuators at a
+//! position, and their uniqueness.
 //!
 //! Equations (B7) and (B9) of the book's theory.
 
@@ -16,15 +17,16 @@ use nalgebra::{DMatrix, DVector};
 /// near-singular; the system is solved and the singularity index reported.
 pub(super) const RANK_LIMIT: Limit = Limit::OfLargest(1e-10);
 
-/// Decomposed balance of all bodies at one position.
+/// Force and moment balance of all bodies at one position, with the singular value decomposition of
+/// its matrix.
 #[derive(Clone, Debug)]
 pub struct Statics {
     system: NewtonEuler,
     row_scales: Vec<f64>,
     column_scales: Vec<f64>,
-    /// Decomposition of the scaled balance.
+    /// Decomposition of the scaled balance matrix.
     decomposition: Decomposition,
-    /// Self-stresses: scaled unknowns without a resultant on any body.
+    /// Basis of the self-stresses: scaled unknowns whose resultant on every body is zero.
     null: Vec<SparseVector>,
     drive_weights: Vec<f64>,
     /// Frame J of each joint relative to the reference point.
@@ -34,7 +36,7 @@ pub struct Statics {
     length: f64,
 }
 
-/// Solution of a balance.
+/// Constraint multipliers and efforts that balance a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticSolution {
     /// Values of [`NewtonEuler::unknowns`].
@@ -44,9 +46,9 @@ pub struct StaticSolution {
 /// A load that reactions and actuator forces cannot balance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InfeasibleLoad {
-    /// The unconstrained motion.
+    /// The unconstrained motion on which the load does work.
     pub motion: GainedTwist,
-    /// Unbalanced effort along the motion, N m, or N if the body does not turn.
+    /// Effort along the motion that remains unbalanced, N m, or N if the body does not turn.
     pub missing: f64,
 }
 
@@ -60,8 +62,8 @@ pub struct NullDirection {
 }
 
 impl Statics {
-    /// Decomposes the balance; `frames` are the frames J of all joints relative to the reference
-    /// point.
+    /// Decomposes the balance of all bodies; `frames` are the frames J of all joints relative to
+    /// the reference point.
     pub fn new(mechanism: &Mechanism, system: NewtonEuler, frames: Vec<Pose<f64>>) -> Self {
         let types: Vec<_> = mechanism.joints().iter().map(|j| j.joint_type).collect();
         let scaled = system.scaled_matrix(&types);
@@ -91,7 +93,7 @@ impl Statics {
         }
     }
 
-    /// The system's dimensionless matrix.
+    /// The dimensionless matrix of the balance.
     pub fn scaled_matrix(&self) -> &SparseMatrix {
         self.decomposition.matrix()
     }
@@ -115,7 +117,7 @@ impl Statics {
         self.length
     }
 
-    /// The system.
+    /// The linear system of the balance.
     pub fn system(&self) -> &NewtonEuler {
         &self.system
     }
@@ -135,13 +137,13 @@ impl Statics {
         self.null.len()
     }
 
-    /// Number of unconstrained motions.
+    /// Number of motions that neither constraints nor actuators resist.
     pub fn open_motions(&self) -> usize {
         self.row_scales.len() - self.rank()
     }
 
-    /// Computes the coefficients of `units` (additional demands, one per passive spin) with which a demand
-    /// becomes feasible, as far as possible.
+    /// Computes coefficients of `units` (one additional demand per passive spin) such that the
+    /// demand plus these multiples is feasible, as far as possible.
     pub fn amounts_into_reach(
         &self,
         demand: &DVector<f64>,
@@ -167,7 +169,8 @@ impl Statics {
         amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect()
     }
 
-    /// Subtracts the effect of the friction wrenches from a demand: constraints and actuators balance the rest.
+    /// Subtracts the effect of the friction wrenches from a demand, so that constraints and
+    /// actuators balance the result.
     fn less_friction(&self, demand: &DVector<f64>, friction: &[Wrench<f64>]) -> DVector<f64> {
         let mut rest = demand.clone();
         for (joint, &wrench) in friction.iter().enumerate() {
@@ -256,10 +259,10 @@ impl Statics {
         self.system.sparse_wrenches(scaled.iter().map(|&(k, x)| (k, x * self.column_scales[k])))
     }
 
-    /// Solves the balance for a demand ([`NewtonEuler::demand`]). If the balance is statically
-    /// indeterminate, minimises first the actuator efforts, then the reactions, with the declared
-    /// weighting [`crate::dynamics::Weighting`]. `friction` are the friction wrenches at each joint;
-    /// they load the bodies and are part of the weighted reactions.
+    /// Computes reactions and efforts for a demand ([`NewtonEuler::demand`]). If they are
+    /// statically indeterminate, minimises first the actuator efforts, then the reactions, with the
+    /// declared weighting [`crate::dynamics::Weighting`]. `friction` are the friction wrenches at
+    /// each joint; they load the bodies and are part of the weighted reactions.
     ///
     /// # Errors
     /// The demand is infeasible.
@@ -274,8 +277,8 @@ impl Statics {
         Ok(self.distributed(particular, friction))
     }
 
-    /// Solves for the feasible part of a demand. The result is linear in demand and friction
-    /// together.
+    /// Computes reactions and efforts for the feasible part of a demand. The result is linear in
+    /// demand and friction together.
     pub(crate) fn carry_what_can_be(
         &self,
         demand: &DVector<f64>,
@@ -408,11 +411,13 @@ fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
     motion.fixed_rows::<3>(6 * (body - 1) + if turns { 3 } else { 0 }).norm()
 }
 
-/// Components of null-space vectors below this value are round-off; such an unknown is determined.
+/// Components of null-space vectors below this value are round-off; an unknown without greater
+/// components is statically determinate.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
-/// Moves `solution` along the columns of `open` to minimise the norm of `now + response * amounts`;
-/// returns the directions along which the norm does not change.
+/// Moves `solution` along the columns of `open` to minimise the norm of `now + response * amounts`,
+/// where `amounts` are the displacements along the columns; returns the directions along which the
+/// norm does not change.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,

@@ -1,9 +1,10 @@
 //! Fast singularity indices along a motion, for statically determinate mechanisms.
 //!
-//! A smallest singular value is the square root of the smallest eigenvalue of the matrix times its
-//! transpose. With rows for bodies, this product couples only bodies with a common joint; with rows for
-//! joints, only joints with a common body. The cost of its factorisation is proportional to the number of
-//! legs, except for the coupling of the joints at one hub.
+//! A smallest singular value is the square root of the smallest eigenvalue of the Gram matrix: the
+//! balance matrix times its transpose. With rows for bodies, the Gram matrix couples only bodies
+//! with a common joint; with rows for joints, only joints with a common body. The cost of its
+//! factorisation is proportional to the number of legs, except for the coupling of the joints at
+//! one hub.
 //!
 //! Equation (M6) of the book's theory.
 
@@ -17,19 +18,20 @@ use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 
-/// Singular values below this fraction of the largest entry are refined with the matrix itself, because
-/// the product loses digits. The error is quadratic in the ratio of the product's round-off, about
-/// 1e-14, to the squared value.
+/// Singular values below this fraction of the largest entry are refined with the matrix itself,
+/// because the Gram matrix loses digits. The error is quadratic in the ratio of the Gram matrix's
+/// round-off, about 1e-14, to the squared value.
 const SMALL: f64 = 1e-4;
-/// Singular values below this fraction are computed by a decomposition of the matrix itself: refinement,
-/// which gains a factor of (squared value divided by the product's round-off) per pass, would converge too
-/// slowly.
+/// Singular values below this fraction of the largest entry are computed by a decomposition of the
+/// matrix itself: refinement, which gains a factor of (squared value divided by the Gram matrix's
+/// round-off) per pass, would converge too slowly.
 const TINY: f64 = 1e-6;
 /// Maximum number of refinement passes; for values at [`TINY`], each pass gains a factor of a hundred.
 const PASSES: usize = 10;
-/// Round-off of a product and its decomposition, relative to the squared largest entry, with a margin.
+/// Round-off of a Gram matrix and its decomposition, relative to the squared largest entry, with a
+/// margin.
 const ROUNDED: f64 = 1e-11;
-/// Relative corrections below this are round-off.
+/// Relative size of a correction below which the correction is round-off and refinement ends.
 const REFINED: f64 = 1e-14;
 /// Relative residual at which eigenvectors from refined solutions have converged.
 const REFINED_ACCURACY: f64 = 1e-12;
@@ -43,19 +45,22 @@ pub struct SingularityDistances {
     /// Number of bodies without the ground.
     bodies: usize,
     joints: Vec<Content>,
-    /// Products between bodies, over constraints and actuators.
+    /// Gram matrix of constraints and actuators, one block per pair of bodies with a common joint.
     by_bodies: BlockCholesky,
     body_slots: Vec<[Option<Slot>; 3]>,
-    /// Cholesky factor of the Gram matrix of the constraints, one block per pair of joints.
+    /// Gram matrix of the constraints, one block per pair of joints with a common body.
     by_joints: BlockCholesky,
     joint_slots: Vec<Meeting>,
-    /// Scaled unit wrenches of each joint, constraints first, on its predecessor and its successor.
+    /// Scaled unit wrenches of each joint, constraints before actuators, on the joint's predecessor
+    /// and successor.
     on: Vec<[[Part; BLOCK]; 2]>,
-    /// Scaled unit wrenches at the last call of [`Self::travel`].
+    /// Scaled unit wrenches at the previous position, for [`Self::travel`].
     passed: Vec<[[Part; BLOCK]; 2]>,
-    /// Sums of magnitudes in the rows of each body, for [`Self::travel`]: over constraints, and over all unknowns.
+    /// Sums of the magnitudes of changes in the rows of each body, for [`Self::travel`]: over the
+    /// constraints, and over the actuators.
     row_sums: Vec<[Part; 2]>,
-    /// Transposed constraints: for each component of the wrench, one value per constraint.
+    /// Transposed constraint wrenches of each joint on its predecessor and successor: for each
+    /// component of the wrench, one value per constraint.
     across: Vec<[[Part; BLOCK]; 2]>,
     actuation: Prediction,
     constraint: Prediction,
@@ -76,7 +81,7 @@ pub enum SingularityIndex {
 #[derive(Clone, Debug)]
 struct Content {
     joint_type: JointType,
-    /// Predecessor and successor.
+    /// Predecessor and successor of the joint.
     ends: [usize; 2],
     constraints: usize,
     /// Numbers of constraints and actuators.
@@ -84,7 +89,8 @@ struct Content {
     drives: Vec<Dof>,
 }
 
-/// Two joints of one body, each with its end (predecessor or successor) at this body.
+/// Two joints on one body; `ends` tells for each whether the body is its predecessor (0) or
+/// successor (1).
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     joints: [usize; 2],
@@ -215,8 +221,9 @@ impl SingularityDistances {
         })
     }
 
-    /// Returns true if an index at the position of `bodies` is certainly greater than a value: a Cholesky decomposition of the
-    /// shifted product exists. It costs less than the index itself. Also false if round-off does not allow the decision.
+    /// Returns true if an index at the position of `bodies` certainly exceeds a value: if the Gram
+    /// matrix, shifted by the squared value, has a Cholesky decomposition. This test costs less
+    /// than the index. Also false if round-off does not allow the decision.
     pub fn exceeds(
         &mut self,
         index: SingularityIndex,
@@ -286,7 +293,8 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the actuation index at the placed position; `None` if the product has lost too many digits.
+    /// Computes the actuation index at the position of the last [`Self::place`]; `None` if
+    /// round-off of the Gram matrix makes the result too inaccurate.
     fn between_bodies(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
         self.smallest_between_bodies().filter(trusted).or_else(|| {
@@ -295,7 +303,8 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes the constraint index at the placed position; `None` if the product has lost too many digits.
+    /// Computes the constraint index at the position of the last [`Self::place`]; `None` if
+    /// round-off of the Gram matrix makes the result too inaccurate.
     fn between_joints(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
         self.smallest_between_joints().filter(trusted).or_else(|| {
@@ -314,14 +323,16 @@ impl SingularityDistances {
         Distances::of_square(&NewtonEuler::new(mechanism, parameters, bodies), &types)
     }
 
-    /// Computes the actuation index, from constraints and actuators together.
+    /// Computes the actuation index, from constraints and actuators together; `None` if inverse
+    /// iteration fails.
     fn smallest_between_bodies(&mut self) -> Option<f64> {
         let near = self.actuation.shift();
         let found = near.and_then(|shift| self.smallest_between_bodies_at(Some(shift)));
         found.or_else(|| self.smallest_between_bodies_at(Some(Shift::NONE)))
     }
 
-    /// Computes the constraint index, from the constraints alone.
+    /// Computes the constraint index, from the constraints alone; `None` if inverse iteration
+    /// fails.
     fn smallest_between_joints(&mut self) -> Option<f64> {
         if self.joints.iter().all(|joint| joint.constraints == 0) {
             return Some(1.0);
@@ -331,7 +342,7 @@ impl SingularityDistances {
         found.or_else(|| self.smallest_between_joints_at(Some(Shift::NONE)))
     }
 
-    /// Largest entry of the scaled balance at the placed position.
+    /// Largest entry of the scaled balance matrix at the position of the last [`Self::place`].
     fn largest(&self) -> f64 {
         let mut largest = 0.0_f64;
         for (joint, on) in self.joints.iter().zip(&self.on) {
@@ -344,7 +355,7 @@ impl SingularityDistances {
         largest
     }
 
-    /// Writes the scaled balance at the position, joint by joint.
+    /// Writes the scaled unit wrenches of all joints at the position of `bodies`.
     fn place(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) {
         let length = parameters.length;
         for (index, joint) in self.joints.iter().enumerate() {
@@ -423,7 +434,8 @@ impl SingularityDistances {
         Some(square.sqrt())
     }
 
-    /// Computes the product over constraints and actuators between bodies, at the placed position.
+    /// Computes the Gram matrix of constraints and actuators between bodies, at the position of the
+    /// last [`Self::place`].
     fn multiply_between_bodies(&mut self) {
         let matrix = &mut self.by_bodies;
         matrix.clear();
@@ -440,8 +452,9 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the product between the constraints of joints, at the placed position. Unit rows, with `shift` added,
-    /// decouple the components without a constraint.
+    /// Computes the Gram matrix of the constraints between joints, at the position of the last
+    /// [`Self::place`]. Rows without a constraint get the diagonal entry one, with `shift` added,
+    /// and no coupling.
     fn multiply_between_joints(&mut self, shift: f64) {
         for ((joint, on), across) in self.joints.iter().zip(&self.on).zip(&mut self.across) {
             for (on, across) in on.iter().zip(across) {
@@ -594,7 +607,7 @@ mod tests {
     use crate::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
     use crate::spatial::{Mat3, Pose, Vec3};
 
-    /// A four-bar of R, U, S and R joints.
+    /// Creates a four-bar linkage of R, U, S and R joints.
     fn four_bar() -> Mechanism {
         let at = |x: f64, y: f64, z: f64| {
             // Rotation axes in general directions.
@@ -639,7 +652,8 @@ mod tests {
         }
     }
 
-    /// With an unsuitable unit of length for moments, every position is nearly singular.
+    /// Checks nearly singular positions, which result from an unsuitable unit of length for
+    /// moments.
     #[test]
     fn small_values_are_found_by_refined_solutions() {
         let mut refined = 0;

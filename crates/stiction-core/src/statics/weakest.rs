@@ -1,5 +1,5 @@
-//! Least-constrained motions: the twist gained at a singular position, and the load that is infeasible
-//! at this position.
+//! Least-constrained motions: the motion gained at a singular position, and the load that joints
+//! and actuators cannot balance there.
 
 use super::distance::{Constraints, of_legs};
 use super::rank::{RANK_LIMIT, Statics};
@@ -14,8 +14,8 @@ pub struct GainedTwist {
     /// The twist of each body about the reference point; scaled so that `body` turns by one radian,
     /// or, if it does not turn, moves by one metre.
     pub twists: Vec<Twist<f64>>,
-    /// Body that describes the motion: among the bodies with considerable motion, the body with the most
-    /// joints.
+    /// Body that describes the motion: among the bodies with considerable motion, the one with the
+    /// most joints.
     pub body: usize,
     /// True if `body` turns.
     pub turns: bool,
@@ -32,7 +32,7 @@ impl GainedTwist {
         (name, describe_motion(in_world, mechanism.characteristic_length()))
     }
 
-    /// Describes the infeasible load on the body, which does work on the motion.
+    /// Describes a load on the body that is infeasible because it does work on the motion.
     pub fn load_in_words(&self, length: f64) -> String {
         let Twist { angular, linear } = self.twists[self.body];
         let Some(axis) = angular.direction().filter(|_| self.turns) else {
@@ -67,8 +67,9 @@ impl Statics {
         self.weakest(&transposed, &equations, idle.len(), idle)
     }
 
-    /// Finds the motion that the rows of a scaled, transposed balance with `equations` columns resist
-    /// least, apart from `others` known motions with less resistance.
+    /// Finds the motion that the rows of `transposed`, unit wrenches of the scaled balance, resist
+    /// least, apart from `others` known motions with less resistance. `equations` are the equations
+    /// of the balance that form the columns.
     fn weakest(
         &self,
         transposed: &Decomposition,
@@ -138,13 +139,15 @@ impl Statics {
 }
 
 impl Constraints<'_> {
-    /// Finds the least-constrained motion in addition to the `mobility` generic motions of the constraints.
+    /// Finds the motion that the constraints resist least, apart from their `mobility` generic
+    /// motions.
     pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations: Vec<usize> = (0..self.transposed().matrix().ncols()).collect();
         self.statics().weakest(self.transposed(), &equations, mobility, idle)
     }
 
-    /// Finds the least-constrained motion of the bodies between hubs, with the hubs fixed.
+    /// Finds the motion of the bodies between hubs that the constraints resist least, with the hubs
+    /// fixed.
     pub fn weakest_leg_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations = of_legs(self.statics().system());
         self.statics().weakest(&self.legs(&equations), &equations, idle.len(), idle)

@@ -3,14 +3,14 @@
 use crate::random::Random;
 use std::collections::VecDeque;
 
-/// Tree of bodies.
+/// Spanning tree of the bodies.
 #[derive(Debug)]
 pub(super) struct Spanning {
     /// All bodies except the ground, parents before children.
     pub(super) order: Vec<Placement>,
 }
 
-/// Body and the joint that places it; `None` if it floats.
+/// Body, and the joint that connects it with its parent; `None` for a floating body.
 #[derive(Debug)]
 pub(super) struct Placement {
     pub(super) body: usize,
@@ -20,8 +20,8 @@ pub(super) struct Placement {
 const GROUND: usize = 0;
 
 impl Spanning {
-    /// Builds the tree described in [`super`]: hubs float, and each chain between hubs is cut at its
-    /// cheapest joint that need not be kept. Joints to keep must form no loop.
+    /// Builds the tree described in [`super`]: hubs float, and each chain between hubs is cut at
+    /// the joint with the lowest cost, except joints to keep, which must form no loop.
     pub(super) fn by_structure(
         bodies: usize,
         ends: &[(usize, usize)],

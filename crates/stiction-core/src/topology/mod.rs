@@ -33,7 +33,7 @@ pub struct Topology {
     pub(crate) ends: Vec<(usize, usize)>,
     /// All bodies except the ground, parents before children.
     pub(crate) nodes: Vec<Node>,
-    /// Node that places each body (`None` for the ground).
+    /// Node of each body (`None` for the ground).
     pub(crate) node_of_body: Vec<Option<usize>>,
     /// Role of each joint.
     pub(crate) role: Vec<Role>,
@@ -47,7 +47,8 @@ pub struct Topology {
     pub(crate) actuators: Vec<Actuator>,
     /// Actuators at cut joints, whose efforts are further columns of the balance.
     pub(crate) cut_actuators: Vec<usize>,
-    /// Rigid gearings. Their joints are in the tree, so that each is a sum of coordinates.
+    /// Rigid gearings. Their joints are in the tree, so each gearing is an equation between
+    /// coordinates of the tree.
     pub(crate) gearings: Vec<GearedDofs>,
 }
 
@@ -60,7 +61,7 @@ pub(crate) struct GearedDofs {
     pub(crate) dofs: Vec<(usize, usize)>,
     /// Nodes of these degrees of freedom, each once.
     pub(crate) nodes: Vec<usize>,
-    /// True if the sum is a length.
+    /// True if the weighted sum is a length, false if it is an angle.
     pub(crate) is_length: bool,
 }
 
@@ -87,9 +88,9 @@ pub(crate) enum Link {
 /// Role of a joint in the compiled graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
-    /// Places the body of this node.
+    /// Joint of the tree that places the body of a node.
     Tree { node: usize },
-    /// Closes a loop.
+    /// Joint that closes a loop, with its index in [`Topology::cuts`].
     Cut { cut: usize },
 }
 
@@ -107,7 +108,7 @@ pub(crate) struct Cut {
 }
 
 impl Cut {
-    /// Columns of the balance that belong to this cut's wrench: constraint wrenches, then
+    /// Columns of the balance for the wrench of this cut joint: constraint wrenches, then
     /// actuators.
     pub(crate) fn columns(
         &self,
@@ -124,7 +125,7 @@ pub(crate) struct TreeDof {
     pub(crate) node: usize,
     /// Index among the degrees of freedom of its joint or, for a floating body, among its six.
     pub(crate) local: usize,
-    /// Actuator of this degree of freedom.
+    /// Index of the actuator of this degree of freedom; `None` if it is not actuated.
     pub(crate) actuator: Option<usize>,
 }
 
@@ -210,7 +211,8 @@ impl Topology {
         topology
     }
 
-    /// Adds a gearing, unless the tree was given without some of its joints.
+    /// Adds a gearing; does nothing if one of its joints is not in the tree, as a given tree
+    /// permits.
     fn gear(&mut self, gearing: usize, content: &Gearing) {
         let (mut dofs, mut nodes) = (Vec::new(), Vec::new());
         for geared in &content.dofs {
@@ -224,7 +226,7 @@ impl Topology {
         self.gearings.push(GearedDofs { gearing, dofs, nodes, is_length: content.is_length() });
     }
 
-    /// Adds the node of a body whose parent has one.
+    /// Adds the node of a body; the node of its parent must exist already.
     fn place(&mut self, placement: &graph::Placement) {
         let node = self.nodes.len();
         let (link, parent_body, dofs, coordinates) = match placement.joint {
@@ -276,7 +278,7 @@ impl Topology {
         });
     }
 
-    /// Indices of a joint's actuators, which are in the order of the joints.
+    /// Indices of a joint's actuators; actuators are in the order of the joints.
     fn actuators_of(&self, joint: usize) -> Range<usize> {
         let first = |joint: usize| self.actuators.partition_point(|a| a.joint < joint);
         first(joint)..first(joint + 1)
@@ -296,7 +298,7 @@ impl Topology {
         signed(of_successor, 1.0).chain(signed(of_predecessor, -1.0)).collect()
     }
 
-    /// Node that a joint places; `None` if it closes a loop.
+    /// Node of the body that a joint of the tree places; `None` if the joint closes a loop.
     pub(crate) fn node_of(&self, joint: usize) -> Option<&Node> {
         match self.role[joint] {
             Role::Tree { node } => self.nodes.get(node),

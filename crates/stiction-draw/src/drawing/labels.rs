@@ -1,10 +1,12 @@
-//! Placement of labels, one at a time, at the positions where they hide the least of the drawing.
+//! Placement of labels one after the other, each at the position where it hides the least of the
+//! drawing.
 
 use super::svg::{Anchor, Point, line, px, text, width_of};
 
-/// Font size, px.
+/// Font size of labels, px.
 pub(super) const LETTERS: f64 = 14.0;
-/// Largest number of characters in a label; the title of the symbol contains the complete name.
+/// Largest number of characters in a label; longer names are shortened, and the title of the symbol
+/// contains the complete name.
 const LONGEST: usize = 26;
 
 /// Axis-aligned box in the picture, px.
@@ -46,7 +48,7 @@ impl Area {
     }
 }
 
-/// Label to be placed.
+/// Text to be placed near a point of the picture.
 #[derive(Clone, Debug)]
 pub(super) struct Label {
     /// Labelled point, px.
@@ -55,14 +57,14 @@ pub(super) struct Label {
     pub(super) radius: f64,
     pub(super) class: String,
     pub(super) content: String,
-    /// True if the label may cover its point.
+    /// True if the label may cover the labelled point.
     pub(super) inside: bool,
 }
 
 /// Obstacles for labels.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Obstacles {
-    /// Symbols and labels.
+    /// Boxes of the symbols and of the labels that are already placed.
     pub(super) areas: Vec<Area>,
     /// Lines, represented by points along them.
     pub(super) points: Vec<Point>,
@@ -79,7 +81,8 @@ impl Obstacles {
     }
 }
 
-/// Places labels in order; returns their drawing and the area that they cover.
+/// Places labels in the given order; returns their SVG markup and the area that they cover.
+/// Positions away from `middle`, the centre of the picture, are preferred.
 pub(super) fn place(labels: &[Label], obstacles: &mut Obstacles, middle: Point) -> (String, Area) {
     let (mut drawn, mut area) = (String::new(), Area::empty());
     for label in labels {
@@ -119,7 +122,8 @@ fn shortened(content: &str) -> String {
     content.chars().take(LONGEST - 1).chain(['…']).collect()
 }
 
-/// Candidate centres of a label: rings of different radii around its point.
+/// Candidate positions for the centre of a label: rings of different radii around the labelled
+/// point. `half` is half the width and height of the label, px.
 fn candidates(label: &Label, half: Point) -> impl Iterator<Item = Point> + use<> {
     let (at, radius, inside) = (label.at, label.radius, label.inside);
     let around = (0..3).flat_map(move |ring| {

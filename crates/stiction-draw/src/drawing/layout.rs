@@ -5,7 +5,7 @@ use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::Vec3;
 
-/// Smallest number of joints of a hub, a body at which legs end.
+/// Smallest number of joints of a hub, a body at which legs begin or end.
 const HUB: usize = 3;
 
 /// Layout of a mechanism. Points are in world axes, relative to the reference point of the kernel,
@@ -20,7 +20,7 @@ pub(super) struct Layout {
     pub(super) joints: Vec<Vec<usize>>,
     /// True for each body that is a hub; the ground is always a hub.
     pub(super) hubs: Vec<bool>,
-    /// Index of the branch of each body; `None` for hubs.
+    /// Index of the branch (leg) of each body; `None` for hubs.
     pub(super) branch: Vec<Option<usize>>,
     /// Name of each branch.
     pub(super) branches: Vec<String>,
@@ -37,13 +37,13 @@ impl Layout {
         Self { places, anchorages, joints, hubs, branch, branches }
     }
 
-    /// Branch of a joint: that of its predecessor or successor.
+    /// Index of the branch of a joint: that of the predecessor or successor.
     pub(super) fn branch_of_joint(&self, mechanism: &Mechanism, joint: usize) -> Option<usize> {
         let (p, s) = ends(mechanism, joint);
         self.branch[s].or(self.branch[p])
     }
 
-    /// Mean position of a body's joints; `None` without joints.
+    /// Mean position of a body's joints; `None` for a body without joints.
     pub(super) fn middle(&self, body: usize) -> Option<Vec3<f64>> {
         mean(self.joints[body].iter().map(|&joint| self.places[joint]))
     }
@@ -81,8 +81,9 @@ fn hubs(mechanism: &Mechanism, joints: &[Vec<usize>]) -> Vec<bool> {
     joints.iter().enumerate().map(is_hub).collect()
 }
 
-/// Legs: bodies that are connected without a hub in between, and bodies whose names contain the same leg. In a
-/// mechanism without legs, such as a plain loop, each body is a separate branch.
+/// Groups the bodies into branches. Bodies that are connected without a hub between them, and
+/// bodies whose names contain the same leg, form one branch. In a mechanism without legs, such as a
+/// plain loop, each body is a separate branch.
 fn branches(
     mechanism: &Mechanism,
     joints: &[Vec<usize>],
@@ -153,7 +154,8 @@ fn branches(
 pub(super) struct Anchorage {
     pub(super) on_predecessor: Vec3<f64>,
     pub(super) on_successor: Vec3<f64>,
-    /// Weight of the successor's point: zero at the point of the predecessor, one at that of the successor.
+    /// Weight of the successor's point: with zero, the symbol is at the predecessor's point, with
+    /// one at the successor's point.
     pub(super) weight: f64,
 }
 
@@ -218,7 +220,7 @@ fn anchorages(placed: &Placed<'_>, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<
     (0..mechanism.joints().len()).map(anchorage).collect()
 }
 
-/// Computes the positions of the symbols.
+/// Computes the position of the symbol of each joint.
 fn places(placed: &Placed<'_>, anchorages: &[Anchorage]) -> Vec<Vec3<f64>> {
     let place = |(joint, anchorage): (usize, &Anchorage)| {
         let (p, s) = ends(placed.mechanism, joint);
@@ -229,8 +231,8 @@ fn places(placed: &Placed<'_>, anchorages: &[Anchorage]) -> Vec<Vec3<f64>> {
     anchorages.iter().enumerate().map(place).collect()
 }
 
-/// Returns true if the origin of a guide lies well between its two bodies; `from` and `to` are the
-/// positions of the bodies along the axis, m from the origin.
+/// Returns true if the origin of a guide lies clearly between its two bodies; `from` and `to` are
+/// the positions of the bodies along the axis, m from the origin.
 fn is_amid(from: f64, to: f64) -> bool {
     let margin = 0.2 * (to - from).abs();
     from.min(to) + margin < 0.0 && 0.0 < from.max(to) - margin

@@ -5,14 +5,14 @@ use super::svg::{Anchor, Point, line, px, text, width_of};
 use super::view::View;
 use stiction_core::spatial::Vec3;
 
-/// Font size, px.
+/// Font size of the legend, px.
 const LETTERS: f64 = 13.0;
-/// Height of a row, px.
+/// Height of a row of the legend, px.
 const ROW: f64 = 34.0;
-/// Length of the world axes, px.
+/// Length of the drawn world axes, px.
 const AXIS: f64 = 26.0;
 
-/// Symbol and its meaning.
+/// Symbol and its meaning, for a legend.
 pub(super) struct Entry {
     /// Drawing of the symbol at a given point.
     pub(super) symbol: Box<dyn Fn(Point) -> String>,

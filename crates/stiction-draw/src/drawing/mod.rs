@@ -45,8 +45,8 @@ pub struct Drawing<'a> {
     placed: Placed<'a>,
     layout: Layout,
     trail: Option<&'a Trail>,
-    /// Points that the picture must contain in addition to those of this pose; the first ones are the joints that
-    /// determine the size of the symbols.
+    /// Points that the picture must contain in addition to those of this pose. The first points are
+    /// joint positions, which determine the size of the symbols.
     extent: Vec<Vec3<f64>>,
     normal: Option<Vec3<f64>>,
 }
@@ -65,7 +65,7 @@ impl<'a> Drawing<'a> {
         Self { trail: Some(trail), ..self }
     }
 
-    /// Tests if all bodies move in parallel planes.
+    /// Returns `true` if all bodies move in parallel planes.
     pub fn is_planar(&self) -> bool {
         self.normal.is_some()
     }
@@ -84,13 +84,13 @@ impl<'a> Drawing<'a> {
         layout::mean(self.layout.places.iter().copied()).unwrap_or_else(Vec3::zero)
     }
 
-    /// Apparent thickness in the best view, relative to the length: zero if all joints lie on a line, as in a
-    /// slider-crank at its dead centres.
+    /// Apparent thickness of the mechanism in the best view, relative to its length: zero if all
+    /// joints lie on a line, as in a slider-crank at its dead centres.
     pub fn thickness(&self) -> f64 {
         view::thickness(&self.best_view(), &self.layout)
     }
 
-    /// Picture as one `svg` element.
+    /// Draws the picture as one `svg` element.
     pub fn svg(&self, view: &View, detail: Detail, surface: Surface) -> String {
         Sheet::new(self, view, detail).finish(surface)
     }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use stiction_core::spatial::Vec3;
 
 impl Drawing<'_> {
-    /// Description for [`crate::viewer`]; lengths in m.
+    /// Describes the mechanism in JSON for [`crate::viewer`]; lengths in m.
     pub fn scene(&self) -> Value {
         let (placed, layout) = (&self.placed, &self.layout);
         let mechanism = placed.mechanism;

@@ -14,10 +14,11 @@ use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 use stiction_core::spatial::Vec3;
 
-/// Size of the area for the mechanism, px.
+/// Width and height of the area for the mechanism, px.
 const ROOM: [f64; 2] = [540.0, 420.0];
 const SMALL_ROOM: [f64; 2] = [230.0, 200.0];
-/// Largest number of joints or legs with labels; if there are more, browsers show names at the pointer.
+/// Largest number of joints or legs that get labels; if there are more, browsers show names at the
+/// pointer.
 const LABELLED: usize = 48;
 
 pub(super) struct Sheet<'a> {
@@ -26,11 +27,11 @@ pub(super) struct Sheet<'a> {
     detail: Detail,
     /// Scale, px per m.
     scale: f64,
-    /// Point at the centre of the picture, m.
+    /// Point of the projected mechanism at the centre of the picture, m.
     centre: Point,
     /// Centre of mass of each body, relative to the reference point of the kernel, world axes, m.
     coms: Vec<Vec3<f64>>,
-    /// Drawn parts, each with its depth towards the viewer, px.
+    /// SVG markup of the drawn parts, each with its depth towards the viewer, px.
     parts: Vec<(f64, String)>,
     obstacles: Obstacles,
     labels: Vec<Label>,
@@ -73,19 +74,20 @@ impl<'a> Sheet<'a> {
         sheet
     }
 
-    /// The paths alone, with the area that they cover.
+    /// Draws the paths alone; returns their markup and the area that they cover.
     pub(super) fn paths(mut self) -> (String, Area) {
         self.draw_trails();
         self.composed()
     }
 
-    /// The mechanism without paths, labels and legend, with the area that it covers.
+    /// Draws the mechanism without paths, labels and legend; returns the markup and the area that
+    /// it covers.
     pub(super) fn bare(mut self) -> (String, Area) {
         self.draw_mechanism();
         self.composed()
     }
 
-    /// Completes the picture.
+    /// Draws all parts of the picture; returns the complete SVG file.
     pub(super) fn finish(mut self, surface: Surface) -> String {
         self.draw_trails();
         self.draw_mechanism();
@@ -143,7 +145,7 @@ impl<'a> Sheet<'a> {
         self.drawing.placed.mechanism.joints()
     }
 
-    /// Position of a point in the picture, px.
+    /// Projects a point (relative to the reference point, world axes, m) into the picture, px.
     fn at(&self, point: Vec3<f64>) -> Point {
         let [x, y] = self.pen.view.project(point);
         [(x - self.centre[0]) * self.scale, (y - self.centre[1]) * self.scale]
@@ -474,7 +476,8 @@ pub(super) fn sheet(area: &Area) -> String {
     corners("sheet", &[[x, y], [right, y], [right, bottom], [x, bottom]], true)
 }
 
-/// Line style of a body: if two bodies slide in each other, the body with the guide is thicker.
+/// Width class of the line of a body: if one body slides in another, the body with the guide is
+/// thicker.
 pub(super) fn thickness(mechanism: &Mechanism, joints: &[usize], body: usize) -> &'static str {
     let slides = |joint: &&usize| {
         let kind = mechanism.joints()[**joint].joint_type;
@@ -504,7 +507,7 @@ fn fit(seen: &Area, room: Point, length: f64) -> (f64, Point) {
     (scale, if centre.iter().all(|c| c.is_finite()) { centre } else { [0.0; 2] })
 }
 
-/// Draws a line with short strokes on its right side, seen in its direction with y downwards.
+/// Draws a line with short strokes on its right side, as seen from `a` towards `b`.
 fn hatched(a: Point, b: Point) -> String {
     let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(1e-9);
     let (u, v) = ((b[0] - a[0]) / length, (b[1] - a[1]) / length);

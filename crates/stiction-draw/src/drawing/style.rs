@@ -3,27 +3,28 @@
 //! Colours are literal values, because programs other than browsers do not support CSS variables;
 //! such programs use the light colours.
 
-/// Colours of branches, distinguishable on paper, on screen and with most colour vision deficiencies (after Okabe and
-/// Ito), except those similar to the yellow of actuated joints.
+/// Colours of branches, distinguishable on paper, on screen and with most colour vision
+/// deficiencies (after Okabe and Ito); without the colours that resemble the yellow of actuated
+/// joints.
 pub const BRANCHES: [&str; 7] =
     ["#0072b2", "#c1440e", "#00835f", "#b0478c", "#7a6000", "#2c8fc9", "#666666"];
 /// Colours of branches on a dark background.
 pub const BRANCHES_ON_DARK: [&str; 7] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0"];
 
-/// Number of colours.
+/// Number of colours of branches.
 pub(super) const COLOURS: usize = BRANCHES.len();
 
 /// Background of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surface {
-    /// Transparent; light or dark colours according to the reader's preference.
+    /// Transparent background; light or dark colours according to the reader's preference.
     Inline,
-    /// White sheet.
+    /// White sheet of paper.
     Paper,
 }
 
-/// Style sheet of a picture.
+/// Style sheet (CSS) of a picture.
 pub(super) fn style(surface: Surface) -> String {
     let mut css = String::from(
         ".mechanism{font-family:Helvetica,Arial,sans-serif;font-size:14px}\
@@ -60,7 +61,7 @@ pub(super) fn style(surface: Surface) -> String {
     css
 }
 
-/// Colours of the parts of a picture, by their names in the style sheet of a page.
+/// Colours of the parts of a picture, each with its name in the style sheet of a page.
 pub(crate) fn tones(is_dark: bool) -> [(&'static str, &'static str); 7] {
     let tones = if is_dark { &TONES_ON_DARK } else { &TONES };
     [

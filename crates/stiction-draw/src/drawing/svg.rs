@@ -14,7 +14,7 @@ pub(crate) fn px(x: f64) -> String {
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
 }
 
-/// Straight line.
+/// Draws a straight line.
 pub(super) fn line(class: &str, a: Point, b: Point) -> String {
     format!(
         r#"<line class="{class}" x1="{}" y1="{}" x2="{}" y2="{}"/>"#,
@@ -25,7 +25,7 @@ pub(super) fn line(class: &str, a: Point, b: Point) -> String {
     )
 }
 
-/// Circle.
+/// Draws a circle.
 pub(super) fn circle(class: &str, centre: Point, radius: f64) -> String {
     format!(
         r#"<circle class="{class}" cx="{}" cy="{}" r="{}"/>"#,
@@ -35,7 +35,7 @@ pub(super) fn circle(class: &str, centre: Point, radius: f64) -> String {
     )
 }
 
-/// Polyline through corners, closed or open.
+/// Draws a polyline through corners, closed or open.
 pub(super) fn corners(class: &str, points: &[Point], closed: bool) -> String {
     let mut list = String::new();
     for (k, point) in points.iter().enumerate() {
@@ -47,19 +47,19 @@ pub(super) fn corners(class: &str, points: &[Point], closed: bool) -> String {
     format!(r#"<{element} class="{class}" points="{list}"/>"#)
 }
 
-/// Path with its SVG path data.
+/// Draws a path, given by its SVG path data.
 pub(super) fn path(class: &str, outline: &str) -> String {
     format!(r#"<path class="{class}" d="{outline}"/>"#)
 }
 
-/// Alignment of text at its point.
+/// Alignment of a text relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
     Middle,
 }
 
-/// Single line of text.
+/// Draws a single line of text.
 pub(super) fn text(class: &str, at: Point, anchor: Anchor, content: &str) -> String {
     let anchor = match anchor {
         Anchor::Start => "start",

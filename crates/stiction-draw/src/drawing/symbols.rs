@@ -5,11 +5,11 @@ use super::view::View;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Drawing tool for symbols of joints; sizes in px.
+/// Drawing tool for symbols of joints in one direction of view; sizes in px.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pen {
     pub(super) view: View,
-    /// Radius of a pin.
+    /// Radius of a pin, px, from which the other sizes follow.
     pub(super) size: f64,
 }
 
@@ -52,7 +52,8 @@ impl Pen {
         radii * self.size
     }
 
-    /// Draws a joint at a point; `frame_j` and `frame_k` are its frames in world axes.
+    /// Draws the symbol of a joint at the point `at`; `frame_j` and `frame_k` are the joint's
+    /// frames in world axes.
     pub(super) fn joint(
         &self,
         kind: JointType,
@@ -100,7 +101,8 @@ impl Pen {
         }
     }
 
-    /// Draws a line along an axis to both sides; empty if the axis points towards the viewer.
+    /// Draws a dashed line along an axis to both sides of a point; empty if the axis points towards
+    /// the viewer.
     fn dashed(&self, at: Point, axis: Vec3<f64>, reach: f64) -> String {
         let (a, b) = (self.go(at, axis, -reach), self.go(at, axis, reach));
         if (a[0] - b[0]).hypot(a[1] - b[1]) < 2.4 * self.size {
@@ -109,7 +111,7 @@ impl Pen {
         line("axis", a, b)
     }
 
-    /// Reverses an axis that points away from the viewer.
+    /// Returns the axis, reversed if it points away from the viewer.
     fn facing(&self, axis: Vec3<f64>) -> Vec3<f64> {
         if self.view.depth(axis) < 0.0 { -axis } else { axis }
     }
@@ -166,7 +168,8 @@ impl Pen {
         (-2..=2).map(turn).collect()
     }
 
-    /// Draws a box along an axis, rotated so that one of its faces looks towards the viewer.
+    /// Draws a box with its length along an axis, rotated so that one of its faces looks towards
+    /// the viewer.
     fn slide_box(&self, faces: &Faces, at: Point, axis: Vec3<f64>, length: f64, r: f64) -> String {
         let level = axis.cross(self.view.toward).direction();
         let level = level.unwrap_or_else(|| axis.any_perpendicular());
@@ -222,7 +225,7 @@ impl Pen {
     }
 }
 
-/// Frame in which the symbol of a joint is easy to recognise, for legends.
+/// Frame in which the symbol of a joint type is easy to recognise, for legends.
 pub(super) fn sample_frame(view: &View, kind: JointType, planar: bool) -> Pose<f64> {
     let View { right, up, toward } = *view;
     let slides = matches!(kind, JointType::Prismatic | JointType::Cylindrical | JointType::Helical);
@@ -238,7 +241,7 @@ pub(super) fn sample_frame(view: &View, kind: JointType, planar: bool) -> Pose<f
     Pose { rotation: Mat3::from_columns(x, axis.cross(x), axis), position: Vec3::zero() }
 }
 
-/// Name of a joint type.
+/// Name of a joint type in words.
 pub(super) fn word(kind: JointType) -> &'static str {
     match kind {
         JointType::Revolute => "revolute",

@@ -5,12 +5,12 @@ use super::placed::Placed;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Largest number of points of a path.
+/// Largest number of stored points of a path.
 const KEPT: usize = 600;
 /// Largest number of traced bodies.
 const TRACED: usize = 4;
 
-/// Paths of the hubs, or of coupler bodies, and strokes of sliding joints.
+/// Paths of the hubs or, without hubs, of the coupler bodies, and strokes of the sliding joints.
 #[derive(Clone, Debug)]
 pub struct Trail {
     bodies: Vec<Path>,
@@ -35,8 +35,8 @@ struct Slide {
 }
 
 impl Trail {
-    /// Starts with these poses of all bodies, the ground first; traces the hubs, or, if there are none, the bodies
-    /// not connected to the ground.
+    /// Starts the paths at the given poses of all bodies, the ground first. Traces the hubs or, if
+    /// there are none, the bodies that are not connected to the ground.
     pub fn new(mechanism: &Mechanism, poses: &[Pose<f64>]) -> Self {
         let placed = Placed::new(mechanism, poses);
         let layout = Layout::new(&placed);
@@ -51,7 +51,7 @@ impl Trail {
         trail
     }
 
-    /// Adds the next poses of all bodies.
+    /// Adds the next poses of all bodies to the paths.
     pub fn add(&mut self, mechanism: &Mechanism, poses: &[Pose<f64>]) {
         for slide in &mut self.slides {
             let value = slid(mechanism, poses, slide.joint);
@@ -90,8 +90,8 @@ impl Trail {
     }
 }
 
-/// Traced bodies and their traced points, in the axes of the bodies, m: the hubs, or, if there are none, the bodies
-/// not connected to the ground; empty if there are many.
+/// Traced bodies and their traced points, in the axes of the bodies, m: the hubs or, if there are
+/// none, the bodies that are not connected to the ground; empty if there are too many.
 pub(super) fn traced(placed: &Placed<'_>, layout: &Layout) -> Vec<(usize, Vec3<f64>)> {
     let bodies = layout.joints.len();
     let hubs: Vec<usize> = (1..bodies).filter(|&body| layout.hubs[body]).collect();

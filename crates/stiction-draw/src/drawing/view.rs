@@ -11,9 +11,9 @@ use stiction_core::spatial::Vec3;
 pub struct View {
     /// Direction to the right in the picture, a unit vector in world axes.
     pub right: Vec3<f64>,
-    /// Upward direction in the picture.
+    /// Upward direction in the picture, a unit vector in world axes.
     pub up: Vec3<f64>,
-    /// Direction out of the picture, towards the viewer.
+    /// Direction out of the picture, towards the viewer, a unit vector in world axes.
     pub toward: Vec3<f64>,
 }
 
@@ -43,7 +43,7 @@ impl View {
         Self::from(Vec3::unit(2), Vec3::unit(1))
     }
 
-    /// Projects a point; returns its distances to the right and downwards, as on a screen, m.
+    /// Projects a point; returns its coordinates to the right and downwards, as on a screen, m.
     pub(super) fn project(&self, point: Vec3<f64>) -> [f64; 2] {
         [self.right.dot(point), -self.up.dot(point)]
     }
@@ -91,7 +91,7 @@ pub(super) fn plane_normal(placed: &Placed<'_>, layout: &Layout) -> Option<Vec3<
     (!needs_places || spread < NONE * length).then_some(normal)
 }
 
-/// Upward direction: against gravity, or along z without gravity.
+/// Upward direction of pictures: against gravity, or along z without gravity.
 pub(super) fn upwards(placed: &Placed<'_>) -> Vec3<f64> {
     (-placed.mechanism.gravity()).direction().unwrap_or(Vec3::unit(2))
 }
@@ -134,7 +134,7 @@ pub(super) fn axonometric(placed: &Placed<'_>, layout: &Layout) -> View {
     best.map_or_else(View::front, |(_, view)| view)
 }
 
-/// Number of joints that lie behind or in front of a platform to which they do not belong.
+/// Counts the joints that lie behind or in front of a platform to which they do not belong.
 fn hidden(view: &View, layout: &Layout) -> f64 {
     // Coordinates are scaled so that the hull distinguishes neighbouring corners.
     let seen: Vec<[f64; 2]> = layout.places.iter().map(|place| view.project(*place)).collect();
@@ -153,7 +153,8 @@ fn hidden(view: &View, layout: &Layout) -> f64 {
     platforms.map(count).sum::<usize>() as f64
 }
 
-/// Apparent thickness, relative to the length: zero if all joints lie on a line.
+/// Apparent thickness of the mechanism, relative to its length: zero if all joints lie on a line in
+/// the picture.
 pub(super) fn thickness(view: &View, layout: &Layout) -> f64 {
     let points: Vec<[f64; 2]> = layout.places.iter().map(|place| view.project(*place)).collect();
     let count = points.len().max(1) as f64;
@@ -168,7 +169,8 @@ pub(super) fn thickness(view: &View, layout: &Layout) -> f64 {
     if large > 0.0 { (small.max(0.0) / large).sqrt() } else { 0.0 }
 }
 
-/// Separation of joints in the picture; the closest pairs have the greatest weight.
+/// Measures the separation of joints in the picture, relative to the size of the mechanism; the
+/// closest pairs have the greatest weight.
 fn clearance(view: &View, places: &[Vec3<f64>]) -> f64 {
     let mut sum = 0.0;
     let mut count = 0.0;

@@ -2,10 +2,11 @@
 
 use crate::numbers::significant;
 
-/// Relative range below which values count as equal, so that rounding errors are not enlarged to curves.
+/// Range, relative to the greatest value, below which values count as equal, so that rounding
+/// errors are not enlarged to curves.
 const FLAT: f64 = 1e-9;
 
-/// Range of an axis with round ticks.
+/// Range of an axis, with the step of its round ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
     pub(super) low: f64,
@@ -14,14 +15,14 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// Axis exactly from the least to the greatest value.
+    /// Creates an axis that extends exactly from the least to the greatest value.
     pub(super) fn exact(values: impl Iterator<Item = f64>, ticks: usize) -> Self {
         let (low, high) = extremes(values);
         let (low, high) = if high > low { (low, high) } else { around(low) };
         Self { low, high, step: round_step(high - low, ticks) }
     }
 
-    /// Axis with a margin below and above the values.
+    /// Creates an axis with a margin below the least and above the greatest value.
     pub(super) fn padded(values: impl Iterator<Item = f64>, ticks: usize) -> Self {
         let (low, high) = extremes(values);
         // Halves are subtracted, so that the difference of the greatest doubles remains finite.
@@ -33,7 +34,7 @@ impl Axis {
         Self { low, high, step: round_step(high - low, ticks) }
     }
 
-    /// The same with ticks at whole numbers only.
+    /// Returns the axis with ticks at whole numbers only.
     pub(super) fn of_counts(self) -> Self {
         Self { step: self.step.max(1.0), ..self }
     }
@@ -43,7 +44,7 @@ impl Axis {
         ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
-    /// Ticks with their labels.
+    /// Values of the ticks, with their labels.
     pub(super) fn ticks(&self) -> Vec<(f64, String)> {
         let slack = 1e-9 * self.step;
         let first = ((self.low - slack) / self.step).ceil();
@@ -67,7 +68,7 @@ fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     found.unwrap_or((0.0, 0.0))
 }
 
-/// Range around a single value.
+/// Range for an axis on which only a single value is shown.
 fn around(value: f64) -> (f64, f64) {
     let half = if value == 0.0 { 1.0 } else { 0.1 * value.abs() };
     (value - half, value + half)
@@ -82,7 +83,8 @@ fn round_step(span: f64, ticks: usize) -> f64 {
     step.unwrap_or(10.0 * power)
 }
 
-/// Label of a tick: as many decimals as the step needs, with the same minus sign as in tables.
+/// Formats the label of a tick with as many decimals as the step needs, and with the same minus
+/// sign as in tables.
 fn label(value: f64, step: f64) -> String {
     let size = value.abs().max(step);
     let text = if value == 0.0 {

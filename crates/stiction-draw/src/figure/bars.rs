@@ -24,9 +24,9 @@ pub struct Bar {
     /// Low and high end; if the bar shows an amount, one of them is zero. Infinite ends are drawn at the end of
     /// the axis.
     pub ends: (f64, f64),
-    /// A value within the interval that is marked, if any.
+    /// Marked value within the interval, if any.
     pub mark: Option<f64>,
-    /// Index of the colour.
+    /// Index of the bar's colour in [`super::COLOURS`].
     pub colour: usize,
 }
 
@@ -36,7 +36,8 @@ const LETTER: f64 = 6.8;
 const LONGEST: usize = 28;
 
 impl Bars {
-    /// Markup of the title and the bars in a page; empty without bars.
+    /// Markup of the title and the bars for a page; empty without bars. `label` is the accessible
+    /// description.
     pub fn inline(&self, label: &str) -> String {
         if self.bars.is_empty() {
             return String::new();
@@ -133,7 +134,8 @@ impl Bars {
 mod tests {
     use super::*;
 
-    /// Amounts begin at zero; intervals do not, and their axis says where zero is.
+    /// Checks that the axis of intervals shows where zero is. Amounts begin at zero, so their axis
+    /// needs no such label.
     #[test]
     fn intervals_name_their_zero() {
         let with = |ends| {

@@ -4,7 +4,8 @@ use super::{COLOURS, Figure, Form, Panel};
 use crate::xml::escape;
 
 impl Figure {
-    /// Markup of the title, the legend and the plot; `label` is the accessible description.
+    /// Markup of the title, the legend and the plot for a page; `label` is the accessible
+    /// description.
     pub fn inline(&self, label: &str) -> String {
         let mut inner = String::new();
         if !self.title.is_empty() {

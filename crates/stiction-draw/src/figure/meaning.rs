@@ -1,4 +1,4 @@
-//! Colours by meaning, the same in all plots of runs.
+//! Indices of colours by meaning, the same in all plots of runs.
 
 /// Results: efforts, positions, the work of actuators.
 pub const RESULT: usize = 0;
@@ -8,7 +8,7 @@ pub const REFERENCE: usize = 1;
 pub const LOAD: usize = 2;
 /// Friction and the energy that it dissipates.
 pub const FRICTION: usize = 3;
-/// Kinetic energy, or the whole stored energy.
+/// Kinetic energy, or the total stored energy.
 pub const ENERGY: usize = 4;
 /// Potential energy.
 pub const POTENTIAL: usize = 5;

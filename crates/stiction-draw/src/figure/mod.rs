@@ -40,32 +40,32 @@ pub struct Panel {
     pub is_count: bool,
 }
 
-/// Interval of a quantity as a function of x.
+/// Interval of a quantity as a function of the value on the horizontal axis.
 #[derive(Clone, Debug)]
 pub struct Band {
     /// Name in the legend.
     pub label: String,
     /// Points: x, low end and high end, which may be infinite. A NaN interrupts the band.
     pub points: Vec<(f64, f64, f64)>,
-    /// Index of the colour.
+    /// Index of the band's colour in [`COLOURS`].
     pub colour: usize,
 }
 
-/// Curve.
+/// Curve in a panel.
 #[derive(Clone, Debug)]
 pub struct Line {
     /// Name in the legend; a line without a name is omitted from the legend.
     pub label: String,
     /// Points, x and y. A point with a value that is not finite interrupts the curve.
     pub points: Vec<(f64, f64)>,
-    /// Index of the colour.
+    /// Index of the curve's colour in [`COLOURS`].
     pub colour: usize,
     /// True for a dashed line.
     pub dashed: bool,
 }
 
 impl Line {
-    /// Single points without a line between them.
+    /// Creates a curve of single points without a line between them.
     pub fn of_marks(points: impl IntoIterator<Item = (f64, f64)>, colour: usize) -> Self {
         let apart = |point: (f64, f64)| [point, (point.0, f64::NAN)];
         let points = points.into_iter().flat_map(apart).collect();
@@ -73,7 +73,7 @@ impl Line {
     }
 }
 
-/// Medium of a figure.
+/// Medium for which a figure is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     /// Separate picture, with its title and legends.
@@ -86,27 +86,30 @@ enum Form {
 /// Okabe and Ito).
 pub const COLOURS: [&str; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00", "#2c8fc9", "#666666", "#a0522d"];
-/// The same colours for a dark background.
+/// Colours for a dark background, in the same order as [`COLOURS`].
 pub const COLOURS_ON_DARK: [&str; 8] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
-/// Largest number of letters of a name at the end of a line that leaves room for the panel on a narrow page.
+/// Largest number of letters of a name that leaves room for the panel on a narrow page, if the name
+/// is written at the end of its line.
 const LONG: usize = 20;
 
 impl Figure {
-    /// Figure as SVG.
+    /// Draws the figure as an SVG file.
     pub fn svg(&self) -> String {
         self.render(Form::Paper)
     }
 
-    /// Tests if there is no point that can be drawn.
+    /// Returns `true` if the figure has no point that can be drawn.
     pub fn is_empty(&self) -> bool {
         let mut points = self.panels.iter().flat_map(|panel| &panel.lines).flat_map(|l| &l.points);
         !points.any(|(x, y)| x.is_finite() && y.is_finite())
     }
 
-    /// True if the names of the lines are written at their ends; false if one legend serves all panels, because each
-    /// appearance (colour, and solid or dashed) has the same meaning in all panels, and some name is in several or long.
+    /// Returns true if the names of the lines are written at their ends; false if one legend serves
+    /// all panels. A common legend requires that each appearance (colour, and solid or dashed) has
+    /// the same meaning in all panels, and that some name is long or occurs in several panels. Also
+    /// false if a panel has more than nine names.
     fn labels_lines(&self) -> bool {
         let all = || self.panels.iter().flat_map(Panel::labels).filter(|entry| !entry.0.is_empty());
         let entries: HashSet<_> = all().collect();
@@ -122,7 +125,7 @@ impl Figure {
 }
 
 impl Panel {
-    /// Without the lines that are zero, up to rounding of the greatest one, all along.
+    /// Removes the lines whose values are all zero, up to rounding errors of the greatest line.
     #[must_use]
     pub fn without_zeros(mut self) -> Self {
         // As far above rounding as the axis of a constant, and invisible in any picture.
@@ -136,7 +139,7 @@ impl Panel {
         self
     }
 
-    /// For each line and band: name, index of the colour, true if dashed, true for a band.
+    /// Lists for each line and band: name, index of the colour, true if dashed, true for a band.
     fn labels(&self) -> impl Iterator<Item = (&str, usize, bool, bool)> {
         let lines = self.lines.iter();
         let lines = lines
@@ -163,7 +166,7 @@ mod tests {
         }
     }
 
-    /// Figures of unusual data are complete and well-formed.
+    /// Checks that figures of unusual data are complete and well-formed.
     #[test]
     fn odd_data_are_drawn() {
         let cases = [
@@ -184,7 +187,8 @@ mod tests {
         }
     }
 
-    /// A line through a single point would be invisible.
+    /// Checks that a single point is drawn as a marker, because a line through it would be
+    /// invisible.
     #[test]
     fn a_single_point_is_marked() {
         let svg = figure(vec![vec![(0.0, 1.0)], vec![(0.0, 2.0)]]).svg();
@@ -192,7 +196,7 @@ mod tests {
         assert!(svg.contains("<circle") && svg.contains("m-5-5l10 10"), "{svg}");
     }
 
-    /// Many single points are small, and each of them is there.
+    /// Checks that each of many single points is drawn, with a small marker.
     #[test]
     fn many_points_are_marked() {
         let mut scattered = figure(vec![vec![]]);
@@ -203,7 +207,8 @@ mod tests {
         assert!(!scattered.is_empty() && svg.contains("stroke-linecap=\"round\""));
     }
 
-    /// The axis has its name once; in tall figures each panel has its numbers, without scrolling to the last one.
+    /// Checks that the name of the horizontal axis is written once and, in tall figures, the
+    /// numbers below each panel, so that readers need not scroll to the last panel.
     #[test]
     fn tall_figures_number_the_axis_of_each_panel() {
         for (panels, numbered) in [(1, 1), (4, 1), (5, 5), (9, 9)] {
@@ -216,7 +221,7 @@ mod tests {
         }
     }
 
-    /// One legend serves several panels only if they share a name.
+    /// Checks that panels have a common legend only if they share a name or a name is long.
     #[test]
     fn names_stand_at_their_lines_unless_panels_share_them() {
         let mut pair = figure(vec![vec![(0.0, 0.0), (1.0, 1.0)], vec![(0.0, 1.0), (1.0, 0.0)]]);
@@ -244,7 +249,8 @@ mod tests {
         assert!(!svg.contains(">0.4</text>") && svg.contains(">1</text>"), "{svg}");
     }
 
-    /// What is zero all along, or a rounding error beside another line, is left out.
+    /// Checks that lines are removed if they are zero, or a rounding error compared with another
+    /// line.
     #[test]
     fn lines_of_zeros_are_left_out() {
         let line = |size: f64| vec![(0.0, -size), (1.0, size)];

@@ -11,7 +11,7 @@ const LEFT: f64 = 92.0;
 const LEGEND: f64 = 160.0;
 
 impl Figure {
-    /// Figure as PNG.
+    /// Draws the figure as a PNG file.
     ///
     /// # Errors
     /// The renderer failed.
@@ -49,12 +49,12 @@ impl Figure {
     }
 }
 
-/// Removes characters that cannot be drawn.
+/// Removes the characters that XML does not permit.
 fn clean(text: &str) -> String {
     text.chars().filter(|c| is_of_xml(*c)).collect()
 }
 
-/// Parts of a line between its interruptions.
+/// Plots of the parts of a line between its interruptions; a part with one point becomes a marker.
 fn plots(line: &Line) -> Vec<Plot> {
     let colour = COLOURS[line.colour % COLOURS.len()];
     let runs = line.points.split(|(x, y)| !(x.is_finite() && y.is_finite()));

@@ -8,24 +8,25 @@ use std::fmt::Write;
 
 /// Widths of a file and of a figure in a page, px; small, so that letters remain legible in a narrow page.
 const WIDTHS: [f64; 2] = [860.0, 700.0];
-/// Width of a letter, px.
+/// Mean width of a letter, px.
 const LETTER: f64 = 6.6;
 /// Heights of the name of a panel, of tick labels with the name of the axis, and of a row of a legend, px.
 const NAME: f64 = 26.0;
 const TICKS: f64 = 44.0;
-/// Height of tick labels alone, px, and the largest number of panels that share those of the last one.
+/// Height of tick labels alone, px, and the largest number of panels for which the tick labels of
+/// the last panel suffice.
 const NUMBERS: f64 = 18.0;
 const SHARING: usize = 4;
 const ROW: f64 = 22.0;
-/// Largest number of single points of a line that have large markers.
+/// Largest number of single points of a line that get large markers.
 const MANY: usize = 40;
 /// Largest number of letters of a label at the end of a line.
 const LONGEST: usize = 24;
-/// Least distance between two such labels, px.
+/// Least distance between labels at the ends of lines, px.
 const APART: f64 = 14.0;
 
 impl Figure {
-    /// The figure as one `svg` element.
+    /// Draws the figure as one `svg` element.
     pub(super) fn render(&self, form: Form) -> String {
         Renderer::new(self, form).finish()
     }
@@ -175,7 +176,7 @@ impl<'a> Renderer<'a> {
         )
     }
 
-    /// Draws the common legend of a file; returns the height below it.
+    /// Draws the common legend of a file; returns the vertical position below the legend, px.
     fn legend(&mut self, top: f64) -> f64 {
         let mut entries: Vec<(&str, usize, bool, bool)> = Vec::new();
         for entry in self.figure.panels.iter().flat_map(Panel::labels) {
@@ -216,7 +217,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Draws a panel, with the numbers of its horizontal axis and the name of the axis where they are asked for.
+    /// Draws a panel, on request with the numbers and the name of its horizontal axis.
     fn panel(&mut self, panel: &Panel, top: f64, (has_numbers, has_name): (bool, bool)) {
         let (left, right, bottom) = (self.left, self.right, top + self.height);
         let y = self.y_of(panel);
@@ -353,7 +354,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Draws the intervals of a band: areas, and bars for isolated samples.
+    /// Draws the intervals of a band as areas, and isolated samples as bars.
     fn band(&mut self, band: &Band, y: &Axis, bottom: f64) {
         let name = format!("line{}", band.colour % COLOURS.len());
         let fill = self.colour(&name);

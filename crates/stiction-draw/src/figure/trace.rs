@@ -2,11 +2,13 @@
 
 use super::{Band, Line};
 
-/// Long series of points, thinned for drawing: of each interval, only the least and greatest value are kept.
+/// Long series of points, thinned for drawing: of each group of successive points, only the least
+/// and the greatest value are kept.
 #[derive(Clone, Debug)]
 pub struct Trace {
     stretch: usize,
-    /// Number of points in the current interval; `extremes` are its least and greatest point.
+    /// Number of points in the current group; `extremes` are the least and the greatest point of
+    /// this group.
     taken: usize,
     extremes: Option<[(f64, f64); 2]>,
     points: Vec<(f64, f64)>,
@@ -16,7 +18,7 @@ pub struct Trace {
 const DRAWN: usize = 2800;
 
 impl Trace {
-    /// Empty series for `count` points.
+    /// Creates an empty series for `count` points.
     pub fn new(count: usize) -> Self {
         // Each interval keeps two points.
         let stretch = if count <= DRAWN { 1 } else { (2 * count).div_ceil(DRAWN) };
@@ -63,7 +65,7 @@ impl Trace {
         Line { label: label.to_owned(), points: self.into_points(), colour, dashed }
     }
 
-    /// Points to draw.
+    /// Returns the points to draw.
     fn into_points(mut self) -> Vec<(f64, f64)> {
         self.flush();
         self.points
@@ -73,15 +75,15 @@ impl Trace {
 /// Curve of a quantity with a smooth part and a friction part. The friction part jumps where sliding reverses and is
 /// an interval at rest. Samples alone would show jumps as slopes and rest as spikes.
 ///
-/// Both sides of a jump are extrapolated linearly from the samples before and after it, so that a quantity that
-/// passes the reversal of another interface smoothly has no step.
+/// Both sides of a jump are extrapolated linearly from the samples before and after the jump, so
+/// that a reversal at another friction interface causes no step in a quantity that is smooth there.
 #[derive(Clone, Debug)]
 pub struct JumpTrace {
     trace: Trace,
-    /// The last sample that is drawn, and the rate of the friction part before it.
+    /// The last drawn sample, and the rate of the friction part before this sample.
     drawn: Option<Sample>,
     rate: f64,
-    /// The newest sample, drawn when the next one is known.
+    /// The newest sample, drawn when the next sample is known.
     newest: Option<Sample>,
 }
 
@@ -91,12 +93,13 @@ struct Sample {
     smooth: f64,
     part: f64,
     rests: bool,
-    /// Instant of a reversal since the sample before.
+    /// Instant, s, of a reversal of sliding since the previous sample.
     reversal: Option<f64>,
 }
 
 impl Sample {
-    /// Rate of the friction part from the sample before, zero where it is not known because of a jump or rest.
+    /// Rate of the friction part since the sample `before`; zero where a jump or rest makes the
+    /// rate unknown.
     fn rate_since(&self, before: &Self) -> f64 {
         let rate = (self.part - before.part) / (self.time - before.time);
         let is_smooth = self.reversal.is_none() && !self.rests && !before.rests;
@@ -105,13 +108,14 @@ impl Sample {
 }
 
 impl JumpTrace {
-    /// Empty curve for `count` samples.
+    /// Creates an empty curve for `count` samples.
     pub fn new(count: usize) -> Self {
         Self { trace: Trace::new(count), drawn: None, rate: 0.0, newest: None }
     }
 
-    /// Adds a sample: its smooth part, its friction part, true if the friction part is an interval because the
-    /// mechanism rests, and the instant of a reversal since the last sample, if any.
+    /// Adds a sample at a time (s): the smooth part, the friction part, true if the friction part
+    /// is an interval because the mechanism rests, and the instant of a reversal since the last
+    /// sample, if any.
     pub fn push(&mut self, time: f64, smooth: f64, part: f64, rests: bool, reversal: Option<f64>) {
         let next = Sample { time, smooth, part, rests, reversal };
         if let Some(newest) = self.newest.replace(next) {
@@ -119,7 +123,7 @@ impl JumpTrace {
         }
     }
 
-    /// Draws a sample, from which the friction part continues at a rate.
+    /// Draws a sample; `rate` is the rate of the friction part after it.
     fn draw(&mut self, now: Sample, rate: f64) {
         let Sample { time, smooth, part, rests, reversal } = now;
         match (self.drawn, rests) {
@@ -147,7 +151,7 @@ impl JumpTrace {
         self.drawn = Some(now);
     }
 
-    /// Converts to a curve; see [`Trace::line`].
+    /// Converts the samples to a curve; see [`Trace::line`].
     pub fn line(mut self, label: &str, colour: usize, dashed: bool) -> Line {
         if let Some(newest) = self.newest.take() {
             self.draw(newest, 0.0);
@@ -162,7 +166,8 @@ pub fn reversal((t0, v0): (f64, f64), (t1, v1): (f64, f64)) -> Option<f64> {
     (v0 * v1 < 0.0).then(|| t0 + (t1 - t0) * v0 / (v0 - v1))
 }
 
-/// Intervals as functions of time, thinned for drawing to the widest one of each stretch.
+/// Intervals as functions of time, thinned for drawing: of each group of successive samples, only
+/// the widest interval is kept.
 #[derive(Clone, Debug)]
 pub struct BandTrace {
     stretch: usize,
@@ -172,12 +177,12 @@ pub struct BandTrace {
 }
 
 impl BandTrace {
-    /// Empty band for `count` samples.
+    /// Creates an empty band for `count` samples.
     pub fn new(count: usize) -> Self {
         Self { stretch: count.div_ceil(DRAWN).max(1), taken: 0, widest: None, points: Vec::new() }
     }
 
-    /// Adds a sample; `None` interrupts the band.
+    /// Adds a sample at a time (s); `None` interrupts the band.
     pub fn push(&mut self, time: f64, interval: Option<(f64, f64)>) {
         if let Some((low, high)) = interval
             && self.widest.is_none_or(|(_, a, b)| high - low > b - a)
@@ -201,7 +206,7 @@ impl BandTrace {
         }
     }
 
-    /// Converts to a band; `None` if there was no interval.
+    /// Converts the samples to a band; `None` if no sample had an interval.
     pub fn band(mut self, label: &str, colour: usize) -> Option<Band> {
         self.flush();
         let label = label.to_owned();
@@ -226,7 +231,8 @@ mod tests {
         assert!(points.is_sorted_by(|a, b| a.0 <= b.0));
     }
 
-    /// Coulomb friction that reverses between two samples is a vertical step at the reversal.
+    /// Checks that Coulomb friction which reverses between two samples is drawn as a vertical step
+    /// at the reversal.
     #[test]
     fn reversals_are_steps() {
         let mut trace = JumpTrace::new(4);
@@ -245,7 +251,8 @@ mod tests {
         );
     }
 
-    /// Both sides of a jump follow the curve, and a quantity that does not jump has no step.
+    /// Checks that both sides of a jump follow the curve, and that a quantity without a jump has no
+    /// step.
     #[test]
     fn jumps_join_sloping_curves() {
         let run = |value: fn(f64) -> f64| {
@@ -262,7 +269,8 @@ mod tests {
         assert!(smooth.iter().all(|(t, y)| *y == 3.0 * t), "{smooth:?}");
     }
 
-    /// A sample at rest does not cause a spike, and a dwell interrupts the curve.
+    /// Checks that a single sample at rest causes no spike, and that a longer rest interrupts the
+    /// curve.
     #[test]
     fn rest_is_no_spike() {
         let run = |rests: [bool; 4], parts: [f64; 4]| {

@@ -155,7 +155,7 @@ mod tests {
         if is_dark { dark } else { light }
     }
 
-    /// Contrast of at least 4.5, as WCAG 2.2 requires for text.
+    /// Checks that texts have a contrast of at least 4.5, as WCAG 2.2 requires.
     #[test]
     fn text_is_legible() {
         let grounds = [
@@ -175,7 +175,7 @@ mod tests {
         }
     }
 
-    /// Contrast of at least 3, as WCAG 2.2 requires for graphics.
+    /// Checks that lines have a contrast of at least 3, as WCAG 2.2 requires for graphics.
     #[test]
     fn lines_are_legible() {
         for (is_dark, colours) in [(false, COLOURS), (true, COLOURS_ON_DARK)] {

@@ -42,22 +42,22 @@ pub const STYLE: &str = include_str!("style.css");
 /// Samples of a run for the moving picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Film {
-    /// Times of the kept samples, s.
+    /// Times of the samples in the film, s.
     pub times: Vec<f64>,
-    /// Number of samples of the run.
+    /// Number of samples of the whole run, of which the film contains a part.
     pub of: usize,
-    /// Origin of the axes of the poses, in the world, m.
+    /// Origin of the poses' coordinates in the world, m.
     pub origin: [f64; 3],
     /// Position (m, from the origin) and quaternion (w, x, y, z) of every body, the ground first, sample
     /// by sample.
     pub poses: Vec<f32>,
     /// Names of the columns of the run's tables.
     pub columns: Vec<String>,
-    /// Values of the columns, sample by sample.
+    /// Values of the columns, sample after sample.
     pub values: Vec<f64>,
-    /// Friction interfaces, each with the index of its joint.
+    /// Name of each friction interface, with the index of its joint.
     pub interfaces: Vec<(String, usize)>,
-    /// Actuators.
+    /// Actuators of the mechanism.
     pub actuators: Vec<Actuator>,
     /// Least-constrained motion at one sample.
     pub ghost: Option<Ghost>,
@@ -70,24 +70,24 @@ pub struct Film {
 pub struct Mesh {
     /// Index of the body, the ground first.
     pub body: usize,
-    /// Factors of the coordinates of the mesh.
+    /// Scale factors of the mesh's coordinates x, y, z.
     pub scale: [f64; 3],
     /// Position of the scaled mesh in the frame of the body, m.
     pub position: [f64; 3],
-    /// Its orientation as a quaternion (w, x, y, z).
+    /// Orientation of the mesh in the frame of the body, as a quaternion (w, x, y, z).
     pub quaternion: [f64; 4],
-    /// Its file, shared by meshes with the same content.
+    /// File of the mesh, shared by meshes with the same content.
     pub file: Arc<MeshFile>,
 }
 
 /// Content of a mesh file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshFile {
-    /// Name for messages.
+    /// Name of the file, for messages.
     pub name: String,
     /// `stl`, `obj` or `gltf`.
     pub format: &'static str,
-    /// Content.
+    /// Content of the file.
     pub bytes: Vec<u8>,
 }
 
@@ -101,7 +101,7 @@ impl MeshFile {
     }
 }
 
-/// Meshes of a robot and their files, each once.
+/// Describes the meshes of a robot; returns the descriptions and the files, each file once.
 fn mesh_data(meshes: &[Mesh]) -> (Vec<Value>, Vec<Arc<MeshFile>>) {
     let mut files: Vec<Arc<MeshFile>> = Vec::new();
     let mut place = |file: &Arc<MeshFile>| {
@@ -125,7 +125,7 @@ fn mesh_data(meshes: &[Mesh]) -> (Vec<Value>, Vec<Arc<MeshFile>>) {
 pub struct Ghost {
     /// Time of the sample, s.
     pub time: f64,
-    /// Singularity index of actuation at this sample.
+    /// Singularity index of actuation (type 2) at this sample.
     pub index: f64,
     /// Velocity of the origin and angular velocity of every body, the ground first, in world axes; only their ratios
     /// matter.
@@ -137,15 +137,15 @@ pub struct Ghost {
 pub struct Actuator {
     /// Name in the columns of the tables.
     pub name: String,
-    /// Unit of its effort.
+    /// Unit of the actuator's effort.
     pub unit: &'static str,
-    /// Index of its joint.
+    /// Index of the actuator's joint.
     pub joint: usize,
-    /// Index of its axis in the joint's frame J.
+    /// Index of the actuator's axis in the joint's frame J: 0, 1, 2 for x, y, z.
     pub axis: usize,
     /// True for the second axis of a universal joint, which is fixed in the joint's frame K.
     pub second: bool,
-    /// True for a torque.
+    /// True if the effort is a torque, false if it is a force.
     pub turns: bool,
 }
 
@@ -161,7 +161,7 @@ pub struct Shot {
     pub label: String,
     /// Description of the mechanism by [`crate::drawing::Drawing::scene`].
     pub scene: Value,
-    /// Its samples.
+    /// Samples of the run.
     pub film: Film,
 }
 

@@ -7,26 +7,26 @@ use crate::friction::OwnFriction;
 pub(crate) enum MemberLaw {
     /// Coulomb's law, with stick or slip to be determined.
     Dry(DryFriction),
-    /// Slip known in advance: the unknown is the normal load, and the influence of friction is per
-    /// newton of normal load.
+    /// Interface whose slip is known in advance. Its unknown is the normal load, so its influence
+    /// on rates and wrenches is per newton of normal load.
     Sliding(OwnFriction<f64>),
-    /// Friction as a smooth function of the rate.
+    /// Friction as a smooth function of the sliding velocity.
     Smooth(Box<dyn SmoothFriction>),
 }
 
 /// Coulomb and viscous friction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DryFriction {
-    /// Friction coefficient for positive rates.
+    /// Friction coefficient for positive surface rates.
     pub(crate) forward: f64,
-    /// Friction coefficient for negative rates.
+    /// Friction coefficient for negative surface rates.
     pub(crate) backward: f64,
     /// Viscous coefficient, N s/m.
     pub(crate) viscous: f64,
 }
 
 impl DryFriction {
-    /// Friction coefficient for a rate of the given sign.
+    /// Friction coefficient for a surface rate of the given sign.
     pub(crate) fn coefficient(self, sign: f64) -> f64 {
         if sign < 0.0 { self.backward } else { self.forward }
     }

@@ -1,19 +1,23 @@
-//! Solution of the friction law of one member, with the friction at all other members fixed.
+//! Solution of the friction law of one member (friction interface), with the friction at all other
+//! members fixed.
 
 use super::laws::SmoothFriction;
 use crate::friction_problem::surface_vector::norm;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// Response of one member to its own friction: `rates = free - V diag(values) V^T friction` with `V` orthogonal.
+/// Surface rate of one member as a function of the member's own friction: `rates = free - V
+/// diag(values) V^T friction`, with orthogonal `V` (`vectors`) and the rate `free` without this
+/// friction.
 pub(super) struct LocalResponse {
     pub(super) vectors: Matrix3<f64>,
     pub(super) values: Vector3<f64>,
 }
 
 impl LocalResponse {
-    /// Decomposes the diagonal block of a member in the `n` by `n` matrix `compliance`; `places`
-    /// are the indices of the member's unknowns.
+    /// Computes eigenvectors and eigenvalues of a member's diagonal block of the `n` by `n` matrix
+    /// `compliance` (change of rate per unit of friction); `places` are the indices of the member's
+    /// unknowns.
     pub(super) fn new(compliance: &[f64], places: &Range<usize>, n: usize) -> Self {
         let count = places.len();
         let entry = |i: usize, j: usize| match (i < count, j < count) {
@@ -78,7 +82,8 @@ impl LocalResponse {
     }
 }
 
-/// Computes the friction of a smooth law at the velocity `free - friction / factor`.
+/// Solves a smooth friction law together with `velocity = free - friction / factor`, and returns
+/// the friction, N. `free` is the velocity without this friction, `factor` the effective mass.
 pub(super) fn smooth_friction(
     law: &dyn SmoothFriction,
     load: f64,

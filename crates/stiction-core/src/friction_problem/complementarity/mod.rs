@@ -35,12 +35,13 @@ use super::continuation::{self, Branch, StepPolicy};
 /// Residual of the friction laws, relative to the largest force, below which the iteration has
 /// converged.
 const SETTLED: f64 = 1e-12;
-/// Number of Gauss-Seidel sweeps before Newton's method is tried again; doubles after each failure.
+/// Number of Gauss-Seidel sweeps over all interfaces before Newton's method is tried again; doubles
+/// after each failure.
 const SWEEPS: usize = 40;
 const ROUNDS: usize = 6;
-/// Factors that scale the rates in Newton's method, tried in this order. The effective mass of a
-/// member is that in its lightest direction: a rod between balls spins far more easily than it
-/// swings.
+/// Scalings of the rates in Newton's method, tried in this order. The effective mass of a member is
+/// that of its lightest direction, so larger multiples are tried as well: a rod between balls spins
+/// far more easily than it swings.
 const SCALINGS: [Scaling; 4] = [
     Scaling::EffectiveMass(1.0),
     Scaling::ForcePerRate,
@@ -56,7 +57,7 @@ const STEPS: StepPolicy =
 pub(crate) struct Solution {
     /// Values of the unknowns, N: friction at the surfaces or, for sliding members, normal loads.
     pub(crate) amounts: Vec<f64>,
-    /// Surface rate that belongs to each unknown.
+    /// Surface rate along each unknown: acceleration, or velocity after a step.
     pub(crate) rates: Vec<f64>,
     /// Normal load of each member, N.
     pub(crate) loads: Vec<f64>,
@@ -122,8 +123,8 @@ impl Complementarity<'_> {
         found
     }
 
-    /// Follows the solution from zero friction by continuation. Returns `None` if the solution is
-    /// lost.
+    /// Follows the solution from zero friction to full friction by continuation. Returns `None` if
+    /// the continuation fails.
     fn follow_friction(&self) -> Option<Vec<f64>> {
         let x = vec![0.0; self.count()];
         let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
@@ -141,7 +142,7 @@ impl Complementarity<'_> {
     }
 }
 
-/// Solution branch, parametrised by the fraction of the friction coefficients.
+/// Solution branch, parametrised by the factor on the friction coefficients, from 0 to 1.
 struct FrictionBranch<'a> {
     problem: &'a Complementarity<'a>,
     x: Vec<f64>,

@@ -4,7 +4,8 @@ use super::SETTLED;
 use super::problem::Complementarity;
 use crate::linalg::RowSpace;
 
-/// Relative residual below which it counts as round-off if it does not decrease further.
+/// Relative residual below which a solution is accepted once the residual no longer decreases,
+/// because only round-off remains.
 const STAGNATED: f64 = 1e-9;
 /// Largest number of Newton steps, and largest number of halvings of a step until the residual
 /// decreases.

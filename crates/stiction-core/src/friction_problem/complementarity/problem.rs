@@ -17,47 +17,47 @@ pub(crate) struct Member {
     pub(crate) law: MemberLaw,
 }
 
-/// Complementarity problem with precomputed responses.
+/// Complementarity problem: its members, and the matrices by which surface rates and joint wrenches
+/// depend on the unknowns.
 pub(crate) struct Complementarity<'a> {
     at: Configuration<'a>,
     pub(crate) members: Vec<Member>,
-    /// Surface rate of each unknown without friction at the members; unused for members with
+    /// Surface rate along each unknown if all members are frictionless; unused for members with
     /// [`MemberLaw::Sliding`].
     pub(super) free: Vec<f64>,
-    /// Matrix of the change of each rate per unit of each unknown, row by row.
+    /// Change of each surface rate (rows) per unit of each unknown (columns), row by row.
     pub(super) compliance: Vec<f64>,
-    /// Wrench at the joint of each member without friction at the members.
+    /// Wrench at each member's joint if all members are frictionless.
     base: Vec<Wrench<f64>>,
-    /// Matrix of the change of the wrench at each member's joint per unit of each unknown, row by
-    /// row.
+    /// Change of the wrench at each member's joint (rows) per unit of each unknown (columns), row
+    /// by row.
     pub(super) influence: Vec<Wrench<f64>>,
-    /// Weight of a sticking member's residual rate relative to residual forces; infinite if the
-    /// rate must vanish.
+    /// Upper limit on the relative residual of a sticking member: `slack` times the member's rate
+    /// relative to the largest frictionless rate. Infinite: only the force residual counts.
     pub(crate) slack: f64,
-    /// Response of each member with several components to its own friction; `None` for members with
-    /// one component.
+    /// Response to its own friction of each dry member with several components (ball or plate);
+    /// `None` for all other members.
     pub(super) local: Vec<Option<LocalResponse>>,
     pub(super) scaling: Scaling,
-    /// Largest friction force at the frictionless normal loads, N.
+    /// Largest friction force of any member at the frictionless normal loads, N.
     force: f64,
 }
 
-/// Choice of the factor that converts rates to the magnitude of forces. Affects convergence, but
-/// not the solutions.
+/// Rule for the factor by which surface rates are multiplied for comparison with friction forces
+/// (`rho` in the [module's](super) equation). Affects convergence, but not the solutions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Scaling {
     /// Multiple of the member's effective mass.
     EffectiveMass(f64),
-    /// Factor at which the largest rate counts at least as much as the largest friction. Needed
-    /// because prescribed rates do not change with friction, so effective masses give no scale for
-    /// them.
+    /// Largest friction force divided by the largest rate, but at least the effective mass. Gives a
+    /// scale to prescribed rates, which do not change with friction.
     ForcePerRate,
 }
 
 impl<'a> Complementarity<'a> {
-    /// Creates the problem of `members` from the free rates, their change with each unknown (row by
-    /// row), the joint wrenches without friction at the members, and the influence of the unknowns
-    /// on these wrenches.
+    /// Creates the problem of `members` from the frictionless surface rates `free`, the change of
+    /// these rates with each unknown (`compliance`, row by row), the frictionless joint wrenches
+    /// `base`, and the influence of the unknowns on these wrenches.
     pub(crate) fn new(
         at: Configuration<'a>,
         members: Vec<Member>,
@@ -124,7 +124,7 @@ impl<'a> Complementarity<'a> {
         self.at.normal_load(*interface, wrench, own)
     }
 
-    /// Computes the factor that converts rates of a member to the magnitude of forces.
+    /// Computes the factor that converts surface rates of a member to the magnitude of forces.
     pub(super) fn rate_factor(&self, places: &Range<usize>) -> f64 {
         let n = self.count();
         let compliance: f64 = places.clone().map(|i| -self.compliance[i * n + i]).sum();
@@ -139,7 +139,8 @@ impl<'a> Complementarity<'a> {
         }
     }
 
-    /// Ratio of the largest friction force to the largest given rate; 0 if the rates vanish.
+    /// Ratio of the largest friction force to the largest magnitude in `rates`; 0 if all rates
+    /// vanish.
     fn force_per_rate(&self, rates: &[f64]) -> f64 {
         let factor = self.force / rates.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));
         if factor.is_finite() { factor } else { 0.0 }

@@ -9,22 +9,22 @@ use crate::spatial::Wrench;
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// Quantities of the problem on which one member depends.
+/// Inputs for the friction law of one member.
 struct View<'a> {
     /// Indices of the member's unknowns.
     places: Range<usize>,
     x: &'a [f64],
     rates: &'a [f64],
     load: f64,
-    /// Fraction of the friction coefficients that acts.
+    /// Factor on the given friction coefficients; 1 for full friction.
     part: f64,
     /// Factor that converts the member's rates to the magnitude of forces.
     factor: f64,
 }
 
 impl Complementarity<'_> {
-    /// Solves the law of each member in turn, with the fraction `part` of the friction coefficients, and
-    /// updates rates and wrenches.
+    /// Solves the friction law of each member in turn with `part` times the friction coefficients,
+    /// and updates rates and wrenches; at most `sweeps` times.
     pub(super) fn project(&self, x: &mut [f64], part: f64, sweeps: usize) {
         let n = self.count();
         let mut rates = self.rates(x);

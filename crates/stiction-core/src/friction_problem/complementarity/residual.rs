@@ -5,7 +5,7 @@ use super::problem::Complementarity;
 use crate::friction::Load;
 use crate::friction_problem::surface_vector::norm;
 
-/// Rate, relative to the largest rate without friction, below which it counts as round-off.
+/// Fraction of the largest frictionless rate below which a rate counts as round-off.
 const ROUND_OFF: f64 = 1e-14;
 
 /// Residual of the friction laws.
@@ -14,7 +14,8 @@ pub(super) struct Residual {
     pub(super) values: Vec<f64>,
     /// Largest force, N, by which residuals are divided.
     scale: f64,
-    /// Rates of sticking members relative to the largest rate, times the slack; infinite for all others.
+    /// Rate along each unknown of a sticking member, relative to the largest frictionless rate,
+    /// times [`Complementarity::slack`]; infinite for all other unknowns.
     rates: Vec<f64>,
     /// True for each member that sticks.
     pub(super) sticks: Vec<bool>,
@@ -44,16 +45,16 @@ impl Residual {
 /// Unknowns at which the friction laws are evaluated.
 struct Point<'a> {
     x: &'a [f64],
-    /// Fraction of the friction coefficients that acts.
+    /// Factor on the given friction coefficients; 1 for full friction.
     part: f64,
     rates: Vec<f64>,
-    /// Largest surface rate without friction at the members.
+    /// Largest surface rate if all members are frictionless.
     largest: f64,
 }
 
 impl Complementarity<'_> {
-    /// Computes the residual with the fraction `part` of the friction coefficients; `matrix` receives the
-    /// derivatives of the residual with respect to the unknowns, row by row.
+    /// Computes the residual with `part` times the friction coefficients; `matrix` receives the
+    /// derivatives of the residual (rows) with respect to the unknowns (columns), row by row.
     pub(super) fn residual(
         &self,
         x: &[f64],

@@ -98,7 +98,7 @@ impl JointSpec {
         self
     }
 
-    /// Builds the joint, unless its bodies are unknown; adds all defects to `defects`.
+    /// Builds the joint unless its bodies do not exist; adds all defects to `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,

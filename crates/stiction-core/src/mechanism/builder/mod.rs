@@ -39,7 +39,8 @@ fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
     }
 }
 
-/// Collects the parts of a mechanism by name, in any order.
+/// Collects the bodies, joints and other parts of a mechanism in any order; parts refer to each
+/// other by name.
 ///
 /// ```
 /// use stiction_core::joint::JointType;

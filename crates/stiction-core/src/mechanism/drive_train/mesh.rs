@@ -18,7 +18,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Computes the efficiencies while the motor drives the screw, and while the load drives the screw.
+    /// Computes the efficiencies, first while the motor drives the screw, then while the load
+    /// drives the screw.
     pub fn efficiencies(&self) -> (f64, f64) {
         let lead = self.lead_angle.tan();
         // The flank angle in the normal section: tan b = tan(flank angle) cos l.
@@ -34,7 +35,7 @@ impl Mesh {
 mod tests {
     use super::*;
 
-    /// A square thread against the textbook's `tan l / tan(l + r)` and `tan(l - r) / tan l`.
+    /// Compares a square thread with the textbook's `tan l / tan(l + r)` and `tan(l - r) / tan l`.
     #[test]
     fn square_thread() {
         for (mu, lead_angle) in [(0.1, 0.05_f64), (0.02, 0.3), (0.2, 0.1)] {
@@ -45,7 +46,7 @@ mod tests {
         }
     }
 
-    /// A trapezoidal thread needs `pi mu d / cos b` above the lead to hold its load.
+    /// Checks that a trapezoidal thread locks itself once `pi mu d / cos b` exceeds the lead.
     #[test]
     fn self_locking_begins_where_friction_meets_the_slope() {
         let (lead_angle, flank_angle) = (0.08_f64, 15f64.to_radians());

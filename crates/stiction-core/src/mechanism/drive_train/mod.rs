@@ -52,7 +52,7 @@ pub struct DriveTrain {
     pub rotor_axis: Option<RotorAxis>,
     /// Load-dependent loss of the gear or screw.
     pub gear: GearLoss,
-    /// Friction on the side of the motor.
+    /// Friction at the motor's shaft that does not depend on the load.
     pub motor_friction: MotorFriction,
     /// Torque per unit current, N m/A; positive.
     pub torque_constant: Option<f64>,
@@ -73,7 +73,7 @@ pub struct RotorAxis {
 /// Load-dependent loss of a gear or screw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GearLoss {
-    /// Efficiencies.
+    /// Constant efficiencies, one for each direction of power.
     Efficiency {
         /// Output power over input power while the motor drives the joint; above zero, at most one.
         forward: f64,
@@ -106,16 +106,18 @@ pub struct MotorLimits {
 }
 
 impl GearLoss {
-    /// No loss.
+    /// Gear without loss.
     pub const NONE: Self = Self::Efficiency { forward: 1.0, backward: 1.0 };
 
-    /// Creates the loss of a gear with this forward efficiency and the same power loss at the same effort in both
-    /// directions: the backward efficiency is `2 - 1/efficiency`.
+    /// Creates the loss of a gear with this efficiency while the motor drives. The power loss at an
+    /// effort is the same in both directions, so the efficiency while the motor is driven is `2 -
+    /// 1/efficiency`.
     pub fn of_efficiency(efficiency: f64) -> Self {
         Self::Efficiency { forward: efficiency, backward: 2.0 - efficiency.recip() }
     }
 
-    /// Returns the efficiencies while the motor drives the joint, and while the joint drives the motor.
+    /// Returns the efficiencies, first while the motor drives the joint, then while the joint
+    /// drives the motor.
     pub fn efficiencies(&self) -> (f64, f64) {
         match self {
             Self::Efficiency { forward, backward } => (*forward, *backward),

@@ -5,7 +5,8 @@
 use super::{DriveTrain, RotorAxis};
 use crate::spatial::{Pose, Twist};
 
-/// Motor and gear at one instant: `power = output + rotor_power + friction_power + gear_loss`.
+/// Torque and power balance of a motor and its gear at one instant: `power = output + rotor_power +
+/// friction_power + gear_loss`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motor {
     /// Torque that the motor's current produces, N m. At rest it excludes friction and gear loss.
@@ -114,7 +115,8 @@ impl DriveTrain {
         })
     }
 
-    /// Torques that enter the gear for an output effort, while the motor drives and while it is driven, N m.
+    /// Torques that enter the gear for an effort at its output, N m: first while the motor drives,
+    /// then while the motor is driven.
     fn inputs(&self, effort: f64) -> [f64; 2] {
         let (forward, backward) = self.gear.efficiencies();
         let ideal = effort / self.transmission();
@@ -122,7 +124,7 @@ impl DriveTrain {
     }
 }
 
-/// Product that is zero for a zero factor, even if the effort is infinite.
+/// Product of effort and factor; zero for a zero factor, even if the effort is infinite.
 pub(super) fn times(effort: f64, factor: f64) -> f64 {
     if factor == 0.0 { 0.0 } else { effort * factor }
 }
@@ -131,7 +133,8 @@ fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// Efforts of an interval at which a piecewise linear function with a kink at zero can have its extreme values.
+/// Efforts in an interval at which a piecewise linear function with a kink at zero can have its
+/// extreme values: the ends, and zero if it lies between them.
 fn candidates((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
     let kink = (low < 0.0 && high > 0.0).then_some(0.0);
     [low, high].into_iter().chain(kink)

@@ -1,7 +1,10 @@
-//! Motors that share the efforts of joints in a constant ratio at their shafts, while their gears have losses of their own.
+//! Motors that share the efforts of joints: their torques are in a constant ratio, but the losses
+//! of their gears differ.
 //!
-//! A simulation gives each motor its share of the efforts of the actuators. Frictions, losses and rotors of the motors then
-//! determine the part of the effort that each gear transmits. This module solves the inverse problems.
+//! A simulation gives each motor its share of the efforts of the actuators. Frictions, losses and
+//! rotors of the motors then determine the part of the effort that each gear transmits. This module
+//! solves the inverse problems: motor efforts for given efforts at the joints, in motion and at
+//! rest.
 //!
 //! Equations (G15) and (G16) of the book's theory.
 
@@ -11,12 +14,14 @@ use crate::mechanism::Mechanism;
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashSet;
 
-/// Largest number of motors of which all combinations of driving and driven gears are tried.
+/// Largest number of motors for which all combinations of driving and driven gears are tried.
 const COMBINED: usize = 12;
-/// Relative size of rounding: smaller efforts of gears count as zero, smaller differences as none.
+/// Relative size of round-off: smaller efforts of gears, and smaller relative differences between
+/// motors, count as zero.
 const ROUNDING: f64 = 1e-12;
 
-/// Motors that share the efforts of actuators, more motors than actuators, with gears whose losses differ.
+/// Group of motors that share the efforts of fewer actuators, and whose gears do not transmit these
+/// efforts in the ratio of the shares.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SharedMotors {
     /// Indices of the drive trains.
@@ -29,27 +34,32 @@ pub struct SharedMotors {
     shares: DMatrix<f64>,
 }
 
-/// Effort that a motor exerts on its gear, torque times transmission, as a function of the effort at the output.
+/// Effort at the input of a gear (motor torque times transmission) as a function of the effort at
+/// the output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearInput {
-    /// Effort without an effort at the output: for the rotor and the friction of the motor.
+    /// Input effort at zero output: for the acceleration of the rotor and the friction of the
+    /// motor.
     resistance: f64,
-    /// Input per output while the motor drives, and while it is driven.
+    /// Ratio of input to output effort, first while the motor drives, then while the motor is
+    /// driven.
     factors: [f64; 2],
     /// Direction of motion, 1 or -1; zero at rest.
     sense: f64,
 }
 
 impl GearInput {
-    /// Returns whether the motor drives with this effort at the output, if it is not zero.
+    /// Returns `true` if the motor drives the gear at this nonzero output effort.
     fn drives(&self, output: f64) -> bool {
         output * self.sense > 0.0
     }
 }
 
 impl DriveTrain {
-    /// Returns the input of the gear for rate and acceleration of the output coordinate, and the acceleration of the body
-    /// that carries the rotor, see [`Self::motor`]. At rest, without a rate, neither friction nor loss acts.
+    /// Returns the effort at the input of the gear as a function of the effort at its output, for
+    /// rate and acceleration of the output coordinate and the acceleration `carrier` of the body
+    /// that carries the rotor, see [`Self::motor`]. At rest, with the rate `None`, neither friction
+    /// nor loss acts.
     pub fn gear_input(&self, rate: Option<f64>, acceleration: f64, carrier: f64) -> GearInput {
         let motor = self.motor(0.0, (0.0, 0.0), rate, acceleration, carrier);
         let (forward, backward) = self.gear.efficiencies();
@@ -62,7 +72,8 @@ impl DriveTrain {
 }
 
 impl Mechanism {
-    /// Lists the motors that share efforts and whose gears do not transmit them in the ratio of the shares.
+    /// Lists the groups of motors that share efforts and whose gears do not transmit these efforts
+    /// in the ratio of the shares.
     pub fn shared_motors(&self) -> Vec<SharedMotors> {
         let (trains, actuators) = (self.drive_trains(), self.actuators().collect::<Vec<_>>());
         let groups = Group::all(trains).into_iter();
@@ -80,8 +91,8 @@ impl Mechanism {
 }
 
 impl Group {
-    /// Returns whether the gears do not transmit the efforts of the joints in the ratio of the shares: more motors than
-    /// degrees of freedom, and losses that differ between the motors.
+    /// Returns `true` if the gears do not transmit the efforts of the joints in the ratio of the
+    /// shares: more motors than degrees of freedom, and losses that differ between the motors.
     fn shares_vary(&self, trains: &[DriveTrain]) -> bool {
         let mut all = self.trains.iter().map(|&train| &trains[train]);
         // A motor without a share has no ratio that others could have.
@@ -92,8 +103,9 @@ impl Group {
                 || !all.all(|train| main.is_some_and(|main| is_proportional(main, train))))
     }
 
-    /// Returns whether simulations give each motor of the group a shaft of its own: if the friction of a motor acts on
-    /// several joints, or the loss of a gear depends on the part of the effort that the gear transmits.
+    /// Returns `true` if simulations give each motor of the group its own shaft: if the friction of
+    /// a motor acts on several joints, or the loss of a gear depends on the part of the effort that
+    /// the gear transmits.
     pub(in crate::mechanism) fn needs_shafts(&self, trains: &[DriveTrain]) -> bool {
         let mut all = self.trains.iter().map(|&train| &trains[train]);
         let acts_on_several = |train: &DriveTrain| {
@@ -103,8 +115,9 @@ impl Group {
     }
 }
 
-/// Returns whether two motors on one degree of freedom, with efforts in the ratio of their shares, transmit efforts in this
-/// ratio at every motion: if rotors and frictions have it as well, and the gears have the same losses.
+/// Returns `true` if two motors on one degree of freedom, with torques in the ratio of their
+/// shares, transmit efforts in this ratio at every motion: rotors and frictions must be in the same
+/// ratio, and the gears must have the same losses.
 fn is_proportional(one: &DriveTrain, other: &DriveTrain) -> bool {
     let sizes = |train: &DriveTrain| {
         let (n, friction) = (train.transmission(), train.motor_friction);
@@ -121,10 +134,11 @@ fn is_proportional(one: &DriveTrain, other: &DriveTrain) -> bool {
 }
 
 impl SharedMotors {
-    /// Computes the efforts of the actuators, torques of their motors times transmissions, with which the gears exert the
-    /// efforts `outputs` on the degrees of freedom. `inputs` are those of the motors' gears. `None` if no torques in the
-    /// ratio of the shares do this, which self-locking gears can cause, or if the numbers of motors or degrees of freedom
-    /// differ from those of the group. Of several solutions, which self-locking gears can cause as well, one is returned.
+    /// Computes the efforts of the actuators (motor torques times transmissions) with which the
+    /// gears exert the efforts `outputs` on the degrees of freedom; `inputs` has one entry for each
+    /// motor. `None` if the numbers of motors or degrees of freedom differ from those of the group,
+    /// or if no torques in the ratio of the shares produce the outputs. Self-locking gears can
+    /// cause this, or several solutions, of which one is returned.
     pub fn efforts(&self, inputs: &[GearInput], outputs: &[f64]) -> Option<Vec<f64>> {
         if (inputs.len(), outputs.len()) != self.parts.shape() {
             return None;
@@ -152,8 +166,9 @@ impl SharedMotors {
         })
     }
 
-    /// Solves with given gears driving and the others driven. Returns the efforts of the actuators, and the directions that
-    /// the solution has if they are others.
+    /// Solves for given directions of power in the gears: `driving` is true for each gear that its
+    /// motor drives. Returns the efforts of the actuators and, if the solution contradicts
+    /// `driving`, the directions of the solution.
     fn with_directions(
         &self,
         inputs: &[GearInput],
@@ -185,10 +200,11 @@ impl SharedMotors {
         Some((efforts, (next != driving).then_some(next)))
     }
 
-    /// Computes the interval of the actuator's effort that keeps a single degree of freedom at rest by static friction of
-    /// motors and gears, while the gears exert efforts within `bounds` on it. A self-locking gear exerts any effort against
-    /// which its motor does not turn it. `None` for several degrees of freedom, or if `trains` are not those of the mechanism.
-    /// For gears that jam ([`Self::may_jam`]) the interval is an inner one.
+    /// Computes the interval of the actuator's effort that keeps a single degree of freedom at rest
+    /// by static friction of motors and gears, while the gears exert efforts within `bounds` on it.
+    /// A self-locking gear exerts any effort against which its motor does not turn it. `None` for
+    /// several degrees of freedom, or if `trains` are not those of the mechanism. For gears that
+    /// jam ([`Self::may_jam`]) the interval is an inner bound.
     pub fn holding(&self, trains: &[DriveTrain], (low, high): (f64, f64)) -> Option<(f64, f64)> {
         if self.actuators.len() != 1 {
             return None;
@@ -220,14 +236,16 @@ impl Holding {
         Self { share: train.share, friction, efficiencies: train.gear.efficiencies() }
     }
 
-    /// Effort of the actuator at which the motor overcomes its friction. Without a share it never does.
+    /// Effort of the actuator at which the motor overcomes its friction; infinite for a motor
+    /// without a share.
     fn onset(&self) -> f64 {
         if self.share > 0.0 { self.friction / self.share } else { f64::INFINITY }
     }
 }
 
-/// Greatest effort of the actuator at which motors that begin to turn forward exert no more than `output`. What they exert
-/// grows with the effort, linearly between the onsets of the motors.
+/// Greatest effort of the actuator at which motors on the verge of forward motion exert at most
+/// `output`. The exerted effort increases with the actuator's effort, linearly between the onsets
+/// of the motors.
 fn greatest(motors: &[Holding], output: f64) -> f64 {
     let mut starts: Vec<f64> = motors.iter().map(Holding::onset).collect();
     starts.retain(|start| start.is_finite());

@@ -65,7 +65,7 @@ impl MotorMap {
 pub(in crate::mechanism) struct Group {
     /// Indices of the drive trains.
     pub(in crate::mechanism) trains: Vec<usize>,
-    /// Degrees of freedom that they move.
+    /// Degrees of freedom that these drive trains move.
     pub(super) dofs: Vec<(JointId, usize)>,
 }
 
@@ -104,9 +104,9 @@ impl Group {
         parts
     }
 
-    /// Efforts of the motors per unit effort of each degree of freedom. Among the motor efforts that produce the
-    /// efforts of the joints, selects those with the least sum of `effort^2 / share`. `None` if the motors do not
-    /// determine all motions.
+    /// Efforts of the motors (rows) per unit effort of each degree of freedom (columns). Among the
+    /// motor efforts that produce the efforts of the joints, selects those with the least sum of
+    /// `effort^2 / share`. `None` if the motors do not determine all motions.
     pub(super) fn shares(&self, trains: &[DriveTrain]) -> Option<DMatrix<f64>> {
         // Relative size below which singular values are round-off.
         const DEPENDENT: f64 = 1e-9;
@@ -149,7 +149,8 @@ impl Group {
     }
 }
 
-/// Maps of all drive trains, for the actuated degrees of freedom of their mechanism.
+/// Computes the maps of all drive trains; `actuators` are the actuated degrees of freedom of the
+/// mechanism.
 pub(in crate::mechanism) fn motor_maps(
     trains: &[DriveTrain],
     actuators: &[(JointId, usize)],

@@ -92,7 +92,7 @@ impl DriveTrainSpec {
         self
     }
 
-    /// Sets the friction on the side of the motor.
+    /// Sets the friction at the motor's shaft.
     pub fn motor_friction(mut self, friction: MotorFriction) -> Self {
         self.train.motor_friction = friction;
         self
@@ -110,7 +110,7 @@ impl DriveTrainSpec {
         self
     }
 
-    /// Builds the drive train and actuates its degrees of freedom; adds defects to `defects`.
+    /// Builds the drive train and actuates its degrees of freedom; adds all defects to `defects`.
     pub(in crate::mechanism) fn resolve(
         mut self,
         ids: &HashMap<String, BodyId>,
