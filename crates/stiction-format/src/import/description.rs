@@ -224,7 +224,7 @@ pub(super) struct JointMotor {
     pub(super) gear: f64,
     /// Greatest effort at the output, N or N m.
     pub(super) effort: Option<f64>,
-    /// Inertia at the output coordinate, kg or kg m^2.
+    /// Inertia, constant friction and damping at the output coordinate, SI units.
     pub(super) armature: f64,
     pub(super) friction: f64,
     pub(super) damping: f64,

@@ -13,8 +13,8 @@ use stiction_core::spatial::Pose;
 pub(super) struct Fixed {
     /// Joints with one degree of freedom, each with its coefficient in the combination.
     pub(super) joints: Vec<(usize, f64)>,
-    /// Inertia in the tendon's coordinate, kg or kg m^2. It is assigned to the motor that drives
-    /// the tendon.
+    /// Inertia, friction and damping in the tendon's coordinate, SI units; they are assigned to the
+    /// motor that drives the tendon.
     pub(super) armature: f64,
     pub(super) friction: f64,
     pub(super) damping: f64,

@@ -1,5 +1,5 @@
-//! Curves through the samples of a recording. For a text in memory each spline is solved as a
-//! whole, for any other text piece by piece through an index.
+//! Curves through the samples of a recording. They are computed at once from a text in memory, and
+//! piece by piece through an index from any other text.
 
 use super::header::Header;
 use super::input::Input;
