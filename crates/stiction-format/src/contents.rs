@@ -26,8 +26,8 @@ impl From<&str> for Contents {
 }
 
 impl Contents {
-    /// Returns the text of a file other than a recording; an error for stored contents, because only
-    /// recordings are read piece by piece.
+    /// Returns the text of a file other than a recording; an error for stored contents, because
+    /// only recordings are read piece by piece.
     pub(crate) fn whole(self) -> Result<String, String> {
         match self {
             Self::Whole(text) => Ok(text),
